@@ -130,6 +130,22 @@ def check_position(parameters: Parameters, x_m: float) -> float:
     return x_m
 
 
+def fastest_m_per_s(parameters: Parameters) -> float:
+    """Return the velocity of steps as long as the stroke, which no runner exceeds, m/s."""
+    return parameters.actuator.gain * parameters.step.amplitude * parameters.step.frequency
+
+
+def check_velocity(parameters: Parameters, name: str, velocity_m_per_s: float) -> float:
+    """Refuse a velocity that no steps reach; steps must be possible."""
+    fastest = fastest_m_per_s(parameters)
+    if abs(velocity_m_per_s) > fastest:
+        limit = f'above the {fastest:.4g} m/s of steps as long as the stroke'
+        hint = 'lower it or raise step.frequency'
+        raise OutOfRange(name, velocity_m_per_s, 'm/s', limit, hint)
+    steps_of(parameters, 1)
+    return velocity_m_per_s
+
+
 def check_load(parameters: Parameters, force_n: float) -> float:
     """Return the external force along +x, N."""
     limit_n = parameters.stand.load_limit

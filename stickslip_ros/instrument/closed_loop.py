@@ -11,6 +11,7 @@ from stickslip_ros.instrument.checks import steps_of
 from stickslip_ros.instrument.position_loop import Level, PositionLoop, Steps, loop_settings
 from stickslip_ros.instrument.reports import Result
 from stickslip_ros.instrument.state_tree import ANY_FLOAT
+from stickslip_ros.instrument.trajectory import NONE, Followed, Trajectory
 from stickslip_ros.parameters import Parameters, to_nanoseconds
 from stickslip_ros.units import NANO
 
@@ -34,11 +35,14 @@ class Goal(NamedTuple):
         Target, m; None for a velocity.
     velocity_m_per_s : float
         Velocity of the set point without a target; 0 lets it stand where it is.
+    trajectory : Trajectory or None
+        Way of the set point to its target, if that was asked for.
 
     """
 
     position_m: float | None
     velocity_m_per_s: float = 0.0
+    trajectory: Trajectory | None = None
 
     @property
     def direction(self) -> int:
@@ -98,6 +102,8 @@ class ClosedLoop:
         Whether the target was reached and is held.
     in_position : bool
         Whether the reading is within the tolerance of the target.
+    followed : Followed or None
+        Of a trajectory: set point and reading of the last block.
 
     """
 
@@ -120,6 +126,7 @@ class ClosedLoop:
         self.goal = goal
         self.holds = False
         self.in_position = False
+        self.followed: Followed | None = None
         self._parameters = parameters
         self._set_point_m = start.position_m
         self._target_m = self._place_of(goal)
@@ -197,7 +204,7 @@ class ClosedLoop:
         return self._next_wave(observation) if acts else None, self._arrival(observation)
 
     def _move_set_point(self, observation: Observation) -> None:
-        """Move the set point towards the target, or on, with the velocity that is asked for."""
+        """Move the set point towards the target, or on, as it is asked for."""
         velocity_m_per_s = self._parameters.closed_loop.velocity
         if math.isnan(self._set_point_m):
             self._set_point_m = observation.position_m
@@ -205,6 +212,13 @@ class ClosedLoop:
             self._target_m = self._set_point_m
         block_s = (observation.time_ns - self._last_ns) * NANO
         self._last_ns = observation.time_ns
+        if self.goal.trajectory is not None:
+            point = self.goal.trajectory.at(observation.time_ns * NANO)
+            elapsed_s = point.time_s - self.goal.trajectory.points[0].time_s
+            self.followed = Followed(elapsed_s, point, observation.position_m)
+            self._set_point_m = point.position_m
+            self._move_target(self._set_point_m, observation.position_m)
+            return
         if self.goal.direction:
             next_m = self._set_point_m + self.goal.velocity_m_per_s * block_s
             if self.goal.direction * (next_m - observation.position_m) <= self._lead_m:
@@ -220,7 +234,11 @@ class ClosedLoop:
 
     def _watch_position(self, observation: Observation) -> None:
         error_m = abs(self._target_m - observation.position_m)
-        self.in_position = error_m <= self._parameters.closed_loop.tolerance
+        trajectory = self.goal.trajectory
+        tolerance_m = self._parameters.closed_loop.tolerance
+        if trajectory is not None:
+            tolerance_m = trajectory.goal_tolerance_m
+        self.in_position = tolerance_m == NONE or error_m <= tolerance_m
         if not self.in_position or not observation.arrived:
             self._outside_ns = observation.time_ns
         if error_m < self._nearest_m - self._progress_m or not self._loop.is_coarse:
@@ -240,8 +258,10 @@ class ClosedLoop:
     def _arrival(self, observation: Observation) -> Outcome | None:
         settle_ns = to_nanoseconds(self._parameters.closed_loop.settle_time)
         there = observation.arrived and self.in_position and self._set_point_m == self._target_m
+        trajectory = self.goal.trajectory
         if (
             self.goal.direction
+            or (trajectory is not None and observation.time_ns * NANO < trajectory.end.time_s)
             or self.holds
             or not there
             or observation.time_ns - self._outside_ns < settle_ns
@@ -260,8 +280,12 @@ class ClosedLoop:
         if limit_m and follows and lag_m > limit_m:
             why = f'{lag_m:.4g} m from the set point, above limits.following_error {limit_m:g} m'
             return Outcome(Result.FOLLOWING_LIMIT_REACHED, why)
+        if self.goal.trajectory is not None and not self.holds:
+            deviation = _deviation(self.goal.trajectory, observation, lag_m)
+            if deviation is not None:
+                return deviation
         timeout_s = self._parameters.closed_loop.timeout
-        is_timed = not (self.holds or self.goal.direction)
+        is_timed = not (self.holds or self.goal.direction or self.goal.trajectory)
         if is_timed and observation.time_ns - self._start_ns > to_nanoseconds(timeout_s):
             error_m = self._target_m - observation.position_m
             why = f'{error_m:.4g} m are left after closed_loop.timeout, {timeout_s:g} s'
@@ -271,3 +295,22 @@ class ClosedLoop:
             why = f'no progress for {time_ns * NANO:.3g} s at {observation.position_m:.6g} m'
             return Outcome(Result.END_STOP_REACHED, why)
         return None
+
+
+def _deviation(trajectory: Trajectory, observation: Observation, lag_m: float) -> Outcome | None:
+    """Return the failure of a runner that is too far from its set point, or late at the end."""
+    over_s = observation.time_ns * NANO - trajectory.end.time_s
+    tolerance_m, patience_s = trajectory.path_tolerance_m, trajectory.goal_time_tolerance_s
+    if over_s < 0.0 and tolerance_m != NONE and lag_m > tolerance_m:
+        why = (
+            f'{lag_m:.4g} m from the set point {-over_s:.3g} s before the end, above the path '
+            f'tolerance {tolerance_m:g} m; move slower, or allow more'
+        )
+        return Outcome(Result.FOLLOWING_LIMIT_REACHED, why)
+    if over_s > patience_s != NONE:
+        why = (
+            f'{lag_m:.4g} m are left {over_s:.3g} s after the end, above the goal tolerance '
+            f'{trajectory.goal_tolerance_m:g} m; move slower, or allow more'
+        )
+        return Outcome(Result.TIMEOUT, why)
+    return None

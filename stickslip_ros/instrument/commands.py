@@ -15,12 +15,13 @@ import numpy as np
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind
 from stickslip_ros.instrument import checks
-from stickslip_ros.instrument.closed_loop import Observation
+from stickslip_ros.instrument.closed_loop import Goal, Observation
 from stickslip_ros.instrument.joints import NOTHING, Joints, check_joints
 from stickslip_ros.instrument.motion import Motion
 from stickslip_ros.instrument.reports import Identity, Result, Status
 from stickslip_ros.instrument.sensing import Sensing
 from stickslip_ros.instrument.stand import SimulatedStand
+from stickslip_ros.instrument.trajectory import check_trajectory
 from stickslip_ros.message_types import (
     FLOAT64,
     FLOAT64_ARRAY,
@@ -32,6 +33,7 @@ from stickslip_ros.message_types import (
     WRENCH_STAMPED,
 )
 from stickslip_ros.parameters import FaultParameters, Parameters, Scalar
+from stickslip_ros.units import NANO
 
 WAVEFORM_ROWS_MAX = 100_000
 """Rows that a message may have; a measured voltage that is replayed from a file may be longer."""
@@ -39,6 +41,8 @@ FAULT, LIVE = 'fault', 'parameters'
 """The commands that take names and values in place of numbers."""
 JOINT = 'joint'
 """The command that takes joints in place of numbers."""
+TRAJECTORY = 'trajectory'
+"""The command that takes settings beside its numbers."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +58,8 @@ class Request:
         Its numbers, in the order of the topic; rows of a waveform one after another. An
         ``array.array`` where there may be many.
     settings : tuple of (str, value)
-        Of ``fault`` and ``parameters``: full names of parameters and their new values.
+        Of ``fault`` and ``parameters``: full names of parameters and their new values; of
+        ``trajectory``: degree, start and tolerances, see `check_trajectory`.
     stamp_ns : int
         Stamp in the header of its message; 0 where its sender gave none.
     frame_id : str
@@ -204,6 +209,8 @@ def check_request(request: Request, parameters: Parameters) -> Any:
     command = COMMANDS.get(request.name)
     if command is None:
         raise UnknownName('command', request.name, f'use {", ".join(COMMANDS)}')
+    if command.name == TRAJECTORY:
+        return command.check(parameters, _all_finite(request), dict(request.settings))
     if command.is_table:
         return command.check(parameters, _all_finite(request), request.cycles)
     if command.name in (FAULT, LIVE):
@@ -284,7 +291,15 @@ def jog(bench: Instrument, accepted: Accepted) -> None:
 
 def approach(bench: Instrument, accepted: Accepted) -> None:
     """Give the closed loop a position to hold."""
-    bench.motion.approach(accepted.command, accepted.value, bench.observe_powered())
+    bench.motion.approach(accepted.command, Goal(accepted.value), bench.observe_powered())
+
+
+def follow(bench: Instrument, accepted: Accepted) -> None:
+    """Give the closed loop a trajectory, from the present place on."""
+    now = bench.observe_powered()
+    begun = accepted.value.begin(bench.stand.parameters, now.time_ns * NANO, now.position_m)
+    goal = Goal(begun.end.position_m, trajectory=begun)
+    bench.motion.approach(accepted.command, goal, now)
 
 
 def pursue(bench: Instrument, accepted: Accepted) -> None:
@@ -399,6 +414,9 @@ _ROWS = (
             'refused'),
     Command('clear_faults', TRIGGER, (), _any, clear_faults,
             'end every fault, by parameter or schedule'),
+    Command(TRAJECTORY, '', ('time s', 'position m', 'velocity m/s', 'acceleration m/s2'),
+            check_trajectory, follow,
+            'closed loop along a trajectory; it comes by the action', is_table=True),
     Command(FAULT, '', (), checks.check_faults, set_faults,
             'faults by name and value; they come by parameter or schedule'),
     Command(LIVE, '', (), checks.check_live, set_parameters,

@@ -4,7 +4,7 @@ import math
 from typing import NamedTuple
 
 from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind
-from stickslip_ros.instrument.checks import check_position, steps_of
+from stickslip_ros.instrument.checks import check_position, check_velocity
 from stickslip_ros.instrument.closed_loop import Goal
 from stickslip_ros.parameters import Parameters
 
@@ -50,7 +50,7 @@ def check_joints(parameters: Parameters, joints: Joints) -> Goal | None:
     if position_m is not None:
         return Goal(check_position(parameters, position_m))
     if velocity_m_per_s is not None:
-        return Goal(None, _check_velocity(parameters, velocity_m_per_s))
+        return Goal(None, check_velocity(parameters, 'joint velocity', velocity_m_per_s))
     return None
 
 
@@ -65,15 +65,3 @@ def _number_of(
     if math.isinf(number):
         raise WrongKind(label, number, 'a finite number', 'send a number; .nan is not commanded')
     return None if math.isnan(number) else number
-
-
-def _check_velocity(parameters: Parameters, velocity_m_per_s: float) -> float:
-    """Refuse a velocity that no steps reach; steps must be possible."""
-    step = parameters.step
-    fastest_m_per_s = parameters.actuator.gain * step.amplitude * step.frequency
-    if abs(velocity_m_per_s) > fastest_m_per_s:
-        limit = f'above the {fastest_m_per_s:.4g} m/s of steps as long as the stroke'
-        hint = 'lower it or raise step.frequency'
-        raise OutOfRange('joint velocity', velocity_m_per_s, 'm/s', limit, hint)
-    steps_of(parameters, 1)
-    return velocity_m_per_s

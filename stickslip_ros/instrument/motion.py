@@ -8,6 +8,7 @@ from stickslip_ros.drive.records import Wave
 from stickslip_ros.drive.waveform import after, level, repeats
 from stickslip_ros.instrument.closed_loop import ClosedLoop, Goal, Observation, Outcome
 from stickslip_ros.instrument.reports import Identity, Result, Status
+from stickslip_ros.instrument.trajectory import Followed
 from stickslip_ros.parameters import Parameters, to_nanoseconds
 
 _MOVING, _STREAMING = int(Status.MOVING), int(Status.STREAMING)
@@ -143,6 +144,12 @@ class Motion:
             bits |= CLOSED_LOOP | IN_POSITION * loop.in_position
         return bits | _STREAMING * (running.command.name == 'waveform')
 
+    @property
+    def followed(self) -> Followed | None:
+        """Of a trajectory: set point and reading of the last block; other threads may ask."""
+        loop = self._loop
+        return None if loop is None else loop.followed
+
     def start(self, command: Identity, wave: Wave, observation: Observation) -> None:
         """Follow a wave in place of the running move; a table, at the end of a cycle of one."""
         before, has_begun = self.wave, not self.is_new or self.wave.lead_s > 0.0
@@ -154,10 +161,10 @@ class Motion:
         self._follow(wave)
         self._stop_beyond_soft_limit(observation)
 
-    def approach(self, command: Identity, position_m: float, observation: Observation) -> None:
-        """Go to a position reading, m, in closed loop in place of the running move."""
+    def approach(self, command: Identity, goal: Goal, observation: Observation) -> None:
+        """Pursue a goal in closed loop in place of the running move."""
         self._make_way(command, observation)
-        self._close_loop(command, Goal(position_m), observation)
+        self._close_loop(command, goal, observation)
 
     def pursue(self, command: Identity, goal: Goal, observation: Observation) -> None:
         """Give a new goal to the closed loop of this command; without one, close the loop."""

@@ -66,7 +66,13 @@ def pack_request(request: Request, time_ns: int) -> Packed:
             request.tag,
         )
         return Packed(topic.key, time_ns, data)
-    content = {'name': request.name, 'values': request.values, 'settings': dict(request.settings)}
+    content: dict[str, object] = {
+        'name': request.name,
+        'values': request.values,
+        'settings': dict(request.settings),
+    }
+    if request.stamp_ns:
+        content['stamp_ns'] = request.stamp_ns
     return Packed(NOTES, time_ns, pack_string(json.dumps(content)))
 
 

@@ -231,6 +231,17 @@ SERVICES = (
 )
 
 
+class Action(Service):
+    """An action of the node, which is offered where its type is installed."""
+
+
+TRAJECTORY_ACTION = Action(
+    '~/follow_joint_trajectory',
+    'control_msgs/action/FollowJointTrajectory',
+    'closed loop along a trajectory of sim.joint_name; offered where control_msgs is installed',
+)
+
+
 def recorded_channels(
     parameters: Parameters, namespace: str = '/', node_name: str = NODE_NAME
 ) -> dict[str, Channel]:

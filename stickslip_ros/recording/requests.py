@@ -42,7 +42,8 @@ def recorded_requests(recording: Recording) -> Iterator[TimedRequest]:
             try:
                 note = json.loads(text)
                 settings = tuple(note['settings'].items())
-                request = Request(note['name'], tuple(note['values']), settings)
+                values, stamp_ns = tuple(note['values']), int(note.get('stamp_ns', 0))
+                request = Request(note['name'], values, settings, stamp_ns)
             except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
                 problem = f'holds a request that cannot be read: {text[:80]}'
                 hint = 'record with a drive of this package'

@@ -20,6 +20,7 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import FAULT, PARAMETERS, Request
 from stickslip_ros.instrument.compilation import KERNELS, progress_reporter
+from stickslip_ros.instrument.reports import Event
 from stickslip_ros.interface.cdr import pack_string, pack_uint32
 from stickslip_ros.interface.channels import Channel
 from stickslip_ros.interface.feed import Packed
@@ -46,9 +47,10 @@ from stickslip_ros.ros.parameter_bridge import (
     live_settings,
     read_parameters,
 )
+from stickslip_ros.ros.trajectory_action import TrajectoryAction, installed_types
 from stickslip_ros.runtime.orders import AT_ONCE, read_grant
 from stickslip_ros.runtime.session import Session, await_reply, require
-from stickslip_ros.runtime.worker import Callbacks
+from stickslip_ros.runtime.worker import UNTROUBLED, Callbacks
 from stickslip_ros.units import KILO
 
 DIAGNOSTICS_PERIOD_S = 1.0
@@ -101,6 +103,7 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
         self.get_logger().info(describe_node(self))
         self._topics = Connections(self, self._on_message, overrides)
         self._offered_services: list[Service] = []
+        self._action: TrajectoryAction | None = None
         self._trouble = ''  # why the drive does not run, unless nobody wants it to
         clock = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(DIAGNOSTICS_PERIOD_S, self._publish_diagnostics, clock=clock)
@@ -131,6 +134,9 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
         acts = {'set_recording': self._set_recording, 'clear_faults': self._clear_faults}
         refuse = self._refusals.refuse
         self._offered_services = offer_services(self, lambda: self.session, refuse, acts)
+        types = installed_types()
+        if types is not None:
+            self._action = TrajectoryAction(self, types, lambda: self.session, refuse)
         self._trouble = ''
         return super().on_configure(state)
 
@@ -173,7 +179,7 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
                 diagnostics.fault_status(self._full_name, faults)
             ),
             on_lost_recording=self._on_lost_recording,
-            on_refusal=self._refusals.note,
+            on_end=self._on_end,
             on_failure=self._on_failure,
         )
         with compilation_reported(progress_reporter(report, KERNELS)):
@@ -231,13 +237,21 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
         self._topics.release()
         while self._offered_services:
             self.destroy_service(self._offered_services.pop())
+        if self._action is not None:
+            self._action.close()
+            self._action = None
 
     def _halt(self) -> bool:
         """Stop the drive, finish its recording; return whether the drive was well."""
-        session, self._active = self._active, None
+        session = self._active
         if session is None:
             return True
+        if self._action is not None:
+            self._action.stop(session)
+        self._active = None
         writer = session.stop()
+        if self._action is not None:
+            self._action.give_up('the drive was stopped')
         if writer is not None:
             with suppress(StickSlipError):  # a failed recording has been reported
                 session.close_recording(writer, self.get_logger())
@@ -258,6 +272,13 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
                 diagnostics.drive_status(self._full_name, session, self._refusals)
             )
         self._failed.trigger()
+
+    def _on_end(self, event: Event) -> None:
+        """Take the end of a command, on the thread of the drive."""
+        if event.result not in UNTROUBLED:
+            self._refusals.note(event)
+        if self._action is not None:
+            self._action.on_event(event)
 
     def _leave_active(self) -> None:
         """Leave the active state by its error transition: rclpy has no other way into it."""

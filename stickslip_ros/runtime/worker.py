@@ -28,7 +28,7 @@ class Callbacks:
 
     on_faults: Callable[[Faults], None] = lambda _: None  # the faults whenever they change
     on_lost_recording: Callable[[RunWriter], None] = lambda _: None  # one that has just failed
-    on_refusal: Callable[[Event], None] = lambda _: None  # a command that was refused or failed
+    on_end: Callable[[Event], None] = lambda _: None  # how a command has ended
     on_failure: Callable[[], None] = lambda: None  # the drive itself has failed
 
 
@@ -74,8 +74,7 @@ class Worker(ReportingBench):
             time_ns = output.readings.time_ns
             self._publish(Packed('clock', time_ns, pack_stamp(self.time_origin_ns + time_ns)))
         for event in output.events:
-            if event.result not in UNTROUBLED:
-                self._callbacks.on_refusal(event)
+            self._callbacks.on_end(event)
         self.report(output)
         if self.writer is not None and self.writer.recorder.error is not None:
             failed, self.writer = self.writer, None

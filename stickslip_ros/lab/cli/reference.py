@@ -4,7 +4,13 @@ import argparse
 from collections.abc import Iterable, Iterator, Sequence
 
 from stickslip_ros.instrument.reports import Result, Status
-from stickslip_ros.interface.topics import COMMAND_TOPICS, READINGS, SERVICES, Topic
+from stickslip_ros.interface.topics import (
+    COMMAND_TOPICS,
+    READINGS,
+    SERVICES,
+    TRAJECTORY_ACTION,
+    Topic,
+)
 from stickslip_ros.lab.cli.chosen import chosen_parameters
 from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.parameters import (
@@ -47,6 +53,8 @@ def _page() -> Iterator[str]:
     yield from _topic_table('Published topics', READINGS)
     services = [(f'`{service.name}`', service.type_name, service.text) for service in SERVICES]
     yield from _markdown('Services', ('name', 'type', 'meaning'), services)
+    actions = [(f'`{each.name}`', each.type_name, each.text) for each in [TRAJECTORY_ACTION]]
+    yield from _markdown('Actions', ('name', 'type', 'meaning'), actions)
     bits = [(f'`0x{int(bit):08x}`', bit.name or '', bit.text) for bit in Status]
     yield from _markdown('Status bits', ('bit', 'name', 'meaning'), bits)
     results = [(f'`{result.name}`', result.value) for result in Result]

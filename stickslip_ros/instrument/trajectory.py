@@ -1,0 +1,219 @@
+"""A trajectory of the runner: places, and the times at which it shall be there."""
+
+import math
+from bisect import bisect_right
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind
+from stickslip_ros.instrument.checks import check_position, check_velocity, fastest_m_per_s
+from stickslip_ros.parameters import Parameters, Scalar
+
+POINTS_MAX = 10_000
+NONE = -1.0
+"""A tolerance that is none, as in ``control_msgs/msg/JointTolerance``."""
+_DEGREES = (1, 3, 5)
+_SETTINGS = ('degree', 'start', 'path_tolerance', 'goal_tolerance', 'goal_time_tolerance')
+_SHARES = np.linspace(0.0, 1.0, 33)[:, np.newaxis]
+"""Where between two points positions and velocities are looked at."""
+_REST_SHARE = 1e-3
+"""Share of the fastest velocity below which a runner stands."""
+
+
+class Point(NamedTuple):
+    """Where the runner shall be when; what the degree of its trajectory does not heed is 0."""
+
+    time_s: float
+    position_m: float
+    velocity_m_per_s: float = 0.0
+    acceleration_m_per_s2: float = 0.0
+
+
+class Followed(NamedTuple):
+    """How a trajectory was followed in the last block."""
+
+    elapsed_s: float  # since it began
+    set_point: Point
+    position_m: float  # reading
+
+
+class Trajectory(NamedTuple):
+    """
+    Points, what lies between them, and what is allowed.
+
+    Attributes
+    ----------
+    points : list of Point
+        Their times are simulated times once it has begun; before, they count from its start.
+    degree : int
+        Of the polynomial between two points, 1, 3 or 5: it takes positions, and from 3 on
+        velocities, and at 5 accelerations, from one to the other.
+    start_s : float
+        Simulated time from which times count; NONE for the moment at which it begins.
+    path_tolerance_m : float
+        Largest distance of the reading from the set point before the end, m; or NONE.
+    goal_tolerance_m : float
+        Largest distance from the last point, m, within which the trajectory is done; or NONE.
+    goal_time_tolerance_s : float
+        Time after the end within which that must be so, s; or NONE.
+
+    """
+
+    points: list[Point]
+    degree: int
+    start_s: float
+    path_tolerance_m: float
+    goal_tolerance_m: float
+    goal_time_tolerance_s: float
+
+    @property
+    def end(self) -> Point:
+        """The last point."""
+        return self.points[-1]
+
+    def at(self, time_s: float) -> Point:
+        """Return where the runner shall be at a time; after the end, at the last point."""
+        after = bisect_right(self.points, time_s, key=lambda point: point.time_s)
+        if after == len(self.points):
+            return Point(time_s, self.end.position_m)
+        before = self.points[after - 1]
+        return Point(time_s, *_between(before, self.points[after], self.degree, time_s))
+
+    def begin(self, parameters: Parameters, now_s: float, position_m: float) -> 'Trajectory':
+        """
+        Return the trajectory from the present place on, at rest, past what is over by now.
+
+        Raises
+        ------
+        OutOfRange
+            If the way to its next point is faster than steps are.
+
+        """
+        start_s = now_s if self.start_s == NONE else self.start_s
+        points = [each._replace(time_s=start_s + each.time_s) for each in self.points]
+        ahead = [each for each in points if each.time_s > now_s]
+        here = Point(now_s, position_m)
+        begun = self._replace(points=[here, *(ahead or [self.end._replace(time_s=now_s)])])
+        if ahead and not math.isnan(position_m):
+            _, speeds_m_per_s = _sampled(np.array(begun.points[:2]), self.degree)
+            check_velocity(parameters, 'velocity to the next point', float(speeds_m_per_s.max()))
+        return begun
+
+
+def check_trajectory(
+    parameters: Parameters, numbers: Array, settings: Mapping[str, Scalar]
+) -> Trajectory:
+    """
+    Return the trajectory of rows of time, position, velocity and acceleration.
+
+    Tolerances that are not set are `limits.following_error`, `closed_loop.tolerance` and
+    `closed_loop.timeout`.
+
+    Raises
+    ------
+    WrongKind
+        If these are no rows, or too many.
+    UnknownName
+        If a setting does not exist.
+    OutOfRange
+        If times do not rise, the runner does not rest at the end, or somewhere must be too fast.
+    BeyondSoftLimit
+        If the way leads out of the soft limits.
+
+    """
+    rows, rest = divmod(len(numbers), len(Point._fields))
+    if rest or not 1 <= rows <= POINTS_MAX:
+        expected = f'1 to {POINTS_MAX} points of time, position, velocity and acceleration'
+        raise WrongKind('trajectory', numbers[:8].tolist(), expected, 'send fewer, or whole ones')
+    for name in settings.keys() - set(_SETTINGS):
+        raise UnknownName('setting of a trajectory', name, f'use {", ".join(_SETTINGS)}')
+    table = numbers.reshape(rows, len(Point._fields))
+    _check_times(table[:, 0])
+    trajectory = Trajectory(
+        points=[Point(*row) for row in table.tolist()],
+        degree=int(settings.get('degree', 1)),
+        start_s=float(settings.get('start', NONE)),
+        path_tolerance_m=_tolerance(
+            settings, 'path_tolerance', parameters.limits.following_error or NONE
+        ),
+        goal_tolerance_m=_tolerance(settings, 'goal_tolerance', parameters.closed_loop.tolerance),
+        goal_time_tolerance_s=_tolerance(
+            settings, 'goal_time_tolerance', parameters.closed_loop.timeout
+        ),
+    )
+    if trajectory.degree not in _DEGREES:
+        limit = f'not one of {_DEGREES}'
+        raise OutOfRange('trajectory degree', trajectory.degree, '', limit, 'take one of these')
+    last_m_per_s = abs(trajectory.end.velocity_m_per_s)
+    if trajectory.degree > 1 and last_m_per_s > _REST_SHARE * fastest_m_per_s(parameters):
+        hint = 'let it end at rest'
+        raise OutOfRange('last trajectory velocity', last_m_per_s, 'm/s', 'not 0 m/s', hint)
+    places_m, speeds_m_per_s = _sampled(table, trajectory.degree)
+    ways_m = np.append(places_m, table[:, 1])
+    for place_m in (ways_m.min(), ways_m.max()):
+        check_position(parameters, float(place_m))
+    check_velocity(parameters, 'trajectory velocity', float(speeds_m_per_s.max(initial=0.0)))
+    return trajectory
+
+
+def _tolerance(settings: Mapping[str, Scalar], name: str, default: float) -> float:
+    value = float(settings.get(name, default))
+    if value <= 0.0 and value != NONE:
+        unit = 's' if 'time' in name else 'm'
+        limit = f'not above 0 {unit}'
+        raise OutOfRange(
+            f'trajectory {name}', value, unit, limit, f'raise it, or {NONE:g} for none'
+        )
+    return value
+
+
+def _check_times(times_s: Array) -> None:
+    """Refuse times that do not rise, or begin before the start."""
+    if times_s[0] < 0.0:
+        hint = 'let times count from the start'
+        raise OutOfRange('trajectory time of point 1', times_s[0], 's', 'below 0 s', hint)
+    falls = np.flatnonzero(np.diff(times_s) <= 0.0)
+    if len(falls):
+        row = int(falls[0]) + 1
+        limit = f'not after that of point {row}, {times_s[row - 1]:g} s'
+        name = f'trajectory time of point {row + 1}'
+        raise OutOfRange(name, float(times_s[row]), 's', limit, 'let the times rise')
+
+
+def _sampled(table: Array, degree: int) -> tuple[Array, Array]:
+    """Return positions between rows of points, and how fast the runner is there."""
+    columns: Any = table.T
+    before, after = Point(*columns[:, :-1]), Point(*columns[:, 1:])
+    times_s = before.time_s + _SHARES * (after.time_s - before.time_s)
+    places_m, velocities_m_per_s = _between(before, after, degree, times_s)
+    return places_m, np.abs(velocities_m_per_s)
+
+
+def _between(before: Point, after: Point, degree: int, time_s: Any) -> tuple[Any, Any]:
+    """Return position and velocity between two points, or columns of these, by Hermite."""
+    span_s = after.time_s - before.time_s
+    share = (time_s - before.time_s) / span_s
+    way = after.position_m - before.position_m
+    # Derivatives by the share of the time: all are lengths.
+    v0, v1 = before.velocity_m_per_s * span_s, after.velocity_m_per_s * span_s
+    a0, a1 = (point.acceleration_m_per_s2 * span_s**2 for point in (before, after))
+    factors: tuple[Any, ...] = (before.position_m, way)
+    if degree == 3:
+        factors = before.position_m, v0, 3.0 * way - 2.0 * v0 - v1, v0 + v1 - 2.0 * way
+    elif degree == 5:
+        factors = (
+            before.position_m,
+            v0,
+            0.5 * a0,
+            10.0 * way - 6.0 * v0 - 4.0 * v1 - 1.5 * a0 + 0.5 * a1,
+            -15.0 * way + 8.0 * v0 + 7.0 * v1 + 1.5 * a0 - a1,
+            6.0 * way - 3.0 * (v0 + v1) + 0.5 * (a1 - a0),
+        )
+    place = speed = 0.0 * share
+    for factor in reversed(factors):
+        speed = speed * share + place
+        place = place * share + factor
+    return place, speed / span_s

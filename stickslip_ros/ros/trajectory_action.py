@@ -1,0 +1,303 @@
+"""The action ``~/follow_joint_trajectory``, offered where its type is installed."""
+
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future
+from contextlib import suppress
+from dataclasses import replace
+from importlib import import_module
+from typing import Any
+
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.action.server import ServerGoalHandle
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.duration import Duration
+from rclpy.lifecycle import LifecycleNode
+from rclpy.time import Time
+
+from stickslip_ros.errors import OutOfRange, StickSlipError, UnknownName, WrongKind
+from stickslip_ros.instrument.commands import TRAJECTORY, Request, check_request
+from stickslip_ros.instrument.reports import Event, Result
+from stickslip_ros.interface.topics import TRAJECTORY_ACTION
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.ros.client import stamp_ns
+from stickslip_ros.runtime.orders import AT_ONCE
+from stickslip_ros.runtime.session import Session, await_reply
+from stickslip_ros.units import NANO, NS_PER_S
+
+FEEDBACK_RATE_HZ = 20.0
+"""Of wall-clock time: `action_monitor_rate` of joint_trajectory_controller."""
+CODES = {
+    Result.DONE: 'SUCCESSFUL',
+    Result.FOLLOWING_LIMIT_REACHED: 'PATH_TOLERANCE_VIOLATED',
+    Result.END_STOP_REACHED: 'PATH_TOLERANCE_VIOLATED',
+    Result.TIMEOUT: 'GOAL_TOLERANCE_VIOLATED',
+}
+"""Codes of the results of a trajectory; of any other it is INVALID_GOAL."""
+
+
+class TooLate(StickSlipError):
+    """A trajectory whose end is past."""
+
+
+def installed_types() -> tuple[Any, Any] | None:
+    """Return the types of the action and of a point of a trajectory, where they are installed."""
+    try:
+        action, points = import_module('control_msgs.action'), import_module('trajectory_msgs.msg')
+    except ImportError:
+        return None
+    return action.FollowJointTrajectory, points.JointTrajectoryPoint
+
+
+def read_goal(goal: Any, parameters: Parameters, now_ns: int, time_origin_ns: int) -> Request:
+    """
+    Return the command that carries out a goal; now is simulated time.
+
+    Raises
+    ------
+    UnknownName
+        If it is for another joint than that of the drive.
+    TooLate
+        If its end is past.
+    StickSlipError
+        If it makes no sense, or the drive does not take it.
+
+    """
+    trajectory, own = goal.trajectory, parameters.sim.joint_name
+    if list(trajectory.joint_names) != [own]:
+        names = ', '.join(trajectory.joint_names)
+        raise UnknownName('joint', names, f'name {own} alone, sim.joint_name of this drive')
+    points = list(trajectory.points)
+    if not points:
+        raise WrongKind('trajectory', [], 'one with points', 'give at least one')
+    counts = [tuple(map(len, _arrays(point))) for point in points]
+    if counts[0] not in ((1, 0, 0, 0), (1, 1, 0, 0), (1, 1, 1, 0)) or len(set(counts)) > 1:
+        number = next((k for k, each in enumerate(counts, 1) if each != counts[0]), 1)
+        expected = 'one position, and in all points or in none a velocity, or that and an '
+        expected += 'acceleration; no effort'
+        hint = 'fill the arrays of all points alike'
+        sizes = list(counts[number - 1])
+        raise WrongKind(f'sizes of the arrays of point {number}', sizes, expected, hint)
+    rows = [(_seconds(each.time_from_start), *map(sum, _arrays(each)[:3])) for each in points]
+    settings: list[tuple[str, Any]] = [('degree', 2 * sum(counts[0]) - 1)]
+    start_ns = stamp_ns(trajectory)
+    if start_ns:
+        start_ns -= time_origin_ns
+        over_s = (now_ns - start_ns) * NANO - rows[-1][0]
+        if over_s > 0.0:
+            raise TooLate(
+                f'the trajectory ended {over_s:.6g} s ago by its stamp; leave the stamp at 0 to '
+                'start at once'
+            )
+        settings.append(('start', start_ns * NANO))
+    for name in ('path_tolerance', 'goal_tolerance'):
+        settings += ((name, value) for value in _tolerances(name, getattr(goal, name), own))
+    settings += [('goal_time_tolerance', s) for s in [_seconds(goal.goal_time_tolerance)] if s]
+    values = tuple(number for row in rows for number in row)
+    request = Request(TRAJECTORY, values, tuple(settings))
+    check_request(request, parameters)
+    return request
+
+
+def _arrays(point: Any) -> tuple[Any, ...]:
+    return point.positions, point.velocities, point.accelerations, point.effort
+
+
+def _seconds(duration: Any) -> float:
+    return float((duration.sec * NS_PER_S + duration.nanosec) * NANO)
+
+
+def _tolerances(name: str, tolerances: Any, own: str) -> Iterator[float]:
+    """Give what is said of the position of the joint, which alone is judged."""
+    for each in tolerances:
+        if each.name != own:
+            raise UnknownName(f'joint of {name}', each.name, f'name {own}')
+        for kind, unit in (('velocity', 'm/s'), ('acceleration', 'm/s2')):
+            value = getattr(each, kind)
+            if value > 0.0:
+                limit = 'not what the drive judges, as its runner moves in steps'
+                raise OutOfRange(f'{name} {kind}', value, unit, limit, 'leave it 0')
+        if each.position:
+            yield float(each.position)
+
+
+class _Server(ActionServer):  # type: ignore[misc]
+    """
+    An action server whose goals are executed by others.
+
+    rclpy would have a coroutine that waits take a whole processor: it is called again and again.
+
+    """
+
+    def notify_execute(self, goal_handle: Any, execute_callback: Any) -> None:
+        """Leave a goal EXECUTING until it is answered."""
+
+    def answer(self, goal: ServerGoalHandle, conclude: Callable[[ServerGoalHandle], Any]) -> None:
+        """Let a goal end as ``conclude`` says, which returns its result."""
+        with suppress(StopIteration):
+            self._execute_goal(conclude, goal).send(None)
+
+
+class TrajectoryAction:
+    """
+    The goals of a drive, each carried out as one of its commands.
+
+    A goal that makes no sense is accepted and aborted: only a result can say why.
+
+    Parameters
+    ----------
+    node : LifecycleNode
+        Offers the action.
+    types : tuple
+        As `installed_types` returns them.
+    get_session : callable
+        Returns the running drive, or refuses.
+    on_refusal : callable
+        Receives the name of the action and why a goal was refused.
+
+    """
+
+    def __init__(
+        self,
+        node: LifecycleNode,
+        types: tuple[Any, Any],
+        get_session: Callable[[], Session],
+        on_refusal: Callable[[str, str], None],
+    ) -> None:
+        self._node = node
+        self._type, self._point = types
+        self._get_session = get_session
+        self._on_refusal = on_refusal
+        self._stamp_ns = 0  # of the last command; they all differ
+        # Those that run and the reply to their commands, by the stamps of these.
+        self._goals: dict[int, tuple[ServerGoalHandle, Future[None]]] = {}
+        self._ended: deque[Event] = deque()
+        self._wake = node.create_guard_condition(self._answer_ended)
+        clock = Clock(clock_type=ClockType.STEADY_TIME)
+        self._timer = node.create_timer(1.0 / FEEDBACK_RATE_HZ, self._send_feedback, clock=clock)
+        self._timer.cancel()
+        self._server = _Server(
+            node,
+            self._type,
+            TRAJECTORY_ACTION.name,
+            lambda _: None,
+            goal_callback=self._judge,
+            handle_accepted_callback=self._begin,
+            cancel_callback=self._cancel,
+        )
+
+    def on_event(self, event: Event) -> None:
+        """Take the end of a command; in any thread."""
+        if event.command == TRAJECTORY and event.stamp_ns in self._goals:
+            self._ended.append(event)
+            self._wake.trigger()
+
+    def stop(self, session: Session) -> None:
+        """Stop what moves, before the drive is halted: it would go on at the next activation."""
+        if self._goals and session.failure is None:
+            with suppress(StickSlipError):
+                await_reply(session.submit(Request('stop'), AT_ONCE))
+
+    def give_up(self, why: str) -> None:
+        """Abort the goals whose end will not come."""
+        self._ended.extend(_aborted(stamp, why) for stamp in self._goals)
+        self._answer_ended()
+
+    def close(self) -> None:
+        """Offer the action no longer."""
+        self._server.destroy()
+        self._node.destroy_timer(self._timer)
+        self._node.destroy_guard_condition(self._wake)
+
+    def _judge(self, _: Any) -> GoalResponse:
+        try:
+            self._get_session()
+        except StickSlipError as error:
+            self._refuse(error)
+            return GoalResponse.REJECT
+        return GoalResponse.ACCEPT
+
+    def _refuse(self, error: StickSlipError) -> None:
+        name = TRAJECTORY_ACTION.name.removeprefix('~/')
+        self._on_refusal(name, f'{name} refused: {error}')
+
+    def _begin(self, goal: ServerGoalHandle) -> None:
+        """Hand a goal to the drive, where it replaces what moves; or abort it."""
+        goal.execute()
+        code = 'INVALID_GOAL'
+        try:
+            session = self._get_session()
+            now_ns, origin_ns = session.bench.time_ns, session.worker.time_origin_ns
+            request = read_goal(goal.request, session.parameters, now_ns, origin_ns)
+        except StickSlipError as error:
+            kinds = {UnknownName: 'INVALID_JOINTS', TooLate: 'OLD_HEADER_TIMESTAMP'}
+            self._refuse(error)
+            self._answer(goal, kinds.get(type(error), code), str(error))
+            return
+        self._stamp_ns = max(self._stamp_ns + 1, origin_ns + now_ns)
+        command = replace(request, stamp_ns=self._stamp_ns)
+        self._goals[self._stamp_ns] = goal, Future()  # its end may come before the reply
+        self._goals[self._stamp_ns] = goal, session.submit(command)
+        self._timer.reset()
+
+    def _cancel(self, goal: ServerGoalHandle) -> CancelResponse:
+        """Stop what moves, or take back what still waits; its end answers the goal."""
+        for stamp, (each, reply) in self._goals.items():
+            if each == goal and reply.cancel():
+                self._ended.append(_aborted(stamp, 'cancelled before it had begun'))
+                self._wake.trigger()
+                return CancelResponse.ACCEPT
+        with suppress(StickSlipError):
+            self._get_session().submit(Request('stop'), AT_ONCE)
+        return CancelResponse.ACCEPT
+
+    def _answer_ended(self) -> None:
+        """Answer the goals whose commands have ended."""
+        while self._ended:
+            event = self._ended.popleft()
+            if event.stamp_ns in self._goals:
+                goal, _ = self._goals.pop(event.stamp_ns)
+                self._answer(goal, CODES.get(event.result, 'INVALID_GOAL'), event.message)
+        if not self._goals:
+            self._timer.cancel()
+
+    def _answer(self, goal: ServerGoalHandle, code: str, why: str) -> None:
+        def conclude(goal: ServerGoalHandle) -> Any:
+            result = self._type.Result(error_code=getattr(self._type.Result, code))
+            result.error_string = why or 'in position'
+            if code == 'SUCCESSFUL':
+                goal.succeed()
+            elif goal.is_cancel_requested:
+                result.error_code = self._type.Result.SUCCESSFUL
+                goal.canceled()
+            else:
+                goal.abort()
+            return result
+
+        self._server.answer(goal, conclude)
+
+    def _send_feedback(self) -> None:
+        """Tell the newest goal where the runner shall be, and where it is."""
+        session = self._get_session()
+        followed = session.bench.motion.followed
+        if followed is None or not self._goals:
+            return
+        elapsed_s, wanted, position_m = followed
+        feedback = self._type.Feedback(joint_names=[session.parameters.sim.joint_name])
+        stamp_ns = session.worker.time_origin_ns + round(wanted.time_s / NANO)
+        feedback.header.stamp = Time(nanoseconds=stamp_ns).to_msg()
+        feedback.desired = self._point(
+            positions=[wanted.position_m], velocities=[wanted.velocity_m_per_s]
+        )
+        feedback.actual = self._point(positions=[position_m])
+        feedback.error = self._point(positions=[wanted.position_m - position_m])
+        for each in (feedback.desired, feedback.actual, feedback.error):
+            each.time_from_start = Duration(seconds=elapsed_s).to_msg()
+        goal, _ = self._goals[max(self._goals)]
+        goal.publish_feedback(feedback)
+
+
+def _aborted(stamp_ns: int, why: str) -> Event:
+    """Return the end of a command that the drive will not report."""
+    return Event(0, 0, TRAJECTORY, Result.ABORTED, message=why, stamp_ns=stamp_ns)
