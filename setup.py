@@ -82,6 +82,9 @@ setup(
     extras_require={
         'jazzy': ros_wheels('jazzy'),
         'kilted': ros_wheels('kilted'),
+        # What the tests build control_msgs on, which an installed ROS has.
+        'jazzy-test': ['ros-jazzy-trajectory-msgs'],
+        'kilted-test': ['ros-kilted-trajectory-msgs'],
         'completion': ['argcomplete'],
         'control': ['control'],
         'dask': ['distributed'],

@@ -19,7 +19,7 @@ for distribution in jazzy kilted; do
     pin "$run" setup.py requirements/build.in \
         --extra "$distribution" --extra completion --extra panel "$@"
     pin "requirements/$distribution-test.txt" setup.py requirements/build.in --constraint "$run" \
-        --extra "$distribution" --extra test --extra lint "$@"
+        --extra "$distribution" --extra "$distribution-test" --extra test --extra lint "$@"
 done
 pin requirements/colcon.txt requirements/colcon.in \
     --constraint requirements/jazzy.txt --constraint requirements/kilted.txt "$@"

@@ -256,16 +256,14 @@ class ClosedLoop:
                 return level(voltage_v)
 
     def _arrival(self, observation: Observation) -> Outcome | None:
-        settle_ns = to_nanoseconds(self._parameters.closed_loop.settle_time)
-        there = observation.arrived and self.in_position and self._set_point_m == self._target_m
         trajectory = self.goal.trajectory
-        if (
-            self.goal.direction
-            or (trajectory is not None and observation.time_ns * NANO < trajectory.end.time_s)
-            or self.holds
-            or not there
-            or observation.time_ns - self._outside_ns < settle_ns
-        ):
+        if trajectory is not None and observation.time_ns * NANO < trajectory.end.time_s:
+            return None
+        settle_ns = to_nanoseconds(self._parameters.closed_loop.settle_time)
+        rests = observation.time_ns - self._outside_ns >= settle_ns
+        there = observation.arrived and self.in_position and self._set_point_m == self._target_m
+        is_anywhere = trajectory is not None and trajectory.goal_tolerance_m == NONE
+        if self.goal.direction or self.holds or not (is_anywhere or (there and rests)):
             return None
         self.holds = True
         return Outcome(Result.DONE)
@@ -276,16 +274,17 @@ class ClosedLoop:
         limit_m = self._parameters.limits.following_error
         lag_m = abs(self._set_point_m - observation.position_m)
         velocity_m_per_s = self._parameters.closed_loop.velocity
-        follows = self.holds or self.goal.direction or velocity_m_per_s > 0.0
+        trajectory = None if self.holds else self.goal.trajectory
+        is_slow = velocity_m_per_s > 0.0 and trajectory is None
+        follows = self.holds or self.goal.direction or is_slow
         if limit_m and follows and lag_m > limit_m:
             why = f'{lag_m:.4g} m from the set point, above limits.following_error {limit_m:g} m'
             return Outcome(Result.FOLLOWING_LIMIT_REACHED, why)
-        if self.goal.trajectory is not None and not self.holds:
-            deviation = _deviation(self.goal.trajectory, observation, lag_m)
-            if deviation is not None:
-                return deviation
+        deviation = trajectory and _deviation(trajectory, observation, lag_m)
+        if deviation is not None:
+            return deviation
         timeout_s = self._parameters.closed_loop.timeout
-        is_timed = not (self.holds or self.goal.direction or self.goal.trajectory)
+        is_timed = not (self.holds or self.goal.direction or trajectory)
         if is_timed and observation.time_ns - self._start_ns > to_nanoseconds(timeout_s):
             error_m = self._target_m - observation.position_m
             why = f'{error_m:.4g} m are left after closed_loop.timeout, {timeout_s:g} s'

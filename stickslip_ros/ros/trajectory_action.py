@@ -173,6 +173,7 @@ class TrajectoryAction:
         # Those that run and the reply to their commands, by the stamps of these.
         self._goals: dict[int, tuple[ServerGoalHandle, Future[None]]] = {}
         self._ended: deque[Event] = deque()
+        self._is_closing = False
         self._wake = node.create_guard_condition(self._answer_ended)
         clock = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = node.create_timer(1.0 / FEEDBACK_RATE_HZ, self._send_feedback, clock=clock)
@@ -205,10 +206,9 @@ class TrajectoryAction:
         self._answer_ended()
 
     def close(self) -> None:
-        """Offer the action no longer."""
-        self._server.destroy()
-        self._node.destroy_timer(self._timer)
-        self._node.destroy_guard_condition(self._wake)
+        """Offer the action no longer, once the executor has sent the results that are due."""
+        self._is_closing = True
+        self._wake.trigger()
 
     def _judge(self, _: Any) -> GoalResponse:
         try:
@@ -253,7 +253,7 @@ class TrajectoryAction:
         return CancelResponse.ACCEPT
 
     def _answer_ended(self) -> None:
-        """Answer the goals whose commands have ended."""
+        """Answer the goals whose commands have ended; then close, if that was asked for."""
         while self._ended:
             event = self._ended.popleft()
             if event.stamp_ns in self._goals:
@@ -261,6 +261,10 @@ class TrajectoryAction:
                 self._answer(goal, CODES.get(event.result, 'INVALID_GOAL'), event.message)
         if not self._goals:
             self._timer.cancel()
+        if self._is_closing:
+            self._server.destroy()
+            self._node.destroy_timer(self._timer)
+            self._node.destroy_guard_condition(self._wake)
 
     def _answer(self, goal: ServerGoalHandle, code: str, why: str) -> None:
         def conclude(goal: ServerGoalHandle) -> Any:

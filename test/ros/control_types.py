@@ -46,8 +46,15 @@ string[] joint_names
 {POINTS}
 """,
 }
-USED = ('trajectory_msgs', 'geometry_msgs', 'std_msgs', 'builtin_interfaces', 'action_msgs')
-USED += ('service_msgs', 'unique_identifier_msgs')
+USED = (
+    'trajectory_msgs',
+    'geometry_msgs',
+    'std_msgs',
+    'builtin_interfaces',
+    'action_msgs',
+    'service_msgs',
+    'unique_identifier_msgs',
+)
 SUPPORTS = ('rosidl_typesupport_fastrtps_c', 'rosidl_typesupport_introspection_c')
 PREFIX = Path(sys.prefix)
 
