@@ -16,6 +16,8 @@ ARGUMENTS = {
     'autostart': ('', f'true or false: configure and activate it; {IN_FILE}'),
     'record': ('', f'true or false: record from the activation on; {IN_FILE}'),
     'seed': ('', f'sim.seed; {IN_FILE}'),
+    'joint_name': ('', f'name of the joint; {IN_FILE}'),
+    'joint_states': ('joint_states', 'topic on which the joint is reported'),
     'frame_prefix': ('', f'what stands before the names of frames; {IN_FILE}'),
     'respawn': ('false', 'true or false: start the drive again when its process has ended'),
     'log_level': ('info', 'debug, info, warn, error or fatal'),
@@ -52,6 +54,7 @@ def start_drive(context: LaunchContext) -> list[LifecycleNode]:
         'autostart': given['autostart'],
         'record.on_start': given['record'],
         'sim.seed': given['seed'],
+        'sim.joint_name': given['joint_name'],
     }
     if given['frame_prefix']:
         parameters |= {name: given['frame_prefix'] + frame for name, frame in FRAMES.items()}
@@ -62,6 +65,7 @@ def start_drive(context: LaunchContext) -> list[LifecycleNode]:
         namespace=given['namespace'],
         name=given['name'],
         parameters=[given['params_file'], chosen],
+        remappings=[('joint_states', given['joint_states'])],
         ros_arguments=['--log-level', given['log_level']],
         respawn=given['respawn'] == 'true',
         respawn_delay=RESPAWN_DELAY_S,

@@ -13,6 +13,7 @@ from types import ModuleType
 from typing import Any
 
 import pytest
+import yaml
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.parameters import specs
@@ -20,6 +21,7 @@ from stickslip_ros.parameters import specs
 ROOT = Path(__file__).resolve().parents[1]
 FILES = sorted((ROOT / 'launch').glob('*.launch.py'))
 DRIVE = ROOT / 'launch' / 'drive.launch.py'
+STAGE = ROOT / 'launch' / 'stage.launch.py'
 PAGES = [ROOT / 'README.md', *(ROOT / 'docs').rglob('*.md'), *FILES]
 COMMAND = re.compile(r'ros2 launch stickslip_ros (\S+\.launch\.py)((?: \\?\s*[\w-]+(?::=\S+)?)*)')
 
@@ -53,13 +55,22 @@ def table_of(file: Path, name: str) -> dict[str, Any]:
 
 
 WHAT = ('package', 'executable')
+FOREIGN = {
+    'controller_manager': {'ros2_control_node', 'spawner'},
+    'nav2_lifecycle_manager': {'lifecycle_manager'},
+    'robot_state_publisher': {'robot_state_publisher'},
+    'rviz2': {'rviz2'},
+}
+"""Executables that other packages have."""
+OWN = {'stage.launch.py': {'z_load'}}
+"""Arguments that drive.launch.py has not."""
 ARGUMENTS = table_of(DRIVE, 'ARGUMENTS').keys()
 
 
 def test_all_are_installed_and_shipped(keywords: dict[str, Any]):
     shares = dict(keywords['data_files'])
     assert shares['share/stickslip_ros/launch'] == [f'launch/{file.name}' for file in FILES]
-    assert len(FILES) == 3
+    assert len(FILES) == 6
     manifest = (ROOT / 'MANIFEST.in').read_text(encoding='utf-8')
     assert 'recursive-include launch *.launch.py\n' in manifest
 
@@ -72,10 +83,12 @@ def test_executables_files_and_parameters_that_it_names_exist(
     for name, words in calls_of(file):
         if name in ('Node', 'LifecycleNode'):
             package, executable = (ast.literal_eval(words[each]) for each in WHAT)
-            assert executable == package or package == keywords['name']
-            assert executable == package or executable in scripts
+            assert executable in FOREIGN.get(package, scripts)
+            assert package in {*FOREIGN, keywords['name']}
     texts = texts_of(file)
-    for name in (text for text in texts if text.endswith(('.yaml', '.rviz', '.launch.py'))):
+    for name in (
+        text for text in texts if text.endswith(('.yaml', '.rviz', '.urdf', '.launch.py'))
+    ):
         assert (ROOT / 'config' / name).exists() or (file.parent / name).exists()
     groups = '|'.join({name.partition('.')[0] for name in specs() if '.' in name})
     named = {text for text in texts if re.fullmatch(rf'(?:{groups})\.(?!rviz)\w+', text)}
@@ -95,8 +108,13 @@ class StandIn:
 
 
 KINDS = {
-    'launch': ('LaunchContext', 'LaunchDescription'),
-    'launch.actions': ('DeclareLaunchArgument', 'IncludeLaunchDescription', 'OpaqueFunction'),
+    'launch': ('Action', 'LaunchContext', 'LaunchDescription'),
+    'launch.actions': (
+        'DeclareLaunchArgument',
+        'ExecuteProcess',
+        'IncludeLaunchDescription',
+        'OpaqueFunction',
+    ),
     'launch.substitutions': ('LaunchConfiguration',),
     'launch_ros': (),
     'launch_ros.actions': ('LifecycleNode', 'Node'),
@@ -138,10 +156,13 @@ class Launched:
         return set()
 
     def said(self, value: Any) -> Any:
-        """Return a word or a list of a node, with the values of arguments in their places."""
+        """Return a word, list or table of a node, with the values of arguments in their places."""
         if isinstance(value, list):
             return [self.said(each) for each in value]
-        return self.context[value.values[0]] if isinstance(value, StandIn) else value
+        if isinstance(value, dict):
+            return {name: self.said(each) for name, each in value.items()}
+        is_argument = type(value).__name__ == 'LaunchConfiguration'
+        return self.context[value.values[0]] if is_argument else value
 
 
 @pytest.fixture
@@ -161,7 +182,7 @@ def test_every_argument_that_it_shows_changes_what_is_started(
     launch: Callable[..., Launched], file: Path
 ):
     plain = launch(file)
-    assert plain.shown <= ARGUMENTS
+    assert plain.shown <= ARGUMENTS | OWN.get(file.name, set())
     for name in plain.shown:
         value = str(ROOT / 'config' / 'coupled.yaml') if name == 'params_file' else 'true'
         assert launch(file, **{name: value}).nodes != plain.nodes, name
@@ -180,6 +201,70 @@ def test_two_drives_differ_in_names_seeds_and_frames(launch: Callable[..., Launc
         assert words['ros_arguments'] == ['--log-level', 'warn']
         frames = {name: f'{side}/{frame}' for name, frame in table_of(DRIVE, 'FRAMES').items()}
         assert words['parameters'][1] == {'autostart': 'false', 'sim.seed': seed, **frames}
+
+
+def test_a_stage_has_three_drives_in_its_namespace_and_one_description_of_all(
+    launch: Callable[..., Launched],
+):
+    (_, bodies), *drives, (kind, load) = launch(STAGE, namespace='lab', z_load='-0.1').nodes
+    for axis, (_, words) in zip('xyz', drives, strict=True):
+        assert (words['namespace'], words['name']) == (f'lab/{axis}', 'stickslip_drive')
+        assert words['remappings'] == [('joint_states', '/lab/joint_states')]
+        frames = {name: f'{axis}/{frame}' for name, frame in table_of(DRIVE, 'FRAMES').items()}
+        assert (
+            words['parameters'][1].items() > {'sim.joint_name': f'{axis}_joint', **frames}.items()
+        )
+    assert len({words['parameters'][1]['sim.seed'] for _, words in drives}) == 3
+    [text] = bodies['parameters'][0]['robot_description'].values
+    joints = {
+        each.attrib['name']: each.attrib['type'] for each in ET.fromstring(text).iter('joint')
+    }
+    assert {name for name, type_ in joints.items() if type_ == 'prismatic'} == {
+        'x_joint',
+        'y_joint',
+        'z_joint',
+    }
+    assert (kind, bodies['namespace']) == ('ExecuteProcess', 'lab')
+    assert load['cmd'][4:] == [
+        'command',
+        'load',
+        'force.x=-0.1',
+        '--namespace',
+        '/lab/z',
+        '--timeout',
+        '120',
+    ]
+
+
+def test_the_manager_of_nav2_keeps_no_bond_and_finds_the_drive(launch: Callable[..., Launched]):
+    file = ROOT / 'launch' / 'nav2_lifecycle.launch.py'
+    (_, manager), (_, drive) = launch(file, name='stage', namespace='left').nodes
+    assert manager['parameters'] == [
+        {'autostart': True, 'bond_timeout': 0.0, 'node_names': ['stage']}
+    ]
+    assert manager['namespace'] == drive['namespace'] == 'left'
+    assert (drive['name'], drive['parameters'][1]) == ('stage', {'autostart': 'false'})
+
+
+def test_ros2_control_has_description_manager_and_controllers_before_the_drive(
+    launch: Callable[..., Launched],
+):
+    nodes = launch(ROOT / 'launch' / 'ros2_control.launch.py').nodes
+    (_, bodies), (_, manager), (_, spawner), (_, drive) = nodes
+    [text] = bodies['parameters'][0]['robot_description'].values
+    robot = ET.fromstring(text)
+    [joint] = robot.iterfind('ros2_control/joint')
+    assert joint.get('name') in {each.get('name') for each in robot.iterfind('joint')}
+    assert drive['parameters'][1] == {'sim.joint_name': joint.get('name')}
+    topics = {each.get('name'): each.text for each in robot.iterfind('ros2_control/*/param')}
+    assert drive['remappings'] == [('joint_states', topics['joint_states_topic'])]
+    [file] = manager['parameters']
+    assert spawner['arguments'][-2:] == ['--param-file', file]
+    controllers = yaml.safe_load(Path(file).read_text(encoding='utf-8'))
+    assert (
+        set(spawner['arguments'][:-2])
+        < controllers['controller_manager']['ros__parameters'].keys()
+    )
 
 
 @pytest.mark.parametrize('rviz', [None, '/opt/ros/bin/rviz2'])
@@ -233,5 +318,9 @@ def test_the_pages_name_every_launch_file():
 def test_its_description_can_be_built_and_shows_the_arguments_that_it_has(file: Path):
     description = runpy.run_path(str(file))['generate_launch_description']()
     declared = [each.name for each in description.get_launch_arguments()]
-    own = {'namespace', 'seed', 'frame_prefix'} if file.name.startswith('two_drives') else set()
-    assert set(declared) == ARGUMENTS - own
+    fixed = set(runpy.run_path(str(file)).get('OWN', {}))
+    own = {'seed', 'joint_name', 'frame_prefix', 'joint_states', 'name'}
+    own = {'two_drives': {'namespace', 'seed', 'frame_prefix'}, 'stage': own}.get(
+        file.name.partition('.')[0], fixed
+    )
+    assert set(declared) == (ARGUMENTS | OWN.get(file.name, set())) - own

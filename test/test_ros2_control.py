@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from textwrap import indent
 from xml.etree import ElementTree as ET
 
 import pytest
@@ -56,3 +57,9 @@ def test_the_plugin_finds_the_topics_and_sends_every_command(robot: ET.Element):
     assert settings['trigger_joint_command_threshold'] == '-1'
     states = {each.get('name') for each in robot.iterfind('ros2_control/joint/state_interface')}
     assert states == {'position', 'velocity', 'effort'}
+
+
+def test_the_files_of_the_launch_file_are_those_of_the_page():
+    control = (ROOT / 'config' / 'ros2_control.urdf').read_text(encoding='utf-8')
+    assert indent(control, '  ') in block('xml')
+    assert (ROOT / 'config' / 'ros2_control.yaml').read_text(encoding='utf-8') == block('yaml')

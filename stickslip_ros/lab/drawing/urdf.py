@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from xml.sax.saxutils import quoteattr
 
 from stickslip_ros.drive.build import friction_limit_n
+from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.lab.drawing.geometry import DIAGONAL, geometry_of
 from stickslip_ros.parameters import Parameters
 
@@ -16,21 +17,63 @@ _COLOURS = {
 }
 Place = tuple[float, float, float]
 HERE: Place = (0.0, 0.0, 0.0)
+_AXES_RPY_RAD = HERE, (0.0, 0.0, 0.5 * math.pi), (0.0, -0.5 * math.pi, 0.0)
+"""Turn of the stand that moves along x, y, z against the one that carries it."""
 
 
-def robot_description(parameters: Parameters) -> str:
+def robot_description(parameters: Parameters, *carried: Parameters) -> str:
     """
-    Return the stand as URDF.
+    Return the stand as URDF; with more than one, each stands on the runner of the one before.
 
-    Its frames are those of ``frame_id.*``; the one joint that moves is ``sim.joint_name``, which
+    Frames are those of ``frame_id.*``; the joint of each that moves is ``sim.joint_name``, which
     ``joint_states`` moves, at most as fast as the drive steps. Sizes are those of the drawing.
+    The first stand moves along x, the second along y, the third along z. How they are mounted on
+    each other is assumed.
 
     Parameters
     ----------
     parameters : Parameters
         The stand.
+    *carried : Parameters
+        One or two more, with frames and joints of their own.
+
+    Raises
+    ------
+    OutOfRange
+        If there are more than three.
+    WrongKind
+        If two have a frame or a joint of the same name.
 
     """
+    stands = (parameters, *carried)
+    if len(stands) > len(_AXES_RPY_RAD):
+        raise OutOfRange(
+            'stands', len(stands), '', f'above the {len(_AXES_RPY_RAD)} axes', 'draw fewer'
+        )
+    names = [
+        name for each in stands for name in (*vars(each.frame_id).values(), each.sim.joint_name)
+    ]
+    for name in names:
+        if names.count(name) > 1:
+            hint = 'set frame_id.* and sim.joint_name'
+            raise WrongKind('frame or joint', name, 'the name of one alone', hint)
+    parts = [
+        f'<material name="{name}"><color rgba="{c}"/></material>' for name, c in _COLOURS.items()
+    ]
+    before: Parameters | None = None
+    for stand, rpy_rad in zip(stands, _AXES_RPY_RAD, strict=False):
+        parts += _stand(stand)
+        if before is not None:
+            base, half_m = stand.frame_id.stage, 1.5 * geometry_of(stand).length_m
+            at = _at((0.0, 0.0, half_m), *rpy_rad)
+            parts.append(_joint(f'{base}_mount', 'fixed', before.frame_id.runner, base, at))
+        before = stand
+    inside = '\n'.join(f'  {each}' for each in parts)
+    return f'<?xml version="1.0"?>\n<robot name="stickslip_stand">\n{inside}\n</robot>\n'
+
+
+def _stand(parameters: Parameters) -> list[str]:
+    """Return links and joints of one stand."""
     geometry, frames, stand = geometry_of(parameters), parameters.frame_id, parameters.stand
     length_m, width_m, radius_m = geometry.length_m, geometry.width_m, geometry.radius_m
     piezo_m, piezo_long_m = geometry.piezo_m
@@ -50,9 +93,6 @@ def robot_description(parameters: Parameters) -> str:
     below_m = -DIAGONAL * geometry.reach_m - 2.0 * radius_m
     bar = _body(_box((length_m, width_m, width_m)), 'steel', HERE, 0.25 * math.pi)
     parts = [
-        f'<material name="{name}"><color rgba="{c}"/></material>' for name, c in _COLOURS.items()
-    ]
-    parts += [
         _link(frames.stage, _body(table, 'frame', (0.0, 0.0, below_m))),
         _link(frames.runner, f'{bar}<inertial>{inertia}</inertial>'),
         _joint(parameters.sim.joint_name, 'prismatic', frames.stage, frames.runner, slide),
@@ -79,8 +119,7 @@ def robot_description(parameters: Parameters) -> str:
         _link(frames.load_cell, cell),
         _joint(f'{frames.load_cell}_joint', 'fixed', frames.stage, frames.load_cell, at),
     ]
-    inside = '\n'.join(f'  {each}' for each in parts)
-    return f'<?xml version="1.0"?>\n<robot name="stickslip_stand">\n{inside}\n</robot>\n'
+    return parts
 
 
 def _link(name: str, inside: str) -> str:
@@ -101,11 +140,12 @@ def _box(size_m: Place) -> str:
     return f'<box size="{_row(size_m)}"/>'
 
 
-def _at(place_m: Place, roll_rad: float = 0.0) -> str:
-    return f'<origin xyz="{_row(place_m)}" rpy="{roll_rad:.9g} 0 0"/>'
+def _at(place_m: Place, *rpy_rad: float) -> str:
+    turn = _row((*rpy_rad, 0.0, 0.0, 0.0)[:3])
+    return f'<origin xyz="{_row(place_m)}" rpy="{turn}"/>'
 
 
-def _row(values: Place) -> str:
+def _row(values: tuple[float, ...]) -> str:
     return ' '.join(f'{each:.9g}' for each in values)
 
 
