@@ -71,8 +71,8 @@ def pack_request(request: Request, time_ns: int) -> Packed:
         'values': request.values,
         'settings': dict(request.settings),
     }
-    if request.stamp_ns:
-        content['stamp_ns'] = request.stamp_ns
+    if request.tag:
+        content['tag'] = request.tag
     return Packed(NOTES, time_ns, pack_string(json.dumps(content)))
 
 

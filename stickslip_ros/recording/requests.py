@@ -42,8 +42,8 @@ def recorded_requests(recording: Recording) -> Iterator[TimedRequest]:
             try:
                 note = json.loads(text)
                 settings = tuple(note['settings'].items())
-                values, stamp_ns = tuple(note['values']), int(note.get('stamp_ns', 0))
-                request = Request(note['name'], values, settings, stamp_ns)
+                values, tag = tuple(note['values']), str(note.get('tag', ''))
+                request = Request(note['name'], values, settings, tag=tag)
             except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
                 problem = f'holds a request that cannot be read: {text[:80]}'
                 hint = 'record with a drive of this package'

@@ -169,9 +169,8 @@ class TrajectoryAction:
         self._type, self._point = types
         self._get_session = get_session
         self._on_refusal = on_refusal
-        self._stamp_ns = 0  # of the last command; they all differ
-        # Those that run and the reply to their commands, by the stamps of these.
-        self._goals: dict[int, tuple[ServerGoalHandle, Future[None]]] = {}
+        # Those that run, the newest last, and the reply to their commands, by the tags of these.
+        self._goals: dict[str, tuple[ServerGoalHandle, Future[None]]] = {}
         self._ended: deque[Event] = deque()
         self._is_closing = False
         self._wake = node.create_guard_condition(self._answer_ended)
@@ -190,7 +189,7 @@ class TrajectoryAction:
 
     def on_event(self, event: Event) -> None:
         """Take the end of a command; in any thread."""
-        if event.command == TRAJECTORY and event.stamp_ns in self._goals:
+        if event.command == TRAJECTORY and event.tag in self._goals:
             self._ended.append(event)
             self._wake.trigger()
 
@@ -202,7 +201,7 @@ class TrajectoryAction:
 
     def give_up(self, why: str) -> None:
         """Abort the goals whose end will not come."""
-        self._ended.extend(_aborted(stamp, why) for stamp in self._goals)
+        self._ended.extend(_aborted(tag, why) for tag in self._goals)
         self._answer_ended()
 
     def close(self) -> None:
@@ -235,19 +234,18 @@ class TrajectoryAction:
             self._refuse(error)
             self._answer(goal, kinds.get(type(error), code), str(error))
             return
-        self._stamp_ns = max(self._stamp_ns + 1, origin_ns + now_ns)
-        command = replace(request, stamp_ns=self._stamp_ns)
-        self._goals[self._stamp_ns] = goal, Future()  # its end may come before the reply
-        self._goals[self._stamp_ns] = goal, session.submit(command)
+        tag = bytes(goal.goal_id.uuid).hex()
+        self._goals[tag] = goal, Future()  # its end may come before the reply
+        self._goals[tag] = goal, session.submit(replace(request, tag=tag))
         self._timer.reset()
 
     def _cancel(self, goal: ServerGoalHandle) -> CancelResponse:
         """Stop what moves, or take back what still waits; its end answers the goal."""
-        for stamp, (each, reply) in self._goals.items():
-            if each == goal and reply.cancel():
-                self._ended.append(_aborted(stamp, 'cancelled before it had begun'))
-                self._wake.trigger()
-                return CancelResponse.ACCEPT
+        tag = bytes(goal.goal_id.uuid).hex()
+        if tag in self._goals and self._goals[tag][1].cancel():
+            self._ended.append(_aborted(tag, 'cancelled before it had begun'))
+            self._wake.trigger()
+            return CancelResponse.ACCEPT
         with suppress(StickSlipError):
             self._get_session().submit(Request('stop'), AT_ONCE)
         return CancelResponse.ACCEPT
@@ -256,8 +254,8 @@ class TrajectoryAction:
         """Answer the goals whose commands have ended; then close, if that was asked for."""
         while self._ended:
             event = self._ended.popleft()
-            if event.stamp_ns in self._goals:
-                goal, _ = self._goals.pop(event.stamp_ns)
+            if event.tag in self._goals:
+                goal, _ = self._goals.pop(event.tag)
                 self._answer(goal, CODES.get(event.result, 'INVALID_GOAL'), event.message)
         if not self._goals:
             self._timer.cancel()
@@ -289,8 +287,8 @@ class TrajectoryAction:
             return
         elapsed_s, wanted, position_m = followed
         feedback = self._type.Feedback(joint_names=[session.parameters.sim.joint_name])
-        stamp_ns = session.worker.time_origin_ns + round(wanted.time_s / NANO)
-        feedback.header.stamp = Time(nanoseconds=stamp_ns).to_msg()
+        at_ns = session.worker.time_origin_ns + round(wanted.time_s / NANO)
+        feedback.header.stamp = Time(nanoseconds=at_ns).to_msg()
         feedback.desired = self._point(
             positions=[wanted.position_m], velocities=[wanted.velocity_m_per_s]
         )
@@ -298,10 +296,10 @@ class TrajectoryAction:
         feedback.error = self._point(positions=[wanted.position_m - position_m])
         for each in (feedback.desired, feedback.actual, feedback.error):
             each.time_from_start = Duration(seconds=elapsed_s).to_msg()
-        goal, _ = self._goals[max(self._goals)]
+        *_, (goal, _) = self._goals.values()
         goal.publish_feedback(feedback)
 
 
-def _aborted(stamp_ns: int, why: str) -> Event:
+def _aborted(tag: str, why: str) -> Event:
     """Return the end of a command that the drive will not report."""
-    return Event(0, 0, TRAJECTORY, Result.ABORTED, message=why, stamp_ns=stamp_ns)
+    return Event(0, 0, TRAJECTORY, Result.ABORTED, message=why, tag=tag)

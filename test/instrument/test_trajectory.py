@@ -36,7 +36,7 @@ STROKES_BEHIND = 2.0
 
 def trajectory(rows: Any = ROWS, **settings: Any) -> Request:
     values = tuple(float(number) for row in rows for number in row)
-    return Request('trajectory', values, tuple(settings.items()), stamp_ns=7)
+    return Request('trajectory', values, tuple(settings.items()), tag='mine')
 
 
 def run(bench: Bench, request: Request, simulated_s: float = 1.0) -> list[Event]:
@@ -75,7 +75,7 @@ def test_the_runner_follows_and_the_command_is_done_behind_the_last_point():
     stroke_m = STAND.actuator.gain * STAND.step.amplitude
     assert np.abs(behind_m).max() < STROKES_BEHIND * stroke_m
     [event] = events
-    assert (event.result, event.stamp_ns) == (Result.DONE, 7)
+    assert (event.result, event.tag) == (Result.DONE, 'mine')
     assert 0.3 < event.time_ns * NANO < 0.4
     assert bench.state['position_m'] == pytest.approx(3e-6, abs=STAND.closed_loop.tolerance)
 
@@ -167,7 +167,7 @@ def test_a_bench_that_is_restored_follows_to_the_bit():
 def test_it_is_noted_as_a_request_and_replayed(tmp_path: Path):
     request = trajectory(degree=3, path_tolerance=1e-6)
     note = json.loads(str(unpack(STRING, pack_request(request, 0).data)))
-    assert (note['name'], note['stamp_ns']) == ('trajectory', 7)
+    assert (note['name'], note['tag']) == ('trajectory', 'mine')
     path = tmp_path / 'run.mcap'
     with RunWriter(path, STAND, wait=True) as writer:
         bench = ReportingBench(STAND, writer=writer)

@@ -1,0 +1,83 @@
+"""Three drives as the launch file of the stage starts them: their topics, joints and moves."""
+
+import runpy
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+from executables import DRIVE
+from sensor_msgs.msg import JointState
+
+from stickslip_ros.lab.cli.main import main
+from stickslip_ros.testing import Operator
+
+LAUNCH = Path(__file__).parents[2] / 'launch'
+TARGETS_M = {'x': 1e-6, 'y': -1e-6, 'z': 2e-6}
+Z_LOAD_N = -0.05
+FREE = ['-p', 'load_cell.contact:=absent', '-p', 'runner.damping:=5.0']
+
+
+@pytest.fixture
+def stage(monkeypatch: pytest.MonkeyPatch) -> dict[str, list[str]]:
+    """Give the ROS arguments of each drive of the stage, as its launch file has them."""
+    names = ('launch', 'launch.actions', 'launch.substitutions', 'launch_ros.actions')
+    for name in (*names, 'launch_ros', 'launch_ros.parameter_descriptions'):
+        module = ModuleType(name)
+        vars(module)['__getattr__'] = lambda _: object
+        monkeypatch.setitem(sys.modules, name, module)
+    own = runpy.run_path(str(LAUNCH / 'stage.launch.py'))['OWN']
+    frames = runpy.run_path(str(LAUNCH / 'drive.launch.py'))['FRAMES']
+    return {
+        axis: [
+            *('-r', f'__ns:=/stage/{axis}', '-r', 'joint_states:=/stage/joint_states'),
+            *('-p', f'sim.seed:={each["seed"]}', '-p', f'sim.joint_name:={each["joint_name"]}'),
+            *(
+                word
+                for name, frame in frames.items()
+                for word in ('-p', f'{name}:={each["frame_prefix"]}{frame}')
+            ),
+        ]
+        for axis, each in own.items()
+    }
+
+
+def test_three_drives_report_their_joints_on_one_topic_and_move_each_by_itself(
+    stage: dict[str, list[str]],
+    start: Callable[..., 'subprocess.Popen[str]'],
+    meet: Callable[..., Operator],
+    ros_domain: int,
+    monkeypatch: pytest.MonkeyPatch,
+):
+    for arguments in stage.values():
+        start(*DRIVE, '--ros-args', *arguments, *FREE)
+    operators = {axis: meet(f'/stage/{axis}') for axis in stage}
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
+    load = ['command', 'load', f'force.x={Z_LOAD_N}', '--namespace', '/stage/z']
+    assert main([*load, '--timeout', '60']) == 0  # as the launch file sends it
+    heard: Counter[str] = Counter()
+    places_m: dict[str, float] = {}
+
+    def take(message: Any) -> None:
+        [name], [place_m] = message.name, message.position
+        heard[name] += 1
+        places_m[name] = place_m
+
+    x = operators['x']
+    x.node.create_subscription(JointState, '/stage/joint_states', take, 100)
+    for axis, operator in operators.items():
+        operator.command('position', (TARGETS_M[axis],))
+    for axis, operator in operators.items():
+        event = operator.wait_for_event('position', 0)
+        assert event['result'] == 'DONE', (axis, event)
+    heard.clear()
+    x.spin_until(lambda: len(heard) == len(stage), 'joint states of all')
+    for axis, target_m in TARGETS_M.items():
+        assert places_m[f'{axis}_joint'] == pytest.approx(target_m, abs=10e-9)
+    for axis, operator in operators.items():
+        moved = [each['command'] for each in operator.events if each['command'] != 'load']
+        assert moved == ['position'], axis  # of its own topic alone
