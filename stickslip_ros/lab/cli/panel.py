@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 from typing import Any
 
+from stickslip_ros.errors import StickSlipError
 from stickslip_ros.extras import load_extra
 from stickslip_ros.lab.cli.experiment import said_of_tables
 from stickslip_ros.lab.cli.printing import Answer
@@ -29,14 +30,18 @@ def panel_verb(arguments: argparse.Namespace) -> Answer:
     os.nice(NICENESS)
     file: Path | None = arguments.file
     source: Any
+    beside: list[Any] = []
     if file is None:
         from stickslip_ros.lab.panel.link import Link
 
         source, first = Link(arguments.namespace), sheet()
+        beside += ((Link(namespace), sheet()) for namespace in arguments.beside)
     else:
+        if arguments.beside:
+            raise StickSlipError('--beside is without effect on a recording; leave it')
         from stickslip_ros.lab.panel.player import Player
 
         source = Player(file, said_of_tables(arguments)['headers'])
         first = {'kind': 'recording', **lamps(), 'run': source.overview()}
-    serve(source, first, arguments.port, say)
+    serve(source, first, arguments.port, say, beside)
     return Answer(None)

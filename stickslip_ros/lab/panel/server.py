@@ -10,7 +10,7 @@ import asyncio
 import json
 import socket
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -34,10 +34,24 @@ MESSAGE_MAX_BYTES = 8 << 20
 PING_S = 10.0
 """Time between two pings; a page that does not answer one is let go, s."""
 PAGE = Path(__file__).parent / 'page'
+BESIDE = """\
+<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<title>stickslip panels</title>
+<link rel="icon" href="0/icon.svg">
+<link rel="stylesheet" href="0/beside.css">
+</head>
+<body>
+{frames}
+</body>
+</html>
+"""
 HEADERS = {
     'Content-Security-Policy': "default-src 'none'; script-src 'self'; style-src 'self'; "
     "connect-src 'self'; img-src 'self'; base-uri 'none'; form-action 'none'; "
-    "frame-ancestors 'none'",
+    "frame-src 'self'; frame-ancestors 'self'",
     'Cache-Control': 'no-store',
     'Cross-Origin-Resource-Policy': 'same-origin',
     'Referrer-Policy': 'no-referrer',
@@ -79,6 +93,20 @@ class _Part(RequestHandler):
 
 class _File(_Part, StaticFileHandler):
     """A file of the page."""
+
+
+class _Beside(_Part):
+    """The pages of several sources, each in a frame."""
+
+    def initialize(self, count: int) -> None:
+        self._count = count
+
+    def get(self) -> None:
+        frames = [
+            f'<iframe src="{each}/" title="panel {each + 1}"></iframe>'
+            for each in range(self._count)
+        ]
+        self.write(BESIDE.format(frames='\n'.join(frames)))
 
 
 class _Stand(_Part):
@@ -197,29 +225,45 @@ class Hub:
 
 
 def serve(
-    source: Source, sheet: Mapping[str, Any], port: int, on_start: Callable[[str], None]
+    source: Source,
+    sheet: Mapping[str, Any],
+    port: int,
+    on_start: Callable[[str], None],
+    beside: Sequence[tuple[Source, Mapping[str, Any]]] = (),
 ) -> None:
     """
     Serve the page of a source until the end is asked for (see `stopping`), and close the source.
 
     A page is told the sheet first. Port 0 takes a free one, a taken one is refused; ``on_start``
-    receives the address.
+    receives the address. With further sources and their sheets, the page shows those of all.
 
     """
+    hubs = [Hub(source, sheet), *(Hub(*each) for each in beside)]
     try:
-        asyncio.run(_serve(Hub(source, sheet), port, on_start))
+        asyncio.run(_serve(hubs, port, on_start))
     finally:
-        source.close()
+        for hub in hubs:
+            hub.source.close()
 
 
-async def _serve(hub: Hub, port: int, on_start: Callable[[str], None]) -> None:
+def _parts(place: str, hub: Hub) -> list[Any]:
+    """Return what the page of a source consists of, in its place."""
+    return [
+        (f'{place}socket', _Socket, {'hub': hub}),
+        (f'{place}waveform', _Waveform),
+        (f'{place}stand.svg', _Stand, {'source': hub.source}),
+        (f'{place}(.*)', _File, {'path': str(PAGE), 'default_filename': 'index.html'}),
+    ]
+
+
+async def _serve(hubs: Sequence[Hub], port: int, on_start: Callable[[str], None]) -> None:
+    parts = _parts('/', hubs[0])
+    if len(hubs) > 1:
+        parts = [(r'/', _Beside, {'count': len(hubs)})]
+        for number, hub in enumerate(hubs):
+            parts += _parts(f'/{number}/', hub)
     application = Application(
-        [
-            (r'/socket', _Socket, {'hub': hub}),
-            (r'/waveform', _Waveform),
-            (r'/stand.svg', _Stand, {'source': hub.source}),
-            (r'/(.*)', _File, {'path': str(PAGE), 'default_filename': 'index.html'}),
-        ],
+        parts,
         websocket_max_message_size=MESSAGE_MAX_BYTES,
         websocket_ping_interval=PING_S,
         log_function=lambda _: None,
@@ -238,7 +282,8 @@ async def _serve(hub: Hub, port: int, on_start: Callable[[str], None]) -> None:
     try:
         while True:
             stop_if_asked()
-            hub.tick()
+            for hub in hubs:
+                hub.tick()
             due_s = max(due_s + PERIOD_S, loop.time())
             await asyncio.sleep(due_s - loop.time())
     finally:

@@ -676,3 +676,29 @@ def test_a_panel_ends_at_the_first_signal_and_the_page_says_so(stage: SimpleName
         expect(page.locator('#word')).to_have_text('offline')
         page.close()
         assert isinstance(running, subprocess.Popen)
+
+
+def test_the_axes_of_a_stage_stand_side_by_side_and_are_commanded_each(
+    stage: SimpleNamespace, tmp_path: Path
+):
+    axes = 'xyz'
+    with ExitStack() as stack:
+        for axis in axes:
+            words = ['drive', '--ros-args', '--log-level', 'error', '-r', f'__ns:=/stage/{axis}']
+            stack.enter_context(tools.process(words, stage.domain, tmp_path))
+        words = ['--namespace', '/stage/x', '--beside', '/stage/y', '--beside', '/stage/z']
+        address = stack.enter_context(tools.panel(stage.domain, tmp_path, *words))
+        page = stack.enter_context(closing(stage.browser.new_page()))
+        page.set_default_timeout(tools.TIMEOUT_MS)
+        page.goto(address)
+        frames = [page.frame_locator('iframe').nth(number) for number in range(len(axes))]
+        for axis, frame in zip(axes, frames, strict=True):
+            expect(frame.locator('#word')).to_have_text(RUNS)
+            expect(frame.locator('#drives')).to_have_value(f'/stage/{axis}/stickslip_drive')
+        context = open_context(stage.domain, '/stage/y')
+        stack.callback(context.try_shutdown)
+        operator = stack.enter_context(closing(Operator(context)))
+        operator.wait_for_drive()
+        operator.command('voltage', 30.0)
+        expect(frames[1].locator('#voltage')).to_have_text(re.compile(r'^\+?30\.0'))
+        expect(frames[0].locator('#voltage')).not_to_have_text(re.compile('30'))

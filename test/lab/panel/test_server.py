@@ -152,7 +152,7 @@ def test_the_page_may_load_from_here_only_and_stand_in_no_frame(port: int):
     _, answer = status_of(port)
     policy = answer.headers['Content-Security-Policy']
     assert "default-src 'none'" in policy
-    assert "frame-ancestors 'none'" in policy
+    assert "frame-ancestors 'self'" in policy
     assert 'unsafe' not in policy
     assert answer.headers['Cross-Origin-Resource-Policy'] == 'same-origin'
 

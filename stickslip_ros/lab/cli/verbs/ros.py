@@ -7,8 +7,10 @@ from stickslip_ros.lab.cli.options import (
     PARAMETERS,
     file,
     folder,
+    many,
     option,
     switch,
+    to_namespace,
     verb,
 )
 
@@ -54,6 +56,7 @@ ROS = (
         MAP,
         MAP_FILE,
         NAMESPACE,
+        many('--beside', 'another drive, shown beside it', 'NAME', to_namespace),
         option('--port', 'TCP port on 127.0.0.1; 0 takes a free one', int, default=8040),
     ),
     verb(

@@ -5,7 +5,7 @@ let socket = null;
 
 /** Call the first function with what the server says, the second where it has gone; then try again. */
 export function connect(hear, miss) {
-  socket = new WebSocket(`ws://${location.host}/socket`);
+  socket = new WebSocket(new URL("socket", location.href.replace("http", "ws")));
   socket.binaryType = "arraybuffer";
   socket.onmessage = ({ data }) => hear(data);
   socket.onclose = () => {
