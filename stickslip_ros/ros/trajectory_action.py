@@ -246,8 +246,9 @@ class TrajectoryAction:
             self._ended.append(_aborted(tag, 'cancelled before it had begun'))
             self._wake.trigger()
             return CancelResponse.ACCEPT
-        with suppress(StickSlipError):
-            self._get_session().submit(Request('stop'), AT_ONCE)
+        if tag == next(reversed(self._goals), ''):  # another is being replaced already
+            with suppress(StickSlipError):
+                self._get_session().submit(Request('stop'), AT_ONCE)
         return CancelResponse.ACCEPT
 
     def _answer_ended(self) -> None:

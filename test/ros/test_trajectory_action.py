@@ -173,6 +173,16 @@ def test_a_new_goal_replaces_the_one_that_runs(client: Client):
     assert client.result(second)[0] == SUCCEEDED
 
 
+def test_who_cancels_a_goal_that_is_being_replaced_does_not_stop_the_next(client: Client):
+    first = client.start(client.goal(WAYS_M, 2.0))
+    client.operator.switch('set_paused', wanted=True)
+    second = client.send(client.goal((0.0, 1e-6)))
+    client.cancel(first)
+    client.operator.switch('set_paused', wanted=False)
+    assert client.result(first) == (CANCELED, 0, 'replaced by command 2')
+    assert client.result(second)[0] == SUCCEEDED
+
+
 def test_a_goal_that_makes_no_sense_leaves_the_one_that_runs_alone(client: Client):
     first = client.start(client.goal(WAYS_M, 0.5))
     second = client.send(client.goal(WAYS_M, names=('other',)))
