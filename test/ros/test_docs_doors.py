@@ -1,0 +1,213 @@
+"""The doors of docs/examples are opened by clients that others wrote, and stand what they get."""
+
+import re
+import socket
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pymeasure.instruments.attocube import ANC300Controller
+
+EXAMPLES = Path(__file__).parents[2] / 'docs' / 'examples'
+FREE = {'load_cell.contact': 'absent', 'runner.damping': 5.0}
+TIMEOUT_S = 60.0
+STEPS = 50
+LEAST_STEP_M, STROKE_M = 80e-9, 160e-9
+"""Way of a free runner in a step of 300 V, at least and at most."""
+QUERIES = 20_000
+CLIENTS = 8
+
+
+@pytest.fixture
+def stand(start_drive: Callable[..., Any]) -> Any:
+    """Give a drive whose runner is free."""
+    return start_drive(FREE)
+
+
+@pytest.fixture
+def door(stand: Any, start: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a function that starts an example beside the drive and waits for a line of its log."""
+
+    def open_door(name: str, until: str, **parameters: Any) -> Any:
+        words = [w for k, v in parameters.items() for w in ('-p', f'{k}:={v}')]
+        process = start(sys.executable, str(EXAMPLES / name), '--ros-args', *words)
+        for line in process.stderr:
+            found = re.search(until, line)
+            if found:
+                return found
+        raise AssertionError(f'{name} has ended with {process.wait(TIMEOUT_S)}')
+
+    return open_door
+
+
+class Console:
+    """A client of the console that says and hears lines."""
+
+    def __init__(self, port: int, password: str = '123456') -> None:
+        self.socket = socket.create_connection(('127.0.0.1', port), TIMEOUT_S)
+        self.lines = self.socket.makefile('r', newline='\r\n')
+        if password:
+            self.say(password)
+            assert self.hear(2) == ['*' * len(password), 'Authorization success']
+
+    def say(self, line: str) -> None:
+        self.socket.sendall(f'{line}\r\n'.encode())
+
+    def hear(self, count: int) -> list[str]:
+        return [self.lines.readline().rstrip('\r\n') for _ in range(count)]
+
+    def ask(self, line: str) -> list[str]:
+        """Return what is answered without an echo, up to OK or ERROR."""
+        self.say(line)
+        said = self.hear(1)
+        while said[-1] not in ('OK', 'ERROR', ''):
+            said += self.hear(1)
+        return said
+
+    def close(self) -> None:
+        self.lines.close()
+        self.socket.close()
+
+
+@pytest.fixture
+def port(door: Callable[..., Any]) -> int:
+    """Give the port of a console that knows its drive."""
+    number = int(door('anc300.py', r"listens on \('127\.0\.0\.1', (\d+)\)", port=0)[1])
+    console = Console(number)
+    console.ask('echo off')
+    while console.ask('getm 1')[-1] == 'ERROR':
+        pass
+    console.close()
+    return number
+
+
+@pytest.fixture
+def console(port: int) -> Iterator[Callable[[], Console]]:
+    """Give a function that connects a client without echo."""
+    with ExitStack() as stack:
+
+        def connect() -> Console:
+            made = Console(port)
+            stack.callback(made.close)
+            assert made.ask('echo off')[-1] == 'OK'
+            return made
+
+        yield connect
+
+
+def test_pymeasure_steps_the_drive_through_the_console_of_an_anc300(stand: Any, port: int):
+    anc300 = ANC300Controller(
+        f'TCPIP::127.0.0.1::{port}::SOCKET',
+        axisnames=['x'],
+        passwd='123456',
+        query_delay=0.0,
+        visa_library='@py',
+        timeout=1e3 * TIMEOUT_S,
+    )
+    axis = anc300.x
+    assert anc300.version.startswith('attocube ANC300')
+    axis.mode = 'stp'
+    axis.voltage, axis.frequency = 150.0, 1000.0
+    assert (axis.mode, axis.voltage, axis.frequency) == ('stp', 150.0, 1000)
+    axis.move(STEPS)
+    up = stand.operator.wait_for_event('sawtooth', 0)
+    assert (up['result'], up['steps'], axis.mode) == ('DONE', STEPS, 'gnd')
+    assert LEAST_STEP_M < up['step_m'] < STROKE_M
+    axis.move(-STEPS, gnd=False)
+    down = stand.operator.wait_for_event('sawtooth', len(stand.operator.events) - 1)
+    assert (down['steps'], axis.output_voltage) == (STEPS, 0.0)
+    axis.move_raw(float('inf'))
+    assert axis.output_voltage == 150.0
+    axis.stop()
+    assert axis.output_voltage == 0.0
+    axis.pattern_up = [min(2 * i, 255) for i in range(256)]
+    axis.move(3, gnd=False)
+    assert stand.operator.wait_for_event('waveform', 0)['steps'] == 3
+    axis.mode = 'stp+'
+    axis.offset_voltage = 20.0
+    with pytest.raises(ValueError, match=r"340 V is above the amplifier's 300 V"):
+        axis.move_raw(1)
+    with pytest.raises(ValueError, match='Unsupported mode'):
+        axis.mode = 'inp'
+    anc300.ground_all()
+    assert axis.mode == 'gnd'
+    anc300.adapter.close()
+
+
+def test_an_axis_waits_for_its_own_steps_alone(stand: Any, console: Callable[[], Console]):
+    ours, operator = console(), stand.operator
+    assert ours.ask('setm 1 stp') == ['OK']
+    assert ours.ask('setv 1 150') == ['OK']
+    assert ours.ask('stepu 1 c') == ['OK']
+    operator.command('sawtooth', (300.0, 1000.0, 0.0), tag='somebody')
+    assert ours.ask('stepw 1') == ['OK']
+    assert operator.wait_for_event('sawtooth', 0)['result'] == 'ABORTED'
+    assert ours.ask('geto 1') == ['voltage = 0.000000 V', 'OK']
+    operator.switch('enable_amplifier', False)
+    while ours.ask('getm 1')[0] != 'mode = gnd':
+        pass
+    assert ours.ask('stepu 1 1') == ['Axis in wrong mode', 'ERROR']
+
+
+def test_what_makes_no_sense_is_an_error(console: Callable[[], Console]):
+    ours = console()
+    for line, why in (
+        ('getv 2', 'Wrong axis type'),
+        ('getv x', 'Wrong axis type'),
+        ('jump 1', 'Unknown command, or wrong number of parameters'),
+        ('setv 1', 'Unknown command, or wrong number of parameters'),
+        ('setv 1 151', '151 is not a number from 0 to 150'),
+        ('setv 1 nan', 'nan is not a number from 0 to 150'),
+        ('setpu 1 5 5', '256 values needed'),
+        ('stepu 1 10', 'Axis in wrong mode'),
+        ('settu 1 3', 'Unknown command, or wrong number of parameters'),
+    ):
+        assert ours.ask(line) == [why, 'ERROR']
+    assert ours.ask('settu 1 off') == ['OK']
+
+
+def say_on(console: Console) -> None:
+    """Send a line without an end."""
+    while True:
+        console.socket.sendall(b'x' * 1_000_000)
+
+
+def test_the_console_stands_long_lines_heaps_of_queries_crowds_and_strangers(
+    console: Callable[[], Console], port: int
+):
+    first, second = console(), console()
+    queries = b'getf 1\r\n' * QUERIES
+    sending = threading.Thread(target=first.socket.sendall, args=(queries,), daemon=True)
+    sending.start()
+    assert second.ask('getv 1') == ['voltage = 30.000000 V', 'OK']
+    assert set(first.hear(2 * QUERIES)) == {'frequency = 1000 Hz', 'OK'}
+    sending.join(TIMEOUT_S)
+    endless = console()
+    with pytest.raises(ConnectionError):
+        say_on(endless)
+    stranger = Console(port, password='')
+    stranger.say('open')
+    assert stranger.hear(2) == ['****', 'Authorization failed']
+    stranger.say('123456')
+    assert stranger.hear(2) == ['******', 'Authorization success']
+    stranger.say('getcser')
+    assert stranger.hear(3) == ['> getcser', 'ANC300B-C-0000-0000001', 'OK']
+    for _ in range(CLIENTS - 3):
+        console()
+    ninth = Console(port, password='')
+    assert ninth.socket.recv(1) == b''  # closed
+    ninth.close()
+    stranger.close()
+    assert second.ask('getv 1') == ['voltage = 30.000000 V', 'OK']
+
+
+@pytest.mark.parametrize('name', ['anc300.py'])
+def test_a_door_is_short_and_needs_nothing_of_this_package(name: str):
+    text = (EXAMPLES / name).read_text(encoding='utf-8')
+    assert len(text.splitlines()) <= 250
+    assert 'import stickslip_ros' not in text
+    assert 'from stickslip_ros' not in text
