@@ -1,7 +1,9 @@
 """The doors of docs/examples are opened by clients that others wrote, and stand what they get."""
 
+import json
 import re
 import socket
+import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
@@ -20,6 +22,8 @@ LEAST_STEP_M, STROKE_M = 80e-9, 160e-9
 """Way of a free runner in a step of 300 V, at least and at most."""
 QUERIES = 20_000
 CLIENTS = 8
+TOLERANCE_UM = 3e-3
+"""closed_loop.tolerance, and the noise of a single reading."""
 
 
 @pytest.fixture
@@ -205,7 +209,126 @@ def test_the_console_stands_long_lines_heaps_of_queries_crowds_and_strangers(
     assert second.ask('getv 1') == ['voltage = 30.000000 V', 'OK']
 
 
-@pytest.mark.parametrize('name', ['anc300.py'])
+def free_port() -> int:
+    """Return a port that no one has, for TCP and UDP."""
+    with socket.socket() as one, socket.socket(type=socket.SOCK_DGRAM) as two:
+        one.bind(('127.0.0.1', 0))
+        two.bind(one.getsockname())
+        return int(one.getsockname()[1])
+
+
+class Motor:
+    """A process with ophyd's EpicsMotor ``m``, which tells what expressions come to."""
+
+    def __init__(self, process: Any) -> None:
+        self.process = process
+
+    def tell(self, line: str) -> Any:
+        """Run a line; return what it printed as JSON."""
+        self.process.stdin.write(f'{line}\n')
+        self.process.stdin.flush()
+        answer = self.process.stdout.readline()
+        assert answer, self.process.stderr.read()
+        return json.loads(answer)
+
+    def move(self, target_um: float) -> list[Any]:
+        """Move; return success, position and alarm severity at the end."""
+        return list(self.tell(f'move({target_um})'))
+
+
+@pytest.fixture
+def motor(door: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> Iterator[Motor]:
+    """Give the motor of a record that hears its drive."""
+    here = {'EPICS_CA_ADDR_LIST': '127.0.0.1', 'EPICS_CA_AUTO_ADDR_LIST': 'NO'}
+    for name, port in zip(('SERVER', 'REPEATER'), (free_port(), free_port()), strict=True):
+        here[f'EPICS_CA_{name}_PORT'] = str(port)
+    for name, value in here.items():
+        monkeypatch.setenv(name, value)
+    door('epics_motor.py', 'serves stand:x')
+    with subprocess.Popen(
+        [sys.executable, '-c', OPHYD],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        yield Motor(process)
+        process.kill()
+
+
+OPHYD = """\
+import json, sys, time
+import ophyd
+
+ophyd.set_cl('caproto')
+m = ophyd.EpicsMotor('stand:x', name='m')
+m.wait_for_connection(timeout=60)
+
+def wait(condition):
+    end_s = time.monotonic() + 60
+    while not condition() and time.monotonic() < end_s:
+        time.sleep(0.01)
+    return condition()
+
+def move(target, act=lambda: None):
+    try:
+        status = m.move(target, wait=False, timeout=60)
+    except ophyd.utils.LimitError as error:
+        return str(error)
+    act()
+    status_done = wait(lambda: status.done)
+    return status_done and status.success, m.position, int(m.user_readback.alarm_severity)
+
+wait(lambda: m.user_readback.alarm_severity == 0)
+for line in sys.stdin:
+    print(json.dumps(eval(line)), flush=True)
+"""
+
+
+def test_ophyd_moves_the_drive_as_a_motor_record_of_epics(stand: Any, motor: Motor):
+    operator = stand.operator
+    assert motor.tell('m.egu') == 'um'
+    for target_um in (2.0, -1.5, -1.5):  # the last is there already
+        success, position_um, severity = motor.move(target_um)
+        assert (success, severity) == (True, 0)
+        assert position_um == pytest.approx(target_um, abs=TOLERANCE_UM)
+    operator.spin_until(lambda: len(operator.events) == 3, 'three events')
+    assert {(e['command'], e['result']) for e in operator.events} == {('position', 'DONE')}
+    motor.tell('m.high_limit_travel.put(3.0, wait=True)')
+    motor.tell('m.low_limit_travel.put(-3.0, wait=True)')
+    assert motor.tell('wait(lambda: m.limits == (-3.0, 3.0))')
+    assert stand.drive.get_parameter('limits.soft_min').value == pytest.approx(-3e-6)
+    assert 'outside of range' in motor.tell('move(5.0)')
+    motor.tell('m.velocity.put(5.0, wait=True)')
+    assert stand.drive.get_parameter('closed_loop.velocity').value == pytest.approx(5e-6)
+    _, position_um, severity = motor.tell('move(2.5, lambda: (time.sleep(0.1), m.stop()))')
+    assert -1.5 < position_um < 2.4
+    assert severity == 0
+    assert motor.tell('wait(lambda: not m.moving and m.user_setpoint.get() < 2.4)')
+    motor.tell('m.set_current_position(0.0)')
+    assert motor.tell('wait(lambda: abs(m.position) < 0.1)')
+    assert motor.tell('m.user_offset.get()') == pytest.approx(-position_um, abs=0.1)
+
+
+def test_what_a_drive_cannot_do_fails_the_move_of_ophyd(stand: Any, motor: Motor):
+    operator = stand.operator
+    assert operator.set_parameter('fault.runner_stuck', True).successful
+    success, _, severity = motor.move(5.0)
+    assert (success, severity > 0) == (False, True)
+    assert operator.wait_for_event('position', 0)['result'] == 'END_STOP_REACHED'
+    assert motor.tell('m.high_limit_switch.get()') == 1
+    assert operator.trigger('clear_faults').success
+    assert motor.move(1.0)[0]
+    assert motor.tell('m.high_limit_switch.get()') == 0
+    operator.change_state('deactivate')
+    assert motor.tell('wait(lambda: m.user_readback.alarm_severity == 3)')
+    assert motor.move(2.0)[0] is False
+    operator.change_state('activate')
+    assert motor.tell('wait(lambda: m.user_readback.alarm_severity == 0)')
+    assert motor.move(2.0)[0]
+
+
+@pytest.mark.parametrize('name', ['anc300.py', 'epics_motor.py'])
 def test_a_door_is_short_and_needs_nothing_of_this_package(name: str):
     text = (EXAMPLES / name).read_text(encoding='utf-8')
     assert len(text.splitlines()) <= 250
