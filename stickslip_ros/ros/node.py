@@ -18,7 +18,7 @@ from rclpy.service import Service
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import Bench
-from stickslip_ros.instrument.commands import FAULT, PARAMETERS, Request
+from stickslip_ros.instrument.commands import FAULT, LIVE, Request
 from stickslip_ros.instrument.compilation import KERNELS, progress_reporter
 from stickslip_ros.instrument.reports import Event
 from stickslip_ros.interface.cdr import pack_string, pack_uint32
@@ -317,7 +317,7 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
             session.submit(Request(FAULT, settings=faults), AT_ONCE)
         if others:
             session.parameters = session.parameters.updated(dict(others))
-            session.submit(Request(PARAMETERS, settings=others), AT_ONCE)
+            session.submit(Request(LIVE, settings=others), AT_ONCE)
 
     def _clear_faults(self, session: Session, _: Any) -> str:
         await_reply(session.submit(Request('clear_faults'), AT_ONCE))
