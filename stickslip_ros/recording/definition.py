@@ -148,7 +148,9 @@ class Definitions:
 
 def array(element: Kind, count: int | None) -> ArrayOf:
     """Return several of a kind, one behind the other; None: as many as each message says."""
-    width = None if count is None or element.width is None else repeated(element.width, count)
+    width = _NOTHING if count == 0 else None
+    if count and element.width is not None:
+        width = repeated(element.width, count)
     return ArrayOf(_bounded(width), element, count)
 
 

@@ -284,6 +284,14 @@ def test_a_message_of_other_bytes_is_refused(
         numbers_of(recording.files, '/t', 'x')
 
 
+def test_of_what_takes_no_room_any_number_is_passed_over_at_once(tmp_path: Path):
+    """Four thousand million structures without content once were as many steps."""
+    text = 'E[] es\nfloat64 x\n===\nMSG: pkg/E\nstring[0] none'
+    row = LITTLE + struct.pack('<I4xd', 2**32 - 1, 1.5)
+    _, values = numbers_of(recorded(tmp_path / 'run.mcap', [row], text).files, '/t', 'x')
+    assert values.tolist() == [1.5]
+
+
 def test_a_definition_that_is_no_text_or_of_another_language_is_refused(tmp_path: Path):
     writer = foreign(tmp_path / 'run.mcap')
     broken = writer.register_schema(TYPE, 'ros2msg', b'\xff')
