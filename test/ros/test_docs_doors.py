@@ -268,7 +268,7 @@ def wait(condition):
     end_s = time.monotonic() + 60
     while not condition() and time.monotonic() < end_s:
         time.sleep(0.01)
-    return condition()
+    return bool(condition())
 
 def move(target, act=lambda: None):
     try:

@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 from spring_rig import G_STAR_PA, SHARES, SLEW_V_PER_S, Rig, _row
 
+from stickslip_ros.arrays import Array
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.comparison.compare import compare
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, VoltageStep
@@ -17,8 +18,15 @@ from stickslip_ros.lab.runs.zero_amplitude import zero_amplitude
 from stickslip_ros.parameters import Parameters
 
 FREE = {'load_cell.contact': 'absent'}
-QUIET = {'noise_m': 0.0, 'zero_m': 0.0, 'drift_m_per_s': 0.0}
-RIG = Rig(preload_n=0.4, friction=0.26, mass_kg=3.4e-3, damping_n_s_per_m=25.0, **QUIET)
+RIG = Rig(
+    preload_n=0.4,
+    friction=0.26,
+    mass_kg=3.4e-3,
+    damping_n_s_per_m=25.0,
+    noise_m=0.0,
+    zero_m=0.0,
+    drift_m_per_s=0.0,
+)
 STIFFNESS_SHARE = 2e-4  # that springs of finite width miss of the stiffness of a contact
 STROKES_M = np.linspace(115e-9, 160e-9, 4)
 STEPS = 14
@@ -83,11 +91,11 @@ def test_a_large_ring_down_is_that_of_springs_that_slip(amplitude_m: float):
 
 
 def test_the_nearest_damped_cosine_is_found_whatever_its_rest_and_drift():
-    time_s = np.arange(400) * 5e-6
+    time_s: Array = np.arange(400) * 5e-6
     motion = np.exp(-time_s / 2.3e-4) * np.cos(2.0 * np.pi * 9.1e3 * time_s + 0.4)
     found = ring_down(time_s, 1e-9 * motion + 3e-9 + 2e-7 * time_s)
     assert found == pytest.approx((9.1e3, 2.3e-4), rel=1e-7, abs=0.0)
-    still = ring_down(time_s, np.zeros(400))
+    still = ring_down(time_s, 0.0 * time_s)
     assert np.all(np.isfinite(still))
 
 
