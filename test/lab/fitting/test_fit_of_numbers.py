@@ -91,7 +91,7 @@ def test_a_large_ring_down_is_that_of_springs_that_slip(amplitude_m: float):
 
 
 def test_the_nearest_damped_cosine_is_found_whatever_its_rest_and_drift():
-    time_s: Array = np.arange(400) * 5e-6
+    time_s: Array = np.linspace(0.0, 399 * 5e-6, 400, dtype=np.float64)
     motion = np.exp(-time_s / 2.3e-4) * np.cos(2.0 * np.pi * 9.1e3 * time_s + 0.4)
     found = ring_down(time_s, 1e-9 * motion + 3e-9 + 2e-7 * time_s)
     assert found == pytest.approx((9.1e3, 2.3e-4), rel=1e-7, abs=0.0)
