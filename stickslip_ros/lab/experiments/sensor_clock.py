@@ -11,8 +11,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.stats import chi2
 
-from stickslip_ros.arrays import Array
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
 from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.parameters import Parameters
@@ -20,14 +20,16 @@ from stickslip_ros.parameters import Parameters
 LATE_MAX_S = 0.05  # beyond which a clock is not looked for
 FALL_S, FALL_V = 5e-5, 1.0
 """A corner follows a fall if the voltage has changed by so much within so short a time."""
+RUNG_S = 1.6e-4  # after a fall, in which a runner of a few grams rings
 _CLEAR = 1.3
 """Times by which the best lag must beat that of two clocks that agree, to be believed."""
-SEEN_MIN = 8.0
-"""Standard errors of the mean of the falls that a jerk must be above, to be one: noise of 10 to
-50 nm came to 5 at the best of 5,000 lags, rigs of 1.5 nm to 13 and more."""
+ALIKE_JERKS = 35.0 / 18.0
+"""Sum of the squared autocorrelation of second differences of noise, 1, -2/3, 1/6: so many of them
+count as one."""
+CHANCE_MAX = 1e-4  # that noise shows so much at one of the lags, to be believed
 ENOUGH_FALLS = 0.5
 """Share of the falls that lie within the readings at the best lag, which others must have too."""
-ALIKE_FALLS = 0.9  # share of the largest average that a shorter lag may have
+ALIKE_FALLS = 0.9  # share of the largest energy that a shorter lag may have
 LATE_MIN_S = 1e-4  # what is less is left to the model's motion
 _AROUND_S, _STEPS_S = 2e-4, (2e-5, 4e-6)
 """How far around a lateness is looked with a model, and in which steps, coarse and fine."""
@@ -41,68 +43,70 @@ class Lateness(NamedTuple):
     """What the clock of a sensor is late, and how clearly that is seen."""
 
     late_s: float
-    score: float  # jerk at the falls, per jerk elsewhere
-    score_at_0: float
+    energy: float  # of what follows a fall on average, in variances of the noise of that average
+    energy_at_0: float
     rival_s: float  # the next best lag
-    rival_score: float
-    falls: int
+    rival_energy: float
+    chance: float  # that noise has such an energy
 
     @property
     def is_clear(self) -> bool:
         """Whether the clock is late rather than on time."""
-        is_seen = self.score * math.sqrt(self.falls) > SEEN_MIN
-        is_better = self.score > _CLEAR * max(self.score_at_0, 0.0)
-        return abs(self.late_s) > LATE_MIN_S and is_seen and is_better
+        is_better = self.energy > _CLEAR * self.energy_at_0
+        return abs(self.late_s) > LATE_MIN_S and self.chance < CHANCE_MAX and is_better
 
     @property
     def has_rival(self) -> bool:
         """Whether another lag is nearly as good."""
-        return self.score < _CLEAR * self.rival_score
+        return self.energy < _CLEAR * self.rival_energy
 
 
 def lateness_of(seen: Seen, voltage: Voltage) -> Lateness | None:
     """
     Return by how much what was seen is late against the voltage; None without falls to go by.
 
-    Where the voltage falls, the feet jerk and so does the runner: the absolute second difference
-    of its readings, on average over the falls, is largest where the clocks agree; of lags that
-    are alike the shortest counts. Nothing is assumed of the stand. To a sample; a fit finds the
-    rest.
+    Where the voltage falls, the feet jerk, and the runner rings after it in the same way after
+    each fall: the second differences of its readings, averaged over the falls, have the largest
+    energy within RUNG_S where the clocks agree, and the average takes noise away. Of lags that are
+    alike the shortest counts. Nothing is assumed of the stand. To a sample; a fit finds the rest.
+    Of 32 rigs with 5 nm of noise and a clock up to 4 ms late all were found, by the mean of the
+    absolute differences 21.
 
     """
     time_s, values = seen.time_s, seen.values
     length_s, rise_v = np.diff(voltage.rows, axis=0).T
-    falls_s = voltage.rows[1:, 0][(length_s <= FALL_S) & (np.abs(rise_v) >= FALL_V)]
+    is_fall = (length_s <= FALL_S) & (np.abs(rise_v) >= FALL_V)
+    falls_s, heights = voltage.rows[1:, 0][is_fall], rise_v[is_fall]
     sample_s = float(np.median(np.diff(time_s)))
     if not len(falls_s) or len(values) < 16:
         return None
+    heights /= math.sqrt(float(np.mean(heights**2)))
     even_s = np.arange(time_s[0], time_s[-1], sample_s)
-    jerk = np.abs(
-        np.diff(np.interp(even_s, time_s, values), 2, prepend=values[0], append=values[-1])
-    )
+    jerk = np.diff(np.interp(even_s, time_s, values), 2, prepend=values[0], append=values[-1])
     jerk -= jerk.mean()
     lags = np.arange(-round(LATE_MAX_S / sample_s), round(LATE_MAX_S / sample_s) + 1)
     places = np.round((falls_s - even_s[0]) / sample_s).astype(np.intp)
     found = places + lags[:, np.newaxis]
     inside = (found >= 0) & (found < len(jerk))
-    sums: Array = np.where(inside, jerk[np.clip(found, 0, len(jerk) - 1)], 0.0).sum(axis=1)
+    sums = np.where(inside, heights * jerk[np.clip(found, 0, len(jerk) - 1)], 0.0).sum(axis=1)
     counts = inside.sum(axis=1)  # more falls lie within the readings at some lags than at others
-    is_enough = counts >= ENOUGH_FALLS * counts.max()
-    score = np.where(is_enough, sums / np.maximum(counts, 1), 0.0) / max(float(jerk.std()), 1e-300)
+    sums[counts < ENOUGH_FALLS * counts.max()] = 0.0
+    variances = np.maximum(counts, 1) * max(float(np.mean(jerk**2)), 1e-300)
+    after = max(round(RUNG_S / sample_s), 1)
+    energy = np.convolve(sums**2 / variances, np.ones(after))[after - 1 :]
     around = max(round(LATE_MIN_S / sample_s), 1)
-    alike = np.flatnonzero(score >= ALIKE_FALLS * score.max())  # a wave that repeats has several
+    alike = np.flatnonzero(energy >= ALIKE_FALLS * energy.max())  # a wave that repeats has several
     least = int(alike[np.argmin(np.abs(lags[alike]))])
-    best = int(np.argmax(np.where(np.abs(lags - lags[least]) <= around, score, -np.inf)))
+    best = int(np.argmax(np.where(np.abs(lags - lags[least]) <= around, energy, -np.inf)))
     is_apart = np.abs(lags - lags[best]) > around
-    rival = int(np.argmax(np.where(is_apart, score, -np.inf)))
-    zero = float(score[np.abs(lags) <= around].max())
+    rival = int(np.argmax(np.where(is_apart, energy, -np.inf)))
     return Lateness(
         float(lags[best] * sample_s),
-        float(score[best]),
-        zero,
+        float(energy[best]),
+        float(energy[np.abs(lags) <= around].max()),
         float(lags[rival] * sample_s),
-        float(score[rival]),
-        int(counts[best]),
+        float(energy[rival]),
+        len(lags) * float(chi2.sf(energy[best] / ALIKE_JERKS, after / ALIKE_JERKS)),
     )
 
 

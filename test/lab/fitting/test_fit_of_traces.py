@@ -101,8 +101,25 @@ def test_a_sensor_too_slow_for_the_ringing_is_told_and_its_intervals_are_wide():
     )
 
 
+def test_a_sensor_of_500_hz_is_told_and_no_interval_misses_what_is_true():
+    rig = Rig(
+        preload_n=0.28,
+        friction=0.277,
+        prefactor=3.95e-4,
+        mass_kg=3.27e-3,
+        damping_n_s_per_m=28.4,
+        gain_m_per_v=4.93e-10,
+        low_pass_hz=500.0,
+    )
+    found = fit(experiment(rig, 2), list(NAMES), starts=1)
+    assert_holds(found, rig)
+    [[seen]] = [one.seen for one in found.experiments]
+    assert seen.slow_s == pytest.approx(1.0 / (2.0 * np.pi * rig.low_pass_hz), rel=0.05, abs=0.0)
+    assert found.estimates[0].standard_error > 0.05  # 2 % are known of a sensor of 20 kHz
+
+
 def test_a_clock_that_noise_hides_is_tried_where_a_fit_leaves_too_much():
-    rig = Rig(preload_n=0.35, friction=0.24, noise_m=4.9e-9, late_s=1.05e-3, low_pass_hz=36e3)
+    rig = Rig(preload_n=0.35, friction=0.24, noise_m=7e-9, late_s=1.05e-3, low_pass_hz=36e3)
     seen = experiment(rig, 1)
     by_falls = lateness_of(seen.seen[0], Voltage(ROWS))
     assert by_falls is not None
@@ -271,8 +288,9 @@ def test_noise_is_read_off_whatever_the_motion_and_at_least_that_of_rounding():
 
 
 @pytest.mark.parametrize('late_s', [0.0, 3e-3, -2.2e-3])
-def test_a_late_clock_is_seen_at_the_falls_of_the_voltage(late_s: float):
-    rig = Rig(late_s=late_s)
+@pytest.mark.parametrize('noise_m', [1.5e-9, 5e-9])
+def test_a_late_clock_is_seen_at_the_falls_of_the_voltage(late_s: float, noise_m: float):
+    rig = Rig(late_s=late_s, noise_m=noise_m, low_pass_hz=2e4)
     found = lateness_of(experiment(rig, 5).seen[0], Voltage(ROWS))
     assert found is not None
     assert found.late_s == pytest.approx(late_s, rel=0.0, abs=1e-4)
