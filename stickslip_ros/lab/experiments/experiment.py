@@ -108,6 +108,9 @@ class Seen:
         Readings that were left out as outliers.
     slow_s : float
         Time constant of the sensor's low-pass, first order; 0 is none.
+    drift_per_s : float
+        What its zero may drift by, units of the values per second; by default nothing is too much,
+        and a motion that is even over time tells nothing.
 
     """
 
@@ -117,6 +120,7 @@ class Seen:
     sigma: float | None = None
     left_out: int = 0
     slow_s: float = 0.0
+    drift_per_s: float = math.inf
 
     @property
     def is_trace(self) -> bool:

@@ -130,7 +130,7 @@ def read_experiments(
                 found += of_points(table.origin, table.columns, frequency_hz, steps)
                 continue
             one = _of_table(table, stand, reading.preload_n(number), source)
-        found.append(_without_outliers(one, outliers) if outliers else one)
+        found.append(without_outliers(one, outliers) if outliers else one)
     return found
 
 
@@ -217,7 +217,7 @@ def _of_recording(
     )
     voltage = series.get(_VOLTAGE)
     pair = None if voltage is None else (voltage.time_s, voltage.value)
-    return _over_time(str(recording.path), pair, seen, stand, preload_n, source, settings)
+    return experiment_over_time(str(recording.path), pair, seen, stand, preload_n, source, settings)
 
 
 def _of_table(
@@ -234,10 +234,10 @@ def _of_table(
     if _VOLTAGE in columns:
         known = np.isfinite(columns[_VOLTAGE])
         pair = time_s[known], columns[_VOLTAGE][known]
-    return _over_time(table.origin, pair, tuple(seen), stand, preload_n, source, {})
+    return experiment_over_time(table.origin, pair, tuple(seen), stand, preload_n, source, {})
 
 
-def _over_time(
+def experiment_over_time(
     origin: str,
     voltage: tuple[Array, Array] | None,
     seen: tuple[Seen, ...],
@@ -246,6 +246,32 @@ def _over_time(
     source: DriveSource,
     settings: Mapping[str, Scalar],
 ) -> Experiment:
+    """
+    Return the experiment of samples of a voltage and of what was seen, on one clock.
+
+    Parameters
+    ----------
+    origin : str
+        Where it was recorded.
+    voltage : (times, voltages), arrays of shape (n,), or None
+        Samples, s and V; None where commands are known.
+    seen : tuple of Seen
+        What was seen over time.
+    stand : Parameters
+        Slew rate and range of its amplifier help to recognise the voltage.
+    preload_n : float or None
+        Preload, N; None if it is that of the stand.
+    source : DriveSource
+        What is known of the voltage, and the window.
+    settings : mapping of str to Scalar
+        Parameters that were set for it.
+
+    Raises
+    ------
+    StickSlipError
+        If nothing drove it or nothing moved, or the voltage is none that can be played.
+
+    """
     if not seen:
         hint = f'name one of {", ".join(SEEN)}: --map position_m=TOPIC.FIELD'
         raise RecordingError(origin, 'shows neither a motion nor a force over time', hint)
@@ -342,7 +368,7 @@ def of_points(
     return found
 
 
-def _without_outliers(one: Experiment, factor: float) -> Experiment:
+def without_outliers(one: Experiment, factor: float) -> Experiment:
     """Leave out and count lone readings that are far from those around them."""
     seen = []
     for each in one.seen:

@@ -1,6 +1,7 @@
 """A fit of the drive to experiments: the best of many searches, and how good it is."""
 
 import itertools
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -48,6 +49,7 @@ class Searching(NamedTuple):
     starts: int = 8
     seed: int = 1
     workers: int = 0  # 0 is one per core
+    is_warm: bool = False  # whether the present values are near, and the sensor is known
 
 
 def fit(
@@ -193,13 +195,15 @@ def fit_experiments(
     searches = run_batch(
         partial(search_or_nothing, first), places, workers=how.workers, progress=count
     )
+    if how.is_warm:
+        searches.append(Minimum(tuple(problem.start.tolist()), math.inf, False, 0))
     with pool_of(how.workers) as pool:
         problem = replace(problem, pool=pool)
         here, refined, steady = best_of(searches), list[Minimum](), True
         rivals: tuple[Minimum, ...] = ()
         if problem.has_traces:
             problem, refined, rivals, noted = tightened(
-                problem, searches, allowance, outliers, how.workers
+                problem, searches, allowance, outliers, how.workers, tries_sensors=not how.is_warm
             )
             here, notes = refined[-1], notes + noted
         problem, more, steady = refine(problem, here)

@@ -222,9 +222,10 @@ def metric_of(
     ones = np.ones_like(time_s)
     sensor = np.column_stack((ones, time_s - middle_s, predicted.rate, -predicted.curvature))
     places = [sparse.csr_array(sensor)]
+    drift = min(reach / half_s, seen.drift_per_s)
     late_s = max(DELAY_S, SLOW_SHARE * seen.slow_s)
     curved_s2 = max(DELAY_S**2, SLOW_SHARE * seen.slow_s**2)
-    roots = [np.diag((offset, reach / half_s, late_s, curved_s2))]
+    roots = [np.diag((offset, drift, late_s, curved_s2))]
     if allowance is not None:
         noise = max(noise, allowance.reading_m * scale)
         bins = sum(wave[0].length_s for wave in waves) / BIN_S

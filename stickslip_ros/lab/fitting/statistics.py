@@ -100,7 +100,8 @@ def uncertainty(problem: Problem, coordinates: Array, chi_square: float) -> Unce
     weakest = np.zeros(free)
     if len(active):
         unit = jacobian[:, active] / lengths[active]
-        _, values, directions = np.linalg.svd(unit, full_matrices=True)
+        # Of the triangle alone: of a trace the other matrix would have a row for each reading.
+        _, values, directions = np.linalg.svd(np.linalg.qr(unit, mode='r'), full_matrices=True)
         values = np.concatenate((values, np.zeros(len(directions) - len(values))))
         row = directions[-1]
         weakest[active] = row * np.sign(row[np.argmax(np.abs(row))])

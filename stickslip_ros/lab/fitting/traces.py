@@ -71,6 +71,8 @@ def tightened(
     allowance: Allowance,
     outliers: float,
     workers: int,
+    *,
+    tries_sensors: bool = True,
 ) -> tuple[Problem, list[Minimum], tuple[Minimum, ...], tuple[str, ...]]:
     """
     Return where searches end that allow ever less, other minima, and the problem with its noise.
@@ -85,7 +87,8 @@ def tightened(
         partial(_to_plain, replace(problem, pool=None)), distinct(searches), workers=workers
     )
     unexplained = 1.0 + UNEXPLAINED / math.sqrt(problem.count)
-    if min(chain[1][-1].chi_square for chain in chains) > unexplained * problem.count:
+    missed = min(chain[1][-1].chi_square for chain in chains)
+    if tries_sensors and missed > unexplained * problem.count:
         sensors = [(problem.shifts_s, slow_s) for slow_s in TRIED_SLOW_S]
         sensors += [(_latest(problem), slow_s) for slow_s in (0.0, TRIED_SLOW_S[0])]
         with_sensor = partial(_with_sensor, replace(problem, pool=None))

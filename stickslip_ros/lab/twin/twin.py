@@ -1,0 +1,195 @@
+"""
+The twin of a rig: in each window what a stand would show, and now and then a fit of that window.
+
+It is the experiment, the prediction and the fit of ``stickslip fit``, on windows that follow each
+other. Each window is anchored for itself: zero, drift, delay and low-pass of a sensor are solved
+for, as a fit does; what is left is the residual of what happened in it.
+
+"""
+
+import math
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.lab.experiments.experiment import OF_TRACES, Experiment, Seen, Voltage, noise_of
+from stickslip_ros.lab.experiments.predict import predict
+from stickslip_ros.lab.experiments.reading import (
+    MOVES_MIN,
+    DriveSource,
+    experiment_over_time,
+    without_outliers,
+)
+from stickslip_ros.lab.fitting.fit import Searching, fit_experiments
+from stickslip_ros.lab.fitting.free import choose_free
+from stickslip_ros.lab.fitting.metric import metric_of, waves_of
+from stickslip_ros.lab.fitting.problem import FINEST, shifted
+from stickslip_ros.lab.fitting.report import Fit
+from stickslip_ros.lab.twin.settings import TwinParameters
+from stickslip_ros.lab.twin.window import Window
+from stickslip_ros.parameters import Parameters, to_nanoseconds
+
+OUTLIERS = 6.0
+"""Robust standard deviations from which a lone reading is left out."""
+_SAMPLES_MIN = 32  # readings of a window below which a quantity is none
+
+
+class RigRests(StickSlipError):
+    """Nothing drives the rig in a window."""
+
+
+class Shown(NamedTuple):
+    """A quantity in a window: what the rig showed, and what its twin shows there."""
+
+    quantity: str
+    time_s: Array  # since the start of the window, shape (n,)
+    rig: Array
+    twin: Array
+
+    @property
+    def rms(self) -> float:
+        """Root of the mean square of the residual."""
+        return float(np.sqrt(np.mean((self.rig - self.twin) ** 2)))
+
+
+class Look(NamedTuple):
+    """A window in which the rig moved."""
+
+    window: Window
+    experiment: Experiment
+    shown: tuple[Shown, ...]
+    steps: int  # whole cycles that end in a fall
+    step_rig_m: float  # mean motion in one of them; not a number without
+    step_twin_m: float
+
+
+class Twin:
+    """
+    A stand beside a rig.
+
+    Parameters
+    ----------
+    stand : Parameters
+        The stand, as it was fitted.
+    settings : TwinParameters
+        How it follows the rig.
+
+    Raises
+    ------
+    StickSlipError
+        If a parameter cannot be free.
+
+    """
+
+    def __init__(self, stand: Parameters, settings: TwinParameters) -> None:
+        self.stand, self.settings = stand, settings
+        self._fitted, self._free, self.notes = choose_free(stand, settings.free_names)
+        self._known = {one.name: (one.start, settings.prior) for one in self._free}
+        self._source = DriveSource(
+            frequency_max_hz=settings.frequency_max or None, window_s=(0.0, settings.window)
+        )
+        self._late_s, self._slow_s = 0.0, 0.0  # of the sensor that a fit looks at first
+        self._noise: float | None = None
+        self._due_ns: int | None = None
+
+    def look(self, window: Window) -> Look:
+        """
+        Return rig and twin in a window.
+
+        Raises
+        ------
+        RigRests
+            If nothing drove the rig.
+        StickSlipError
+            If it cannot be said what drove it, or nothing was seen to move.
+
+        """
+        experiment = self.experiment(window)
+        first, *others = experiment.seen
+        seen = (replace(first, slow_s=self._slow_s), *others)
+        there = replace(experiment, seen=seen)
+        [found] = predict(self.stand, [there], shifts_s=(self._late_s,))
+        assert isinstance(there.drive, Voltage)
+        waves = waves_of(shifted(there.drive, self._late_s))
+        begins_s, shown = there.drive.begins_s, list[Shown]()
+        for each, model in zip(seen, found, strict=True):
+            still = replace(each, drift_per_s=0.0)  # else it would make up for the steps
+            metric = metric_of(still, model, waves, max(each.noise, FINEST), None)
+            _, left = metric.of_sensor(model.values - each.values)
+            shown.append(
+                Shown(each.quantity, each.time_s + begins_s, each.values, each.values + left)
+            )
+        ends_s = [
+            (cycle.start_s + begins_s, cycle.start_s + cycle.length_s + begins_s)
+            for wave in waves
+            for cycle in wave
+            if cycle.falls
+        ]
+        whole = [each for each in ends_s if each[0] >= 0.0 and each[1] <= self.settings.window]
+        if not whole or shown[0].quantity != 'position_m':
+            return Look(window, experiment, tuple(shown), 0, math.nan, math.nan)
+        moved_m = (
+            np.diff(np.interp(whole, shown[0].time_s, each)) for each in (shown[0].rig, shown[0].twin)
+        )
+        return Look(window, experiment, tuple(shown), len(whole), *(float(np.mean(x)) for x in moved_m))
+
+    def experiment(self, window: Window) -> Experiment:
+        """Return a window as an experiment; see ``look``."""
+        time_s, voltage_v = window.samples['voltage_v']
+        if np.std(voltage_v) <= MOVES_MIN * noise_of(voltage_v):
+            raise RigRests('nothing drives the rig')
+        seen = tuple(
+            Seen(
+                name,
+                window.samples[name][1],
+                window.samples[name][0],
+                drift_per_s=math.inf if name == 'force_n' else self.settings.drift,
+            )
+            for name in OF_TRACES
+            if name in window.samples and len(window.samples[name][0]) >= _SAMPLES_MIN
+        )
+        one = experiment_over_time(
+            f'rig at {window.start_ns * 1e-9:.3f} s',
+            (time_s, voltage_v),
+            seen,
+            self.stand,
+            None,
+            self._source,
+            {},
+        )
+        return without_outliers(one, OUTLIERS)
+
+    def is_due(self, look: Look) -> bool:
+        """Return whether a window is the first after a period, to be fitted; then the next begins."""
+        end_ns, period_ns = look.window.end_ns, to_nanoseconds(self.settings.period)
+        if self._due_ns is not None and self._due_ns - period_ns < end_ns < self._due_ns:
+            return False
+        self._due_ns = end_ns + period_ns
+        return True
+
+    def fit(self, look: Look, starts: int = 1) -> Fit:
+        """Return a fit of a window, which begins where the last good one ended."""
+        first, *others = look.experiment.seen
+        seen = (replace(first, sigma=self._noise), *others)
+        return fit_experiments(
+            self._fitted,
+            self._free,
+            [replace(look.experiment, seen=seen)],
+            known=self._known,
+            outliers=OUTLIERS,
+            how=Searching(starts, workers=1, is_warm=self._noise is not None),
+        )
+
+    def follow(self, fitted: Fit) -> None:
+        """Begin the next fit where a good one ended, and take the sensor as it found it."""
+        values = fitted.problem.values(fitted.found.place)
+        self._free = tuple(
+            replace(one, start=min(max(value, one.lower), one.upper))
+            for one, value in zip(self._free, values, strict=True)
+        )
+        self._late_s = fitted.problem.shifts_s[0]
+        self._slow_s = fitted.experiments[0].seen[0].slow_s
+        self._noise = self._noise or fitted.problem.noise.values[0][0]

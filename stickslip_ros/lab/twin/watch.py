@@ -1,0 +1,96 @@
+"""
+Whether the parameters of a rig have changed: a test in sequence with a stated rate of false alarms.
+
+Each look gives estimates z with the covariance C of their honest errors, which successive windows
+share in part: how much is not known. So looks are not summed up, as CUSUM does: each one is tested
+against the first looks for itself, at the chance that a look may have of a false alarm. The
+expected number of these is then below that rate however errors are correlated. With z0 the mean of
+the first looks, d = z - z0 and W the inverse of the sum of both covariances, that of a mean being
+at most the mean of those of its parts,
+
+    T_j = (W d)_j^2 / W_jj
+
+is by how much chi-square falls if parameter j alone has changed (Rao's score): of chance alone,
+chi-square with one degree of freedom for each j. That j has changed whose T is largest and too
+large twice in succession, for one window may hold a knock. Errors that looks show to be larger
+than stated count as the looks show them, never as smaller.
+
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import f
+
+from stickslip_ros.arrays import Array
+
+FIRST_LOOKS = 3
+"""Looks that make the start."""
+TRUST = 4.0
+"""Looks by which the stated size of the errors is believed against what the looks show."""
+_DAY_S = 86400.0
+
+
+class Watched(NamedTuple):
+    """What a look found: coordinates, shape (n,), and their covariance, shape (n, n)."""
+
+    place: Array
+    covariance: Array
+
+
+@dataclass
+class Watch:
+    """
+    Watches the coordinates of some parameters.
+
+    Parameters
+    ----------
+    period_s : float
+        Time from one look to the next.
+    alarms_per_day : float
+        False alarms a day that are allowed.
+
+    """
+
+    period_s: float
+    alarms_per_day: float
+
+    def __post_init__(self) -> None:
+        self._first: list[Watched] = []
+        self._squares, self._counted = 0.0, 0  # of changes that were none, per coordinate
+        self._suspect: int | None = None
+
+    @property
+    def start(self) -> Watched:
+        """The mean of the first looks, with an error that it has at most."""
+        places, covariances = zip(*self._first, strict=True)
+        return Watched(np.mean(places, axis=0), np.mean(covariances, axis=0))
+
+    def limit(self, count: int) -> float:
+        """Return the limit of T for so many coordinates, by the rate of false alarms."""
+        chance = min(self.alarms_per_day * self.period_s / _DAY_S, 0.5) / count
+        freedom = count * (TRUST + self._counted)
+        return float(f.isf(chance, 1, freedom))
+
+    def changed(self, look: Watched) -> int | None:
+        """Return which coordinate has changed since the start; None if none has."""
+        count = len(look.place)
+        if not self._first:
+            self._first.append(look)
+            return None
+        start = self.start
+        weight = np.linalg.inv(look.covariance + start.covariance)
+        along = weight @ (look.place - start.place)
+        square = float((look.place - start.place) @ along)
+        shown = (count * TRUST + self._squares) / (count * (TRUST + self._counted))
+        scores = along**2 / np.diag(weight) / max(1.0, shown)
+        worst, before = int(np.argmax(scores)), self._suspect
+        self._suspect = worst if scores[worst] > self.limit(count) else None
+        if self._suspect is None:
+            self._squares, self._counted = self._squares + square, self._counted + 1
+            if len(self._first) < FIRST_LOOKS:
+                self._first.append(look)
+            return None
+        return worst if before == worst else None
+
