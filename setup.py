@@ -145,6 +145,7 @@ setup(
         'console_scripts': [
             'stickslip = stickslip_ros.lab.cli.start:stickslip',
             'drive = stickslip_ros.ros.start:drive',
+            'twin = stickslip_ros.lab.twin.start:twin',
         ],
     },
     zip_safe=False,  # numba keeps its compiled kernels beside the source

@@ -107,7 +107,7 @@ class Field:
         self, file: Path, channel: Channel, schema: Schema | None, field: str, *, by_stamp: bool
     ) -> None:
         self._file, self._topic, self._field = file, channel.topic, field
-        path = _path(channel.topic, field)
+        path = path_of(channel.topic, field)
         hint = 'record it with ros2 bag record -s mcap, or convert it'
         if not schema or (channel.message_encoding, schema.encoding) != ('cdr', 'ros2msg'):
             problem = f'has no definition of {channel.topic} that ROS 2 writes'
@@ -241,7 +241,7 @@ class Bodies:
             self._at[more], self._lengths_left = part._at, part._lengths_left
 
 
-def _path(topic: str, field: str) -> list[str | int]:
+def path_of(topic: str, field: str) -> list[str | int]:
     """Return the names and places on the way to a number."""
     path: list[str | int] = []
     for part in field.split('.'):

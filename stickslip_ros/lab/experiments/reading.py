@@ -217,7 +217,9 @@ def _of_recording(
     )
     voltage = series.get(_VOLTAGE)
     pair = None if voltage is None else (voltage.time_s, voltage.value)
-    return experiment_over_time(str(recording.path), pair, seen, stand, preload_n, source, settings)
+    return experiment_over_time(
+        str(recording.path), pair, seen, stand, preload_n, source, settings
+    )
 
 
 def _of_table(

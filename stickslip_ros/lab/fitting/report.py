@@ -27,7 +27,7 @@ CORRELATED = 0.95
 CONDITION_MAX = 30.0
 """Condition number from which parameters are collinear (Belsley, Kuh, Welsch 1980)."""
 P_VALUE_MIN = 0.01
-_MISSED_MOST = 1.5
+MISSED_MOST = 1.5
 """Chi-square per reading, of noise and sensor alone, from which what a stand lacks is warned of:
 beyond it an allowance for errors of the model does not cover them."""
 EXPLAINED = 0.5  # share of it that the best parameter may leave, to be a cause
@@ -204,7 +204,7 @@ def _search_warnings(fit: FitResult) -> Iterator[str]:
             'points do not rule out at 95 %: the intervals hold for this one only'
         )
     readings = fit.readings
-    if fit.missing and fit.missing[0].chi_square > _MISSED_MOST * readings:
+    if fit.missing and fit.missing[0].chi_square > MISSED_MOST * readings:
         worst = fit.missing[0]
         yield (
             f'the stand lacks something: freeing {worst.name} would lower chi-square per reading '
@@ -219,7 +219,7 @@ def _search_warnings(fit: FitResult) -> Iterator[str]:
     if not fit.missing and fit.problem.allowance is not None:
         for one, each, sensor in fit.sensors:
             least = fit.problem.allowance.reading_m if each.unit == 'm' else 0.0
-            if sensor['rms'] > _MISSED_MOST * max(sensor['noise'], least):
+            if sensor['rms'] > MISSED_MOST * max(sensor['noise'], least):
                 factor, unit = display_unit(each.unit)
                 yield (
                     f'{one.origin}: the model misses {each.quantity} by '

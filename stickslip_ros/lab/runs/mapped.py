@@ -1,6 +1,6 @@
 """Recordings of a real rig: which number of which topic is which quantity, as the user says."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -25,23 +25,13 @@ def mapped_series(recording: Recording, topics: Mapping[str, str]) -> dict[str, 
 
     """
     read = {}
-    for name, text in topics.items():
-        if name == 'time_s' or name not in TIME_COLUMNS:
-            known = ', '.join(each for each in TIME_COLUMNS if each != 'time_s')
-            raise OutOfRange('quantity of --map', name, '', f'none of {known}', 'name one of them')
+    for name, (said, factor) in said_of_map(topics).items():
         si_unit = TIME_COLUMNS[name].unit
-        said, _, behind = text.partition(' ')
-        unit = behind.strip(' ()[]')
-        # The longest name counts: /rig/cell.raw may be a topic beside /rig/cell.
-        found = [each for each in recording.types if said.startswith(f'{each}.')]
-        if not found:
+        topic = topic_of(said, recording.types)
+        if topic is None:
             there = ', '.join(recording.types) or 'no topic'
             problem = f'has no topic and field {said!r}; it has {there}'
             raise RecordingError(recording.path, problem, f'write --map {_EXAMPLE}')
-        topic = max(found, key=len)
-        factor = factor_of(unit, si_unit) if unit else 1.0
-        if factor is None:
-            raise WrongKind(f'unit of {name}', unit, f'a unit of {si_unit}', 'say mN, nm, mV ...')
         times_ns, values = numbers_of(recording.files, topic, said[len(topic) + 1 :])
         if not len(values):
             hint = 'name another topic'
@@ -58,3 +48,25 @@ def mapped_series(recording: Recording, topics: Mapping[str, str]) -> dict[str, 
         name: Series((times_ns - start_ns) / NS_PER_S, values, unit, origin)
         for name, (times_ns, values, unit, origin) in read.items()
     }
+
+
+def said_of_map(topics: Mapping[str, str]) -> dict[str, tuple[str, float]]:
+    """Return topic with field, and factor to SI, of each quantity; refuse one that is none."""
+    found = {}
+    for name, text in topics.items():
+        if name == 'time_s' or name not in TIME_COLUMNS:
+            known = ', '.join(each for each in TIME_COLUMNS if each != 'time_s')
+            raise OutOfRange('quantity of --map', name, '', f'none of {known}', 'name one of them')
+        si_unit = TIME_COLUMNS[name].unit
+        said, _, behind = text.partition(' ')
+        unit = behind.strip(' ()[]')
+        factor = factor_of(unit, si_unit) if unit else 1.0
+        if factor is None:
+            raise WrongKind(f'unit of {name}', unit, f'a unit of {si_unit}', 'say mN, nm, mV ...')
+        found[name] = said, factor
+    return found
+
+
+def topic_of(said: str, known: Iterable[str]) -> str | None:
+    """Return the topic that is meant: the longest, for /rig/cell.raw may be beside /rig/cell."""
+    return max((each for each in known if said.startswith(f'{each}.')), key=len, default=None)

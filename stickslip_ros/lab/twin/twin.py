@@ -132,9 +132,12 @@ class Twin:
         if not whole or shown[0].quantity != 'position_m':
             return Look(window, experiment, tuple(shown), 0, math.nan, math.nan)
         moved_m = (
-            np.diff(np.interp(whole, shown[0].time_s, each)) for each in (shown[0].rig, shown[0].twin)
+            np.diff(np.interp(whole, shown[0].time_s, each))
+            for each in (shown[0].rig, shown[0].twin)
         )
-        return Look(window, experiment, tuple(shown), len(whole), *(float(np.mean(x)) for x in moved_m))
+        return Look(
+            window, experiment, tuple(shown), len(whole), *(float(np.mean(x)) for x in moved_m)
+        )
 
     def experiment(self, window: Window) -> Experiment:
         """Return a window as an experiment; see ``look``."""
@@ -163,7 +166,7 @@ class Twin:
         return without_outliers(one, OUTLIERS)
 
     def is_due(self, look: Look) -> bool:
-        """Return whether a window is the first after a period, to be fitted; then the next begins."""
+        """Return whether a window is the first of a period, and is to be fitted; ask once."""
         end_ns, period_ns = look.window.end_ns, to_nanoseconds(self.settings.period)
         if self._due_ns is not None and self._due_ns - period_ns < end_ns < self._due_ns:
             return False

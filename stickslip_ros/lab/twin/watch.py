@@ -1,5 +1,5 @@
 """
-Whether the parameters of a rig have changed: a test in sequence with a stated rate of false alarms.
+Whether the parameters of a rig have changed: a test with a stated rate of false alarms.
 
 Each look gives estimates z with the covariance C of their honest errors, which successive windows
 share in part: how much is not known. So looks are not summed up, as CUSUM does: each one is tested
@@ -73,24 +73,32 @@ class Watch:
         freedom = count * (TRUST + self._counted)
         return float(f.isf(chance, 1, freedom))
 
-    def changed(self, look: Watched) -> int | None:
-        """Return which coordinate has changed since the start; None if none has."""
-        count = len(look.place)
-        if not self._first:
-            self._first.append(look)
-            return None
+    def scores(self, look: Watched) -> tuple[Array, float]:
+        """Return T of each coordinate, and by how much chi-square falls if all have changed."""
         start = self.start
         weight = np.linalg.inv(look.covariance + start.covariance)
         along = weight @ (look.place - start.place)
-        square = float((look.place - start.place) @ along)
+        count = len(look.place)
         shown = (count * TRUST + self._squares) / (count * (TRUST + self._counted))
         scores = along**2 / np.diag(weight) / max(1.0, shown)
+        return scores, float((look.place - start.place) @ along)
+
+    def is_suspect(self, look: Watched) -> bool:
+        """Return whether a look alone says that something has changed."""
+        scores, _ = self.scores(look)
+        return bool(scores.max() > self.limit(len(scores)))
+
+    def changed(self, look: Watched) -> int | None:
+        """Return which coordinate has changed since the start; None if none has."""
+        if not self._first:
+            self._first.append(look)
+            return None
+        scores, square = self.scores(look)
         worst, before = int(np.argmax(scores)), self._suspect
-        self._suspect = worst if scores[worst] > self.limit(count) else None
+        self._suspect = worst if scores[worst] > self.limit(len(scores)) else None
         if self._suspect is None:
             self._squares, self._counted = self._squares + square, self._counted + 1
             if len(self._first) < FIRST_LOOKS:
                 self._first.append(look)
             return None
         return worst if before == worst else None
-

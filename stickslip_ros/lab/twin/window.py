@@ -108,10 +108,11 @@ class Windows:
         start_ns, samples = self._start_ns, dict[str, tuple[Array, Array]]()
         for name, stamps in self._stamps.items():
             stamps_ns, first = np.unique(np.array(stamps, dtype=np.int64), return_index=True)
-            values = np.array(self._values[name])[first]
+            values = np.array(self._values[name], dtype=np.float64)[first]
             self.doubled += len(stamps) - len(stamps_ns)
             inside = slice(*np.searchsorted(stamps_ns, (start_ns - LEAD_NS, end_ns)))
-            samples[name] = (stamps_ns[inside] - start_ns) * NANO, values[inside]
+            time_s = np.asarray((stamps_ns[inside] - start_ns) * NANO, dtype=np.float64)
+            samples[name] = time_s, values[inside]
             kept = int(np.searchsorted(stamps_ns, end_ns - LEAD_NS))
             self._stamps[name] = stamps_ns[kept:].tolist()
             self._values[name] = values[kept:].tolist()

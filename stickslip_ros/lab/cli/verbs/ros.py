@@ -25,6 +25,16 @@ ROS = (
         takes_ros_arguments=True,
     ),
     verb(
+        'twin',
+        'a fitted stand beside a rig: what it should do, what has changed (needs rclpy)',
+        'Run a fitted stand beside a rig, driven by what drives it, until Ctrl-C. It hears the '
+        'topics of --map, or the trace of a drive. Settings are parameters, as in: stickslip twin '
+        '--params fitted.yaml --ros-args -p twin.period:=20.0',
+        *PARAMETERS,
+        MAP,
+        takes_ros_arguments=True,
+    ),
+    verb(
         'demo',
         'node and operator over topics: record, draw (needs rclpy)',
         'Start the node as a process of its own; from here, over topics: some steps of the free '

@@ -1,0 +1,482 @@
+"""The twin as a lifecycle node: topics of a rig in, topics of its twin and its health out."""
+
+import queue
+import sys
+import threading
+import traceback
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import replace
+from functools import partial
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import PointStamped, WrenchStamped
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.subscription import Subscription
+from std_msgs.msg import Float64MultiArray
+from std_srvs.srv import SetBool
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.interface.cdr import pack_float64, pack_float64_array, pack_stamped, unpack
+from stickslip_ros.interface.channels import Channel, Qos
+from stickslip_ros.interface.messages import ArrayMessage
+from stickslip_ros.interface.topics import STREAM
+from stickslip_ros.lab.runs.mapped import said_of_map, topic_of
+from stickslip_ros.lab.twin.health import Doctor, Health
+from stickslip_ros.lab.twin.settings import TwinParameters
+from stickslip_ros.lab.twin.twin import Look, RigRests, Twin
+from stickslip_ros.lab.twin.window import Window, Windows
+from stickslip_ros.message_types import FLOAT64, FLOAT64_ARRAY, POINT_STAMPED, WRENCH_STAMPED
+from stickslip_ros.parameters import Parameters, declared_by, specs
+from stickslip_ros.process.signals import run
+from stickslip_ros.recording.any_message import path_of
+from stickslip_ros.recording.recorder import Recorder
+from stickslip_ros.recording.run_file import open_recorder, run_path
+from stickslip_ros.recording.series import split_columns
+from stickslip_ros.ros.executable import describe_node, guard_services, run_node
+from stickslip_ros.ros.parameter_bridge import declare, given_values
+from stickslip_ros.units import NS_PER_S
+
+TWIN_NODE = 'stickslip_twin'
+PREFIX = 'twin.'
+_LOOK_S, _REPORT_S, _FLUSH_S = 0.2, 1.0, 0.02
+DEPTH = 10_000
+"""Messages of the rig that are kept for a node that is held up."""
+THINNED_NS = 1_000_000
+"""Least distance of messages of one topic of the twin; a recording holds all samples."""
+WINDOWS_WAITING = 20  # windows that wait, of which more are dropped
+_CLOCKS_APART = 1e-4  # rate by which two clocks may differ
+OF_TRACE = {'voltage': 'voltage_v', 'position': 'position_m', 'force': 'force_n'}
+"""Columns of a trace that are heard."""
+_TYPES = {POINT_STAMPED: PointStamped, WRENCH_STAMPED: WrenchStamped}
+_TYPES |= {FLOAT64_ARRAY: Float64MultiArray}
+OUTPUTS = {
+    'twin/position': POINT_STAMPED,
+    'twin/residual': POINT_STAMPED,
+    'twin/foot_position': POINT_STAMPED,
+    'twin/force': WRENCH_STAMPED,
+    'twin/steps': FLOAT64_ARRAY,
+    'twin/parameters': FLOAT64_ARRAY,
+}
+"""What a twin publishes."""
+RECORDED = {'voltage': FLOAT64, 'position': POINT_STAMPED, 'force': WRENCH_STAMPED}
+"""The readings of the rig in a recording, as those of a drive."""
+SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
+
+
+class StickSlipTwin(LifecycleNode):
+    """
+    A fitted stand beside a rig, as a ROS 2 lifecycle node.
+
+    Its parameters are those of the stand, and ``twin.*`` of `TwinParameters`; they are read once,
+    at the start. Keyword arguments are those of ``rclpy.node.Node``.
+
+    """
+
+    def __init__(self, node_name: str = TWIN_NODE, **node_arguments: Any) -> None:
+        super().__init__(
+            node_name, automatically_declare_parameters_from_overrides=True, **node_arguments
+        )
+        guard_services(self)
+        given, own = given_values(self), declared_by(TwinParameters)
+        said = {name: own[name].check(name, given.pop(name)) for name in own if name in given}
+        self.stand = Parameters().updated(given)
+        values: dict[str, Any] = {n.removeprefix(PREFIX): v for n, v in said.items()}
+        self.settings = TwinParameters(**values)
+        declared = {name: replace(spec, fixed=True) for name, spec in (specs() | own).items()}
+        of_twin = {name: getattr(self.settings, name.removeprefix(PREFIX)) for name in own}
+        declare(self, declared, self.stand.flat() | of_twin)
+        self.get_logger().info(describe_node(self))
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self.create_timer(_REPORT_S, self._report, clock=steady)
+        self.create_timer(_LOOK_S, self._join, clock=steady)
+        self.create_timer(_FLUSH_S, self._flush, clock=steady)
+        self.create_service(SetBool, '~/set_recording', self._set_recording)
+        self._outputs: dict[str, Any] = {}
+        self._work: _Work | None = None
+        self._begin_input()
+        if self.stand.autostart and self.trigger_configure() == SUCCESS:
+            self.trigger_activate()
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Check the stand and what is said of the rig, and offer the topics of the twin."""
+        try:
+            self._mapped = said_of_map(self.settings.topics)
+            Twin(self.stand, self.settings)
+        except StickSlipError as error:
+            self.get_logger().error(f'not configured: {error}')
+            return FAILURE
+        if self._mapped and 'voltage_v' not in self._mapped:
+            hint = 'name it in twin.map: voltage_v=TOPIC.FIELD'
+            self.get_logger().error(f'not configured: nothing says what drives the rig; {hint}')
+            return FAILURE
+        self._outputs = {
+            key: self.create_lifecycle_publisher(_TYPES[kind], key, 1000)
+            for key, kind in OUTPUTS.items()
+        }
+        return super().on_configure(state)
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Begin to hear the rig, and a new start of its health."""
+        result = super().on_activate(state)
+        self._begin_input()
+        self._work = _Work(self.stand, self.settings, self._publish, self._tell)
+        return result
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Hear the rig no more."""
+        self._end_work()
+        return super().on_deactivate(state)
+
+    def on_cleanup(self, _: LifecycleState) -> TransitionCallbackReturn:
+        """Take the topics of the twin away."""
+        while self._outputs:
+            self.destroy_lifecycle_publisher(self._outputs.popitem()[1])
+        return SUCCESS
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Stop whatever runs."""
+        self._end_work()
+        return self.on_cleanup(state)
+
+    def destroy_node(self) -> None:
+        """Finish the recording before the node goes."""
+        self._end_work()
+        super().destroy_node()
+
+    def _end_work(self) -> None:
+        work, self._work = self._work, None
+        while self._heard:
+            self.destroy_subscription(self._heard.popitem()[1])
+        if work is not None:
+            work.close()
+
+    # --- the rig
+
+    def _begin_input(self) -> None:
+        self._heard: dict[str, Subscription] = {}  # by topic
+        self._windows: Windows | None = None
+        self._pending: list[tuple[str, Sequence[int], Sequence[float]]] = []
+        self._ahead_ns: float | None = None  # least of arrival less stamp
+        self._seen_ns = 0
+
+    def _join(self) -> None:
+        """Subscribe to the topics of the rig that have appeared."""
+        if self._work is None:
+            return
+        if not self._mapped:
+            name = self.resolve_topic_name('trace')
+            if name not in self._heard:
+                self._heard[name] = self.create_subscription(
+                    Float64MultiArray, name, self._take_trace, DEPTH, raw=True
+                )
+            return
+        types = dict(self.get_topic_names_and_types())
+        wanted: dict[str, list[tuple[str, list[str | int], float]]] = {}
+        for name, (said, factor) in self._mapped.items():
+            topic = topic_of(said, types)
+            if topic is not None:
+                path = path_of(topic, said[len(topic) + 1 :])
+                wanted.setdefault(topic, []).append((name, path, factor))
+        for topic, fields in wanted.items():
+            offered = self.get_publishers_info_by_topic(topic)
+            if topic in self._heard or not offered:
+                continue
+            package, _, kind = types[topic][0].split('/')
+            try:
+                message_type = getattr(import_module(f'{package}.msg'), kind)
+            except ImportError:
+                self._tell(f'{topic}: {types[topic][0]} cannot be imported; source its package')
+                continue
+            reliable = all(
+                each.qos_profile.reliability == ReliabilityPolicy.RELIABLE for each in offered
+            )
+            profile = QoSProfile(
+                depth=DEPTH,
+                reliability=ReliabilityPolicy.RELIABLE
+                if reliable
+                else ReliabilityPolicy.BEST_EFFORT,
+            )
+
+            take: Any = partial(self._take, fields)
+            self._heard[topic] = self.create_subscription(message_type, topic, take, profile)
+
+    def _take(self, fields: Any, message: Any, info: Any) -> None:
+        """Take the numbers of a message: at its stamp, or when it was sent in the rig's clock."""
+        arrival_ns = info['source_timestamp'] or info['received_timestamp']
+        header = getattr(message, 'header', None)
+        stamp_ns = 0 if header is None else header.stamp.sec * NS_PER_S + header.stamp.nanosec
+        if stamp_ns:
+            ahead_ns, passed_ns = arrival_ns - stamp_ns, arrival_ns - self._seen_ns
+            if self._ahead_ns is None or abs(ahead_ns - self._ahead_ns) > NS_PER_S:
+                self._ahead_ns = ahead_ns
+            self._ahead_ns = min(ahead_ns, self._ahead_ns + _CLOCKS_APART * max(passed_ns, 0))
+            self._seen_ns = arrival_ns
+        else:
+            stamp_ns = arrival_ns - int(self._ahead_ns or 0)
+        for name, path, factor in fields:
+            value = message
+            for part in path:
+                value = value[part] if isinstance(part, int) else getattr(value, part)
+            self._pending.append((name, (stamp_ns,), (float(value) * factor,)))
+
+    def _take_trace(self, data: bytes) -> None:
+        """Take a block of the trace of a drive."""
+        block = unpack(FLOAT64_ARRAY, data)
+        assert isinstance(block, ArrayMessage)
+        for name, series in split_columns([block], 'trace').items():
+            is_force = name == 'force' and self.stand.load_cell.contact == 'absent'
+            if name in OF_TRACE and not is_force:
+                stamps_ns = np.round(series.time_s * NS_PER_S).astype(np.int64).tolist()
+                self._pending.append((OF_TRACE[name], stamps_ns, series.value.tolist()))
+
+    def _flush(self) -> None:
+        """Hand complete windows to the work."""
+        pending, self._pending = self._pending, []
+        if self._work is None or not pending:
+            return
+        if self._windows is None:
+            names = list(self._mapped) or sorted({name for name, *_ in pending})
+            self._windows = Windows(names, self.settings.window, self.settings.lag)
+        for name, stamps_ns, values in pending:
+            self._windows.add(name, stamps_ns, values)
+        for window in self._windows.complete():
+            self._work.put(window)
+
+    # --- the twin
+
+    def _publish(self, key: str, data: bytes) -> None:
+        if key in self._outputs:
+            self._outputs[key].publish(data)
+
+    def _tell(self, line: str) -> None:
+        self.get_logger().warning(line)
+
+    def _set_recording(self, request: Any, response: Any) -> Any:
+        if self._work is None:
+            response.message = 'the twin is not active; activate it first'
+            return response
+        try:
+            response.message = self._work.set_recording(
+                request.data, self.get_namespace().rstrip('/')
+            )
+            response.success = True
+        except StickSlipError as error:
+            response.success, response.message = False, str(error)
+        return response
+
+    def _report(self) -> None:
+        """Publish the diagnostics."""
+        name = str(self.get_fully_qualified_name()).lstrip('/')
+        work, windows = self._work, self._windows
+        if work is None:
+            said = [_status(f'{name}: rig', 'not active', is_bad=False)]
+        else:
+            counts = ('late', 'doubled', 'reordered', 'pauses', 'restarts')
+            values: dict[str, object] = {each: getattr(windows, each, 0) for each in counts}
+            values |= {'lag_s': self.settings.lag, 'window_s': self.settings.window}
+            values |= {'windows': work.shown, 'dropped': work.dropped}
+            values |= {'topics': ' '.join(self._heard) or 'none yet'}
+            rig = _status(f'{name}: rig', work.trouble or 'heard', bool(work.trouble), **values)
+            health = work.health
+            numbers: dict[str, object] = {'fits': work.fits, 'fits_left_out': work.left_out}
+            text = 'nothing fitted yet'
+            if health is not None:
+                text = health.words or 'as at the start'
+                numbers |= {'chi_square_per_reading': f'{health.chi_per_reading:.3g}'}
+                for each, value, error in zip(
+                    health.names, health.values, health.errors, strict=True
+                ):
+                    numbers[each] = f'{value:.5g} +- {error:.2g}'
+            is_bad = health is not None and bool(health.words)
+            said = [rig, _status(f'{name}: health', text, is_bad, **numbers)]
+        array = DiagnosticArray(status=said)
+        array.header.stamp = self.get_clock().now().to_msg()
+        self._diagnostics.publish(array)
+
+
+class _Work:
+    """What a twin does with windows, in threads of its own: one shows them, one fits them."""
+
+    def __init__(
+        self,
+        stand: Parameters,
+        settings: TwinParameters,
+        publish: Callable[[str, bytes], None],
+        tell: Callable[[str], None],
+    ) -> None:
+        self._twin, self._stand, self._publish, self._tell = (
+            Twin(stand, settings),
+            stand,
+            publish,
+            tell,
+        )
+        self._doctor = Doctor(self._twin, settings)
+        self._queue: queue.Queue[Window | None] = queue.Queue()
+        self._fits = ThreadPoolExecutor(1, 'fits of the twin')
+        self._fitting: Future[None] | None = None
+        self._lock = threading.Lock()
+        self._recorder: Recorder | None = None
+        self._namespace: str | None = None  # of a recording that begins with the next window
+        self.health: Health | None = None
+        self.trouble = ''
+        self.shown = self.dropped = self.fits = self.left_out = 0
+        self._thread = threading.Thread(target=self._run, name='windows of the twin', daemon=True)
+        self._thread.start()
+
+    def put(self, window: Window) -> None:
+        """Take a window, or drop it where too many wait."""
+        if self._queue.qsize() >= WINDOWS_WAITING:
+            self.dropped += 1
+            return
+        self._queue.put(window)
+
+    def close(self) -> None:
+        """Do what waits, and end."""
+        self._queue.put(None)
+        self._thread.join()
+        self._fits.shutdown()
+        with self._lock:
+            if self._recorder is not None:
+                self._recorder.close()
+
+    def set_recording(self, wanted: bool, namespace: str) -> str:
+        """Begin a recording with the next window, or end it and return its place."""
+        with self._lock:
+            if wanted:
+                self._namespace = namespace
+                return 'the recording begins with the next window in which the rig moves'
+            recorder, self._recorder, self._namespace = self._recorder, None, None
+        if recorder is None:
+            raise StickSlipError('nothing is recorded; the rig has not moved since')
+        recorder.close()
+        return recorder.place
+
+    def _run(self) -> None:
+        while (window := self._queue.get()) is not None:
+            try:
+                look = self._twin.look(window)
+                self.trouble = ''
+                self.shown += 1
+                self._show(look)
+                if self._twin.is_due(look):
+                    if self._fitting is None or self._fitting.done():
+                        self._fitting = self._fits.submit(self._examine, look)
+                    else:
+                        self.left_out += 1
+            except RigRests:  # noqa: PERF203 - one window in vain does not end the others
+                self.trouble = ''
+            except StickSlipError as error:
+                self.trouble = str(error)
+            except Exception:  # noqa: BLE001 - a thread has nobody to raise to
+                self.trouble = traceback.format_exc(limit=-1)
+                self._tell(f'a window has failed:\n{traceback.format_exc()}')
+
+    def _examine(self, look: Look) -> None:
+        try:
+            health = self._doctor.examine(look)
+        except StickSlipError as error:
+            self._tell(f'no fit: {error}')
+            return
+        except Exception:  # noqa: BLE001 - nobody waits for it
+            self._tell(f'a fit has failed:\n{traceback.format_exc()}')
+            return
+        self.fits += 1
+        if health.words and (self.health is None or not self.health.words):
+            self._tell(health.words)
+        self.health = health
+        labels = ['t[s]', 'chi_square_per_reading']
+        row = [health.stamp_ns / NS_PER_S, health.chi_per_reading]
+        for name, value, error in zip(health.names, health.values, health.errors, strict=True):
+            labels += [name, f'{name}_sigma']
+            row += [float(value), float(error)]
+        self._put_out(
+            [('twin/parameters', health.stamp_ns, _row('fit', labels, row))], looks=False
+        )
+
+    def _show(self, look: Look) -> None:
+        start_ns, messages = look.window.start_ns, list[tuple[str, int, bytes]]()
+        for each in look.shown:
+            name = each.quantity.rpartition('_')[0]
+            kind = OUTPUTS[f'twin/{name}']
+            stamps_ns = start_ns + np.round(each.time_s * NS_PER_S).astype(np.int64)
+            messages += _packed(f'twin/{name}', kind, stamps_ns, each.twin)
+            if name in RECORDED:
+                messages += _packed(name, kind, stamps_ns, each.rig)
+            if name == 'position':
+                messages += _packed('twin/residual', kind, stamps_ns, each.rig - each.twin)
+        time_s, voltage_v = look.window.samples['voltage_v']
+        inside = time_s >= 0.0
+        stamps_ns = start_ns + np.round(time_s[inside] * NS_PER_S).astype(np.int64)
+        messages += [
+            ('voltage', stamp_ns, pack_float64(value))
+            for stamp_ns, value in zip(stamps_ns.tolist(), voltage_v[inside].tolist(), strict=True)
+        ]
+        labels = ['t[s]', 'steps', 'rig[m]', 'twin[m]', 'residual_rms[m]']
+        row = [look.window.end_ns / NS_PER_S, *look[3:], look.shown[0].rms]
+        messages.append(('twin/steps', look.window.end_ns, _row('window', labels, row)))
+        self._put_out(sorted(messages, key=lambda each: each[1]), looks=True)
+
+    def _put_out(self, messages: list[tuple[str, int, bytes]], *, looks: bool) -> None:
+        """Publish messages, thinned, and record all."""
+        last_ns: dict[str, int] = {}
+        for key, stamp_ns, data in messages:
+            if key in OUTPUTS and stamp_ns >= last_ns.get(key, 0) + THINNED_NS:
+                last_ns[key] = stamp_ns
+                self._publish(key, data)
+        with self._lock:
+            if looks and self._namespace is not None:
+                namespace, self._namespace = self._namespace, None
+                channels = {
+                    key: Channel(f'{namespace}/{key}', kind, Qos(STREAM.depth))
+                    for key, kind in (RECORDED | OUTPUTS).items()
+                }
+                path = run_path(self._stand, f'{namespace}/twin')
+                self._recorder = open_recorder(path, self._stand, channels, messages[0][1])
+                self._recorded_ns = messages[0][1]
+            if self._recorder is None:
+                return
+            if not looks:  # a fit ends after windows that followed its own
+                messages = [(key, self._recorded_ns, data) for key, _, data in messages]
+            elif messages[0][1] < self._recorded_ns:
+                self._recorder.close()
+                self._recorder = None
+                raise StickSlipError('the clock of the rig was set back: the recording has ended')
+            self._recorder.put_all(messages)
+            self._recorded_ns = messages[-1][1]
+
+
+def _packed(key: str, kind: str, stamps_ns: Any, values: Array) -> list[tuple[str, int, bytes]]:
+    zeros = (0.0,) * (5 if kind == WRENCH_STAMPED else 2)
+    pack = partial(pack_stamped, frame_id='')
+    return [
+        (key, stamp_ns, pack(stamp_ns, values=(value, *zeros)))
+        for stamp_ns, value in zip(stamps_ns.tolist(), values.tolist(), strict=True)
+    ]
+
+
+def _row(axis: str, labels: Sequence[str], row: Sequence[float]) -> bytes:
+    return pack_float64_array(np.array([row]), (axis, ','.join(labels)))
+
+
+def _status(name: str, text: str, is_bad: bool, **values: object) -> DiagnosticStatus:
+    level = DiagnosticStatus.WARN if is_bad else DiagnosticStatus.OK
+    pairs = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
+    return DiagnosticStatus(name=name, level=level, message=text, hardware_id='', values=pairs)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the twin until somebody asks for its end, see `run_node`; return its exit status."""
+    return run_node('twin', StickSlipTwin, arguments)
+
+
+if __name__ == '__main__':
+    sys.exit(run('twin', main, is_node=True))

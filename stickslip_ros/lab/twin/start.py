@@ -1,0 +1,21 @@
+"""The twin as an executable, which heeds Ctrl-C before it imports rclpy."""
+
+import sys
+
+from stickslip_ros.extras import MissingRos, needs_ros
+from stickslip_ros.process.signals import REFUSED, run
+
+
+def twin() -> int:
+    """Run the node; return its exit status."""
+    return run('twin', _twin, is_node=True)
+
+
+def _twin() -> int:
+    try:
+        with needs_ros('the twin'):
+            from stickslip_ros.lab.twin.node import main  # noqa: PLC0415 - it takes long
+    except MissingRos as error:
+        sys.stderr.write(f'twin: {error}\n')
+        return REFUSED
+    return main()
