@@ -80,7 +80,7 @@ def test_every_folder_with_modules_is_a_package(keywords):
 
 def test_console_scripts_lead_to_callables(keywords):
     scripts = dict(line.split(' = ') for line in keywords['entry_points']['console_scripts'])
-    assert scripts.keys() == {'stickslip', 'drive'}
+    assert scripts.keys() == {'stickslip', 'drive', 'twin'}
     for target in scripts.values():
         module, _, function = target.partition(':')
         assert callable(getattr(importlib.import_module(module), function))
@@ -91,6 +91,7 @@ def test_a_wheel_brings_a_launcher_for_every_console_script():
     assert [launcher.name for launcher in launchers] == [
         'drive',
         'stickslip',
+        'twin',
     ]
     assert all(os.access(launcher, os.X_OK) for launcher in launchers)
 

@@ -49,7 +49,7 @@ class Searching(NamedTuple):
     starts: int = 8
     seed: int = 1
     workers: int = 0  # 0 is one per core
-    is_warm: bool = False  # whether the present values are near, and the sensor is known
+    is_warm: bool = False  # whether the present values are near, so that little is allowed at once
 
 
 def fit(
@@ -202,8 +202,9 @@ def fit_experiments(
         here, refined, steady = best_of(searches), list[Minimum](), True
         rivals: tuple[Minimum, ...] = ()
         if problem.has_traces:
+            is_known = how.is_warm and experiments[0].seen[0].sigma is not None
             problem, refined, rivals, noted = tightened(
-                problem, searches, allowance, outliers, how.workers, tries_sensors=not how.is_warm
+                problem, searches, allowance, outliers, how.workers, tries_sensors=not is_known
             )
             here, notes = refined[-1], notes + noted
         problem, more, steady = refine(problem, here)

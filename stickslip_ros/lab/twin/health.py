@@ -10,7 +10,7 @@ from stickslip_ros.lab.fitting.report import MISSED_MOST, Fit
 from stickslip_ros.lab.fitting.result import FitResult
 from stickslip_ros.lab.twin.settings import TwinParameters
 from stickslip_ros.lab.twin.twin import Look, Twin
-from stickslip_ros.lab.twin.watch import FIRST_LOOKS, Watch, Watched
+from stickslip_ros.lab.twin.watch import Watch, Watched
 
 CAUSES = {
     'contact.friction': 'dirt, moisture or wear',
@@ -22,8 +22,8 @@ CAUSES = {
 """What makes a parameter of a rig change, mostly."""
 GREW = 1.5
 """Factor by which chi-square per reading is above that at the start when a motion is another."""
-MORE_STARTS = 4
-"""Searches of a fit that says that something has changed: a parameter that jumps is far away."""
+MORE_STARTS = 3
+"""Searches of a fit that is the first to say so: a parameter that has jumped is far away."""
 
 
 class Health(NamedTuple):
@@ -44,24 +44,28 @@ class Doctor:
         self._twin = twin
         self._watch = Watch(settings.period, settings.alarms_per_day)
         self._first: list[Array] = []  # values and errors at the start
-        self._chi_at_start = 0.0
+        self._chi_at_start, self._was_odd = 0.0, False
 
     def examine(self, look: Look) -> Health:
         """Return what a window says; StickSlipError if it cannot be fitted."""
         fit = self._twin.fit(look)
-        if self._first and (self._watch.is_suspect(_seen(fit)) or _chi(fit) > self._most(fit)):
+        is_odd = self._watch.has_begun and (
+            self._watch.is_suspect(_seen(fit)) or _chi(fit) > self._most(fit)
+        )
+        if is_odd and not self._was_odd:
             fit = min(fit, self._twin.fit(look, MORE_STARTS), key=lambda one: one.chi_square)
+        self._was_odd = is_odd
         values = np.array([one.value for one in fit.estimates])
         errors = np.array([one.standard_error for one in fit.estimates])
         names = tuple(one.name for one in fit.estimates)
         words = _lacking(fit) if _chi(fit) > _limit(fit) else ''
-        if not self._first or _chi(fit) <= self._most(fit):
+        if not self._watch.has_begun:
+            self._first.append(np.array((values, errors)))
+            self._chi_at_start = max(self._chi_at_start, _chi(fit))
+        if not self._watch.has_begun or _chi(fit) <= self._most(fit):
             changed = self._watch.changed(_seen(fit))
-            if len(self._first) < FIRST_LOOKS:
-                self._first.append(np.array((values, errors)))
-                self._chi_at_start = self._chi_at_start or _chi(fit)
             if changed is not None:
-                was = np.mean(self._first, axis=0)[:, changed]
+                was = np.median(self._first, axis=0)[:, changed]
                 name = names[changed]
                 told = (values[changed], errors[changed], *was)
                 words = '; '.join(filter(None, [_changed(name, *map(float, told)), words]))

@@ -395,9 +395,9 @@ class _Work:
         self.health = health
         labels = ['t[s]', 'chi_square_per_reading']
         row = [health.stamp_ns / NS_PER_S, health.chi_per_reading]
-        for name, value, error in zip(health.names, health.values, health.errors, strict=True):
+        for name, value, sigma in zip(health.names, health.values, health.errors, strict=True):
             labels += [name, f'{name}_sigma']
-            row += [float(value), float(error)]
+            row += [float(value), float(sigma)]
         self._put_out(
             [('twin/parameters', health.stamp_ns, _row('fit', labels, row))], looks=False
         )

@@ -183,7 +183,7 @@ class Twin:
             [replace(look.experiment, seen=seen)],
             known=self._known,
             outliers=OUTLIERS,
-            how=Searching(starts, workers=1, is_warm=self._noise is not None),
+            how=Searching(starts, workers=1, is_warm=True),
         )
 
     def follow(self, fitted: Fit) -> None:

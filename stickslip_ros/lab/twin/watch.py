@@ -4,9 +4,8 @@ Whether the parameters of a rig have changed: a test with a stated rate of false
 Each look gives estimates z with the covariance C of their honest errors, which successive windows
 share in part: how much is not known. So looks are not summed up, as CUSUM does: each one is tested
 against the first looks for itself, at the chance that a look may have of a false alarm. The
-expected number of these is then below that rate however errors are correlated. With z0 the mean of
-the first looks, d = z - z0 and W the inverse of the sum of both covariances, that of a mean being
-at most the mean of those of its parts,
+expected number of these is then below that rate however errors are correlated. With z0 the median of
+the first looks, d = z - z0 and W the inverse of the sum of the covariances of two looks,
 
     T_j = (W d)_j^2 / W_jj
 
@@ -63,9 +62,14 @@ class Watch:
 
     @property
     def start(self) -> Watched:
-        """The mean of the first looks, with an error that it has at most."""
+        """The medians of the first looks, of which one may be off, with the error of a look."""
         places, covariances = zip(*self._first, strict=True)
-        return Watched(np.mean(places, axis=0), np.mean(covariances, axis=0))
+        return Watched(np.median(places, axis=0), np.mean(covariances, axis=0))
+
+    @property
+    def has_begun(self) -> bool:
+        """Whether the start is known, so that a change can be seen."""
+        return len(self._first) >= FIRST_LOOKS
 
     def limit(self, count: int) -> float:
         """Return the limit of T for so many coordinates, by the rate of false alarms."""
@@ -85,12 +89,14 @@ class Watch:
 
     def is_suspect(self, look: Watched) -> bool:
         """Return whether a look alone says that something has changed."""
+        if not self.has_begun:
+            return False
         scores, _ = self.scores(look)
         return bool(scores.max() > self.limit(len(scores)))
 
     def changed(self, look: Watched) -> int | None:
         """Return which coordinate has changed since the start; None if none has."""
-        if not self._first:
+        if not self.has_begun:
             self._first.append(look)
             return None
         scores, square = self.scores(look)
@@ -98,7 +104,5 @@ class Watch:
         self._suspect = worst if scores[worst] > self.limit(len(scores)) else None
         if self._suspect is None:
             self._squares, self._counted = self._squares + square, self._counted + 1
-            if len(self._first) < FIRST_LOOKS:
-                self._first.append(look)
             return None
         return worst if before == worst else None

@@ -1,0 +1,58 @@
+"""A watch of estimates keeps its rate of false alarms, and names what has changed."""
+
+import numpy as np
+import pytest
+
+from stickslip_ros.lab.twin.watch import Watch, Watched
+
+PERIOD_S, LOOKS = 10.0, 500
+COVARIANCE = np.array([[4.0, 1.5, 0.3], [1.5, 9.0, -0.6], [0.3, -0.6, 0.25]]) * 1e-4
+
+
+def alarms(seed: int, shared: float, understated: float, memory: float, per_day: float) -> int:
+    """Count alarms that begin among looks at a rig that does not change."""
+    rng = np.random.default_rng(seed)
+    root = understated * np.linalg.cholesky(COVARIANCE)
+    watch, count, before = Watch(PERIOD_S, per_day), 0, None
+    common, own = rng.normal(size=3), rng.normal(size=3)
+    for _ in range(LOOKS):
+        own = memory * own + np.sqrt(1.0 - memory**2) * rng.normal(size=3)
+        place = root @ (np.sqrt(shared) * common + np.sqrt(1.0 - shared) * own)
+        found = watch.changed(Watched(place, COVARIANCE))
+        count += found is not None and before is None
+        before = found
+    return count
+
+
+@pytest.mark.parametrize(
+    ('shared', 'understated', 'memory'),
+    [(0.0, 1.0, 0.0), (0.8, 1.0, 0.0), (0.0, 1.0, 0.95), (0.0, 2.0, 0.0)],
+    ids=['independent', 'shared', 'correlated', 'understated by 2'],
+)
+def test_nothing_raises_no_more_alarms_than_are_allowed(
+    shared: float, understated: float, memory: float
+):
+    per_day = 50.0  # so that some may come in so few looks
+    total = sum(alarms(seed, shared, understated, memory, per_day) for seed in range(10))
+    allowed = per_day * 10 * LOOKS * PERIOD_S / 86400.0
+    assert total <= allowed + 3.0 * np.sqrt(allowed)
+
+
+@pytest.mark.parametrize('which', [0, 1, 2])
+def test_the_parameter_that_changes_is_named_at_the_second_look(which: int):
+    rng, root = np.random.default_rng(which), np.linalg.cholesky(COVARIANCE)
+    watch = Watch(PERIOD_S, 1.0)
+    for _ in range(6):
+        assert watch.changed(Watched(root @ rng.normal(size=3), COVARIANCE)) is None
+    step = np.zeros(3)
+    step[which] = 10.0 * np.sqrt(COVARIANCE[which, which])
+    found = [
+        watch.changed(Watched(step + root @ rng.normal(size=3), COVARIANCE)) for _ in range(2)
+    ]
+    assert found == [None, which]
+
+
+def test_one_look_that_is_off_raises_nothing():
+    watch = Watch(PERIOD_S, 1.0)
+    for place in (0.0, 0.0, 0.0, 1.0, 0.0, 0.0):
+        assert watch.changed(Watched(np.full(3, place), COVARIANCE)) is None

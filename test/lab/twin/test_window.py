@@ -1,0 +1,66 @@
+"""Windows follow the stamps of a rig, whatever comes late, twice, or not at all."""
+
+import numpy as np
+
+from stickslip_ros.lab.twin.window import Window, Windows
+
+NS = 1_000_000_000
+NAMES = ('voltage_v', 'position_m')
+
+
+def fed(windows: Windows, stamps_ns: np.ndarray) -> list[Window]:
+    """Give what samples of both quantities complete, one after the other."""
+    found = []
+    for stamp_ns in stamps_ns.tolist():
+        for name in NAMES:
+            windows.add(name, (stamp_ns,), (stamp_ns * 1e-9,))
+        found += windows.complete()
+    return found
+
+
+def even(start_s: float, end_s: float) -> np.ndarray:
+    return np.arange(round(1e3 * start_s), round(1e3 * end_s)) * (NS // 1000)
+
+
+def test_windows_stand_at_multiples_of_their_length_and_have_a_lead():
+    found = fed(Windows(NAMES, 0.2, 0.05), even(7.13, 8.0))
+    assert [each.start_ns for each in found] == [7_200_000_000, 7_400_000_000, 7_600_000_000]
+    time_s, values = found[1].samples['position_m']
+    np.testing.assert_allclose(time_s, np.arange(-50, 200) * 1e-3, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(values, 7.4 + time_s, rtol=0.0, atol=1e-9)
+
+
+def test_messages_in_another_order_and_twice_give_the_same_windows():
+    stamps_ns = even(0.0, 1.0)
+    shuffled = stamps_ns.reshape(-1, 5)[:, ::-1].ravel()
+    windows = Windows(NAMES, 0.2, 0.05)
+    found = fed(windows, np.repeat(shuffled, 2))
+    plain = fed(Windows(NAMES, 0.2, 0.05), stamps_ns)
+    assert [each.start_ns for each in found][:3] == [each.start_ns for each in plain][:3]
+    for one, other in zip(found[1:3], plain[1:3], strict=True):
+        np.testing.assert_array_equal(
+            one.samples['position_m'][1][:-5], other.samples['position_m'][1][:-5]
+        )
+    assert windows.doubled > 0
+    assert windows.reordered > 0
+
+
+def test_a_window_waits_for_a_quantity_that_lags_and_then_goes_without():
+    windows = Windows(NAMES, 0.2, 0.05)
+    for stamp_ns in even(0.0, 0.5).tolist():
+        windows.add('voltage_v', (stamp_ns,), (0.0,))
+        if stamp_ns < 0.449 * NS:
+            assert list(windows.complete()) == []
+    [window] = windows.complete()
+    assert len(window.samples['position_m'][0]) == 0
+    windows.add('position_m', (NS // 10,), (0.0,))
+    assert windows.late == 1
+
+
+def test_a_pause_and_a_clock_that_was_set_back_begin_anew():
+    windows = Windows(NAMES, 0.2, 0.05)
+    found = fed(windows, np.concatenate((even(100.0, 101.0), even(106.0, 107.0), even(0.0, 1.0))))
+    starts_s = [each.start_ns / NS for each in found]
+    np.testing.assert_allclose(starts_s, [100.2, 100.4, 100.6, 106.2, 106.4, 106.6, 0.2, 0.4, 0.6])
+    assert (windows.pauses, windows.restarts) == (1, 1)
+    assert all(len(each.samples['position_m'][0]) == 250 for each in found)
