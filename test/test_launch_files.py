@@ -70,7 +70,7 @@ ARGUMENTS = table_of(DRIVE, 'ARGUMENTS').keys()
 def test_all_are_installed_and_shipped(keywords: dict[str, Any]):
     shares = dict(keywords['data_files'])
     assert shares['share/stickslip_ros/launch'] == [f'launch/{file.name}' for file in FILES]
-    assert len(FILES) == 6
+    assert len(FILES) == 7
     manifest = (ROOT / 'MANIFEST.in').read_text(encoding='utf-8')
     assert 'recursive-include launch *.launch.py\n' in manifest
 

@@ -56,7 +56,8 @@ def settled(pieces: Sequence[WavePiece], finder: Finder) -> list[WavePiece]:
     Return pieces in their places: holds without slope, saw-teeth with a base.
 
     A slope of less than four standard errors is none. Samples of a saw-tooth leave its base free
-    as far as they leave out the ends of the cycle; a hold that near is its base, or its top.
+    as far as they leave out the ends of the cycle; a hold that near is its base, or its top. It keeps
+    within the rails.
 
     """
     found, holds_v = list[WavePiece](), list[float]()
@@ -74,6 +75,10 @@ def settled(pieces: Sequence[WavePiece], finder: Finder) -> list[WavePiece]:
             seen_v = (volts_v - rest_v)[np.abs(rest_v) <= finder.tolerance_v(piece)]
             low_v, high_v = float(seen_v.max()) - piece.amplitude_v, float(seen_v.min())
             base_v = 0.5 * (low_v + high_v)
+            if low_v < high_v:  # the samples leave it free, the amplifier does not
+                least_v, most_v = finder.rails_v
+                base_v = min(max(base_v, least_v), most_v - piece.amplitude_v)
+                base_v = min(max(base_v, low_v), high_v)
             give_v = finder.tolerance_v(piece) + 0.5 * max(high_v - low_v, 0.0)
             levels_v = [*holds_v, *(each - piece.amplitude_v for each in holds_v)]
             nearest_v = min(levels_v, key=lambda each: abs(each - base_v), default=base_v)

@@ -43,6 +43,7 @@ class Monitor:
     noise_v: float  # standard deviation of the volts about the wave
     shows_falls: bool  # whether they are fast enough for that
     left_out: int  # samples that were not finite, came twice, or lay beyond the rails
+    rails_v: tuple[float, float]  # of the amplifier
 
     def on_even_clock(self) -> 'Monitor':
         """Return the samples at even times: as they were taken, if only the stamps are late."""
@@ -97,7 +98,10 @@ def monitor_of(
     off_s = times - times[0] - period_s * counts
     jitter_s = GAUSSIAN * float(np.median(np.abs(off_s - np.median(off_s))))
     noise_v = _noise(times, volts)
-    return Monitor(times, volts, counts, period_s, jitter_s, noise_v, shows_falls, left_out)
+    rails_v = low_v, high_v
+    return Monitor(
+        times, volts, counts, period_s, jitter_s, noise_v, shows_falls, left_out, rails_v
+    )
 
 
 def _noise(times_s: Array, volts_v: Array) -> float:

@@ -52,6 +52,7 @@ class Finder:
     def __init__(self, monitor: Monitor, noise_v: float, slew_v_per_s: float) -> None:
         self.times_s, self.volts_v = monitor.times_s, monitor.volts_v
         self.period_s, self.noise_v, self.slew_v_per_s = monitor.period_s, noise_v, slew_v_per_s
+        self.rails_v = monitor.rails_v
         self.smooth_v = max(SMOOTH_SHARE * float(np.ptp(self.volts_v)), OUT * noise_v)
         self.smooth_v = math.inf if monitor.shows_falls else self.smooth_v
 

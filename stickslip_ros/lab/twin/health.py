@@ -12,7 +12,7 @@ from stickslip_ros.lab.twin.settings import TwinParameters
 from stickslip_ros.lab.twin.twin import Look, Twin
 from stickslip_ros.lab.twin.watch import Watch, Watched
 
-CAUSES = {
+_CAUSES = {
     'contact.friction': 'dirt, moisture or wear',
     'contact.prefactor': 'wear, or another surface',
     'runner.mass': 'something was put on the runner, or taken off',
@@ -20,9 +20,9 @@ CAUSES = {
     'actuator.gain': 'the piezo or its amplifier',
 }
 """What makes a parameter of a rig change, mostly."""
-GREW = 1.5
+_GREW = 1.5
 """Factor by which chi-square per reading is above that at the start when a motion is another."""
-MORE_STARTS = 3
+_MORE_STARTS = 3
 """Searches of a fit that is the first to say so: a parameter that has jumped is far away."""
 
 
@@ -53,7 +53,7 @@ class Doctor:
             self._watch.is_suspect(_seen(fit)) or _chi(fit) > self._most(fit)
         )
         if is_odd and not self._was_odd:
-            fit = min(fit, self._twin.fit(look, MORE_STARTS), key=lambda one: one.chi_square)
+            fit = min(fit, self._twin.fit(look, _MORE_STARTS), key=lambda one: one.chi_square)
         self._was_odd = is_odd
         values = np.array([one.value for one in fit.estimates])
         errors = np.array([one.standard_error for one in fit.estimates])
@@ -74,7 +74,7 @@ class Doctor:
 
     def _most(self, fit: FitResult) -> float:
         """Return chi-square per reading above which the free parameters cannot tell the change."""
-        return max(_limit(fit), GREW * self._chi_at_start)
+        return max(_limit(fit), _GREW * self._chi_at_start)
 
 
 def _seen(fit: Fit) -> Watched:
@@ -109,4 +109,4 @@ def _lacking(fit: FitResult) -> str:
 
 def _changed(name: str, value: float, error: float, was: float, was_error: float) -> str:
     text = f'{name} {value:.4g} +- {error:.2g}, was {was:.4g} +- {was_error:.2g} at the start'
-    return f'{text}: {CAUSES[name]}' if name in CAUSES else text
+    return f'{text}: {_CAUSES[name]}' if name in _CAUSES else text

@@ -45,19 +45,19 @@ from stickslip_ros.ros.parameter_bridge import declare, given_values
 from stickslip_ros.units import NS_PER_S
 
 TWIN_NODE = 'stickslip_twin'
-PREFIX = 'twin.'
+_PREFIX = 'twin.'
 _LOOK_S, _REPORT_S, _FLUSH_S = 0.2, 1.0, 0.02
-DEPTH = 10_000
+_DEPTH = 10_000
 """Messages of the rig that are kept for a node that is held up."""
 THINNED_NS = 1_000_000
 """Least distance of messages of one topic of the twin; a recording holds all samples."""
 WINDOWS_WAITING = 20  # windows that wait, of which more are dropped
 _CLOCKS_APART = 1e-4  # rate by which two clocks may differ
-OF_TRACE = {'voltage': 'voltage_v', 'position': 'position_m', 'force': 'force_n'}
+_OF_TRACE = {'voltage': 'voltage_v', 'position': 'position_m', 'force': 'force_n'}
 """Columns of a trace that are heard."""
 _TYPES = {POINT_STAMPED: PointStamped, WRENCH_STAMPED: WrenchStamped}
 _TYPES |= {FLOAT64_ARRAY: Float64MultiArray}
-OUTPUTS = {
+_OUTPUTS = {
     'twin/position': POINT_STAMPED,
     'twin/residual': POINT_STAMPED,
     'twin/foot_position': POINT_STAMPED,
@@ -66,9 +66,9 @@ OUTPUTS = {
     'twin/parameters': FLOAT64_ARRAY,
 }
 """What a twin publishes."""
-RECORDED = {'voltage': FLOAT64, 'position': POINT_STAMPED, 'force': WRENCH_STAMPED}
+_RECORDED = {'voltage': FLOAT64, 'position': POINT_STAMPED, 'force': WRENCH_STAMPED}
 """The readings of the rig in a recording, as those of a drive."""
-SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
+_SUCCESS, _FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
 
 class StickSlipTwin(LifecycleNode):
@@ -88,10 +88,10 @@ class StickSlipTwin(LifecycleNode):
         given, own = given_values(self), declared_by(TwinParameters)
         said = {name: own[name].check(name, given.pop(name)) for name in own if name in given}
         self.stand = Parameters().updated(given)
-        values: dict[str, Any] = {n.removeprefix(PREFIX): v for n, v in said.items()}
+        values: dict[str, Any] = {n.removeprefix(_PREFIX): v for n, v in said.items()}
         self.settings = TwinParameters(**values)
         declared = {name: replace(spec, fixed=True) for name, spec in (specs() | own).items()}
-        of_twin = {name: getattr(self.settings, name.removeprefix(PREFIX)) for name in own}
+        of_twin = {name: getattr(self.settings, name.removeprefix(_PREFIX)) for name in own}
         declare(self, declared, self.stand.flat() | of_twin)
         self.get_logger().info(describe_node(self))
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -103,7 +103,7 @@ class StickSlipTwin(LifecycleNode):
         self._outputs: dict[str, Any] = {}
         self._work: _Work | None = None
         self._begin_input()
-        if self.stand.autostart and self.trigger_configure() == SUCCESS:
+        if self.stand.autostart and self.trigger_configure() == _SUCCESS:
             self.trigger_activate()
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -113,14 +113,14 @@ class StickSlipTwin(LifecycleNode):
             Twin(self.stand, self.settings)
         except StickSlipError as error:
             self.get_logger().error(f'not configured: {error}')
-            return FAILURE
+            return _FAILURE
         if self._mapped and 'voltage_v' not in self._mapped:
             hint = 'name it in twin.map: voltage_v=TOPIC.FIELD'
             self.get_logger().error(f'not configured: nothing says what drives the rig; {hint}')
-            return FAILURE
+            return _FAILURE
         self._outputs = {
             key: self.create_lifecycle_publisher(_TYPES[kind], key, 1000)
-            for key, kind in OUTPUTS.items()
+            for key, kind in _OUTPUTS.items()
         }
         return super().on_configure(state)
 
@@ -140,7 +140,7 @@ class StickSlipTwin(LifecycleNode):
         """Take the topics of the twin away."""
         while self._outputs:
             self.destroy_lifecycle_publisher(self._outputs.popitem()[1])
-        return SUCCESS
+        return _SUCCESS
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Stop whatever runs."""
@@ -176,7 +176,7 @@ class StickSlipTwin(LifecycleNode):
             name = self.resolve_topic_name('trace')
             if name not in self._heard:
                 self._heard[name] = self.create_subscription(
-                    Float64MultiArray, name, self._take_trace, DEPTH, raw=True
+                    Float64MultiArray, name, self._take_trace, _DEPTH, raw=True
                 )
             return
         types = dict(self.get_topic_names_and_types())
@@ -200,7 +200,7 @@ class StickSlipTwin(LifecycleNode):
                 each.qos_profile.reliability == ReliabilityPolicy.RELIABLE for each in offered
             )
             profile = QoSProfile(
-                depth=DEPTH,
+                depth=_DEPTH,
                 reliability=ReliabilityPolicy.RELIABLE
                 if reliable
                 else ReliabilityPolicy.BEST_EFFORT,
@@ -234,9 +234,9 @@ class StickSlipTwin(LifecycleNode):
         assert isinstance(block, ArrayMessage)
         for name, series in split_columns([block], 'trace').items():
             is_force = name == 'force' and self.stand.load_cell.contact == 'absent'
-            if name in OF_TRACE and not is_force:
+            if name in _OF_TRACE and not is_force:
                 stamps_ns = np.round(series.time_s * NS_PER_S).astype(np.int64).tolist()
-                self._pending.append((OF_TRACE[name], stamps_ns, series.value.tolist()))
+                self._pending.append((_OF_TRACE[name], stamps_ns, series.value.tolist()))
 
     def _flush(self) -> None:
         """Hand complete windows to the work."""
@@ -406,10 +406,10 @@ class _Work:
         start_ns, messages = look.window.start_ns, list[tuple[str, int, bytes]]()
         for each in look.shown:
             name = each.quantity.rpartition('_')[0]
-            kind = OUTPUTS[f'twin/{name}']
+            kind = _OUTPUTS[f'twin/{name}']
             stamps_ns = start_ns + np.round(each.time_s * NS_PER_S).astype(np.int64)
             messages += _packed(f'twin/{name}', kind, stamps_ns, each.twin)
-            if name in RECORDED:
+            if name in _RECORDED:
                 messages += _packed(name, kind, stamps_ns, each.rig)
             if name == 'position':
                 messages += _packed('twin/residual', kind, stamps_ns, each.rig - each.twin)
@@ -429,7 +429,7 @@ class _Work:
         """Publish messages, thinned, and record all."""
         last_ns: dict[str, int] = {}
         for key, stamp_ns, data in messages:
-            if key in OUTPUTS and stamp_ns >= last_ns.get(key, 0) + THINNED_NS:
+            if key in _OUTPUTS and stamp_ns >= last_ns.get(key, 0) + THINNED_NS:
                 last_ns[key] = stamp_ns
                 self._publish(key, data)
         with self._lock:
@@ -437,7 +437,7 @@ class _Work:
                 namespace, self._namespace = self._namespace, None
                 channels = {
                     key: Channel(f'{namespace}/{key}', kind, Qos(STREAM.depth))
-                    for key, kind in (RECORDED | OUTPUTS).items()
+                    for key, kind in (_RECORDED | _OUTPUTS).items()
                 }
                 path = run_path(self._stand, f'{namespace}/twin')
                 self._recorder = open_recorder(path, self._stand, channels, messages[0][1])

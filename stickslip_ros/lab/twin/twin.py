@@ -32,7 +32,7 @@ from stickslip_ros.lab.twin.settings import TwinParameters
 from stickslip_ros.lab.twin.window import Window
 from stickslip_ros.parameters import Parameters, to_nanoseconds
 
-OUTLIERS = 6.0
+_OUTLIERS = 6.0
 """Robust standard deviations from which a lone reading is left out."""
 _SAMPLES_MIN = 32  # readings of a window below which a quantity is none
 
@@ -41,7 +41,7 @@ class RigRests(StickSlipError):
     """Nothing drives the rig in a window."""
 
 
-class Shown(NamedTuple):
+class SeenBoth(NamedTuple):
     """A quantity in a window: what the rig showed, and what its twin shows there."""
 
     quantity: str
@@ -60,7 +60,7 @@ class Look(NamedTuple):
 
     window: Window
     experiment: Experiment
-    shown: tuple[Shown, ...]
+    shown: tuple[SeenBoth, ...]
     steps: int  # whole cycles that end in a fall
     step_rig_m: float  # mean motion in one of them; not a number without
     step_twin_m: float
@@ -114,13 +114,13 @@ class Twin:
         [found] = predict(self.stand, [there], shifts_s=(self._late_s,))
         assert isinstance(there.drive, Voltage)
         waves = waves_of(shifted(there.drive, self._late_s))
-        begins_s, shown = there.drive.begins_s, list[Shown]()
+        begins_s, shown = there.drive.begins_s, list[SeenBoth]()
         for each, model in zip(seen, found, strict=True):
             still = replace(each, drift_per_s=0.0)  # else it would make up for the steps
             metric = metric_of(still, model, waves, max(each.noise, FINEST), None)
             _, left = metric.of_sensor(model.values - each.values)
             shown.append(
-                Shown(each.quantity, each.time_s + begins_s, each.values, each.values + left)
+                SeenBoth(each.quantity, each.time_s + begins_s, each.values, each.values + left)
             )
         ends_s = [
             (cycle.start_s + begins_s, cycle.start_s + cycle.length_s + begins_s)
@@ -163,7 +163,7 @@ class Twin:
             self._source,
             {},
         )
-        return without_outliers(one, OUTLIERS)
+        return without_outliers(one, _OUTLIERS)
 
     def is_due(self, look: Look) -> bool:
         """Return whether a window is the first of a period, and is to be fitted; ask once."""
@@ -182,7 +182,7 @@ class Twin:
             self._free,
             [replace(look.experiment, seen=seen)],
             known=self._known,
-            outliers=OUTLIERS,
+            outliers=_OUTLIERS,
             how=Searching(starts, workers=1, is_warm=True),
         )
 

@@ -4,8 +4,8 @@ Whether the parameters of a rig have changed: a test with a stated rate of false
 Each look gives estimates z with the covariance C of their honest errors, which successive windows
 share in part: how much is not known. So looks are not summed up, as CUSUM does: each one is tested
 against the first looks for itself, at the chance that a look may have of a false alarm. The
-expected number of these is then below that rate however errors are correlated. With z0 the median of
-the first looks, d = z - z0 and W the inverse of the sum of the covariances of two looks,
+expected number of these is then below that rate however errors are correlated. With z0 the
+median of the first looks, d = z - z0 and W the inverse of the sum of the covariances of two looks,
 
     T_j = (W d)_j^2 / W_jj
 
@@ -24,9 +24,9 @@ from scipy.stats import f
 
 from stickslip_ros.arrays import Array
 
-FIRST_LOOKS = 3
+_FIRST_LOOKS = 3
 """Looks that make the start."""
-TRUST = 4.0
+_TRUST = 4.0
 """Looks by which the stated size of the errors is believed against what the looks show."""
 _DAY_S = 86400.0
 
@@ -69,12 +69,12 @@ class Watch:
     @property
     def has_begun(self) -> bool:
         """Whether the start is known, so that a change can be seen."""
-        return len(self._first) >= FIRST_LOOKS
+        return len(self._first) >= _FIRST_LOOKS
 
     def limit(self, count: int) -> float:
         """Return the limit of T for so many coordinates, by the rate of false alarms."""
         chance = min(self.alarms_per_day * self.period_s / _DAY_S, 0.5) / count
-        freedom = count * (TRUST + self._counted)
+        freedom = count * (_TRUST + self._counted)
         return float(f.isf(chance, 1, freedom))
 
     def scores(self, look: Watched) -> tuple[Array, float]:
@@ -83,7 +83,7 @@ class Watch:
         weight = np.linalg.inv(look.covariance + start.covariance)
         along = weight @ (look.place - start.place)
         count = len(look.place)
-        shown = (count * TRUST + self._squares) / (count * (TRUST + self._counted))
+        shown = (count * _TRUST + self._squares) / (count * (_TRUST + self._counted))
         scores = along**2 / np.diag(weight) / max(1.0, shown)
         return scores, float((look.place - start.place) @ along)
 

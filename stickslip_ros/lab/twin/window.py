@@ -19,11 +19,11 @@ from stickslip_ros.lab.experiments.reading import LEAD_S
 from stickslip_ros.parameters import to_nanoseconds
 from stickslip_ros.units import NANO
 
-PAUSE_S = 0.5
+_PAUSE_S = 0.5
 """Time without a sample after which a pause has ended."""
-SET_BACK_S = 1.0
+_SET_BACK_S = 1.0
 """Distance behind the newest stamp from which a stamp is of another clock rather than late."""
-LEAD_NS = to_nanoseconds(LEAD_S)
+_LEAD_NS = to_nanoseconds(LEAD_S)
 
 
 class Window(NamedTuple):
@@ -50,7 +50,7 @@ class Windows:
     late, doubled, reordered : int
         Samples that came after their window, twice, or behind a younger one.
     pauses, restarts : int
-        How often there was none for PAUSE_S, and how often the clock was set back.
+        How often there was none for _PAUSE_S, and how often the clock was set back.
 
     """
 
@@ -67,10 +67,10 @@ class Windows:
         first_ns = stamps_ns[0]
         if self._last_ns < 0:
             self._begin(first_ns)
-        elif first_ns > self._last_ns + PAUSE_S / NANO:
+        elif first_ns > self._last_ns + _PAUSE_S / NANO:
             self.pauses += 1
             self._begin(first_ns)
-        elif first_ns < self._last_ns - SET_BACK_S / NANO:
+        elif first_ns < self._last_ns - _SET_BACK_S / NANO:
             self.restarts += 1
             self._begin(first_ns)
         if first_ns < self._oldest_ns:
@@ -101,7 +101,7 @@ class Windows:
             self._values[name].clear()
             self._newest[name] = -1
         self._last_ns = self._oldest_ns = first_ns
-        self._start_ns = math.ceil((first_ns + LEAD_NS) / self._length_ns) * self._length_ns
+        self._start_ns = math.ceil((first_ns + _LEAD_NS) / self._length_ns) * self._length_ns
 
     def _cut(self, end_ns: int) -> Window:
         """Return the window that ends there, and keep what leads the next one."""
@@ -110,10 +110,10 @@ class Windows:
             stamps_ns, first = np.unique(np.array(stamps, dtype=np.int64), return_index=True)
             values = np.array(self._values[name], dtype=np.float64)[first]
             self.doubled += len(stamps) - len(stamps_ns)
-            inside = slice(*np.searchsorted(stamps_ns, (start_ns - LEAD_NS, end_ns)))
+            inside = slice(*np.searchsorted(stamps_ns, (start_ns - _LEAD_NS, end_ns)))
             time_s = np.asarray((stamps_ns[inside] - start_ns) * NANO, dtype=np.float64)
             samples[name] = time_s, values[inside]
-            kept = int(np.searchsorted(stamps_ns, end_ns - LEAD_NS))
+            kept = int(np.searchsorted(stamps_ns, end_ns - _LEAD_NS))
             self._stamps[name] = stamps_ns[kept:].tolist()
             self._values[name] = values[kept:].tolist()
         self._start_ns = self._oldest_ns = end_ns
