@@ -56,8 +56,8 @@ def settled(pieces: Sequence[WavePiece], finder: Finder) -> list[WavePiece]:
     Return pieces in their places: holds without slope, saw-teeth with a base.
 
     A slope of less than four standard errors is none. Samples of a saw-tooth leave its base free
-    as far as they leave out the ends of the cycle; a hold that near is its base, or its top. It keeps
-    within the rails.
+    as far as they leave out the ends of the cycle; a hold that near is its base, or its top. It
+    keeps within the rails.
 
     """
     found, holds_v = list[WavePiece](), list[float]()

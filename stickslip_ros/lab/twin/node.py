@@ -36,6 +36,7 @@ from stickslip_ros.lab.twin.window import Window, Windows
 from stickslip_ros.message_types import FLOAT64, FLOAT64_ARRAY, POINT_STAMPED, WRENCH_STAMPED
 from stickslip_ros.parameters import Parameters, declared_by, specs
 from stickslip_ros.process.signals import run
+from stickslip_ros.process.stopping import Stopped
 from stickslip_ros.recording.any_message import path_of
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.run_file import open_recorder, run_path
@@ -376,6 +377,8 @@ class _Work:
                 self.trouble = ''
             except StickSlipError as error:
                 self.trouble = str(error)
+            except KeyboardInterrupt:  # somebody wants all work to end
+                return
             except Exception:  # noqa: BLE001 - a thread has nobody to raise to
                 self.trouble = traceback.format_exc(limit=-1)
                 self._tell(f'a window has failed:\n{traceback.format_exc()}')
@@ -383,6 +386,8 @@ class _Work:
     def _examine(self, look: Look) -> None:
         try:
             health = self._doctor.examine(look)
+        except (Stopped, KeyboardInterrupt):
+            return
         except StickSlipError as error:
             self._tell(f'no fit: {error}')
             return

@@ -34,6 +34,8 @@ from stickslip_ros.parameters import Parameters, to_nanoseconds
 
 _OUTLIERS = 6.0
 """Robust standard deviations from which a lone reading is left out."""
+_FITTED_MOST = 3000
+"""Readings of a window that are fitted, the first: more take longer and tell little more."""
 _SAMPLES_MIN = 32  # readings of a window below which a quantity is none
 
 
@@ -175,12 +177,19 @@ class Twin:
 
     def fit(self, look: Look, starts: int = 1) -> Fit:
         """Return a fit of a window, which begins where the last good one ended."""
-        first, *others = look.experiment.seen
+        one = look.experiment
+        time_s = one.seen[0].time_s
+        if len(time_s) > _FITTED_MOST:
+            end_s = float(time_s[_FITTED_MOST])
+            assert isinstance(one.drive, Voltage)
+            rows = one.drive.rows[: np.searchsorted(one.drive.rows[:, 0], end_s) + 1]
+            one = replace(one.within(time_s[0], end_s), drive=replace(one.drive, rows=rows))
+        first, *others = one.seen
         seen = (replace(first, sigma=self._noise), *others)
         return fit_experiments(
             self._fitted,
             self._free,
-            [replace(look.experiment, seen=seen)],
+            [replace(one, seen=seen)],
             known=self._known,
             outliers=_OUTLIERS,
             how=Searching(starts, workers=1, is_warm=True),

@@ -58,6 +58,17 @@ def assert_sawteeth(found: Recognised, truth, noise_v: float) -> None:
         assert each.frequency_hz == pytest.approx(frequency_hz, abs=DEVIATIONS * error_hz)
 
 
+@pytest.mark.parametrize('rate_hz', [5000.0, 10000.0])
+def test_at_a_multiple_of_its_frequency_a_full_stroke_keeps_within_the_rails(rate_hz):
+    course = [saw(300.0, 500.0, 100)]
+    found = recognise(
+        *sampled(corners_of(course), rate_hz, 0.05, seed=1), STAND, frequency_max_hz=999.0
+    )
+    [tooth] = sawteeth(found)
+    assert (tooth.base_v, tooth.amplitude_v) == pytest.approx((0.0, 300.0), abs=0.1)
+    assert found.refusals == ()
+
+
 @pytest.mark.parametrize('noise_v', [0.05, 0.75])
 @pytest.mark.parametrize('rate_hz', [2000.0, 5000.0, 20000.0, 50000.0])
 def test_a_course_of_saw_teeth_triangles_and_holds_is_recognised_at_any_rate(rate_hz, noise_v):
