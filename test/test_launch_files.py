@@ -62,7 +62,7 @@ FOREIGN = {
     'rviz2': {'rviz2'},
 }
 """Executables that other packages have."""
-OWN = {'stage.launch.py': {'z_load'}}
+OWN = {'stage.launch.py': {'z_load'}, 'twin.launch.py': {'map'}}
 """Arguments that drive.launch.py has not."""
 ARGUMENTS = table_of(DRIVE, 'ARGUMENTS').keys()
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 sys.path.append(str(Path(__file__).parents[1] / 'fitting'))
-from spring_rig import Rig, voltage  # type: ignore[import-not-found]
+from spring_rig import Rig, voltage
 
 from stickslip_ros.lab.twin.health import Doctor, Health
 from stickslip_ros.lab.twin.settings import TwinParameters
@@ -65,7 +65,7 @@ def test_what_changes_is_named_at_the_second_fit(field: str, factor: float, name
     assert found[-1].words.startswith(name)
     assert cause in found[-1].words
     place = found[-1].names.index(name)
-    true = factor * STAND.flat()[name]
+    true = factor * float(STAND.flat()[name])
     assert found[-1].values[place] == pytest.approx(
         true, rel=0.0, abs=4.0 * found[-1].errors[place]
     )

@@ -10,7 +10,7 @@ NAMES = ('voltage_v', 'position_m')
 
 def fed(windows: Windows, stamps_ns: np.ndarray) -> list[Window]:
     """Give what samples of both quantities complete, one after the other."""
-    found = []
+    found = list[Window]()
     for stamp_ns in stamps_ns.tolist():
         for name in NAMES:
             windows.add(name, (stamp_ns,), (stamp_ns * 1e-9,))
