@@ -17,6 +17,7 @@ VENV   := .venv$(SUFFIX)
 BIN    := $(VENV)/bin
 COLCON := .venv-colcon$(SUFFIX)
 DOCS   := .venv-docs
+RELEASE := .venv-release
 CODES  := .venv-foreign
 LOCK   := requirements/$(DISTRO).txt
 TESTS  := requirements/$(DISTRO)-test.txt
@@ -32,7 +33,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo panel test test-pythons fuzz mutate evidence foreign same lint hooks bench docs studies wheel colcon lock clean
+.PHONY: help setup demo panel test test-pythons fuzz mutate evidence foreign same lint hooks bench docs studies wheel release colcon lock clean
 
 help: ## show this list
 	@echo 'make <target> [DISTRO=jazzy|kilted] [PYTHON=python3]'
@@ -111,8 +112,11 @@ docs: $(DOCS)/lock.stamp ## build the documentation site, notebooks included: bu
 studies: $(DOCS)/lock.stamp ## the same with every study in full: build/studies/studies
 	STUDIES=full PYTHONPATH="$(CURDIR)" $(DOCS)/bin/python -m sphinx -W --keep-going -d build/studies-doctrees docs build/studies
 
-wheel: $(VENV)/lock.stamp ## build the wheel into dist/, install it elsewhere and use it there
-	$(BIN)/python scripts/wheel_check.py $(LOCK)
+wheel: $(RELEASE)/lock.stamp ## build the wheel with its kernels into dist/, install it elsewhere and use it there
+	$(RELEASE)/bin/python scripts/wheel_check.py $(LOCK)
+
+release: $(RELEASE)/lock.stamp ## write the addresses that a release needs; ARGS='URL MAIL'
+	$(RELEASE)/bin/python scripts/release.py $(ARGS)
 
 colcon: $(COLCON)/lock.stamp ## build as in a ROS workspace and start the installed node once
 	$(COLCON)/bin/python scripts/colcon_check.py
@@ -164,6 +168,9 @@ $(COLCON)/lock.stamp: $(LOCK) requirements/colcon.txt
 	$(make-venv)
 
 $(DOCS)/lock.stamp: requirements/docs.txt
+	$(make-venv)
+
+$(RELEASE)/lock.stamp: requirements/release.txt
 	$(make-venv)
 
 # slippy asks for numpy below 1.21, and runs with this one.

@@ -1,6 +1,7 @@
 """What is installed, and where; the one place of the project's metadata beside package.xml."""
 
 import ast
+import re
 import sys
 from pathlib import Path
 
@@ -8,6 +9,8 @@ from setuptools import find_packages, setup
 
 NAME = 'stickslip_ros'
 SHARE = f'share/{NAME}'
+# Of the source. It is on no public host yet; scripts/release.py writes the address of one.
+HOME = 'https://stickslip-ros.invalid'
 ROS_PACKAGES = (
     'std-msgs',
     'geometry-msgs',
@@ -32,6 +35,13 @@ def version():
     return ast.literal_eval(line.partition(' = ')[2])
 
 
+def description():
+    """Return README.md with addresses that hold away from the source, those of this version."""
+    text = Path('README.md').read_text(encoding='utf-8')
+    text = re.sub(r'(!\[[^]]*\]\()(?!http)', rf'\1{HOME}/raw/v{version()}/', text)
+    return re.sub(r'(?<=\]\()(?!http|#)', f'{HOME}/blob/v{version()}/', text)
+
+
 def files(folder, pattern):
     """List the files of a folder as setuptools wants them."""
     return sorted(str(path) for path in Path(folder).glob(pattern))
@@ -52,11 +62,29 @@ setup(
     name=NAME,
     version=version(),
     description='A virtual stick-slip microdrive for ROS 2, from the mechanics of rough contact',
+    long_description=description(),
+    long_description_content_type='text/markdown',
+    url=HOME,
+    project_urls={
+        'Documentation': f'{HOME}/blob/v{version()}/docs/index.rst',
+        'Changes': f'{HOME}/blob/v{version()}/CHANGELOG.rst',
+        'Issues': f'{HOME}/issues',
+    },
     license='Apache-2.0',
     author='The stickslip_ros maintainers',
     maintainer='The stickslip_ros maintainers',
     maintainer_email='noreply@stickslip-ros.invalid',
     keywords=['ROS', 'simulation', 'stick-slip', 'contact mechanics', 'friction'],
+    classifiers=[
+        'Development Status :: 5 - Production/Stable',
+        'Intended Audience :: Developers',
+        'Intended Audience :: Education',
+        'Intended Audience :: Science/Research',
+        'Operating System :: POSIX :: Linux',
+        *(f'Programming Language :: Python :: 3.{minor}' for minor in range(10, 14)),
+        'Topic :: Scientific/Engineering :: Physics',
+        'Typing :: Typed',
+    ],
     package_dir={'': '.'},  # said aloud, an editable install is one line in a .pth file
     packages=find_packages(include=[NAME, f'{NAME}.*']),
     package_data={

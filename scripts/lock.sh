@@ -23,6 +23,7 @@ for distribution in jazzy kilted; do
 done
 pin requirements/colcon.txt requirements/colcon.in \
     --constraint requirements/jazzy.txt --constraint requirements/kilted.txt "$@"
+pin requirements/release.txt requirements/release.in "$@"
 # Sphinx wants an older docutils than the tests; nothing else need be the same. So with other codes.
 pin requirements/docs.txt setup.py requirements/build.in --extra docs "$@"
 pin requirements/evidence.txt setup.py requirements/build.in --extra evidence "$@"

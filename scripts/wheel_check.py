@@ -1,23 +1,42 @@
 """
-Build the wheel, install it into a fresh environment and use it there: `make wheel`.
+Build the wheel with its kernels, install it into an empty environment and use it: `make wheel`.
 
-The wheel is built from the source distribution, which shows that MANIFEST.in leaves nothing out,
-and lands in dist/. What it requires comes from the lock that is named; nothing is taken from the
-folder of the project.
+It is built from the source distribution, which holds what the repository holds; both land in
+dist/. What it requires comes from the lock that is named; nothing is taken from the folder of the
+project. Each supported Python of this machine compiles the entry points that the wheel brings.
 
 """
 
+import json
 import os
 import re
+import shutil
+import signal
 import subprocess
 import sys
+import tarfile
 import tempfile
 import time
+import urllib.request
 import zipfile
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from itertools import chain
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+from stickslip_ros.sources import sources_digest  # noqa: E402 - this tree's, not an installed one
+
 DIST = ROOT / 'dist'
+BIN = Path(sys.executable).parent
+KERNELS = f'stickslip_ros/kernels/stickslip_ros-{sources_digest()}'
+PORTABLE = {  # what stickslip_ros/kernels/cache.py looks for
+    'NUMBA_CPU_NAME': 'x86-64-v3',
+    'NUMBA_CPU_FEATURES': '',
+}
+PYTHONS = '3.10', '3.11', '3.12', '3.13'
 SHIPPED = (
     'stickslip_ros/py.typed',
     'stickslip_ros/lab/runs/page.css',
@@ -30,77 +49,152 @@ SHIPPED = (
     'share/ament_index/resource_index/packages/stickslip_ros',
     'lib/stickslip_ros/drive',
 )
-USES = (
-    'bin/stickslip contact --normal-force 0.7',
-    'bin/stickslip simulate --voltage 100 --steps 20 -o run.mcap',
-    'bin/stickslip info run.mcap',
-    'bin/drive --help',
-    'lib/stickslip_ros/drive --help',
+REALISTIC = 'share/stickslip_ros/config/realistic.yaml'
+WITHOUT_ROS = (
+    'stickslip contact --normal-force 0.7',
+    f'stickslip simulate --params {REALISTIC} --voltage 100 --steps 20 -o run.mcap',
+    'stickslip info run.mcap',
+    'stickslip export run.mcap -o run.csv',
+    'stickslip compare run.csv run.mcap',
+    'stickslip fit run.mcap --free contact.friction --starts 1',
+    'drive --help',
 )
-FOREIGN = ('LD_LIBRARY_PATH', '_ROS_WHEELS_BOOTSTRAP_COMPLETE', 'PYTHONPATH')
-"""What the ROS wheels of this environment set; the other environment sets its own."""
+REFUSED = 'drive', 'stickslip demo', 'stickslip panel', 'stickslip command voltage 10V'
+WITH_ROS = '../lib/stickslip_ros/drive --help', 'stickslip demo -o demo'
+FOREIGN = 'LD_LIBRARY_PATH', '_ROS_WHEELS_BOOTSTRAP_COMPLETE', 'PYTHONPATH', 'NUMBA_CACHE_DIR'
+"""What another environment may have set: this one sets its own."""
 
 
 def main() -> None:
     """Build, install, use."""
     lock = Path(sys.argv[1]).resolve()
+    shutil.rmtree(DIST, ignore_errors=True)
     with tempfile.TemporaryDirectory(prefix='stickslip_wheel_') as name:
         folder = Path(name)
-        wheel = built(folder)
+        plain = built(folder)
+        pythons = [path for path in map(python_of, PYTHONS) if path]
+        with ThreadPoolExecutor(2) as threads:
+            kernels = [*threads.map(lambda each: compiled_by(each, plain, lock, folder), pythons)]
+        wheel = with_kernels(plain, kernels, folder)
+        run(BIN / 'twine', 'check', '--strict', *DIST.iterdir())
         environment = folder / 'venv'
-        install(wheel, lock, environment)
-        use(environment, folder)
-    print(f'{wheel.relative_to(ROOT)}: installs and runs')
+        install(f'{wheel}[panel]', lock, environment, sys.executable)
+        use_without_ros(environment)
+        install(f'{wheel}[{lock.stem}]', lock, environment)
+        for words in WITH_ROS:
+            said(words, environment)
+    print(f'{wheel.relative_to(ROOT)}: installs and runs; kernels for {len(pythons)} Pythons')
 
 
 def built(folder: Path) -> Path:
     """Build the wheel from the source distribution; refuse one that lacks a file."""
-    command = [sys.executable, 'setup.py', '--quiet', 'sdist', '--dist-dir', str(folder)]
-    subprocess.run(command, cwd=ROOT, check=True)
-    [source] = folder.glob('*.tar.gz')
-    options = ('--no-deps', '--no-build-isolation', '--wheel-dir', DIST)
-    pip(Path(sys.executable), 'wheel', *options, source)
-    [wheel] = DIST.glob(f'{source.name.removesuffix(".tar.gz")}-*.whl')
+    run(sys.executable, 'setup.py', '--quiet', 'sdist', '--dist-dir', DIST, cwd=ROOT)
+    [source] = DIST.glob('*.tar.gz')
+    top = source.name.removesuffix('.tar.gz')
+    with tarfile.open(source) as archive:
+        packed = {name.removeprefix(f'{top}/') for name in archive.getnames()}
+    if (ROOT / '.git').exists():
+        git = subprocess.run(['git', 'ls-files'], cwd=ROOT, check=True, stdout=subprocess.PIPE)
+        if lacking := {*git.stdout.decode().splitlines()} - packed:
+            sys.exit(f'{source.name} lacks {", ".join(sorted(lacking))}; look at MANIFEST.in')
+    options = '--quiet', '--no-deps', '--no-build-isolation', '--wheel-dir', folder
+    run(sys.executable, '-m', 'pip', 'wheel', *options, source)
+    [wheel] = folder.glob(f'{top}-*.whl')
     with zipfile.ZipFile(wheel) as archive:
         names = archive.namelist()
-    lacking = [file for file in SHIPPED if not any(name.endswith(file) for name in names)]
+    lacking = {file for file in SHIPPED if not any(name.endswith(file) for name in names)}
     if lacking:
-        sys.exit(f'{wheel.name} lacks {", ".join(lacking)}; look at setup.py and MANIFEST.in')
+        sys.exit(f'{wheel.name} lacks {", ".join(sorted(lacking))}; look at setup.py')
     return wheel
 
 
-def install(wheel: Path, lock: Path, environment: Path) -> None:
-    """Install a wheel and what it requires, in the versions of a lock."""
-    subprocess.run([sys.executable, '-m', 'venv', environment], check=True)
-    python = environment / 'bin' / 'python'
-    tools = re.findall(r'^(?:pip|setuptools|wheel)==\S+', lock.read_text(), re.MULTILINE)
-    pip(python, 'install', *tools)
-    # One of the wheels' requirements comes as source; it is not to be built with newer tools.
-    pip(python, 'install', '--no-build-isolation', '-c', lock, f'{wheel}[{lock.stem}]')
+def python_of(version: str) -> str | None:
+    """Return an interpreter of a version; None if none starts on this machine."""
+    places = (Path.home() / '.pyenv' / 'versions').glob(f'{version}.*/bin/python')
+    for path in (f'python{version}', *map(str, places)):
+        with suppress(OSError):
+            if subprocess.run([path, '-c', ''], capture_output=True, check=False).returncode == 0:
+                return path
+    return None
 
 
-def use(environment: Path, folder: Path) -> None:
-    """Run what a user runs first, away from the project; end with what failed."""
-    for words in USES:
-        program, *options = words.split()
-        start_s = time.monotonic()
-        done = subprocess.run(
-            [environment / program, *options],
-            cwd=folder,
-            env=surroundings(),
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        if done.returncode != 0 or not done.stdout:
-            sys.exit(f'{words}: exit code {done.returncode}\n{done.stdout}{done.stderr}')
-        print(f'{words}: {time.monotonic() - start_s:.1f} s', flush=True)
+def compiled_by(python: str, wheel: Path, lock: Path, folder: Path) -> list[Path]:
+    """Compile the entry points by an interpreter, for PORTABLE processors; return their files."""
+    environment = folder / f'compiler_{Path(python).parts[-3:][0]}'
+    install(wheel, lock, environment, python)
+    said('stickslip compile', environment, NUMBA_CACHE_DIR=str(environment), **PORTABLE)
+    return sorted((environment / Path(KERNELS).name).glob('*-entry-*.nbc'))
 
 
-def pip(python: Path, *words: object) -> None:
-    """Run pip of an environment."""
-    command = [str(python), '-m', 'pip', '--disable-pip-version-check', '--quiet']
-    subprocess.run([*command, *map(str, words)], env=surroundings(), check=True)
+def with_kernels(plain: Path, kernels: list[list[Path]], folder: Path) -> Path:
+    """Pack a wheel anew, into dist/, with the machine code of every Python."""
+    run(sys.executable, '-m', 'wheel', 'unpack', '--dest', folder / 'unpacked', plain)
+    [tree] = (folder / 'unpacked').iterdir()
+    (tree / KERNELS).mkdir()
+    for file in chain.from_iterable(kernels):
+        shutil.copy(file, tree / KERNELS)
+    run(sys.executable, '-m', 'wheel', 'pack', '--dest-dir', DIST, tree)
+    [wheel] = DIST.glob('*.whl')
+    return wheel
+
+
+def install(wheel: Path | str, lock: Path, environment: Path, python: str = '') -> None:
+    """Install a wheel and what it requires in the versions of a lock; into a new environment."""
+    if python:
+        run(python, '-m', 'venv', '--without-pip', environment)
+    # One of the wheels' requirements comes as source, and needs the build tools of the lock.
+    tools = re.findall(r'^(?:setuptools|wheel)==\S+', lock.read_text(), re.MULTILINE)
+    there = 'uv', 'pip', 'install', '--quiet', '--python', environment / 'bin' / 'python'
+    run(BIN / there[0], *there[1:], '--no-build-isolation', '-c', lock, *tools, wheel)
+
+
+def use_without_ros(environment: Path) -> None:
+    """Do what needs no ROS, with the kernels of the wheel; the same bytes come without them."""
+    for words in WITHOUT_ROS:
+        said(words, environment)
+    for words in REFUSED:
+        said(words, environment, code=2)
+    show_in_browser(environment)
+    if compiled := json.loads(said('stickslip compile --json', environment))['kernels']:
+        sys.exit(f'{compiled} kernels are compiled that the wheel should bring')
+    [brought] = environment.glob(f'lib/python*/site-packages/{KERNELS}')
+    shutil.rmtree(brought)
+    said('stickslip replay run.mcap', environment)  # fails if a byte differs
+
+
+def show_in_browser(environment: Path) -> None:
+    """Ask the panel of a recording for its page."""
+    command = [environment / 'bin/stickslip', 'panel', 'run.mcap', '--port', '0', '--json']
+    options = {'cwd': environment, 'env': surroundings(), 'stdout': subprocess.PIPE}
+    with subprocess.Popen(command, **options) as panel:
+        address = json.loads(panel.stdout.readline())['address']
+        with urllib.request.urlopen(address) as page:
+            print(f'panel of a recording: {page.status}, {len(page.read())} bytes', flush=True)
+        panel.send_signal(signal.SIGINT)
+
+
+def said(words: str, environment: Path, code: int = 0, **variables: str) -> str:
+    """Run a program of an environment, there; return what it said; end if it ends otherwise."""
+    program, *options = words.split()
+    start_s = time.monotonic()
+    done = subprocess.run(
+        [environment / 'bin' / program, *options],
+        cwd=environment,
+        env=surroundings() | variables,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    is_refused = not done.stdout and done.stderr.count('\n') == 1
+    if done.returncode != code or is_refused != bool(code):
+        sys.exit(f'{words}: exit code {done.returncode}\n{done.stdout}{done.stderr}')
+    print(f'{words}: {time.monotonic() - start_s:.1f} s', flush=True)
+    return done.stdout
+
+
+def run(*words: object, cwd: Path | None = None) -> None:
+    """Run a tool, which must succeed."""
+    subprocess.run([*map(str, words)], cwd=cwd, env=surroundings(), check=True)
 
 
 def surroundings() -> dict[str, str]:

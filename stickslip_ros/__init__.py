@@ -9,7 +9,7 @@ package holds may change with any version. A name is imported when it is first u
 from importlib import import_module
 from typing import Any
 
-__version__ = '0.1.0'
+__version__ = '1.0.0'
 
 PUBLIC = {
     'Bench': 'instrument.bench',

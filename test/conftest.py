@@ -1,9 +1,11 @@
 """What all tests share: how hypothesis searches, and the stand of the paper."""
 
 import gc
+import re
 import runpy
 import signal
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +37,16 @@ WINDOW = ('COLUMNS', 'LINES', 'FORCE_COLOR', 'NO_COLOR', 'TTY_COMPATIBLE')
 def pytest_configure() -> None:
     """Let processes that tests start take SIGHUP, under nohup too, which they would heed."""
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
+def pytest_ignore_collect(collection_path: Path) -> bool | None:
+    """Leave out what needs rosbags where it is missing: rosdep could install it by pip alone."""
+    if collection_path.suffix != '.py' or find_spec('rosbags') is not None:
+        return None
+    needs_it = re.search(
+        '^from rosbags', collection_path.read_text(encoding='utf-8'), re.MULTILINE
+    )
+    return True if needs_it else None
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

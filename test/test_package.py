@@ -3,6 +3,7 @@
 import ast
 import importlib
 import os
+import re
 from collections import defaultdict
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -47,6 +48,28 @@ def test_maintainer_is_the_same_everywhere(keywords, manifest):
     assert keywords['author'] == manifest.findtext('author')
     citation = yaml.safe_load((ROOT / 'CITATION.cff').read_text(encoding='utf-8'))
     assert citation['authors'] == [{'name': keywords['author']}]
+
+
+def test_addresses_are_the_same_everywhere(keywords, manifest):
+    addresses = {each.get('type'): each.text for each in manifest.iter('url')}
+    citation = yaml.safe_load((ROOT / 'CITATION.cff').read_text(encoding='utf-8'))
+    assert keywords['url'] == addresses['repository'] == citation['repository-code']
+    assert keywords['project_urls']['Issues'] == addresses['bugtracker']
+
+
+def test_the_description_leads_to_files_of_this_version(keywords):
+    links = re.findall(r'\]\((?!http)[^)]*|\]\((http[^)]*)', keywords['long_description'])
+    at = f'/v{stickslip_ros.__version__}/'
+    inside = [each.partition(at)[2] for each in links if each.startswith(keywords['url'])]
+    assert 'docs/images/panel.png' in inside
+    assert [each for each in inside if not (ROOT / each.partition('#')[0]).exists()] == []
+    assert '' not in links  # none is relative
+
+
+def test_the_changelog_begins_with_this_version_or_the_next():
+    text = (ROOT / 'CHANGELOG.rst').read_text(encoding='utf-8')
+    first = re.search(r'^(\S.*)\n-+$', text, re.MULTILINE)[1]
+    assert first == 'Forthcoming' or first.startswith(f'{stickslip_ros.__version__} (')
 
 
 def test_every_data_file_exists(keywords):

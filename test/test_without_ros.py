@@ -16,6 +16,16 @@ REMEDY = (
     "is missing; source its setup.bash, or take the wheels: pip install 'stickslip_ros[jazzy]'"
 )
 DRIVE = 'import sys; from stickslip_ros.ros.start import drive; sys.exit(drive())'
+ALL_OF = """
+import sys
+from pathlib import Path
+from stickslip_ros.lab.cli.main import main
+from stickslip_ros.lab.panel import server  # noqa: F401
+from stickslip_ros.lab.panel.player import Player
+for each in sys.argv[1:]:
+    assert main(each.split()) == 0
+print('panel:', Player(Path('run.mcap')).overview())
+"""
 STICKSLIP = 'import sys; from stickslip_ros.lab.cli.start import stickslip; sys.exit(stickslip())'
 
 
@@ -72,8 +82,17 @@ def test_an_import_says_the_remedy_and_can_be_passed_over(packages: Path):
     assert run_without_ros(packages, passed_over).stdout == 'none\n'
 
 
-@pytest.mark.usefixtures('compiled_kernels')
-def test_help_and_a_simulation_need_none(packages: Path):
+def test_help_needs_none(packages: Path):
     assert run_without_ros(packages, DRIVE, '--help').stdout.startswith('usage: drive ')
-    words = ('simulate', '--voltage', '100', '--steps', '2')
-    assert run_without_ros(packages, STICKSLIP, *words).returncode == 0
+
+
+@pytest.mark.usefixtures('compiled_kernels')
+def test_simulation_comparison_fit_and_the_panel_of_a_recording_need_none(packages: Path):
+    verbs = (
+        'simulate --voltage 100 --steps 20 -o run.mcap',
+        'export run.mcap -o run.csv',
+        'compare run.csv run.mcap',
+        'fit run.csv --free contact.friction --starts 1 --window 8ms@4ms',
+    )
+    done = run_without_ros(packages, ALL_OF, *verbs)
+    assert (done.returncode, done.stdout.splitlines()[-1]) == (0, 'panel: 20 steps'), done.stderr

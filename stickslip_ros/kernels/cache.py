@@ -7,6 +7,10 @@ belongs to root, and that nobody else can write, is read too, so that a service 
 kernels. Where there is no such folder, kernels are compiled anew in every process; so is, once, a
 kernel whose file is damaged, which its digest tells before anything of it is used.
 
+A wheel brings the entry points, compiled for the processors of PORTABLE_CPU and for one version of
+numba. They are trusted where nobody can write them who cannot write this module. Where there are
+none for this Python, numba, processor and sources, nothing is different but the time it takes.
+
 """
 
 import errno
@@ -36,6 +40,12 @@ CONFIG: Any = numba.config
 ROOT_USER = 0
 PRIVATE, READABLE, FILE_MODE = 0o700, 0o755, 0o644
 OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
+PORTABLE_CPU = 'x86-64-v3'
+"""Processors for which a wheel brings entry points: those of x86-64 since 2015, nearly all."""
+PORTABLE_FEATURES = frozenset(
+    f'+{name}' for name in ('avx2', 'bmi', 'bmi2', 'f16c', 'fma', 'lzcnt', 'movbe', 'popcnt')
+)
+"""What these have, as LLVM names it; avx2 comes with all that is older."""
 DIGEST_BYTES = hashlib.sha256().digest_size
 
 
@@ -49,11 +59,14 @@ class Folders(NamedTuple):
         Trusted ones, in the order in which they are asked.
     write : Path or None
         The one that takes new kernels; the last of those that are read.
+    brought : Path or None
+        The one that a wheel has brought.
 
     """
 
     read: tuple[Path, ...]
     write: Path | None
+    brought: Path | None = None
 
 
 @lru_cache(maxsize=1)
@@ -66,6 +79,9 @@ def cache_folders() -> Folders:
 
     """
     read: list[Path] = []
+    folder, module = _package() / 'kernels' / _name(), Path(__file__).stat()
+    is_closed = _is_trusted(folder, module.st_uid, OTHERS_WRITE & ~module.st_mode)
+    brought = folder if is_closed else None
     for place in _places():
         folder = place / _name()
         with suppress(OSError):  # only this user can write it; root's can be read
@@ -75,8 +91,8 @@ def cache_folders() -> Folders:
         if is_own or _is_trusted(folder, ROOT_USER):
             read.append(folder)
         if is_own and os.access(folder, os.W_OK):
-            return Folders(tuple(read), folder)
-    return Folders(tuple(read), None)
+            return Folders(tuple(read), folder, brought)
+    return Folders(tuple(read), None, brought)
 
 
 def why_not_kept() -> str:
@@ -111,15 +127,15 @@ def _name() -> str:
 sources_digest(_package())
 
 
-def _is_trusted(folder: Path, owner: int) -> bool:
-    """Return whether a folder and all in it belong to a user, and nobody else can write them."""
+def _is_trusted(folder: Path, owner: int, closed: int = OTHERS_WRITE) -> bool:
+    """Return whether a folder and all in it belong to a user, and are closed to some others."""
     try:
         entries = [folder.lstat(), *_entries(folder)]
     except OSError:
         return False
     if not stat.S_ISDIR(entries[0].st_mode):
         return False
-    return all(each.st_uid == owner and not each.st_mode & OTHERS_WRITE for each in entries)
+    return all(each.st_uid == owner and not each.st_mode & closed for each in entries)
 
 
 def _entries(folder: Path) -> Iterator[os.stat_result]:
@@ -167,8 +183,13 @@ class KernelCache(NullCache):
 
         """
         broken: OSError | None = None
-        for folder in cache_folders().read:
-            path = folder / self._name_of(sig, target_context.codegen())
+        folders, made_for = cache_folders(), target_context.codegen().magic_tuple()
+        places = [(folder, made_for) for folder in folders.read]
+        triple, _, features = made_for
+        if folders.brought and PORTABLE_FEATURES.issubset(features.split(',')):
+            places.append((folders.brought, (triple, PORTABLE_CPU, '')))
+        for folder, processor in places:
+            path = folder / self._name_of(sig, processor)
             try:
                 kept = pickle.loads(load_whole(path))
                 return CompileResult._rebuild(target_context, *kept)  # noqa: SLF001
@@ -193,12 +214,12 @@ class KernelCache(NullCache):
         if folder is not None and not compiled.library.has_dynamic_globals:
             with suppress(OSError):
                 data = dumps(compiled._reduce())  # noqa: SLF001
-                save_whole(folder / self._name_of(sig, compiled.codegen), data)
+                save_whole(folder / self._name_of(sig, compiled.codegen.magic_tuple()), data)
 
-    def _name_of(self, sig: Any, codegen: Any) -> str:
+    def _name_of(self, sig: Any, processor: tuple[str, str, str]) -> str:
         function = self._function
         cells = tuple(each.cell_contents for each in function.__closure__ or ())
-        key = (numba.__version__, sig, codegen.magic_tuple(), function.__code__.co_code)
+        key = (numba.__version__, sig, processor, function.__code__.co_code)
         digest = hashlib.sha256(repr(key).encode() + (dumps(cells) if cells else b''))
         name = f'{function.__module__}.{function.__qualname__}-{function.__code__.co_firstlineno}'
         return f'{name}.{sys.implementation.cache_tag}-{self._kind}-{digest.hexdigest()[:16]}.nbc'

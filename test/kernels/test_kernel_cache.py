@@ -1,5 +1,6 @@
 """Where machine code is kept, and whose: a folder per version of the sources, closed to others."""
 
+import importlib
 import os
 import pickle
 import random
@@ -16,6 +17,7 @@ from typing import Any
 
 import numba
 import pytest
+from llvmlite.binding import get_host_cpu_features
 from numba.core.caching import FunctionCache
 
 from stickslip_ros.kernels import cache as kernel_cache
@@ -136,18 +138,18 @@ def test_a_folder_of_another_user_is_passed_over_and_one_of_root_is_read(
     monkeypatch.setattr(os, 'geteuid', lambda: MINE + 1)
     monkeypatch.setattr(kernel_cache, 'ROOT_USER', MINE + 2)
     (tmp_path / 'user').write_text('', encoding='utf-8')
-    assert fresh_folders() == ((), None)
+    assert fresh_folders() == Folders((), None)
     monkeypatch.setattr(kernel_cache, 'ROOT_USER', MINE)
-    assert fresh_folders() == ((folder,), None)
+    assert fresh_folders() == Folders((folder,), None)
     folder.chmod(0o775)
-    assert fresh_folders() == ((), None)
+    assert fresh_folders() == Folders((), None)
 
 
 def test_an_own_folder_that_cannot_be_written_is_read(package, tmp_path, monkeypatch):
     folder = fresh_folders().write
     monkeypatch.setattr(os, 'access', lambda place, _: place != folder)
     own = tmp_path / 'user' / folder.name
-    assert fresh_folders() == ((folder, own), own)
+    assert fresh_folders() == Folders((folder, own), own)
 
 
 def test_without_a_folder_kernels_are_compiled_and_it_is_said(package, tmp_path, monkeypatch):
@@ -156,7 +158,7 @@ def test_without_a_folder_kernels_are_compiled_and_it_is_said(package, tmp_path,
     monkeypatch.setattr(kernel_cache, 'cache_folders', fresh_folders)
     monkeypatch.setattr(tempfile, 'tempdir', str(tmp_path))
     before = sorted(tmp_path.rglob('*'))
-    assert fresh_folders() == ((), None)
+    assert fresh_folders() == Folders((), None)
     assert entry_point(lambda value: 4.0 * value)(1.5) == 6.0
     assert sorted(tmp_path.rglob('*')) == before
     why = why_not_kept()
@@ -367,6 +369,80 @@ def _as_user(user: int, place: Path) -> str:
         check=True,
     )
     return done.stdout
+
+
+BRING = """
+import little
+from stickslip_ros.kernels.kernel import entry_point
+assert entry_point(little.half)(3.0) == 1.5
+"""
+FOR_OTHERS = {'NUMBA_CPU_NAME': kernel_cache.PORTABLE_CPU, 'NUMBA_CPU_FEATURES': ''}
+HAS_ALL = {*get_host_cpu_features().flatten().split(',')} >= kernel_cache.PORTABLE_FEATURES
+
+
+@pytest.fixture(scope='module')
+def compiled_for_others(tmp_path_factory) -> Path:
+    """Give a folder with a function and what it is on another processor."""
+    place = tmp_path_factory.mktemp('wheel')
+    (place / 'little.py').write_text('def half(x):\n    return 0.5 * x\n')
+    environment = os.environ | FOR_OTHERS | {'NUMBA_CACHE_DIR': str(place / 'made')}
+    subprocess.run([sys.executable, '-c', BRING], cwd=place, env=environment, check=True)
+    return place
+
+
+@pytest.fixture
+def brought(package, compiled_for_others, monkeypatch) -> Path:
+    """Give the folder in which a wheel brings it."""
+    monkeypatch.setattr(kernel_cache, 'cache_folders', fresh_folders)
+    monkeypatch.syspath_prepend(compiled_for_others)
+    [made] = (compiled_for_others / 'made').iterdir()
+    return shutil.copytree(made, package / 'kernels' / fresh_folders().write.name)
+
+
+def _is_brought() -> bool:
+    half: Any = entry_point(importlib.import_module('little').half)
+    assert half(3.0) == 1.5
+    return bool(half.stats.cache_hits)
+
+
+@pytest.mark.skipif(not HAS_ALL, reason=f'this processor is older than {FOR_OTHERS}')
+def test_what_a_wheel_brings_is_loaded_and_not_compiled_again(brought):
+    assert _is_brought()
+    assert fresh_folders().brought == brought
+    assert not [*fresh_folders().write.iterdir()]
+
+
+def _age(package: Path, brought: Path, patch: pytest.MonkeyPatch) -> None:
+    (package / 'drive/plant.py').write_text('another_version = True\n')
+
+
+def _open(package: Path, brought: Path, patch: pytest.MonkeyPatch) -> None:
+    next(brought.iterdir()).chmod(0o666)
+
+
+def _upgrade(package: Path, brought: Path, patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(numba, '__version__', '1.0.0')
+
+
+def _ask_for_another(package: Path, brought: Path, patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(kernel_cache, 'PORTABLE_FEATURES', frozenset({'+vector_unit_of_tomorrow'}))
+
+
+@pytest.mark.parametrize('change', [_age, _open, _upgrade, _ask_for_another])
+def test_what_was_brought_for_others_or_can_be_forged_is_left(
+    change, package, brought, monkeypatch
+):
+    change(package, brought, monkeypatch)
+    assert not _is_brought()
+
+
+def test_what_a_wheel_brings_is_trusted_as_its_sources_are(package, brought):
+    (package / 'kernels/cache.py').chmod(0o664)
+    [file] = brought.iterdir()
+    file.chmod(0o664)
+    assert fresh_folders().brought == brought
+    file.chmod(0o666)
+    assert fresh_folders().brought is None
 
 
 if MINE == 0:  # only root can be two users

@@ -1,0 +1,51 @@
+"""
+Write what a release needs and only its maintainer knows: `make release ARGS='URL MAIL'`.
+
+URL is the public address of the source, MAIL that of the maintainer. Until then places that end
+in .invalid (RFC 2606) stand for them in setup.py, package.xml and CITATION.cff.
+
+"""
+
+import re
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+from stickslip_ros import __version__  # noqa: E402 - this tree's, not an installed one
+
+FILES = 'setup.py', 'package.xml', 'CITATION.cff'
+URL, MAIL = 'https://stickslip-ros.invalid', 'noreply@stickslip-ros.invalid'
+NEXT = f"""\
+Then, in this order:
+  .ci/run                                     tests on both distributions, wheel, workspace
+  git commit, git tag -a v{__version__}
+  make wheel                                  dist/ is the release
+  twine upload dist/*                         .venv-release has it
+"""
+
+
+def main() -> None:
+    """Check the changelog, write the addresses, say what remains."""
+    url, mail = ask('public address of the source', 1), ask('mail of the maintainer', 2)
+    if not re.fullmatch(r'https://[\w.-]+/\S*[^\s/]', url) or not re.fullmatch(r'\S+@\S+', mail):
+        sys.exit(f'{url} {mail}: give an address without a slash at its end, and one of mail')
+    [heading, *_] = re.findall(r'^(\S.*)\n-+$', (ROOT / 'CHANGELOG.rst').read_text(), re.MULTILINE)
+    if not re.fullmatch(rf'{re.escape(__version__)} \(\d{{4}}-\d\d-\d\d\)', heading):
+        sys.exit(f'CHANGELOG.rst begins with {heading}; write {__version__} and its date')
+    for name in FILES:
+        path = ROOT / name
+        text = path.read_text(encoding='utf-8').replace(MAIL, mail).replace(URL, url)
+        path.write_text(text, encoding='utf-8')
+        print(f'{name}: written')
+    print(NEXT, end='')
+
+
+def ask(what: str, place: int) -> str:
+    """Return an argument, or what is typed instead of it."""
+    return sys.argv[place] if len(sys.argv) > place else input(f'{what}: ').strip()
+
+
+if __name__ == '__main__':
+    main()
