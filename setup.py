@@ -37,7 +37,8 @@ def version():
 
 def description():
     """Return README.md with addresses that hold away from the source, those of this version."""
-    text = Path('README.md').read_text(encoding='utf-8')
+    # Beside the source: colcon's --symlink-install runs a link to this file elsewhere.
+    text = Path(__file__).resolve().with_name('README.md').read_text(encoding='utf-8')
     text = re.sub(r'(!\[[^]]*\]\()(?!http)', rf'\1{HOME}/raw/v{version()}/', text)
     return re.sub(r'(?<=\]\()(?!http|#)', f'{HOME}/blob/v{version()}/', text)
 
