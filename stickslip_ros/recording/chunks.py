@@ -166,6 +166,15 @@ class ChunkReader(SeekingReader):
         for index in indexes:
             yield self._read(index, wanted)
 
+    def ends(self, topic: str) -> tuple[Message, Message] | None:
+        """Give the first and the last message of a topic, in the order of the file."""
+        indexes, wanted = self._select([topic], ALL_TIMES_NS)
+        pieces = (self._read(index, wanted) for index in indexes)
+        first = next((each.message(0) for each in pieces if len(each.starts)), None)
+        pieces = (self._read(index, wanted) for index in reversed(indexes))
+        last = next((each.message(-1) for each in pieces if len(each.starts)), None)
+        return (first, last) if first and last else None
+
     def messages(
         self,
         topics: Collection[str] | None = None,

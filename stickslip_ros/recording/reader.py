@@ -49,6 +49,8 @@ from stickslip_ros.units import NANO, NS_PER_S
 
 INFO_ENDING: Final = '/info'
 _SEQUENCE_NUMBERS: Final = 1 << 32
+ROWS_MAX: Final = 10_000_000
+"""Rows of a trace that are held at once unless a stretch is asked for: 200 s at 50 kHz, 1.2 GB."""
 FRONTS: Final = {POINT_STAMPED: 'point.', WRENCH_STAMPED: 'wrench.'}
 """What stands in front of a number's name in its definition."""
 
@@ -74,6 +76,17 @@ class ChannelSummary:
         if self.first_ns is None or self.last_ns is None or self.first_ns == self.last_ns:
             return 0.0
         return (self.messages - 1) * NS_PER_S / (self.last_ns - self.first_ns)
+
+    def add_all(self, messages: int, first: Stored, last: Stored, origin_ns: int) -> None:
+        """Count the messages of a file, whose times and numbers rise; one may be repeated."""
+        is_repeated = self._sequence == first.sequence
+        new = messages - is_repeated
+        ends = [last] if is_repeated else [first, last]
+        for each in ends[:new]:
+            self.add(each.log_time - origin_ns, each.sequence)
+        between = new - len(ends[:new])
+        self.messages += between
+        self.gaps -= between
 
     def add(self, time_ns: int, sequence: int) -> None:
         """Count a message; numbers that repeat or run backwards leave no gap."""
@@ -106,6 +119,7 @@ class Recording:
         self.metadata: dict[str, dict[str, str]] = {}
         self.attachments: dict[str, tuple[str, bytes]] = {}
         self.types: dict[str, str] = {}
+        self._counts: list[dict[str, int]] = []  # messages by topic, of each file that says so
         closing: dict[str, str] = {}
         for file in self.files:
             closing = self._describe(file).get(CLOSING_RECORD, {})
@@ -135,8 +149,13 @@ class Recording:
                     'open it with the program that it was made for',
                 )
             schemas = {0: '', **{key: each.name for key, each in summary.schemas.items()}}
+            said = summary.statistics.channel_message_counts if summary.statistics else {}
+            counts: dict[str, int] = {}
             for channel in summary.channels.values():
                 self.types.setdefault(channel.topic, schemas[channel.schema_id])
+                count = counts.get(channel.topic, 0) + said.get(channel.id, 0)
+                counts[channel.topic] = count
+            self._counts.append(counts if said else {})
             own = {each.name: dict(each.metadata) for each in reader.iter_metadata()}
             self.metadata |= own
             if file == self.files[0]:
@@ -204,11 +223,24 @@ class Recording:
 
     @cached_property
     def channels(self) -> list[ChannelSummary]:
-        """What each topic holds, in the order of the file; costs one pass over the messages."""
+        """
+        What each topic holds, in the order of the file.
+
+        That of a run of this package is told by the first and the last message, other recordings
+        cost one pass over all.
+
+        """
         summaries = {topic: ChannelSummary(topic, kind) for topic, kind in self.types.items()}
-        for topic, message in self.records():
-            time_ns = message.log_time - self.time_origin_ns
-            summaries[topic].add(time_ns, message.sequence)
+        if not (self.is_ours and all(self._counts)):
+            for topic, message in self.records():
+                time_ns = message.log_time - self.time_origin_ns
+                summaries[topic].add(time_ns, message.sequence)
+            return list(summaries.values())
+        for file, counts in zip(self.files, self._counts, strict=True):
+            with open_whole(file) as reader:
+                for topic, count in counts.items():
+                    if count and (ends := reader.ends(topic)):
+                        summaries[topic].add_all(count, *ends, self.time_origin_ns)
         return list(summaries.values())
 
     def messages(self, topics: Iterable[str] | None = None) -> Iterator[tuple[str, int, Message]]:
@@ -259,7 +291,12 @@ class Recording:
         return series.window(*self._window_s)
 
     def trace(self, topic: str = 'trace') -> dict[str, Series]:
-        """Give all columns of a trace, by name: ``voltage``, ``foot``, ``position``, ``force``."""
+        """
+        Give all columns of a trace, by name: ``voltage``, ``foot``, ``position``, ``force``.
+
+        Raises RecordingError if they have more than ROWS_MAX rows, and no stretch was asked for.
+
+        """
         name = self.find(topic)
         blocks = list[ArrayMessage]()
         # A block comes when its last sample has been taken.
@@ -267,9 +304,18 @@ class Recording:
             if isinstance(each, ArrayMessage):
                 if self.is_ours and each.data.ndim == 2 and each.data[0, 0] > self._window_s[1]:
                     break
+                if not blocks:
+                    self._check_size(name, len(each.data))
                 blocks.append(each)
         columns = split_columns(blocks, self._origin(name))
         return {key: each.window(*self._window_s) for key, each in columns.items()}
+
+    def _check_size(self, topic: str, block_rows: int) -> None:
+        rows = block_rows * sum(each.get(topic, 0) for each in self._counts)
+        if rows > ROWS_MAX and self._window_s == (-math.inf, math.inf):
+            problem = f'has {rows} rows of {topic}, above the {ROWS_MAX} that are held at once'
+            hint = 'take a stretch: --window 10s@60s, in Python window_s=(60.0, 70.0)'
+            raise RecordingError(self.path, problem, hint)
 
     def find(self, name: str) -> str:
         """Give the full name of a topic; refuse a name with which none, or more than one, ends."""

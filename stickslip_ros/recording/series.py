@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Final
 
@@ -62,7 +63,19 @@ class Series:
             )
         first = int(np.searchsorted(self.time_s, start_s, 'left'))
         last = int(np.searchsorted(self.time_s, end_s, 'right'))
-        return Series(self.time_s[first:last], self.value[first:last], self.unit, self.origin)
+        return self._of_checked_times(
+            time_s=self.time_s[first:last], value=self.value[first:last]
+        )
+
+    def beside(self, value: Array, unit: str, origin: str) -> 'Series':
+        """Give another quantity at the same times, shape (n,)."""
+        return self._of_checked_times(value=value, unit=unit, origin=origin)
+
+    def _of_checked_times(self, **changed: Array | str) -> 'Series':
+        made = copy(self)
+        for name, each in changed.items():
+            object.__setattr__(made, name, each)
+        return made
 
 
 def split_columns(blocks: Sequence[ArrayMessage], origin: str) -> dict[str, Series]:
@@ -82,10 +95,16 @@ def split_columns(blocks: Sequence[ArrayMessage], origin: str) -> dict[str, Seri
                 'that of one table with distinct columns, one of them t[s]',
                 'read a topic that carries a trace',
             )
-    table = np.concatenate([block.data for block in blocks])
-    columns = dict(zip(units, table.T.copy(), strict=True))
+    table = np.empty((len(units), sum(len(block.data) for block in blocks)))
+    begin = 0
+    for block in blocks:
+        end = begin + len(block.data)
+        table[:, begin:end] = block.data.T
+        begin = end
+    columns = dict(zip(units, table, strict=True))
     time_s = columns.pop(_TIME)
+    times = Series(time_s, time_s, 's', f'{origin} {_TIME}')
     return {
-        name: Series(time_s, value, units[name], f'{origin} {name}')
+        name: times.beside(value, units[name], f'{origin} {name}')
         for name, value in columns.items()
     }
