@@ -165,8 +165,10 @@ def use_without_ros(environment: Path) -> None:
 def show_in_browser(environment: Path) -> None:
     """Ask the panel of a recording for its page."""
     command = [environment / 'bin/stickslip', 'panel', 'run.mcap', '--port', '0', '--json']
-    options = {'cwd': environment, 'env': surroundings(), 'stdout': subprocess.PIPE}
-    with subprocess.Popen(command, **options) as panel:
+    with subprocess.Popen(
+        command, cwd=environment, env=surroundings(), stdout=subprocess.PIPE
+    ) as panel:
+        assert panel.stdout is not None, 'it is a pipe'
         address = json.loads(panel.stdout.readline())['address']
         with urllib.request.urlopen(address) as page:
             print(f'panel of a recording: {page.status}, {len(page.read())} bytes', flush=True)

@@ -119,6 +119,31 @@ def test_the_table_of_a_run_has_every_sample_and_its_unit(run: Run):
     assert not frame.isna().any(axis=None)
 
 
+@pytest.mark.parametrize('stretch_s', [30.0, 0.0013])
+def test_a_table_is_a_stretch_of_the_frame_or_each_so_manieth_row(
+    run: Run, monkeypatch: pytest.MonkeyPatch, stretch_s: float
+):
+    monkeypatch.setattr('stickslip_ros.lab.runs.recorded.STRETCH_S', stretch_s)
+    assert_frame_equal(run.table(), run.frame)
+    assert_frame_equal(run.table(every=7), run.frame.iloc[::7])
+    assert_frame_equal(run.table((0.001, 0.004), every=3), run.frame.loc[0.001:0.004].iloc[::3])
+    with pytest.raises(StickSlipError, match='every 0 is below 1; give 1 for all rows'):
+        run.table(every=0)
+
+
+def test_a_run_that_is_too_long_is_read_by_stretches(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr('stickslip_ros.recording.reader.ROWS_MAX', 300)
+    path = run.save(tmp_path / 'long.mcap')
+    with pytest.raises(StickSlipError, match=r'rows of /trace, above the 300 .* --window'):
+        _ = open_run(path).frame
+    with pytest.raises(StickSlipError, match='--window'):
+        compare(path, path)
+    inside = compare(path, path, window_s=(0.001, 0.003))
+    assert inside.quantities[0].agreement.points == len(open_run(path).table((0.001, 0.003)))
+
+
 def test_a_table_of_topics_has_gaps_where_one_of_them_is_silent(tmp_path: Path):
     channels = [Channel('/voltage', FLOAT64, Qos(1)), Channel('/force', WRENCH_STAMPED, Qos(1))]
     path = tmp_path / 'run.mcap'

@@ -63,9 +63,7 @@ class Series:
             )
         first = int(np.searchsorted(self.time_s, start_s, 'left'))
         last = int(np.searchsorted(self.time_s, end_s, 'right'))
-        return self._of_checked_times(
-            time_s=self.time_s[first:last], value=self.value[first:last]
-        )
+        return self._of_checked_times(time_s=self.time_s[first:last], value=self.value[first:last])
 
     def beside(self, value: Array, unit: str, origin: str) -> 'Series':
         """Give another quantity at the same times, shape (n,)."""

@@ -40,8 +40,10 @@ def panel_verb(arguments: argparse.Namespace) -> Answer:
         if arguments.beside:
             raise StickSlipError('--beside is without effect on a recording; leave it')
         from stickslip_ros.lab.panel.player import Player
+        from stickslip_ros.lab.runs.recorded import parse_window
 
-        source = Player(file, said_of_tables(arguments)['headers'])
+        window = parse_window(arguments.window) if arguments.window else None
+        source = Player(file, said_of_tables(arguments)['headers'], window)
         first = {'kind': 'recording', **lamps(), 'run': source.overview()}
     serve(source, first, arguments.port, say, beside)
     return Answer(None)

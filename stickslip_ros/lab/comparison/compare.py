@@ -114,8 +114,9 @@ def compare(
     given: list[Any] = [a] if isinstance(a, Run) else listed_tables(a)
     reading = Reading(headers or {}, preloads_n, report, is_run=isinstance(b, Parameters))
     reading.check_count(len(given) + (b is not None and not isinstance(b, Parameters)))
+    read_s = None if align else window_s  # the clocks are laid upon each other by all there is
     first = (
-        _load(given[0], reading)
+        _load(given[0], reading, window_s=read_s)
         if len(given) == 1
         else by_amplitude.of_experiment(read_joined(given, reading))
     )
@@ -147,7 +148,9 @@ def compare(
     if b is None:
         second = _attached(given[0], reading)
     else:
-        second = _load(Path(b) if isinstance(b, str) else b, reading, len(given))
+        if read_s is not None and shift_s is not None:
+            read_s = read_s[0] - shift_s, read_s[1] - shift_s
+        second = _load(Path(b) if isinstance(b, str) else b, reading, len(given), read_s)
     if isinstance(first, TimeRun) and isinstance(second, TimeRun):
         alignment = None if shift_s is None else Alignment(shift_s, 'given')
         if align:
@@ -221,13 +224,18 @@ def _points(a: PointTable | TimeRun, is_moved: bool) -> PointTable:
 
 
 def _load(
-    given: 'Path | DataFrame | Run', reading: Reading, number: int = 0
+    given: 'Path | DataFrame | Run',
+    reading: Reading,
+    number: int = 0,
+    window_s: tuple[float, float] | None = None,
 ) -> PointTable | TimeRun:
-    """Read a file by what is in it, not by its name."""
-    if isinstance(given, Run):
-        return in_time.of_recording(given.recording, given.topics or reading.topics)
-    if isinstance(given, Path) and is_recording(given):
-        return in_time.of_recording(Recording(given), reading.topics)
+    """Read a file by what is in it, not by its name; of a recording a window is enough."""
+    if isinstance(given, Run) or (isinstance(given, Path) and is_recording(given)):
+        recording = given.recording if isinstance(given, Run) else Recording(given)
+        topics = (given.topics if isinstance(given, Run) else None) or reading.topics
+        if window_s is not None:
+            recording = recording.within(*window_s)
+        return in_time.of_recording(recording, topics)
     if is_sweep(given):
         return by_amplitude.of_sweep(given)
     return _of_experiment(read_experiment(given, reading, number=number))

@@ -200,6 +200,9 @@ def _of_recording(
     """Return the experiment of a recording, of this package or, mapped, of another program."""
     settings: dict[str, Scalar] = {}
     if recording.is_ours:
+        if source.window_s is not None and source.commands is None:
+            start_s, end_s = source.window_s
+            recording = recording.within(start_s - LEAD_S, end_s)
         series = recorded_series(recording)
         own = recorded_stand(recording)
         settings = {name: each for name, each in own.flat().items() if name.startswith(_OWN)}

@@ -39,15 +39,16 @@ SHOW_S = 10.0
 """Time that a run lasts at the speed chosen first, about, s."""
 
 
-def samples_of(run: Run) -> Array:
+def samples_of(run: Run, window_s: tuple[float, float] | None = None) -> Array:
     """
-    Return a run as rows of a trace; what it does not hold is not a number.
+    Return a run, or a stretch of it, as rows of a trace; what it lacks is not a number.
 
     Without a trace these are the topics, at the times of the positions. A recording without
     positions is refused.
 
     """
-    found = {name: each for name, each in run.series.items() if name in RUN_QUANTITIES}
+    held = run.series if window_s is None else run.series_within(*window_s)
+    found = {name: each for name, each in held.items() if name in RUN_QUANTITIES}
     if 'position_m' not in found:
         problem = 'has neither a trace nor positions'
         hint = 'of another program, say which topic it is: --map position_m=/rig/encoder.point.x'
@@ -66,11 +67,16 @@ def samples_of(run: Run) -> Array:
 class Player:
     """A recording and the place in it; every page shows the same."""
 
-    def __init__(self, path: Path, topics: Mapping[str, str] | None = None) -> None:
+    def __init__(
+        self,
+        path: Path,
+        topics: Mapping[str, str] | None = None,
+        window_s: tuple[float, float] | None = None,
+    ) -> None:
         run = Run(path, topics=topics)
         recording = run.recording
         self._name = path.name
-        self._samples = samples_of(run)
+        self._samples = samples_of(run, window_s)
         self._stand = None
         with suppress(StickSlipError):  # of another program, or version
             self._stand = run.parameters

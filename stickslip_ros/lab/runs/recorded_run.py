@@ -1,5 +1,6 @@
 """A recorded run: its file, its quantities as a table, its picture."""
 
+import math
 import shutil
 import weakref
 from collections.abc import Mapping
@@ -7,13 +8,14 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stickslip_ros.errors import RecordingError, StickSlipError
+from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError
 from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.runs.recorded import (
     TimeWindow,
     recorded_series,
     recorded_stand,
     sections_of,
+    series_by_stretch,
     stretches_of,
 )
 from stickslip_ros.lab.runs.run_result import SawtoothRun
@@ -101,16 +103,59 @@ class Run(Shown):
             return mapped_series(self.recording, self.topics)
         return recorded_series(self.recording)
 
+    def series_within(self, start_s: float, end_s: float) -> dict[str, Series]:
+        """Return ``series`` of a stretch, both ends included."""
+        if self.topics:
+            return {name: each.window(start_s, end_s) for name, each in self.series.items()}
+        return recorded_series(self.recording.within(start_s, end_s))
+
     @cached_property
     def frame(self) -> 'DataFrame':
         """
         Table of the run: ``voltage_v``, ``foot_m`` and readings, ``position_m``, over ``time_s``.
 
         From the trace where the run has one, else from its topics, whose times differ: what is
-        not known at a time is not a number. ``attrs`` hold the units and what was recorded.
+        not known at a time is not a number. ``attrs`` hold the units and what was recorded. Of a
+        trace with more rows than are held at once, ask ``table`` for a stretch.
 
         """
         return frame_of(self.series, str(self.path))
+
+    def table(self, window_s: tuple[float, float] | None = None, every: int = 1) -> 'DataFrame':
+        """
+        Return the rows of ``frame`` of a stretch, or each so manieth: of a run that is too long.
+
+        Parameters
+        ----------
+        window_s : tuple of float, optional
+            Start and end of the stretch, s; the whole run without it.
+        every : int
+            1 keeps all rows, 1000 each thousandth.
+
+        Raises
+        ------
+        OutOfRange
+            If ``every`` is below 1.
+
+        """
+        import pandas as pd
+
+        if every < 1:
+            raise OutOfRange('every', every, '', 'below 1', 'give 1 for all rows')
+        window = TimeWindow(*window_s or (-math.inf, math.inf))
+        stretches = (
+            [self.series_within(*window)]
+            if self.topics
+            else series_by_stretch(self.recording, stretches_of(self.recording, window))
+        )
+        parts, rows = list[pd.DataFrame](), 0
+        for found in stretches:
+            frame = frame_of(found, str(self.path))
+            parts.append(frame.iloc[-rows % every :: every])
+            rows += len(frame)
+        whole = pd.concat(parts)
+        whole.attrs = parts[0].attrs
+        return whole
 
     def plot(
         self,

@@ -162,6 +162,12 @@ def test_a_run_is_played_in_about_ten_seconds_at_first(tmp_path: Path, length_s:
     assert 6.0 < lasts_s < 16.0 or speed == (SPEEDS[0] if lasts_s < 6.0 else SPEEDS[-1])
 
 
+def test_a_stretch_is_played_alone(recording: Path):
+    played, whole = Player(recording, window_s=(0.01, 0.02)), Player(recording)
+    assert (played.overview()['start_s'], played.overview()['end_s']) == (0.01, 0.02)
+    assert whole.overview()['end_s'] > 0.05
+
+
 def test_a_recording_without_position_is_refused(recording: Path):
     with pytest.raises(RecordingError, match=r'nor positions; .* --map position_m='):
         Player(recording, {'voltage_v': '/voltage.data'})

@@ -13,6 +13,7 @@ from stickslip_ros.lab.cli.options import (
     to_namespace,
     verb,
 )
+from stickslip_ros.lab.cli.verbs.data import WINDOW
 
 ROS = (
     verb(
@@ -65,6 +66,7 @@ ROS = (
         file('a recording to play; none: attach to a drive', nargs='?'),
         MAP,
         MAP_FILE,
+        WINDOW,
         NAMESPACE,
         many('--beside', 'another drive, shown beside it', 'NAME', to_namespace),
         option('--port', 'TCP port on 127.0.0.1; 0 takes a free one', int, default=8040),
