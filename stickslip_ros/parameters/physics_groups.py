@@ -20,6 +20,8 @@ SLOWEST_HZ = 1.0
 """Lowest bandwidth of the amplifier, and lowest resonance of the piezo, if there is one."""
 SOFTEST_N_PER_M = 1e5
 """Softest stack: a twentieth of the contact on it, which it leaves 5 % of the motion."""
+LIGHTEST_FRAME_KG = 1e-4
+"""Lightest frame: a thirtieth of the runner. Much lighter ones go where the contacts push them."""
 LAWS = ('mdr', 'coulomb', 'dahl', 'lugre', 'epm')
 """The contact model and the other laws; `contact.laws` numbers them in this order."""
 
@@ -235,6 +237,10 @@ class FrameParameters(Checked):
     damping_ratio: float = quantity(
         0.01, '', 'damping ratio of that resonance', bounds=(0.0, 10.0)
     )
+
+    def check_together(self) -> None:
+        """Refuse a frame so light that it takes all motion and no force is left."""
+        refuse_below_unless_zero('frame.mass', self.mass, LIGHTEST_FRAME_KG, 'kg')
 
 
 @dataclass(frozen=True)

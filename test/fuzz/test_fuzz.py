@@ -31,7 +31,7 @@ def test_every_stage_profile_law_and_command_has_its_stand():
     assert declared - drawn == NOT_DRAWN
     assert set(CHOICES['contact.law']) == set(specs()['contact.law'].choices)
     assert set(CHOICES['contact.profile']) == set(specs()['contact.profile'].choices)
-    assert {*NUMBERS, *SETTINGS, 'joint'} == COMMANDS.keys()
+    assert {*NUMBERS, *SETTINGS, 'joint', 'trajectory'} == COMMANDS.keys()
 
 
 @pytest.mark.parametrize('seed', SEEDS)

@@ -56,6 +56,7 @@ def allowed_values(draw: st.DrawFn) -> dict[str, object]:
     free = {name: value_of(spec) for name, spec in specs().items() if name not in COUPLED}
     for name in ('amplifier.bandwidth', 'actuator.resonance', 'load_cell.resonance'):
         free[name] = st.just(0.0) | st.floats(1.0, specs()[name].maximum)
+    free['frame.mass'] = st.just(0.0) | st.floats(1e-4, 1e3)
     free |= {name: TEXTS.map(lambda text: f'a{text}'.replace('#', '')) for name in NAMES}
     values = draw(st.fixed_dictionaries({}, optional=free))
     if draw(st.booleans()):

@@ -131,6 +131,12 @@ def test_a_stage_is_off_or_fast_enough_to_be_computed(name, value):
     assert Parameters().updated({name: 1.0}).flat()[name] == 1.0
 
 
+def test_a_frame_that_would_take_all_motion_is_refused():
+    assert _refusal({'frame.mass': 1e-12}) == (
+        'frame.mass 1e-12 kg is between 0 and 0.0001 kg; raise it; 0: none'
+    )
+
+
 def test_a_roughness_without_effect_is_refused():
     message = _refusal({'contact.rms_height': 2e-6})
     assert 'contact.rms_height 2e-06 m is without effect' in message
