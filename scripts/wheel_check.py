@@ -122,7 +122,11 @@ def compiled_by(python: str, wheel: Path, lock: Path, folder: Path) -> list[Path
     """Compile the entry points by an interpreter, for PORTABLE processors; return their files."""
     environment = folder / f'compiler_{Path(python).parts[-3:][0]}'
     install(wheel, lock, environment, python)
-    said('stickslip compile', environment, NUMBA_CACHE_DIR=str(environment), **PORTABLE)
+    said(
+        'stickslip compile',
+        environment,
+        variables=PORTABLE | {'NUMBA_CACHE_DIR': str(environment)},
+    )
     return sorted((environment / Path(KERNELS).name).glob('*-entry-*.nbc'))
 
 
@@ -164,7 +168,7 @@ def use_without_ros(environment: Path) -> None:
 
 def show_in_browser(environment: Path) -> None:
     """Ask the panel of a recording for its page."""
-    command = [environment / 'bin/stickslip', 'panel', 'run.mcap', '--port', '0', '--json']
+    command = [str(environment / 'bin/stickslip'), 'panel', 'run.mcap', '--port', '0', '--json']
     with subprocess.Popen(
         command, cwd=environment, env=surroundings(), stdout=subprocess.PIPE
     ) as panel:
@@ -175,14 +179,16 @@ def show_in_browser(environment: Path) -> None:
         panel.send_signal(signal.SIGINT)
 
 
-def said(words: str, environment: Path, code: int = 0, **variables: str) -> str:
+def said(
+    words: str, environment: Path, code: int = 0, variables: dict[str, str] | None = None
+) -> str:
     """Run a program of an environment, there; return what it said; end if it ends otherwise."""
     program, *options = words.split()
     start_s = time.monotonic()
     done = subprocess.run(
         [environment / 'bin' / program, *options],
         cwd=environment,
-        env=surroundings() | variables,
+        env=surroundings() | (variables or {}),
         capture_output=True,
         text=True,
         check=False,

@@ -134,7 +134,7 @@ def test_a_table_is_a_stretch_of_the_frame_or_each_so_manieth_row(
 def test_a_run_that_is_too_long_is_read_by_stretches(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
-    monkeypatch.setattr('stickslip_ros.recording.reader.ROWS_MAX', 300)
+    monkeypatch.setattr('stickslip_ros.recording.reader.TRACE_ROWS_MAX', 300)
     path = run.save(tmp_path / 'long.mcap')
     with pytest.raises(StickSlipError, match=r'rows of /trace, above the 300 .* --window'):
         _ = open_run(path).frame

@@ -49,7 +49,7 @@ from stickslip_ros.units import NANO, NS_PER_S
 
 INFO_ENDING: Final = '/info'
 _SEQUENCE_NUMBERS: Final = 1 << 32
-ROWS_MAX: Final = 10_000_000
+TRACE_ROWS_MAX: Final = 10_000_000
 """Rows of a trace that are held at once unless a stretch is asked for: 200 s at 50 kHz, 1.2 GB."""
 FRONTS: Final = {POINT_STAMPED: 'point.', WRENCH_STAMPED: 'wrench.'}
 """What stands in front of a number's name in its definition."""
@@ -294,7 +294,7 @@ class Recording:
         """
         Give all columns of a trace, by name: ``voltage``, ``foot``, ``position``, ``force``.
 
-        Raises RecordingError if they have more than ROWS_MAX rows, and no stretch was asked for.
+        RecordingError: they have more than TRACE_ROWS_MAX rows, and no stretch was asked for.
 
         """
         name = self.find(topic)
@@ -312,8 +312,10 @@ class Recording:
 
     def _check_size(self, topic: str, block_rows: int) -> None:
         rows = block_rows * sum(each.get(topic, 0) for each in self._counts)
-        if rows > ROWS_MAX and self._window_s == (-math.inf, math.inf):
-            problem = f'has {rows} rows of {topic}, above the {ROWS_MAX} that are held at once'
+        if rows > TRACE_ROWS_MAX and self._window_s == (-math.inf, math.inf):
+            problem = (
+                f'has {rows} rows of {topic}, above the {TRACE_ROWS_MAX} that are held at once'
+            )
             hint = 'take a stretch: --window 10s@60s, in Python window_s=(60.0, 70.0)'
             raise RecordingError(self.path, problem, hint)
 

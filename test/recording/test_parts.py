@@ -104,7 +104,6 @@ def test_the_ends_of_the_parts_tell_what_a_pass_over_all_messages_tells(split: P
     told, counted = Recording(split).channels, Recording(split)
     counted._counts = [{}]  # files that do not say how many messages they hold
     assert told == counted.channels
-    assert sum(each.messages for each in told) > 1000
 
 
 def test_numbers_of_messages_go_on_so_a_lost_part_is_seen(split: Path, tmp_path: Path):
