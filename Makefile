@@ -79,7 +79,7 @@ same: $(VENV)/kernels.stamp $(VENV)/tests.stamp ## record the same runs on a com
 	$(BIN)/python scripts/same_bytes.py $(ARGS)
 
 # One list: `make lint` types all of these, and each is a hook of .pre-commit-config.yaml.
-LINT := lint-style lint-format lint-types lint-imports lint-manifest
+LINT := lint-style lint-format lint-types lint-imports lint-manifest lint-headers
 .PHONY: $(LINT)
 
 lint: $(LINT) ## style, format, types, import contracts and package.xml
@@ -99,6 +99,9 @@ lint-imports: $(VENV)/tests.stamp
 
 lint-manifest: $(VENV)/tests.stamp
 	$(BIN)/python scripts/check_manifest.py
+
+lint-headers: $(VENV)/tests.stamp
+	$(BIN)/python scripts/headers.py
 
 hooks: $(VENV)/tests.stamp ## run the checks of lint before every commit
 	$(BIN)/pre-commit install

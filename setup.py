@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What is installed, and where; the one place of the project's metadata beside package.xml."""
 
 import ast

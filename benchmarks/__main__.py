@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 ``python -m benchmarks [NAME ...]``: all benchmarks, or some; all of them write the results.
 

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The standard case, ours, and what accuracy means: 0.7 N, 130 nm, 1 kHz, 200 steps, from rest."""
 
 from collections.abc import Callable, Iterable, Mapping

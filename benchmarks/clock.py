@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Time programs in turn: A B A B ..., so that a slow moment of the machine hits all of them."""
 
 import math

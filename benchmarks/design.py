@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The search for a wave: evaluations per second, and what a second worker gains."""
 
 from functools import partial

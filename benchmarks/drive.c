@@ -1,3 +1,6 @@
+// Copyright 2026 The stickslip_ros maintainers
+// SPDX-License-Identifier: Apache-2.0
+
 /*
 The ideal drive in plain C: the algorithm of drive/advance.py, drive/long_step.py,
 contact/memory.py and contact/virgin.py, with the same arithmetic in the same order. What the

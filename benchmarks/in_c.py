@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The same algorithm as ours in plain C: what a compiler without numba makes of it."""
 
 import ctypes

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Steps of the Gymnasium environment, against the bench that it steps."""
 
 from functools import partial

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The drive with LuGre's law: ours against scipy's stiff solver, at the same accuracy."""
 
 import math

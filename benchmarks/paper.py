@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Ours against the algorithm of the paper, at the same accuracy."""
 
 from collections.abc import Mapping

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Tables on the screen, in the results file and in the README."""
 
 import datetime as dt

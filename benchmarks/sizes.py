@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """How much work a benchmark does: enough to measure, or just enough to run."""
 
 from dataclasses import dataclass

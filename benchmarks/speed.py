@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """How fast the drive is, and how exact, at several time steps; and with set-up, sensors, file."""
 
 from collections.abc import Callable

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """How long the first things take as whole processes, with and without compiled kernels."""
 
 import os

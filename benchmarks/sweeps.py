@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Sweeps on one thread against the drive alone."""
 
 from collections.abc import Iterable

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The table at the top of the README: a row per wish of a user, from the kept results."""
 
 from collections.abc import Callable, Iterator, Mapping

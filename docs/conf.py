@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """How Sphinx builds these pages: `make docs`; rosdoc2 reads the same file."""
 
 import os

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A drive under nav2's manager: `ros2 launch stickslip_ros nav2_lifecycle.launch.py`."""
 
 import runpy

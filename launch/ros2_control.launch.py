@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A drive under ros2_control: `ros2 launch stickslip_ros ros2_control.launch.py`."""
 
 import runpy

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Drives x, y and z on each other, in /stage: `ros2 launch stickslip_ros stage.launch.py`."""
 
 import runpy

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A twin beside a rig, as a lifecycle node: `ros2 launch stickslip_ros twin.launch.py`."""
 
 from pathlib import Path

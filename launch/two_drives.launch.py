@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Two drives, in /left and /right: `ros2 launch stickslip_ros two_drives.launch.py`."""
 
 import runpy

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A drive, its frames and bodies, and RViz: `ros2 launch stickslip_ros view.launch.py`."""
 
 import runpy

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 Build the package as a ROS workspace does and start the installed node once: `make colcon`.
 

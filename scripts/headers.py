@@ -1,33 +1,21 @@
-"""
-Check that every source file begins with copyright and licence: `make lint`; ``--write`` adds them.
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
 
-They are the lines that ament_copyright knows of the Apache licence, and the one of SPDX.
-
-"""
+"""Check that programs begin with copyright and licence (`make lint`); ``--write`` adds them."""
 
 import subprocess
 import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-LINES = """\
-Copyright 2026 The stickslip_ros maintainers
-SPDX-License-Identifier: Apache-2.0
-
-Licensed under the Apache License, Version 2.0 (the "License");
-you may not use this file except in compliance with the License.
-You may obtain a copy of the License at
-
-    http://www.apache.org/licenses/LICENSE-2.0
-
-Unless required by applicable law or agreed to in writing, software
-distributed under the License is distributed on an "AS IS" BASIS,
-WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-See the License for the specific language governing permissions and
-limitations under the License.
-""".splitlines()
+LINES = (
+    'Copyright 2026 The stickslip_ros maintainers',
+    'SPDX-License-Identifier: Apache-2.0',
+)
 COMMENTS = {'.py': '#', '.sh': '#', '': '#', '.js': '//', '.c': '//'}
 OF_OTHERS = {'uPlot.iife.min.js'}
+EXAMPLES = ROOT / 'docs' / 'examples'
+"""Of which others copy files into packages of their own."""
 
 
 def split(path: Path) -> tuple[str, str, str]:
@@ -43,6 +31,7 @@ def sources() -> list[Path]:
     listed = subprocess.run(['git', 'ls-files'], cwd=ROOT, check=True, stdout=subprocess.PIPE)
     paths = [ROOT / name for name in listed.stdout.decode().splitlines()]
     kept = [path for path in paths if path.suffix in COMMENTS and path.name not in OF_OTHERS]
+    kept = [path for path in kept if EXAMPLES not in path.parents]
     return [path for path in kept if path.suffix or path.read_bytes()[:2] == b'#!']
 
 

@@ -1,4 +1,7 @@
 #!/bin/sh
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 # Pin setup.py's requirements for every supported Python: `make lock`, or scripts/lock.sh UV [OPTION]...
 set -eu
 uv=$1

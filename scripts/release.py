@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 Write what a release needs and only its maintainer knows: `make release ARGS='URL MAIL'`.
 

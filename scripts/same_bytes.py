@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 ``make same ARGS=COMMIT``: the same runs on a commit and on this tree, compared byte by byte.
 

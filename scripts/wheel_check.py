@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 Build the wheel with its kernels, install it into an empty environment and use it: `make wheel`.
 

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 A virtual stick-slip microdrive for ROS 2, computed from rough-contact mechanics.
 

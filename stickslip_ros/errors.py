@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Errors of the package: each builds its message from value, unit, limit and a hint what to do."""
 
 

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Optional packages: imported when needed; a missing one is named with the command to install."""
 
 import importlib

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Names of the types of messages and services, as ROS 2 writes them."""
 
 from typing import Final

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """How far long work has come: a bar on a terminal or in a notebook."""
 
 import sys

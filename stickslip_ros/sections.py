@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What a result says, in sections: one description for a screen, a notebook and a page."""
 
 import dataclasses

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Which sources decide the numbers of a run: other ones may round differently."""
 
 import hashlib

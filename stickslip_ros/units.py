@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Powers of ten, units as they are typed and displayed, and the nanoseconds of ROS."""
 
 import re

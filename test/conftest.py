@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What all tests share: how hypothesis searches, and the stand of the paper."""
 
 import gc

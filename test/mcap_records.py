@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """MCAP files in tests: what stands in one in order, and files as other programs write them."""
 
 import struct

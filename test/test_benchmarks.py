@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The benchmarks run, rivals agree with ours, and the results have their shape; no timings."""
 
 import json

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What the benchmarks of the node compute from what they measure, and that rivals are fair."""
 
 import os

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Launch files name what there is; where `launch` is installed, they are built too."""
 
 import ast

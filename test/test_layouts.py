@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The layouts for Foxglove and PlotJuggler name topics that exist, and fields that they have."""
 
 import json

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What the package says of itself agrees: package.xml, setup.py, the code and the files."""
 
 import ast

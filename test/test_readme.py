@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The worked example of the start runs as it stands; what the pages name exists."""
 
 import re

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The page of ros2_control: its description fits the drive, and its velocities are as it says."""
 
 import re

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The studies of the documentation at the size of the site, and what is known of their results."""
 
 import math

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Without ROS 2, what needs it is refused in one line, and all else works."""
 
 import os

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What messages say, written out alike for records of ours and messages of any ROS library."""
 
 from typing import Any

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 Checkpoints of which one value is wrong, their SHA-256 right: each is refused in a line, or runs.
 

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 A bare rclpy program with the outer shape of the node: an executor, and a thread that ticks.
 

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Processor time and lateness of the node at 1 kHz, against bare loops that publish the same."""
 
 from collections.abc import Sequence

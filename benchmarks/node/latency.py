@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """From a command to its effect on the position, against a bare loop that echoes it."""
 
 from contextlib import ExitStack

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """How late the ticks of a loop began, as the diagnostics of the node put it."""
 
 from collections.abc import Sequence

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Round trips per second in lockstep, against a bare ping-pong of two rclpy nodes."""
 
 from contextlib import ExitStack

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The programs that are compared: the drive and bare loops, each with a listener of its own."""
 
 import time

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Recording of 100 kS/s and four channels: what it costs, and what is lost."""
 
 import tempfile

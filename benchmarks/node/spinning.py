@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A node of a helper process, served by an executor on a thread of its own."""
 
 import sys

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What a bare loop sends: the topics of the node, of the same types, sizes and rates."""
 
 from array import array

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 Kernel: friction that remembers how long each spring has rested, and feels how fast it slips.
 

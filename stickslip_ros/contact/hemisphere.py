@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """From parameters to the contact of one hemisphere."""
 
 from functools import lru_cache

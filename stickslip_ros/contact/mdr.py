@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 The contact of two elastic bodies at constant load, by the method of dimensionality reduction.
 

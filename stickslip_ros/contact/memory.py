@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 Kernel: the memory of a frictional contact at constant load, as a stack of turning points.
 

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Profiles on the one-dimensional foundation: what each can tell, power laws, lines of springs."""
 
 from dataclasses import dataclass

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 Roughness: random self-affine lines (Eqs 1 and 9 to 13), and the body that presses alike.
 

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """One hemisphere that remembers how it was pressed and pulled, for scripts."""
 
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of

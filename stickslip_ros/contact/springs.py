@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 Kernel: a bank of springs with memory (Section 3.4 of the paper), for any history of the load.
 

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 The drive under a wave: from sample to sample, from corner to corner of its voltage, step by step.
 

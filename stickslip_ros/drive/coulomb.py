@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Kernel: the law of Coulomb, under which the runner rests on its feet or slides at the limit."""
 
 import math

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What contacts remember, handed over: from turning points to springs, from all to each foot."""
 
 from stickslip_ros.contact.laws import MDR

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Faults of the drive that come and go while it runs."""
 
 from stickslip_ros.contact.laws import COULOMB

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Kernel: the feet, all as one or each its own: which they are, how they go, what they hold."""
 
 from stickslip_ros.contact.reaction import contact_lost, contact_stored

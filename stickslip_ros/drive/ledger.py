@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Where the energy went: every term computed on its own, so that the sum is a test."""
 
 from typing import NamedTuple

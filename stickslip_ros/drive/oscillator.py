@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Kernel: the exact motion of a damped oscillator in a step, as a series of the step."""
 
 from typing import NamedTuple

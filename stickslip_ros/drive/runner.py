@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 The runner and the springs that it meets: m x'' = -k x - c x' + F_r + F_ext (Eq. 20).
 

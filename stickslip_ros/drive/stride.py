@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 A stride: the time in which no stiffness jumps, and what the parts of the drive tell each other.
 

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Kernel: windows of roughness that travels, which follow a full slip when it comes to rest."""
 
 from stickslip_ros.contact.memory import U, set_memory

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The virtual test stand: time and requests in; readings, events and status out."""
 
 from collections import deque

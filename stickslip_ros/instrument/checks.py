@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What amplifier and stand allow: numbers of a command in, the wave or value that they mean."""
 
 import math

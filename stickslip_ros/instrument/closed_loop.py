@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A move to a position in closed loop: the way there, arrival, hold, and how it may fail."""
 
 import math

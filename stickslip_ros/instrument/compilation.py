@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Every kernel that a stand may need, compiled before it runs; and how far that is."""
 
 from collections.abc import Callable

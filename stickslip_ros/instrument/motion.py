@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Moves of the piezo: which wave the amplifier follows, and how every move ends."""
 
 from collections.abc import Callable, Mapping

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 How a stick-slip stage is brought to a position: coarse steps, then a fine scan, then hold.
 

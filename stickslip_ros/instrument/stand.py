@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The drive on its test stand: the true position and force that the sensors measure."""
 
 import math

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 What an object remembers as a tree of numbers and texts; and back, with every value checked.
 

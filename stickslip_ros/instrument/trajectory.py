@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A trajectory of the runner: places, and the times at which it shall be there."""
 
 import math

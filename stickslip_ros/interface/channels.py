@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What a recording says of a topic before its first message: name, type, quality of service."""
 
 from dataclasses import dataclass

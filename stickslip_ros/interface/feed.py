@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """From the bench's output to packed messages: the same bytes go to a topic and to a file."""
 
 from collections.abc import Iterator

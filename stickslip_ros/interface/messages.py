@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What a recorded message says, without ROS: one small record per kind of message."""
 
 from typing import Final, NamedTuple, TypeAlias

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Definitions and type hashes of the recorded message types, as a recording must carry them."""
 
 from typing import Final

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Every topic and service of the instrument: name, type, quality of service, meaning."""
 
 import math

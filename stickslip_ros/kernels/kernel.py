@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """How every kernel of the package is compiled."""
 
 from collections.abc import Callable, Iterator

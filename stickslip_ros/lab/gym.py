@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 The drive as a Gymnasium environment: a controller learns to move the runner to a target.
 

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What a parameter is: kind, unit, bounds, source; and the check of a value where it enters."""
 
 import dataclasses

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Parameters of the instrument around the drive: time, moves, recordings, faults; SI."""
 
 from dataclasses import dataclass

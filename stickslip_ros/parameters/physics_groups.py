@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Parameters of what moves: runner, stand and contacts, amplifier and piezo; SI."""
 
 import math

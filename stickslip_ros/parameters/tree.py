@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """All parameters as one immutable tree, and its flat form ``{'group.name': value}``."""
 
 from collections.abc import Iterable, Mapping

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Quantities as they are typed: numbers in SI, or numbers with a unit behind them."""
 
 import math

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Numbers of messages of any type, read by the definition that a recording carries of it."""
 
 import re

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A bag directory: its ``metadata.yaml``, as rosbag2 of Jazzy and later writes it, and read."""
 
 import os

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Messages of an MCAP file, chunk by chunk, in a memory that the file cannot choose."""
 
 import heapq

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 Definitions of messages, as recordings carry them, and the lengths of what they define in CDR.
 

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Whether a file is a whole MCAP container, said in words that tell what to do about it."""
 
 import os

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Where a run goes and in what form: the names of its files, chunks, parts, bag."""
 
 from dataclasses import dataclass

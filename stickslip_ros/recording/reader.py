@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Opens a recording and gives what is in it: messages, descriptions, quantities over time."""
 
 import hashlib

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Makes the rest of an unfinished, cut or damaged recording readable: a new file beside it."""
 
 import json

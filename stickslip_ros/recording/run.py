@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """One run: a bench, and the outputs of its requests and readings: a file, a publisher."""
 
 import math

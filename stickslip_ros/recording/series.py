@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A quantity over time: the one type of measured and of simulated runs; columns of a trace."""
 
 import re

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The files of a run: MCAP containers as ROS 2 tools expect them, one part after the other."""
 
 import os

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The client of a drive that panel, tests and controllers share, its handshake, lockstep."""
 
 import json

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The topics and services that a node offers; what is declared of a topic may be overridden."""
 
 from collections import Counter

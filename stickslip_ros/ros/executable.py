@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What both executables do: discovery on this host, services that answer, an end in order."""
 
 import gc

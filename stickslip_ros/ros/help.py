@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The help of the executable, before anything is imported that takes long."""
 
 from stickslip_ros.parameters import describe, format_value, specs

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The declared topics and services as ROS types and quality of service."""
 
 from importlib import import_module

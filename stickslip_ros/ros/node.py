@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The lifecycle node: commands in, readings out; the drive itself runs in a session."""
 
 import sys

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The parameters of the package as ROS parameters: declared, checked, read."""
 
 from collections.abc import Mapping

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The node as an executable: it heeds Ctrl-C, and answers --help, before it imports rclpy."""
 
 import gc

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Orders that a drive has not carried out yet, grants of simulated time, and its pause."""
 
 import math

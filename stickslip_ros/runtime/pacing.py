@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A loop keeps absolute deadlines, and its threads wake up in time to meet them."""
 
 import ctypes

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A running drive: its own thread does the work; other threads only queue orders."""
 
 import threading

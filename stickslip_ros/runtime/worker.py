@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The work of a drive, block by block: orders, bench, topics and recording; without threads."""
 
 from collections.abc import Callable, Iterable

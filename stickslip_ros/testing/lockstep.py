@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A node of a user and a drive in lockstep: simulated time goes on when its callbacks are done."""
 
 import re

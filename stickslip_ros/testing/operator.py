@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A client of the virtual stand that waits, with a time limit, and keeps what it hears."""
 
 import json

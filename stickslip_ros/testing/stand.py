@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A drive that runs beside a test, in a ROS domain of its own, and an operator who commands it."""
 
 import fcntl

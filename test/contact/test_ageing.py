@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Friction that ages: velocity steps, holds and their energy, as rate and state foresee them."""
 
 import math

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The normal problem: profiles of any size, Hertz of any sphere, and what does not press."""
 
 import math

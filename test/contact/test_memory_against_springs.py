@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The memory against springs that are stepped one by one, over any history."""
 
 from collections import Counter

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The stack is bounded: what forgetting costs is known, and full slip cures it."""
 
 import numpy as np

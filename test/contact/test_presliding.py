@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The virgin tangential curve: its slope, its ends, and what is refused."""
 
 import math

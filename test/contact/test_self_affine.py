@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Random rough lines: what every realisation has, and what is refused."""
 
 import dataclasses

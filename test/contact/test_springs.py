@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The spring bank: the law of Section 3.4, the same as the memory at constant load."""
 
 import math

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The line of the runner and the windows on it: waves added up one by one, and sorted heights."""
 
 from itertools import pairwise

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The table that kernels read against the closed form that it tabulates."""
 
 import numpy as np

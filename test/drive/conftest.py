@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What the tests of the drive share: a drive that is advanced by pieces of time."""
 
 from collections.abc import Callable, Iterable

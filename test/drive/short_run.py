@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A short run of everything in the drive, bit by bit: as a module, or as a program that prints."""
 
 import json

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Time goes on: every stretch moves the clock, and loops that stand still end."""
 
 import math

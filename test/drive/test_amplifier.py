@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """From command to output: range and slew rate, converter, current, low-pass, and arrival."""
 
 import math

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The moving mass of the load cell: added to the runner, or met in impacts."""
 
 import math

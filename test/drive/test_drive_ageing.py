@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A drive whose friction ages, against an independent slider, and where it shows in its steps."""
 
 import math

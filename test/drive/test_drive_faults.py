@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Faults that come and go: no power, a runner that is stuck, a foot that is dead."""
 
 import numpy as np

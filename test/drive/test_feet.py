@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Six feet moved one by one: against the six as one, in the mirror, and by their energy."""
 
 import numpy as np

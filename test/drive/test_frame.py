@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The frame feels its feet: momentum, numbers of a row of springs, order, energy, poles."""
 
 import numpy as np

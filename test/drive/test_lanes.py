@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Drives that go together in lanes have the bits that each has alone."""
 
 import numpy as np

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Energy put in is energy found: the balance closes, and ever better with shorter steps."""
 
 import numpy as np

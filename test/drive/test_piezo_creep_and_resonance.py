@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Creep against its logarithmic law, the resonance against closed forms of an oscillator."""
 
 import math

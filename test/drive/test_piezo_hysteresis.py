@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The plays of the piezo: opening and stroke of the loop, wiping out, congruent loops."""
 
 import numpy as np

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Steps meet the corners of the voltage: how a caller cuts time does not matter."""
 
 import math

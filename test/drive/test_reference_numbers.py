@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The drive as a whole against reference numbers, symmetries and what a stage must not do."""
 
 import numpy as np

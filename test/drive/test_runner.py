@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The runner against closed forms, and the springs that it meets: load cell and end stops."""
 
 import math

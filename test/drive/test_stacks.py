@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Feet with a mass on stacks that their loads bend."""
 
 import numpy as np

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The weight of the runner, which lies on the lower contacts if a stand says so."""
 
 import math

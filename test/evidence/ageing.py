@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 A drive whose friction ages, spring by spring: the slip speed of each is solved for in every step.
 

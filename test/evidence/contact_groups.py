@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """References of one contact by closed forms: pressed, pulled, back and forth, run down."""
 
 import math

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 ``make foreign``: ask codes that others wrote; their answers are references of the self-test.
 

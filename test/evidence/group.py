@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Rows of the table of references as their makers state them: one function, many cases."""
 
 import csv

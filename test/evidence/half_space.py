@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 A rigid body of revolution on an elastic half-space in 3-D, and what it says of both bodies.
 

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """References of the rival friction laws: printed figures of a benchmark, and closed forms."""
 
 import math

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The generated tables of docs/evidence/validation.md, each behind a comment with its name."""
 
 import re

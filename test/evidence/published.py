@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 Printed figures: our own specification of the paper's contact, the paper, and CONTACT.
 

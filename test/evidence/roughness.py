@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """References of roughness: Hess's rule, the prefactor of Pohrt and Popov, what was asked for."""
 
 from math import pi

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 The springs of the drive against more of them: rows of thousands, at constant load and on ramps.
 

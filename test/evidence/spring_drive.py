@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 The algorithm of the paper (Section 3.4) for the whole drive: rows of springs, small time steps.
 

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 The contact spring by spring, as the paper steps it: slow, plain, and an independent reference.
 

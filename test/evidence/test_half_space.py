@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The 3-D half-space solver where the answer is known: disc, Hertz, punch, cone, its order."""
 
 import numpy as np

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 Roughness that travels, spring by spring: its line wave by wave, and a drive that slips along it.
 

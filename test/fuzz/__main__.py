@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """``make fuzz``: random commands on every stand, damaged files, until the time is over."""
 
 import argparse

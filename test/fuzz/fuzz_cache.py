@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """One random damage to a file of the kernel cache, which must be told before anything is used."""
 
 import random

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """One random case: a stand, a program of random commands, and what is asked of their run."""
 
 import math

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Stands with real-valued parameters that no person would type, each stage of hardware alone."""
 
 from collections.abc import Callable, Mapping

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A seeded share of ``make fuzz``, and commands that have hung before."""
 
 from collections import Counter

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Leads a bench through time: requests at their times, everything that it said put together."""
 
 from collections.abc import Mapping, Sequence

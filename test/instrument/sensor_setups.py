@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Sensors for tests: with one error at a time, or with all of them."""
 
 from collections.abc import Mapping

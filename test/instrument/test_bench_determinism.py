@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The same parameters and the same requests at the same times give the same bits."""
 
 import numpy as np

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Any sequence of requests, good or bad, on any stand: nothing raises, everything is told once."""
 
 from collections import Counter

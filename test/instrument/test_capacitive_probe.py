@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The capacitive probe: there on request, with errors of its own, and no error of the others."""
 
 import numpy as np

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A bench that is saved and restored goes on to the bit; bytes of strangers make nothing else."""
 
 import json

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The built-in closed loop: arrives, holds, steps again, and gives up with the right reason."""
 
 import json

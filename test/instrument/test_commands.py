@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Requests: each is accepted within its limits, and refused beyond them with a reason."""
 
 import math

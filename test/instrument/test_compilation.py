@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Kernels are compiled before a stand runs, all that it may need, and it is told how far."""
 
 from collections import Counter

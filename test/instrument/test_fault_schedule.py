@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A schedule of faults is read strictly, and gives each entry once when its time has come."""
 
 from pathlib import Path

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Faults come and go while the drive runs; each shows in status and readings."""
 
 import math

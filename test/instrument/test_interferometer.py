@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The interferometer: filter, cyclic error, drift, latency, own samples, and its beam."""
 
 import math

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Joints: which number counts, what is refused, and one set point that a stream moves."""
 
 import math

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The load cell: low-pass, hysteresis, drift, and the end of its range."""
 
 import numpy as np

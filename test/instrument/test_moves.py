@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Moves of every kind: how they run, how they end, what stops them."""
 
 from dataclasses import replace

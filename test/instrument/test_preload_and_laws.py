@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The preload changes while the drive runs, and every friction law drives the bench."""
 
 from typing import Any

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Noise of the sensors: its density, its Allan deviation, and what the filters make of it."""
 
 import math

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Readings of both sensors: their grid, their zero, their faults, and any cut into blocks."""
 
 import numpy as np

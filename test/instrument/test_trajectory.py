@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Trajectories of the closed loop: what lies between their points, how they end, refusals."""
 
 import json

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The codec agrees with ROS's own serialiser and with rosbags, byte for byte."""
 
 import struct

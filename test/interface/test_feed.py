@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The joint of the runner and the trace: when their messages come, and what they say."""
 
 import math

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Definitions and hashes are those of ROS, so that every tool opens a recording."""
 
 from collections.abc import Iterator

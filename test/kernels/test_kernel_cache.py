@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Where machine code is kept, and whose: a folder per version of the sources, closed to others."""
 
 import importlib

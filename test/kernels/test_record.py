@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Records in Python: fields are attributes, and large ones are zeros until they are touched."""
 
 import copy

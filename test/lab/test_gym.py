@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The Gymnasium environment: its checker, its numbers, its seeds."""
 
 import re

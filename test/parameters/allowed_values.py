@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Strategy of the parameter tests: any set of values that the declarations allow."""
 
 from hypothesis import strategies as st

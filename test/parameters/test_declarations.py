@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Every parameter is declared in full, and every value passes its declaration."""
 
 import dataclasses

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Stands nearer to hardware are ROS parameter files whose every value exists, called assumed."""
 
 from pathlib import Path

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Parameters as a ROS parameter file: what is written is read back, the rest is refused."""
 
 import dataclasses

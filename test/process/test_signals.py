@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A process ends once and in order, whatever signals arrive and whatever its work does."""
 
 import subprocess

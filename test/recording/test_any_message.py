@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Any message is read by its definition as others read it; what is none is refused in a line."""
 
 import dataclasses

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A bag directory as rosbag2 makes it: others open ours, theirs open here, or say why not."""
 
 from collections.abc import Callable

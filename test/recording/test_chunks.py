@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A chunk is unpacked into what it announces, in a memory that the file cannot choose."""
 
 from collections.abc import Callable

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What was put is soon on the disk, by the clock; no message depends on it."""
 
 import shutil

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Other people's tools open what is recorded here, and their recordings open here."""
 
 from pathlib import Path

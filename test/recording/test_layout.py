@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A run's name stays in its folder, and nothing that is there is written over."""
 
 import re

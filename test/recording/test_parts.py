@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A run in parts: each part is a recording, all parts together are the run."""
 
 import dataclasses

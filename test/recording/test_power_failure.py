@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Wherever a kill or a power failure interrupts the writer, what it had secured comes back."""
 
 import os

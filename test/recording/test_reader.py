@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A recording tells what is in it, and a broken one tells what is wrong."""
 
 from contextlib import suppress

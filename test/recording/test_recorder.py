@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A recorder never holds up its caller, and what it loses can be proved from the file."""
 
 import subprocess

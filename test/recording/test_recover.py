@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Whatever happened to a file: what is whole before it comes back, and behind it by the index."""
 
 import dataclasses

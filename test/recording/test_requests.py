@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Messages become requests and requests messages, live and recorded; nonsense is refused."""
 
 import json

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """One run: what it is asked and what it says is packed once, for a file and for who publishes."""
 
 import math

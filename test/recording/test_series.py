@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A quantity over time keeps its promises, and so do the columns of a trace."""
 
 import numpy as np

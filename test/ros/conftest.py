@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What the tests of the node share: drives beside the test or as processes, and operators."""
 
 import gc

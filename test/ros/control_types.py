@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 The types of ``control_msgs``, of which there is no wheel: built by those of rosidl and a compiler.
 

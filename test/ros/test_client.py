@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A handshake ends when a drive answers, and not before; then nothing that is sent is lost."""
 
 from typing import Any

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The doors of docs/examples are opened by clients that others wrote, and stand what they get."""
 
 import json

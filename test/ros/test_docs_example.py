@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The examples of the pages, as they stand there, do what the pages say."""
 
 import importlib

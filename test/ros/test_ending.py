@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A node is spun until work is to end, and then destroyed, whatever its callbacks raise."""
 
 from collections.abc import Iterator

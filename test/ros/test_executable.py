@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The executables: on this host, one process each, ended cleanly by signals at every stage."""
 
 import os

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """An unmodified node and a drive in lockstep: the same bytes, whatever the node is made of."""
 
 import re

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The same parameters, seed and commands give the same messages at any pace."""
 
 from collections.abc import Callable

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Diagnostics say whether the drive keeps up, what it refused, and whether the disk keeps up."""
 
 import shutil

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A drive that fails, hangs or never ends: it is told, and the process ends all the same."""
 
 import signal

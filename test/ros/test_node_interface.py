@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Topics and services are those of interface.md, in any namespace and under other names."""
 
 import json

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The node goes through the states of a lifecycle, by itself or as a manager says."""
 
 import itertools

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """In lockstep the drive goes no further than it was told, and delays change no byte."""
 
 import random

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The node says what it is and does, who is in its way, and what it refuses; each line once."""
 
 import re

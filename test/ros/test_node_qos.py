@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Quality of service can be overridden; what does not fit is told and counted."""
 
 from collections.abc import Callable

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Nothing that comes over a topic stops the drive, or moves it where it must not go."""
 
 import math

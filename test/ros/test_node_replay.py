@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What a node has recorded is run again without ROS, or played into a node, to the byte."""
 
 from collections.abc import Callable

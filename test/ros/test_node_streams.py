@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Readings come block by block, without a hole, with the stamps that they should have."""
 
 from collections.abc import Callable

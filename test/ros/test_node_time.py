@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Simulated time can be held, stepped and published; nothing waits for a tick that never comes."""
 
 import itertools

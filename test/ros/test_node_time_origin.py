@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Stamps, the clock and recordings begin at the time origin; whatever else has a time does not."""
 
 import itertools

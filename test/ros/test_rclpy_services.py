@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The services that rclpy offers on every node answer whatever they are asked."""
 
 import signal

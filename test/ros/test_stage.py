@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Three drives as the launch file of the stage starts them: their topics, joints and moves."""
 
 import math

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What testers get: domains that nobody shares, and waits that end when no answer can come."""
 
 import os

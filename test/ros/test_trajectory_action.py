@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The action ~/follow_joint_trajectory, as its clients see it."""
 
 import sys

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Whether a block may begin depends on pause, grants and commands, and on nothing else."""
 
 import math

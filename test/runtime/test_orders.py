@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Orders are taken when they are due, in the order in which they came, or that of their topics."""
 
 from stickslip_ros.instrument.commands import Request

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Deadlines are absolute, what cannot be caught up is counted, and threads wake up in time."""
 
 import ctypes

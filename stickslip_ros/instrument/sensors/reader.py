@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What all sensors have in common: noise of their own, a fault, a zero, a memory."""
 
 import math

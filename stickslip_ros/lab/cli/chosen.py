@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What a command line chooses: parameters, and lists of quantities."""
 
 import argparse

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """``stickslip compare``: sweeps, runs and experiments against each other, or the model."""
 
 import argparse

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """``stickslip demo``: a node in its own process, commanded from this one, recorded and drawn."""
 
 import argparse

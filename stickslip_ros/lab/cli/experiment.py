@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Tables as laboratories have them: ``stickslip import``, and options of verbs that read them."""
 
 import argparse

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """``stickslip fit``: parameters of the drive from recordings and tables, with error bars."""
 
 import argparse

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The parser of ``stickslip``: it reads a command line, and completes one that is typed."""
 
 import argparse

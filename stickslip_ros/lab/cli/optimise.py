@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """``stickslip optimise``: the periodic wave that does best on a stand."""
 
 import argparse

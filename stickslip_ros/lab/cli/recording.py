@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """``stickslip info``, ``recover`` and ``plot``: what is in a recording, or left of it."""
 
 import argparse

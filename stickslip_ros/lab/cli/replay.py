@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """``stickslip replay``: a recording, or a measured voltage, through the virtual stand again."""
 
 import argparse

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """``stickslip``: heeds Ctrl-C, and completes what is typed, before it imports what takes long."""
 
 import gc

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Compares two files, or a file and the model: recognises them and chooses the way."""
 
 from collections.abc import Callable, Mapping, Sequence

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The picture of a comparison: A and B above, their difference below."""
 
 from collections.abc import Sequence

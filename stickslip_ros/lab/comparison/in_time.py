@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Runs against each other: quantity by quantity in the time that both cover."""
 
 from collections.abc import Mapping, Sequence

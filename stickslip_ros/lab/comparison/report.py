@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The report of a comparison: numbers that say and draw themselves."""
 
 from collections.abc import Iterator, Sequence

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What a comparison comes to: numbers, all of B minus A in SI units, as docs/howto/compare.md."""
 
 from collections.abc import Sequence

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A comparison in sections: sentences and tables, the same on a screen and on a page."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence

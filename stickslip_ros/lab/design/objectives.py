@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What a wave is worth: six objectives, each a formula of its steady cycles."""
 
 import math

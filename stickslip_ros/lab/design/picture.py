@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The picture of an answer: the wave, what it does in a cycle, and how it was found."""
 
 import numpy as np

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 The periodic wave that does best: CMA-ES on the spline and on every named shape, equally long.
 

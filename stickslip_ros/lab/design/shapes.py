@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 Shapes of a periodic wave: one cycle from 0 to 1 and back, as rows of time and height.
 

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What one periodic wave does to a stand, without sensors, once the drive is steady."""
 
 from dataclasses import dataclass

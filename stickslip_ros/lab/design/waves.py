@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Waves that a search may try: a shape with its numbers, a voltage, a frequency, a preload."""
 
 import math

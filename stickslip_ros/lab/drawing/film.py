@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Two cycles of a stand in slow motion: feet, runner, and how much of each contact slips."""
 
 from typing import NamedTuple

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 Where the parts of the stand are, for those who draw it: nothing here enters the physics.
 

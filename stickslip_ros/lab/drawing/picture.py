@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The drawing of the stand as SVG; of a film it moves, in any browser."""
 
 import math

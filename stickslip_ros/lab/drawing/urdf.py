@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The stand as a URDF: frames and bodies for RViz, tf2 and what else reads robots."""
 
 import math

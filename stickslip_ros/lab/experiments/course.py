@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The course of a voltage through its pieces: where they meet, and its corners."""
 
 from collections.abc import Sequence

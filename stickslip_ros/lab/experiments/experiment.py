@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """An experiment: how a stand was set, what drove it, what was seen there, and how surely."""
 
 import math

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Samples of a voltage monitor: sorted, with the even clock behind them, and their noise."""
 
 import math

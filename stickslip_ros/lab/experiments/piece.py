@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 A piece of a wave: a straight line, or a saw-tooth whose falls have the slew rate.
 

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The pieces of a wave are found in samples: from the left, each as long as it explains them."""
 
 import math

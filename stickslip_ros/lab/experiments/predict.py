@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What a stand would show in an experiment: the one place where a model meets data."""
 
 import math

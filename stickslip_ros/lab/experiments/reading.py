@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Experiments out of files: recordings of any rig, tables over time, tables by amplitude."""
 
 from collections.abc import Mapping, Sequence

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 The wave in a slow, noisy monitor of an amplifier's voltage: recognised, said, or refused.
 

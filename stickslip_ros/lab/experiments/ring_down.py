@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The ring-down: frequency and decay of a runner that rings on its contacts after a step."""
 
 import math

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Stands as likely as what a fit knows of one: draws, from a fit or from its file."""
 
 import json

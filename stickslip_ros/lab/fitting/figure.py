@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The picture of a fit: what was measured, A, the fitted model, B, and what it misses."""
 
 from itertools import groupby

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A fit of the drive to experiments: the best of many searches, and how good it is."""
 
 import itertools

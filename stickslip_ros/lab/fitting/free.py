@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Which parameters a fit may change, between which bounds, and in which coordinate."""
 
 import math

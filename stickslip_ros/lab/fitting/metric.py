@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 How much a miss counts: noise, what is unknown of the sensor, and what the model may be wrong by.
 

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 What a fitted stand may lack: each parameter that was not freed, tried by its slope.
 

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A fit to be made: experiments, and the stand as a function of its free parameters."""
 
 import dataclasses

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What a fit says: sections, warnings, the object for JSON, and a ROS parameter file."""
 
 import json

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What a fit comes to: the best of many searches, and how good it is."""
 
 from collections.abc import Sequence

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """One search for a minimum, from a place; and on from there, with more cycles."""
 
 import math

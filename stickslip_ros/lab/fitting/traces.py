@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """How traces are fitted: allowing ever less, with noise, clocks and slow sensors as they show."""
 
 import math

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The Bode plot of the stuck drive: the closed form, and what was measured beside it."""
 
 from collections.abc import Callable, Sequence

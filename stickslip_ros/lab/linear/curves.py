@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The two curves of a Bode plot, in closed form: from voltage and from load to the position."""
 
 from typing import NamedTuple

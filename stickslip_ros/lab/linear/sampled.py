@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The linear drive as a controller meets it: commanded and read once per period."""
 
 import math

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The frequency response of the stuck drive as an experimenter measures it: sine by sine."""
 
 from dataclasses import dataclass

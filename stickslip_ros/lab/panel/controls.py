@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What the page offers: controls from the tables of commands, services and parameters."""
 
 import tempfile

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Many samples become the few points of a picture: they are kept, thinned and triggered."""
 
 import math

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The link between a drive and the page: a client of the drive with a thread of its own."""
 
 from collections.abc import Callable, Mapping

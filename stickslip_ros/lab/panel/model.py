@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What the panel knows of a drive: what it heard, ready to be shown; neither ROS nor a browser."""
 
 import json

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What the amplifier does to steps and forces: its slew rate, and its bandwidth."""
 
 import math

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Figures 2, 6 and 7 of the paper, and the quantities in them: force, 0-amplitudes, presliding."""
 
 import math

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What a figure of the paper is: its runs, their table, its drawing, its caption, its files."""
 
 import csv

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """All figures of the paper, and their runs in one pool of threads."""
 
 from collections.abc import Sequence

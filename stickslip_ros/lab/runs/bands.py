@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What is not known of a stand, carried on: bands of numbers over stands that are as likely."""
 
 from collections.abc import Callable, Mapping, Sequence

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 Many independent runs at once: in threads, as the kernels release the GIL, or on a Dask cluster.
 

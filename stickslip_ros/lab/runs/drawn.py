@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Results that draw themselves, as wide as a screen or a journal wants them, and make a page."""
 
 # ruff: noqa: PLC0415 - matplotlib takes long

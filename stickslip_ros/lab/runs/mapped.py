@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Recordings of a real rig: which number of which topic is which quantity, as the user says."""
 
 from collections.abc import Iterable, Mapping

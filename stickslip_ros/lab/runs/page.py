@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A result as one page of HTML that needs nothing else, to read or to print."""
 
 import base64

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Figures of the package: how one begins, how its curves and axes look, how it becomes a file."""
 
 import io

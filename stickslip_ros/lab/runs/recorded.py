@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What a recording says, within a stretch: quantities over time, commands, events, status."""
 
 import math

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Runs a recording again, or a measured voltage: on the stand of the recording or another."""
 
 import math

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The picture of a recorded run, or of a stretch of it, with commands and status bits."""
 
 import math

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What a saw-tooth run comes to, of the drive alone or of the whole stand."""
 
 from dataclasses import dataclass

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A saw-tooth run, of the drive alone or of the whole stand, and what a scientist reads off it."""
 
 import math

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A sweep: the drive at every combination of values, as they are typed."""
 
 import dataclasses

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The table of a sweep in a file: CSV, or Parquet if its package is there."""
 
 import csv

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 The 0-amplitude: the stroke of the feet below which a free runner does not get ahead.
 

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Which column of a table is which quantity: by its name and unit, or as the user says."""
 
 import re

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Experiments: measured tables as laboratories have them, read into the columns of one form."""
 
 import dataclasses

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Tables in the files of spreadsheets and measuring programs, as the text that they could be."""
 
 import csv

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """How a table of text is laid out: encoding, delimiter, decimal sign, header, units, settings."""
 
 import codecs

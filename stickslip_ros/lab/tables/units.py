@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Units as people write them beside the name of a column, and their factors to SI."""
 
 import math

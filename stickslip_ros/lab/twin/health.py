@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The health of a rig: what the fits of its windows say beside those at the start."""
 
 from typing import NamedTuple

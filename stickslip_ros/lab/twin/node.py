@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The twin as a lifecycle node: topics of a rig in, topics of its twin and its health out."""
 
 import queue

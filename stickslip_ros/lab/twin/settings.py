@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What is said of a twin beside its stand: its input, its windows, how often it is fitted anew."""
 
 from dataclasses import dataclass

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The twin as an executable, which heeds Ctrl-C before it imports rclpy."""
 
 import sys

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 The twin of a rig: in each window what a stand would show, and now and then a fit of that window.
 

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 Whether the parameters of a rig have changed: a test with a stated rate of false alarms.
 

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 Samples of a rig, ordered by their stamps, cut into windows that follow each other.
 

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What the package answers for the springs of the drive: at constant preload, and on ramps."""
 
 from collections.abc import Callable, Mapping

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What the package answers for one contact: pressed, pulled, along histories of displacement."""
 
 from collections.abc import Callable, Mapping

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What the package answers for the whole drive: eight cycles of a saw-tooth of 1 kHz from rest."""
 
 from collections.abc import Callable, Mapping

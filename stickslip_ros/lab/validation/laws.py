@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What the package answers for the rival friction laws: a mass on a spring, drift, loops."""
 
 import math

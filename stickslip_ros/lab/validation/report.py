@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The self-test in sections and files: a page to read, CSV to compute with, and margins."""
 
 import csv

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What the package answers for roughness: Hess's rule, random lines and surfaces, spectra."""
 
 from collections.abc import Callable, Mapping

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The self-test of an installation: what it answers, beside the references that ship with it."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Random surfaces, and what lines and surfaces show of the spectrum that they are made of."""
 
 import numpy as np

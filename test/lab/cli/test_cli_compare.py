@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """`stickslip compare` as it is typed, and as docs/howto/compare.md shows it."""
 
 import html

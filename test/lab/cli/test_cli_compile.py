@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """`stickslip compile`, and a demo that finds no kernels: what is compiled is compiled once."""
 
 import os

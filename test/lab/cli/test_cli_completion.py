@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A shell asks what may come next, as bash does with the line that the page of the verbs gives."""
 
 import os

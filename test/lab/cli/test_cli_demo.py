@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """`stickslip demo`: two processes, topics between them, a recording and a picture."""
 
 import json

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What a fit knows of a stand is carried on: bands of runs, tables and 0-amplitudes."""
 
 import json

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Every verb as a process: stopped by a signal it ends in one line, and streams may be closed."""
 
 import fcntl

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """``stickslip fit`` as it is typed: files, tables, JSON and refusals."""
 
 import json

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """An answer in its two forms, and the progress bar of long work on a terminal."""
 
 import io

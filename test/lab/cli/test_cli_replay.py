@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """``stickslip replay`` does what docs/howto/replay.md says, with the commands that stand there."""
 
 import json

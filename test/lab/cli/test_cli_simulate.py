@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """`stickslip simulate` and `stickslip info`: a run without ROS, and what its file says."""
 
 import json

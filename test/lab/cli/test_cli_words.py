@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Every verb explains itself, speaks JSON, and refuses with a message and status 2."""
 
 import argparse

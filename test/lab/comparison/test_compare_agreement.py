@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The numbers of a comparison: known answers, then what must hold for any two curves."""
 
 import math

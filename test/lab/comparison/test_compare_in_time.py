@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Runs against each other over time: the same, moved, attached, with gaps."""
 
 import math

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The report of a comparison: self-contained, escaped, the same bytes, all numbers."""
 
 import base64

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The steps that a run over time made, off its voltage and its position."""
 
 import numpy as np

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What a wave is worth, by runs of the drive that are made one by one."""
 
 import numpy as np

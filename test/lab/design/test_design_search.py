@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The search for a wave: seeded, resumable, the same on any number of workers."""
 
 import dataclasses

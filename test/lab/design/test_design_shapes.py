@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """One cycle of a wave: closed, with one rise and one fall, whatever its parameters."""
 
 import numpy as np

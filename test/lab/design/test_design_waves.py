@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A wave within its limits, what it does to the drive, and what that is worth."""
 
 import dataclasses

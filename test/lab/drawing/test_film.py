@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """How much of a contact slips, against the closed form; and which cycles a film shows."""
 
 import math

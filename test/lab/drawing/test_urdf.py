@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The URDF, read by a parser of ROS: frames, joint and bodies are those of the parameters."""
 
 import math

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Monitors of an amplifier, made in plain numpy: a wave by its corners, and samples of it."""
 
 from collections.abc import Sequence

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Two clocks laid onto each other by the voltage that both records hold."""
 
 import numpy as np

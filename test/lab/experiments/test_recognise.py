@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Waves recognised in samples of slow and noisy monitors: true corners, or words."""
 
 import json

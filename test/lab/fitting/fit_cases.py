@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Synthetic measurements that are cheap to fit: five points, some milliseconds for all of them."""
 
 import dataclasses

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """
 A made-up rig: rows of springs under six feet, small time steps, a sensor that is not ours.
 

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Fits of the drive: known parameters come back, errors agree with other code and with chance."""
 
 import math

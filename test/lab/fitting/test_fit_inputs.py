@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What a fit may be given: free parameters, starts, bounds and files; and what it refuses."""
 
 import math

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """0-amplitude and ring-down of rigs of springs, and of a linear oscillator, tell what they are."""
 
 import numpy as np

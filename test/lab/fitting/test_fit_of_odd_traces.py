@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Recordings that cannot be fitted, or say too little, end in a line that says why."""
 
 from pathlib import Path

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Rigs of springs, which share no code with the drive, are learned from the motion they show."""
 
 import json

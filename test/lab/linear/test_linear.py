@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The stuck drive as a linear system: against formulas, against what sines measure."""
 
 import sys

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The sampled plant: its poles against scipy, its response against sines through the sensors."""
 
 import math

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The panel in a real browser: what one sees there is what the drive does, and the other way."""
 
 import json

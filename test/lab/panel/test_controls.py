@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A file of the page is read as the tables of a laboratory are: with its units, or not at all."""
 
 import io

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """No peak is lost on the way to the picture, and the scope stands still on the fall."""
 
 import numpy as np

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The client of a drive: hears it, commands it, and finds it again; real nodes, real DDS."""
 
 import json

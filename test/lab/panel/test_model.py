@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What the page is told of a drive, from what was heard of it; no ROS, no browser."""
 
 import json

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A recorded run on the panel: dragged, played fast and slowly, as often as asked."""
 
 from pathlib import Path

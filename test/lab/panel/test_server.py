@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The server answers pages of its own and nobody else, and a slow page delays nobody."""
 
 import asyncio

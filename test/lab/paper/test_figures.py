@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The figures of the paper, small: known answers, files, and that threads change nothing."""
 
 import csv

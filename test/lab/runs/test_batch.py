@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Many runs at once: same results whoever computes them, and none lost on the way."""
 
 import dataclasses

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Figures as a journal takes them: their width, the size and kind of their letters, room."""
 
 import itertools

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Recordings of a real rig: any message, the rig's own topics, clock and zero."""
 
 import json

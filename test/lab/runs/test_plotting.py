@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What figures share: files of the same bytes, and curves that lose no peak."""
 
 import math

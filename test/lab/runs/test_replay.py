@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A recording, or a measured voltage, that is run again; what cannot be run is refused."""
 
 from collections.abc import Iterable, Sequence

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The picture of a run: windows as they are typed, enlarged steps, commands, events and bits."""
 
 import itertools

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A saw-tooth run without ROS: what it reports, when it is steady, its file, what it refuses."""
 
 import dataclasses

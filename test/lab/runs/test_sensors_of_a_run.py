@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A sensor that is enabled is in the recording, and wherever a recording is shown or compared."""
 
 import json

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A sweep: what it goes through, what it refuses, and its table."""
 
 import csv

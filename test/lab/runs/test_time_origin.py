@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A time origin moves stamps and log times and nothing else; readers give simulated time."""
 
 import dataclasses

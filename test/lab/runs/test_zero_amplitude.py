@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The 0-amplitude, against the reference numbers of a free runner at 200 Hz."""
 
 import dataclasses

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """One measurement in ten layouts that instruments and spreadsheets write."""
 
 from collections.abc import Sequence

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Experiment files: what is read, and what is refused with line, column, value and hint."""
 
 import numpy as np

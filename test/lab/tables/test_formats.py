@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Tables of spreadsheets and measuring programs, written by the libraries made for them."""
 
 import struct

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Tables as laboratories have them: ten layouts, the same numbers; and what is asked."""
 
 from decimal import Decimal

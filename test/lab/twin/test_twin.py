@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A rig of springs, which shares no code with the twin, and what its twin says of it."""
 
 import sys

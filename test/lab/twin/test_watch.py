@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A watch of estimates keeps its rate of false alarms, and names what has changed."""
 
 import numpy as np

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Windows follow the stamps of a rig, whatever comes late, twice, or not at all."""
 
 import numpy as np

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The table and the picture of margins: what is written, and how a failure shows."""
 
 import csv

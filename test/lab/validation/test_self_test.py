@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Every reference is met, the table says why, and a wrong physics makes answers fail."""
 
 import runpy

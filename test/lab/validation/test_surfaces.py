@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Random rough surfaces, and what is seen of the spectrum of a line or a surface."""
 
 import math

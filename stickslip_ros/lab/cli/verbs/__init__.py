@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """The verbs of ``stickslip`` in groups, as help lists them."""
 
 from stickslip_ros.lab.cli.verbs.data import DATA

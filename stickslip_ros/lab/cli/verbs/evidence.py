@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Verbs that compare the model with the paper and with references."""
 
 from stickslip_ros.lab.cli.options import PARAMETERS, WORKERS, folder, option, verb

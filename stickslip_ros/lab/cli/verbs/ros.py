@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """Verbs that run nodes, watch them, or print what they declare."""
 
 from stickslip_ros.lab.cli.options import (

@@ -1,3 +1,6 @@
+// Copyright 2026 The stickslip_ros maintainers
+// SPDX-License-Identifier: Apache-2.0
+
 // The parts of a control: fields, buttons, notes; and the state of the drive, which they follow.
 
 import { grouped } from "./plot.js";

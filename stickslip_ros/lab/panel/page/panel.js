@@ -1,3 +1,6 @@
+// Copyright 2026 The stickslip_ros maintainers
+// SPDX-License-Identifier: Apache-2.0
+
 // The page: shows what the server says, and tells it what somebody wishes.
 // Whatever comes from ROS becomes text, never markup.
 

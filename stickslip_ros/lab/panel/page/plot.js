@@ -1,3 +1,6 @@
+// Copyright 2026 The stickslip_ros maintainers
+// SPDX-License-Identifier: Apache-2.0
+
 // Curves over time, in lanes above one another: with a cursor, zoom, freeze, and as CSV and PNG.
 
 /* global uPlot */

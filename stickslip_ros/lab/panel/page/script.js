@@ -1,3 +1,6 @@
+// Copyright 2026 The stickslip_ros maintainers
+// SPDX-License-Identifier: Apache-2.0
+
 // The control of scripts: commands that go one after another, each when the one before has ended.
 
 import { button, fileButton, grey, inRow, make, newest, whenStateComes } from "./fields.js";

@@ -1,3 +1,6 @@
+// Copyright 2026 The stickslip_ros maintainers
+// SPDX-License-Identifier: Apache-2.0
+
 // The way to the server: what it says comes in, what somebody wishes goes out.
 
 const AGAIN_MS = 1000;

@@ -1,3 +1,6 @@
+// Copyright 2026 The stickslip_ros maintainers
+// SPDX-License-Identifier: Apache-2.0
+
 // The control of waveforms: a shape of the literature or a file, drawn before it is played.
 
 import { button, DIRECTIONS, fileButton, grey, inRow, make, note, numberField, resolved, whenStateComes } from "./fields.js";
