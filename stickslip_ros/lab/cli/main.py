@@ -46,8 +46,8 @@ examples:
   stickslip drive --set stand.preload=250mN
 
 'stickslip VERB --help' explains a verb. Exit status: 0 done, 1 a check failed,
-2 refused, 130 stopped by Ctrl-C, SIGTERM or SIGHUP, which end the node (drive)
-with 0.
+2 refused, 130 stopped by Ctrl-C, SIGTERM or SIGHUP, which end a node (drive,
+twin) with 0.
 """
 
 

@@ -21,7 +21,7 @@ def stickslip() -> int:
         from stickslip_ros.lab.cli.main import complete
 
         complete()
-    return run('stickslip', _run_verb, is_node=sys.argv[1:2] == ['drive'])
+    return run('stickslip', _run_verb, is_node=sys.argv[1:2] in (['drive'], ['twin']))
 
 
 def _run_verb() -> int:

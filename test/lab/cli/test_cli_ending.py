@@ -90,6 +90,7 @@ MOMENTS: list[tuple[list[str], Reached]] = [
     (['optimise', 'force', '-o', 'wave.csv', '--workers', '1'], has_written('wave.csv.journal')),
     (['figures', '--only', 'fig2', '--points', '1000'], has_looked(50)),
     (['validate', '--output', '.'], has_looked(5)),
+    (['twin'], knows_signals),
 ]
 
 
@@ -163,7 +164,7 @@ def test_a_stopped_verb_ends_in_one_line_and_leaves_whole_files(
     *before, last = errors.splitlines()
     assert last.startswith('stickslip: ')
     assert not [line for line in before if not line.startswith(PROGRESS)]
-    assert status == (0 if words[0] == 'drive' else 130)
+    assert status == (0 if words[0] in ('drive', 'twin') else 130)
     for file in folder.glob('*.mcap'):
         assert CLOSING_RECORD in Recording(file).metadata
     for file in folder.glob('*.journal'):

@@ -115,9 +115,9 @@ def test_a_rig_is_drawn_and_played_and_the_model_is_driven_by_what_drove_it(
     overview = Player(rig, TOPICS).overview()
     heights = [height for _, height in overview['points']]
     assert max(heights) - min(heights) == pytest.approx(np.ptp(frame.position_m), rel=1e-3)
-    # Its monitor samples each step at the same phases, so the top of a ramp is known to 12 V only.
+    # Its monitor samples each step at the same phases, one of them in the fall.
     assert main(['replay', str(rig), *said, '-o', str(tmp_path / 'model.mcap')]) == 2
-    assert 'V of it are unsure; give the commands' in capsys.readouterr().err
+    assert 'misses 20 samples; give the commands' in capsys.readouterr().err
     ends_s = 1e-3 * np.arange(1, 21)
     times_s = np.concatenate(([0.0], np.column_stack((ends_s - 2e-6, ends_s)).ravel()))
     volts = np.concatenate(([0.0], np.tile((300.0, 0.0), 20)))

@@ -30,7 +30,7 @@ ROS = (
     ),
     verb(
         'twin',
-        'a fitted stand beside a rig: what it should do, what has changed (needs rclpy)',
+        'a fitted stand that watches a rig (needs rclpy)',
         'Run a fitted stand beside a rig, driven by what drives it, until Ctrl-C. It hears the '
         'topics of --map, or the trace of a drive. Settings are parameters, as in: stickslip twin '
         '--params fitted.yaml --ros-args -p twin.period:=20.0',
