@@ -18,6 +18,7 @@ from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.files import read_bytes
 from stickslip_ros.instrument.reports import Status, trace_columns
 from stickslip_ros.interface.channels import Channel, name_in_file
+from stickslip_ros.interface.requests import NOTES
 from stickslip_ros.parameters import Parameters, dump_yaml, specs
 from stickslip_ros.recording.chunks import TIME_MAX_NS
 from stickslip_ros.recording.layout import SUFFIX, FileForm
@@ -32,7 +33,8 @@ RUN_RECORD = 'stickslip_run'
 """Name of the metadata record of a run; it alone holds wall-clock time."""
 TOPICS_RECORD = 'stickslip_topics'
 """Name of the metadata record that says under which name and quality of service each topic of
-docs/reference/interface.md was recorded, as JSON by its name in files."""
+docs/reference/interface.md was recorded, as JSON by its name in files; only in a run that holds
+its requests."""
 PARAMETERS_FILE = 'parameters.yaml'  # name of the attachment with every parameter
 CHECKPOINT_FILE = 'checkpoint.bin'
 """Name of the attachment with the state in which a recording begins, unless it is rest."""
@@ -148,7 +150,7 @@ def open_recorder(
     return Recorder(
         path,
         channels,
-        metadata={RUN_RECORD: run, TOPICS_RECORD: topics},
+        metadata={RUN_RECORD: run, **({TOPICS_RECORD: topics} if NOTES in channels else {})},
         attachments={
             PARAMETERS_FILE: ('application/yaml', dump_yaml(parameters, heading).encode()),
             **experiment,

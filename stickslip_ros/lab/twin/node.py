@@ -3,12 +3,8 @@
 
 """The twin as a lifecycle node: topics of a rig in, topics of its twin and its health out."""
 
-import queue
 import sys
-import threading
-import traceback
-from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from importlib import import_module
@@ -25,24 +21,18 @@ from rclpy.subscription import Subscription
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import SetBool
 
-from stickslip_ros.arrays import Array
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.interface.cdr import pack_float64, pack_float64_array, pack_stamped, unpack
-from stickslip_ros.interface.channels import Channel, Qos
+from stickslip_ros.interface.cdr import unpack
 from stickslip_ros.interface.messages import ArrayMessage
-from stickslip_ros.interface.topics import STREAM
 from stickslip_ros.lab.runs.mapped import said_of_map, topic_of
-from stickslip_ros.lab.twin.health import Doctor, Health
 from stickslip_ros.lab.twin.settings import TwinParameters
-from stickslip_ros.lab.twin.twin import Look, RigRests, Twin
-from stickslip_ros.lab.twin.window import Window, Windows
-from stickslip_ros.message_types import FLOAT64, FLOAT64_ARRAY, POINT_STAMPED, WRENCH_STAMPED
+from stickslip_ros.lab.twin.twin import Twin
+from stickslip_ros.lab.twin.window import Windows
+from stickslip_ros.lab.twin.work import OUTPUTS, Work
+from stickslip_ros.message_types import FLOAT64_ARRAY, POINT_STAMPED, WRENCH_STAMPED
 from stickslip_ros.parameters import Parameters, declared_by, specs
 from stickslip_ros.process.signals import run
-from stickslip_ros.process.stopping import Stopped
 from stickslip_ros.recording.any_message import path_of
-from stickslip_ros.recording.recorder import Recorder
-from stickslip_ros.recording.run_file import open_recorder, run_path
 from stickslip_ros.recording.series import split_columns
 from stickslip_ros.ros.executable import describe_node, guard_services, run_node
 from stickslip_ros.ros.parameter_bridge import declare, given_values
@@ -53,25 +43,11 @@ _PREFIX = 'twin.'
 _LOOK_S, _REPORT_S, _FLUSH_S = 0.2, 1.0, 0.02
 _DEPTH = 10_000
 """Messages of the rig that are kept for a node that is held up."""
-THINNED_NS = 1_000_000
-"""Least distance of messages of one topic of the twin; a recording holds all samples."""
-WINDOWS_WAITING = 20  # windows that wait, of which more are dropped
 _CLOCKS_APART = 1e-4  # rate by which two clocks may differ
 _OF_TRACE = {'voltage': 'voltage_v', 'position': 'position_m', 'force': 'force_n'}
 """Columns of a trace that are heard."""
 _TYPES = {POINT_STAMPED: PointStamped, WRENCH_STAMPED: WrenchStamped}
 _TYPES |= {FLOAT64_ARRAY: Float64MultiArray}
-_OUTPUTS = {
-    'twin/position': POINT_STAMPED,
-    'twin/residual': POINT_STAMPED,
-    'twin/foot_position': POINT_STAMPED,
-    'twin/force': WRENCH_STAMPED,
-    'twin/steps': FLOAT64_ARRAY,
-    'twin/parameters': FLOAT64_ARRAY,
-}
-"""What a twin publishes."""
-_RECORDED = {'voltage': FLOAT64, 'position': POINT_STAMPED, 'force': WRENCH_STAMPED}
-"""The readings of the rig in a recording, as those of a drive."""
 _SUCCESS, _FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
 
@@ -105,7 +81,7 @@ class StickSlipTwin(LifecycleNode):
         self.create_timer(_FLUSH_S, self._flush, clock=steady)
         self.create_service(SetBool, '~/set_recording', self._set_recording)
         self._outputs: dict[str, Any] = {}
-        self._work: _Work | None = None
+        self._work: Work | None = None
         self._begin_input()
         if self.stand.autostart and self.trigger_configure() == _SUCCESS:
             self.trigger_activate()
@@ -124,7 +100,7 @@ class StickSlipTwin(LifecycleNode):
             return _FAILURE
         self._outputs = {
             key: self.create_lifecycle_publisher(_TYPES[kind], key, 1000)
-            for key, kind in _OUTPUTS.items()
+            for key, kind in OUTPUTS.items()
         }
         return super().on_configure(state)
 
@@ -132,7 +108,7 @@ class StickSlipTwin(LifecycleNode):
         """Begin to hear the rig, and a new start of its health."""
         result = super().on_activate(state)
         self._begin_input()
-        self._work = _Work(self.stand, self.settings, self._publish, self._tell)
+        self._work = Work(self.stand, self.settings, self._publish, self._tell)
         return result
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -305,174 +281,6 @@ class StickSlipTwin(LifecycleNode):
         array = DiagnosticArray(status=said)
         array.header.stamp = self.get_clock().now().to_msg()
         self._diagnostics.publish(array)
-
-
-class _Work:
-    """What a twin does with windows, in threads of its own: one shows them, one fits them."""
-
-    def __init__(
-        self,
-        stand: Parameters,
-        settings: TwinParameters,
-        publish: Callable[[str, bytes], None],
-        tell: Callable[[str], None],
-    ) -> None:
-        self._twin, self._stand, self._publish, self._tell = (
-            Twin(stand, settings),
-            stand,
-            publish,
-            tell,
-        )
-        self._doctor = Doctor(self._twin, settings)
-        self._queue: queue.Queue[Window | None] = queue.Queue()
-        self._fits = ThreadPoolExecutor(1, 'fits of the twin')
-        self._fitting: Future[None] | None = None
-        self._lock = threading.Lock()
-        self._recorder: Recorder | None = None
-        self._namespace: str | None = None  # of a recording that begins with the next window
-        self.health: Health | None = None
-        self.trouble = ''
-        self.shown = self.dropped = self.fits = self.left_out = 0
-        self._thread = threading.Thread(target=self._run, name='windows of the twin', daemon=True)
-        self._thread.start()
-
-    def put(self, window: Window) -> None:
-        """Take a window, or drop it where too many wait."""
-        if self._queue.qsize() >= WINDOWS_WAITING:
-            self.dropped += 1
-            return
-        self._queue.put(window)
-
-    def close(self) -> None:
-        """Do what waits, and end."""
-        self._queue.put(None)
-        self._thread.join()
-        self._fits.shutdown()
-        with self._lock:
-            if self._recorder is not None:
-                self._recorder.close()
-
-    def set_recording(self, wanted: bool, namespace: str) -> str:
-        """Begin a recording with the next window, or end it and return its place."""
-        with self._lock:
-            if wanted:
-                self._namespace = namespace
-                return 'the recording begins with the next window in which the rig moves'
-            recorder, self._recorder, self._namespace = self._recorder, None, None
-        if recorder is None:
-            raise StickSlipError('nothing is recorded; the rig has not moved since')
-        recorder.close()
-        return recorder.place
-
-    def _run(self) -> None:
-        while (window := self._queue.get()) is not None:
-            try:
-                look = self._twin.look(window)
-                self.trouble = ''
-                self.shown += 1
-                self._show(look)
-                if self._twin.is_due(look):
-                    if self._fitting is None or self._fitting.done():
-                        self._fitting = self._fits.submit(self._examine, look)
-                    else:
-                        self.left_out += 1
-            except RigRests:  # noqa: PERF203 - one window in vain does not end the others
-                self.trouble = ''
-            except StickSlipError as error:
-                self.trouble = str(error)
-            except KeyboardInterrupt:  # somebody wants all work to end
-                return
-            except Exception:  # noqa: BLE001 - a thread has nobody to raise to
-                self.trouble = traceback.format_exc(limit=-1)
-                self._tell(f'a window has failed:\n{traceback.format_exc()}')
-
-    def _examine(self, look: Look) -> None:
-        try:
-            health = self._doctor.examine(look)
-        except (Stopped, KeyboardInterrupt):
-            return
-        except StickSlipError as error:
-            self._tell(f'no fit: {error}')
-            return
-        except Exception:  # noqa: BLE001 - nobody waits for it
-            self._tell(f'a fit has failed:\n{traceback.format_exc()}')
-            return
-        self.fits += 1
-        if health.words and (self.health is None or not self.health.words):
-            self._tell(health.words)
-        self.health = health
-        labels = ['t[s]', 'chi_square_per_reading']
-        row = [health.stamp_ns / NS_PER_S, health.chi_per_reading]
-        for name, value, sigma in zip(health.names, health.values, health.errors, strict=True):
-            labels += [name, f'{name}_sigma']
-            row += [float(value), float(sigma)]
-        self._put_out(
-            [('twin/parameters', health.stamp_ns, _row('fit', labels, row))], looks=False
-        )
-
-    def _show(self, look: Look) -> None:
-        start_ns, messages = look.window.start_ns, list[tuple[str, int, bytes]]()
-        for each in look.shown:
-            name = each.quantity.rpartition('_')[0]
-            kind = _OUTPUTS[f'twin/{name}']
-            stamps_ns = start_ns + np.round(each.time_s * NS_PER_S).astype(np.int64)
-            messages += _packed(f'twin/{name}', kind, stamps_ns, each.twin)
-            if name in _RECORDED:
-                messages += _packed(name, kind, stamps_ns, each.rig)
-            if name == 'position':
-                messages += _packed('twin/residual', kind, stamps_ns, each.rig - each.twin)
-        time_s, voltage_v = look.window.samples['voltage_v']
-        inside = time_s >= 0.0
-        stamps_ns = start_ns + np.round(time_s[inside] * NS_PER_S).astype(np.int64)
-        messages += [
-            ('voltage', stamp_ns, pack_float64(value))
-            for stamp_ns, value in zip(stamps_ns.tolist(), voltage_v[inside].tolist(), strict=True)
-        ]
-        labels = ['t[s]', 'steps', 'rig[m]', 'twin[m]', 'residual_rms[m]']
-        row = [look.window.end_ns / NS_PER_S, *look[3:], look.shown[0].rms]
-        messages.append(('twin/steps', look.window.end_ns, _row('window', labels, row)))
-        self._put_out(sorted(messages, key=lambda each: each[1]), looks=True)
-
-    def _put_out(self, messages: list[tuple[str, int, bytes]], *, looks: bool) -> None:
-        """Publish messages, thinned, and record all."""
-        last_ns: dict[str, int] = {}
-        for key, stamp_ns, data in messages:
-            if key in _OUTPUTS and stamp_ns >= last_ns.get(key, 0) + THINNED_NS:
-                last_ns[key] = stamp_ns
-                self._publish(key, data)
-        with self._lock:
-            if looks and self._namespace is not None:
-                namespace, self._namespace = self._namespace, None
-                channels = {
-                    key: Channel(f'{namespace}/{key}', kind, Qos(STREAM.depth))
-                    for key, kind in (_RECORDED | _OUTPUTS).items()
-                }
-                path = run_path(self._stand, f'{namespace}/twin')
-                self._recorder = open_recorder(path, self._stand, channels, messages[0][1])
-                self._recorded_ns = messages[0][1]
-            if self._recorder is None:
-                return
-            if not looks:  # a fit ends after windows that followed its own
-                messages = [(key, self._recorded_ns, data) for key, _, data in messages]
-            elif messages[0][1] < self._recorded_ns:
-                self._recorder.close()
-                self._recorder = None
-                raise StickSlipError('the clock of the rig was set back: the recording has ended')
-            self._recorder.put_all(messages)
-            self._recorded_ns = messages[-1][1]
-
-
-def _packed(key: str, kind: str, stamps_ns: Any, values: Array) -> list[tuple[str, int, bytes]]:
-    zeros = (0.0,) * (5 if kind == WRENCH_STAMPED else 2)
-    pack = partial(pack_stamped, frame_id='')
-    return [
-        (key, stamp_ns, pack(stamp_ns, values=(value, *zeros)))
-        for stamp_ns, value in zip(stamps_ns.tolist(), values.tolist(), strict=True)
-    ]
-
-
-def _row(axis: str, labels: Sequence[str], row: Sequence[float]) -> bytes:
-    return pack_float64_array(np.array([row]), (axis, ','.join(labels)))
 
 
 def _status(name: str, text: str, is_bad: bool, **values: object) -> DiagnosticStatus:

@@ -147,6 +147,10 @@ class Twin:
     def experiment(self, window: Window) -> Experiment:
         """Return a window as an experiment; see ``look``."""
         time_s, voltage_v = window.samples['voltage_v']
+        if len(voltage_v) < _SAMPLES_MIN:
+            raise StickSlipError(
+                'the voltage was not heard; are messages lost, or twin.lag short?'
+            )
         if np.std(voltage_v) <= MOVES_MIN * noise_of(voltage_v):
             raise RigRests('nothing drives the rig')
         seen = tuple(

@@ -1,0 +1,72 @@
+"""What a twin publishes and records of the windows of a rig."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
+from stickslip_ros.lab.experiments.predict import predict
+from stickslip_ros.lab.runs.recorded import recorded_commands, recorded_series, recorded_stand
+from stickslip_ros.lab.twin.settings import TwinParameters
+from stickslip_ros.lab.twin.window import Window
+from stickslip_ros.lab.twin.work import Work
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.recording.reader import Recording
+
+HZ, VOLTS, LENGTH_S, RATE_HZ, START_NS = 500.0, 300.0, 0.05, 50e3, 7_000_000_000
+SETTINGS = TwinParameters(window=LENGTH_S, period=1e4, free='contact.friction, actuator.gain')
+STAND = {'load_cell.contact': 'absent'}
+
+
+def windows(count: int, shift_s: float) -> list[Window]:
+    """Give windows of a rig like the stand, whose position is read so much after the voltage."""
+    fall_s, starts_s = 2e-6, np.arange(int((count + 1) * LENGTH_S * HZ)) / HZ
+    corners = [(s + t, v) for s in starts_s for t, v in ((0.0, 0.0), (1.0 / HZ - fall_s, VOLTS))]
+    rows = np.array([*corners, (starts_s[-1] + 1.0 / HZ, 0.0)])
+    time_s = np.arange(0.0, rows[-1, 0] - shift_s, 1.0 / RATE_HZ)
+    seen = Seen('position_m', np.zeros(len(time_s)), time_s + shift_s)
+    [[found]] = predict(Parameters().updated(STAND), [Experiment('', {}, Voltage(rows), (seen,))])
+    made = []
+    for number in range(count):
+        begin_s = (number + 1) * LENGTH_S
+        inside = (time_s >= begin_s - LENGTH_S) & (time_s < begin_s + LENGTH_S)
+        since_s, volts = time_s[inside] - begin_s, np.interp(time_s[inside], *rows.T)
+        samples = {
+            'voltage_v': (since_s, volts),
+            'position_m': (since_s + shift_s, found.values[inside]),
+        }
+        start_ns = START_NS + round(1e9 * begin_s)
+        made.append(Window(start_ns, start_ns + round(1e9 * LENGTH_S), samples))
+    return made
+
+
+@pytest.mark.parametrize('shift_s', [0.0, 7e-6], ids=['a trace', 'stamps of their own'])
+def test_a_recording_of_the_twin_holds_every_reading_and_opens(tmp_path: Path, shift_s: float):
+    stand = Parameters().updated(STAND | {'record.directory': str(tmp_path)})
+    told = list[str]()
+    work = Work(stand, SETTINGS, lambda *_: None, told.append)
+    work.set_recording(wanted=True, namespace='/left')
+    given = windows(3, shift_s)
+    for window in given:
+        work.put(window)
+    work.close()
+    assert (told, work.trouble, work.shown, work.dropped) == ([], '', 3, 0)
+    [path] = tmp_path.iterdir()
+    recording = Recording(path)
+    found = recorded_series(recording)
+    for quantity in ('voltage_v', 'position_m'):
+        inside = [
+            (time_s[time_s >= 0.0] + number * LENGTH_S, values[time_s >= 0.0])
+            for number, (time_s, values) in enumerate(each.samples[quantity] for each in given)
+        ]
+        time_s, values = np.concatenate(inside, axis=1)
+        assert found[quantity].time_s == pytest.approx(time_s, rel=0.0, abs=2e-9)
+        assert np.array_equal(found[quantity].value, values)
+    counts = {each.topic: each.messages for each in recording.channels}
+    assert counts['/left/twin/steps'] == 3
+    assert counts['/left/twin/parameters'] == 1
+    assert counts['/left/twin/residual'] == pytest.approx(150, rel=0.0, abs=3)
+    assert recorded_stand(recording).flat() == stand.flat()
+    assert recorded_commands(recording) == []
+    assert set(recording.trace('/left/twin/steps')['steps'].value) <= {23.0, 24.0}
