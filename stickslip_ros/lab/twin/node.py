@@ -28,7 +28,7 @@ from stickslip_ros.lab.runs.mapped import said_of_map, topic_of
 from stickslip_ros.lab.twin.settings import TwinParameters
 from stickslip_ros.lab.twin.twin import Twin
 from stickslip_ros.lab.twin.window import Windows
-from stickslip_ros.lab.twin.work import OUTPUTS, Work
+from stickslip_ros.lab.twin.work import TWIN_OUTPUTS, Work
 from stickslip_ros.message_types import FLOAT64_ARRAY, POINT_STAMPED, WRENCH_STAMPED
 from stickslip_ros.parameters import Parameters, declared_by, specs
 from stickslip_ros.process.signals import run
@@ -100,7 +100,7 @@ class StickSlipTwin(LifecycleNode):
             return _FAILURE
         self._outputs = {
             key: self.create_lifecycle_publisher(_TYPES[kind], key, 1000)
-            for key, kind in OUTPUTS.items()
+            for key, kind in TWIN_OUTPUTS.items()
         }
         return super().on_configure(state)
 

@@ -26,7 +26,7 @@ from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.run_file import open_recorder, run_path
 from stickslip_ros.units import NANO, NS_PER_S
 
-OUTPUTS = {
+TWIN_OUTPUTS = {
     'twin/position': POINT_STAMPED,
     'twin/residual': POINT_STAMPED,
     'twin/foot_position': POINT_STAMPED,
@@ -64,7 +64,7 @@ class Work:
     settings : TwinParameters
         How it follows the rig.
     publish : callable of (str, bytes)
-        Publishes a message of one of OUTPUTS.
+        Publishes a message of one of TWIN_OUTPUTS.
     tell : callable of str
         Warns.
 
@@ -182,7 +182,7 @@ class Work:
         start_ns, messages = look.window.start_ns, _Messages()
         for each in look.shown:
             name = each.quantity.rpartition('_')[0]
-            kind, stamps_ns = OUTPUTS[f'twin/{name}'], _stamps(start_ns, each.time_s)
+            kind, stamps_ns = TWIN_OUTPUTS[f'twin/{name}'], _stamps(start_ns, each.time_s)
             messages += _packed(f'twin/{name}', kind, *_thinned(stamps_ns, each.twin))
             if name == 'position':
                 messages += _packed(
@@ -223,7 +223,7 @@ class Work:
         namespace, self._namespace = self._namespace, None
         channels = {
             key: Channel(f'{namespace}/{key}', kind, Qos(STREAM.depth))
-            for key, kind in (_OF_RIG | OUTPUTS).items()
+            for key, kind in (_OF_RIG | TWIN_OUTPUTS).items()
         }
         path = run_path(self._stand, f'{namespace}/twin')
         self._recorder = open_recorder(path, self._stand, channels, start_ns)
