@@ -18,7 +18,19 @@ from typing import Any
 
 from rich.console import Console
 
-from benchmarks import against, design, in_c, learning, lugre, paper, report, speed, start, sweeps
+from benchmarks import (
+    against,
+    design,
+    in_c,
+    learning,
+    lugre,
+    paper,
+    report,
+    speed,
+    start,
+    sweeps,
+    twin,
+)
 from benchmarks.node import cpu, latency, lockstep, recording
 from benchmarks.outcome import Outcome
 from benchmarks.sizes import FULL, TINY, Sizes
@@ -32,6 +44,7 @@ BENCHMARKS: dict[str, Callable[[Sizes], Outcome]] = {
     'sweeps': sweeps.run,
     'optimise': design.run,
     'gym': learning.run,
+    'twin': twin.run,
     'start': start.run,
     'node-cpu': cpu.run_cpu,
     'node-lateness': cpu.run_lateness,

@@ -84,6 +84,12 @@ WISHES = (
     Wish('learn, Gymnasium', 'gym', {'program': 'gymnasium.Env.step'},
          'steps_per_s', 'steps a second', {'program': 'Bench.update'},
          'the bench alone', lambda us, _: us['ratio']),
+    Wish('show a twin', 'twin', {'program': 'Twin.look'}, 'cpu_s_per_s',
+         'processor seconds a second', {'program': 'Bench.update'},
+         'the bench of a drive', lambda us, _: us['ratio']),
+    Wish('fit it each 10 s', 'twin', {'program': 'Twin.fit'}, 'cpu_s_per_s',
+         'processor seconds a second', {'program': 'Bench.update'},
+         'the bench of a drive', lambda us, _: us['ratio']),
 )  # fmt: skip
 
 
