@@ -75,7 +75,7 @@ def test_all_are_installed_and_shipped(keywords: dict[str, Any]):
     assert shares['share/stickslip_ros/launch'] == [f'launch/{file.name}' for file in FILES]
     assert len(FILES) == 7
     manifest = (ROOT / 'MANIFEST.in').read_text(encoding='utf-8')
-    assert 'recursive-include launch *.launch.py\n' in manifest
+    assert 'graft launch\n' in manifest
 
 
 @pytest.mark.parametrize('file', FILES, ids=lambda file: file.name)
