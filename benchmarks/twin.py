@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """A twin beside a drive: windows that are shown, and a fit each period, against the drive."""
 
 from functools import partial

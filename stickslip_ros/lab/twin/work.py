@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What a twin does with windows, in threads of its own: shown, recorded, now and then fitted."""
 
 import queue

@@ -1,3 +1,6 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
 """What a twin publishes and records of the windows of a rig."""
 
 from pathlib import Path
