@@ -54,6 +54,7 @@ class MotorRecord(PVGroup):
         self.node, self.per_m = node, node.get_parameter('per_metre').value
         self.dial_m, self.heard_s, self.step_m, self.given = 0.0, float('-inf'), None, {}
         self.tag, self.alarm, self.is_at_rest = '', SILENT, asyncio.Event()
+        self.showing = asyncio.Lock()
         self.target = node.create_publisher(PointStamped, 'command/position', 10)
 
     @motor.startup
@@ -111,27 +112,26 @@ class MotorRecord(PVGroup):
         return self.dial_m * self.per_m + self.f.user_offset.value
 
     async def show_parameters(self):
-        """Write limits, velocities and the length of a step."""
-        given, f, per_m = self.given, self.f, self.per_m
-        rate_hz, stroke_m = (
-            given['step.frequency'],
-            given['step.amplitude'] * given['actuator.gain'],
-        )
-        step_m = self.step_m or 0.5 * stroke_m  # as learned by the last move
-        speed = given['closed_loop.velocity'] or step_m * rate_hz
-        low, high = given['limits.soft_min'] * per_m, given['limits.soft_max'] * per_m
-        offset = f.user_offset.value if (low, high) != (0.0, 0.0) else 0.0  # without limits
-        for field, value in (
-            (f.velocity, speed * per_m), (f.max_velocity, stroke_m * rate_hz * per_m),
-            (f.motor_step_size, step_m * per_m), (f.seconds_to_velocity, 0.0),
-            (f.retry_deadband, given['closed_loop.tolerance'] * per_m),
-            (f.dial_low_limit, low), (f.dial_high_limit, high)):  # fmt: skip
-            await field.write(value, verify_value=False)
-        low, high = low + offset, high + offset
-        if (low, high) != (f.user_low_limit.value, f.user_high_limit.value):
-            await self.motor.write_metadata(lower_ctrl_limit=low, upper_ctrl_limit=high)
-            await f.user_low_limit.write(low, verify_value=False)
-            await f.user_high_limit.write(high, verify_value=False)
+        """Write limits, velocities and the length of a step; one call after the other."""
+        async with self.showing:
+            given, f, per_m = self.given, self.f, self.per_m
+            rate_hz, stroke_v = given['step.frequency'], given['step.amplitude']
+            stroke_m = stroke_v * given['actuator.gain']
+            step_m = self.step_m or 0.5 * stroke_m  # as learned by the last move
+            speed = given['closed_loop.velocity'] or step_m * rate_hz
+            low, high = given['limits.soft_min'] * per_m, given['limits.soft_max'] * per_m
+            offset = f.user_offset.value if (low, high) != (0.0, 0.0) else 0.0  # without limits
+            for field, value in (
+                (f.velocity, speed * per_m), (f.max_velocity, stroke_m * rate_hz * per_m),
+                (f.motor_step_size, step_m * per_m), (f.seconds_to_velocity, 0.0),
+                (f.retry_deadband, given['closed_loop.tolerance'] * per_m),
+                (f.dial_low_limit, low), (f.dial_high_limit, high)):  # fmt: skip
+                await field.write(value, verify_value=False)
+            low, high = low + offset, high + offset
+            if (low, high) != (f.user_low_limit.value, f.user_high_limit.value):
+                await self.motor.write_metadata(lower_ctrl_limit=low, upper_ctrl_limit=high)
+                await f.user_low_limit.write(low, verify_value=False)
+                await f.user_high_limit.write(high, verify_value=False)
 
     async def write_readback(self):
         """Write position and alarm: what is verified, caproto sets to no alarm."""
