@@ -298,8 +298,11 @@ def test_ophyd_moves_the_drive_as_a_motor_record_of_epics(stand: Any, motor: Mot
     operator.spin_until(lambda: len(operator.events) == 3, 'three events')
     assert {(e['command'], e['result']) for e in operator.events} == {('position', 'DONE')}
     motor.tell('m.high_limit_travel.put(3.0, wait=True)')
+    assert motor.tell('wait(lambda: m.limits == (0.0, 3.0))')
     motor.tell('m.low_limit_travel.put(-3.0, wait=True)')
-    assert motor.tell('wait(lambda: m.limits == (-3.0, 3.0))')
+    # What the record says: of a second change ophyd's own copy, m.limits, now and then stays old.
+    record = '(m.low_limit_travel.get(), m.high_limit_travel.get())'
+    assert motor.tell(f'wait(lambda: {record} == (-3.0, 3.0))')
     assert stand.drive.get_parameter('limits.soft_min').value == pytest.approx(-3e-6)
     assert 'outside of range' in motor.tell('move(5.0)')
     motor.tell('m.velocity.put(5.0, wait=True)')
