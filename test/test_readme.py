@@ -24,6 +24,8 @@ FOLDERS = {path.name for top in (ROOT, ROOT / 'stickslip_ros') for path in top.i
 WORDS = re.compile(r'(?<![\w<>{}~*./-])(?:\.?[\w-]+/)*[\w.-]*\w/?(?![\w<>{}*(])')
 OF_A_USER = {'test_controller.py'}
 """Modules that a page asks its reader to write."""
+MADE_BY_THE_SITE = {'parameters.md', 'verbs.md'}
+"""Pages whose anchors docs/conf.py adds."""
 
 
 def example() -> list[list[str]]:
@@ -79,11 +81,25 @@ def test_the_energy_balances_as_closely_as_the_first_page_says(
     assert 0.0 < float(found[1]) < float(told[1])
 
 
+def anchors_of(page: Path) -> set[str]:
+    """Return what a link into a page may name: its headings, as GitHub and the site spell them."""
+    text = re.sub(r'```.*?```', '', page.read_text(encoding='utf-8'), flags=re.DOTALL)
+    headings = re.findall(r'^#+ (.*)$', text, re.MULTILINE)
+    return {re.sub(r'[^\w -]', '', heading.lower()).replace(' ', '-') for heading in headings}
+
+
 @pytest.mark.parametrize('page', PAGES, ids=lambda page: page.name)
 def test_every_link_into_the_repository_leads_somewhere(page: Path):
-    text = page.read_text(encoding='utf-8')
-    links = [link for link in re.findall(r'\]\(([^)#]+)(?:#[^)]*)?\)', text) if '://' not in link]
-    assert [link for link in links if not (page.parent / link).exists()] == []
+    links = re.findall(r'\]\(([^)#]*)(?:#([^)]*))?\)', page.read_text(encoding='utf-8'))
+    site, lost = ROOT / 'docs', []
+    for path, anchor in ((path, anchor) for path, anchor in links if '://' not in path):
+        target = (page.parent / path).resolve() if path else page
+        leaves_the_site = site in page.parents and site not in target.parents
+        found = target.exists() and not (leaves_the_site and target.suffix == '.md')
+        if found and anchor and target.name not in MADE_BY_THE_SITE:
+            found = anchor in anchors_of(target)
+        lost += [f'{path}#{anchor}'] * (not found)
+    assert lost == []
 
 
 def named_in(page: Path) -> list[str]:
