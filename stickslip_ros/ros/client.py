@@ -27,9 +27,6 @@ from stickslip_ros.units import NANO, NS_PER_S
 
 RETRY_S = 0.2
 """Wall-clock time after which a call without an answer is made again."""
-RENEW_S = 5.0
-"""Wall-clock time after which a client that was never answered is made anew: now and then DDS
-does not tell a service at all where the answers of a client go."""
 BEGIN_PERIOD_S = 0.02
 """Wall-clock time after which the first grant is sent again, until a position arrives."""
 
@@ -107,17 +104,13 @@ class Handshake:
 
     def __init__(self, node: Node, drive: str) -> None:
         self._node = node
-        self._name = f'{drive}/get_state'
-        self._client = node.create_client(GetState, self._name)
-        self._made_s, self._asked_s = monotonic(), -RETRY_S
+        self._client = node.create_client(GetState, f'{drive}/get_state')
+        self._asked_s = -RETRY_S
         self.state = ''
 
     def is_done(self) -> bool:
         """Call, unless that was done just now; tell whether an answer has come."""
         now_s = monotonic()
-        if not self.state and now_s - self._made_s >= RENEW_S:
-            self.close()
-            self._client, self._made_s = self._node.create_client(GetState, self._name), now_s
         is_due = now_s - self._asked_s >= RETRY_S
         if not self.state and is_due and self._client.service_is_ready():
             self._asked_s = now_s

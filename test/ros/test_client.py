@@ -6,7 +6,6 @@
 from typing import Any
 
 import pytest
-from lifecycle_msgs.srv import GetState
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Float64
@@ -50,19 +49,3 @@ def test_an_answer_that_cannot_be_delivered_does_not_end_the_drive(stand: Any):
     operator.spin_until(lambda: len(operator.requests) > 1, 'what was asked next')
     assert [each['name'] for each in operator.requests] == ['reset', 'stop']
     assert not answer.done()
-
-
-def test_a_handshake_whose_client_gets_no_answer_goes_on_with_another(
-    stand: Any, monkeypatch: pytest.MonkeyPatch
-):
-    monkeypatch.setattr('stickslip_ros.ros.client.RENEW_S', RETRY_S)
-    operator = stand.operator
-    handshake = Handshake(operator.node, operator.drive)
-    handshake.close()
-    profile = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-    handshake._client = operator.node.create_client(
-        GetState, f'{operator.drive}/get_state', qos_profile=profile
-    )
-    operator.spin_until(handshake.is_done, 'an answer')
-    assert handshake.state == 'active'
-    handshake.close()
