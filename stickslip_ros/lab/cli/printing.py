@@ -21,6 +21,8 @@ CHECK_FAILED = 1
 """Exit status of a verb that has done its work and found something wrong."""
 _WIDTH = 80
 """Columns of a table where no terminal says how many it has."""
+_NUMBER_MAX = 30
+"""Characters of the longest number with its unit; what is longer is a sentence."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -54,13 +56,15 @@ def print_json(content: Any) -> None:
 
 
 def _table(section: Section) -> Table:
-    """Return rows as a table, the first column as names and the others right-aligned."""
+    """Return rows as a table: names and sentences begin on the left, numbers end on the right."""
     shown = Table(
         box=SIMPLE_HEAD, show_edge=False, pad_edge=False, show_header=bool(section.header)
     )
     for column in range(max(len(row) for row in [section.header, *section.rows])):
         name = str(section.header[column]) if section.header else ''
-        shown.add_column(Text(name), justify='right' if column else 'left', overflow='fold')
+        longest = max(len(str(row[column])) for row in section.rows if column < len(row))
+        is_number = column > 0 and longest <= _NUMBER_MAX
+        shown.add_column(Text(name), justify='right' if is_number else 'left', overflow='fold')
     for row in section.rows:
         shown.add_row(*(Text(str(cell)) for cell in row))
     return shown
