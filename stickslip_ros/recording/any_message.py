@@ -90,8 +90,8 @@ def numbers_of(
                 for key in np.unique(piece.channels[begin:]).tolist():
                     stop_if_asked()
                     if key not in fields:
-                        channel = reader.summary.channels[key]
-                        schema = reader.summary.schemas.get(channel.schema_id)
+                        channel = reader.get_summary().channels[key]
+                        schema = reader.get_summary().schemas.get(channel.schema_id)
                         if schema and definition:
                             schema = replace(schema, data=definition.encode())
                         fields[key] = Field(file, channel, schema, field, by_stamp=by_stamp)

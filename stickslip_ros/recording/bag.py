@@ -75,7 +75,7 @@ def _describe(paths: Sequence[Path]) -> dict[str, Any]:
     for path in paths:
         with open_whole(path) as reader:
             summary = reader.get_summary()
-        if summary is None or summary.statistics is None:
+        if summary.statistics is None:
             raise RecordingError(path, 'it has no statistics', 'record it anew')
         said = summary.statistics
         start_ns, end_ns = said.message_start_time, said.message_end_time

@@ -123,6 +123,8 @@ class Recording:
         self.attachments: dict[str, tuple[str, bytes]] = {}
         self.types: dict[str, str] = {}
         self._counts: list[dict[str, int]] = []  # messages by topic, of each file that says so
+        # First and last log time of each file that says so and has messages.
+        self._spans_ns: list[tuple[int, int] | None] = []
         closing: dict[str, str] = {}
         for file in self.files:
             closing = self._describe(file).get(CLOSING_RECORD, {})
@@ -141,7 +143,6 @@ class Recording:
         """Take in what a file says beside its messages; give its metadata."""
         with open_whole(file, checks_data=True) as reader:
             summary = reader.get_summary()
-            assert summary is not None, 'a file without summary does not open'
             profile = reader.get_header().profile
             encodings = {each.encoding for each in summary.schemas.values()}
             # Some programs name no profile; the schemas tell.
@@ -152,7 +153,13 @@ class Recording:
                     'open it with the program that it was made for',
                 )
             schemas = {0: '', **{key: each.name for key, each in summary.schemas.items()}}
-            said = summary.statistics.channel_message_counts if summary.statistics else {}
+            statistics = summary.statistics
+            said = statistics.channel_message_counts if statistics else {}
+            self._spans_ns.append(
+                (statistics.message_start_time, statistics.message_end_time)
+                if statistics and statistics.message_count
+                else None
+            )
             counts: dict[str, int] = {}
             for channel in summary.channels.values():
                 self.types.setdefault(channel.topic, schemas[channel.schema_id])
@@ -187,15 +194,10 @@ class Recording:
     @cached_property
     def span_s(self) -> tuple[float, float]:
         """First and last time of all messages, s; not numbers where there are none."""
-        times_ns = list[int]()
-        for file in self.files:
-            with open_whole(file) as reader:
-                said = reader.summary.statistics
-                if said and said.message_count:
-                    times_ns += said.message_start_time, said.message_end_time
-        if not times_ns:
+        spans_ns = [each for each in self._spans_ns if each]
+        if not spans_ns:
             return math.nan, math.nan
-        first_ns, last_ns = min(times_ns), max(times_ns)
+        first_ns, last_ns = min(spans_ns)[0], max(end_ns for _, end_ns in spans_ns)
         origin_ns = self.time_origin_ns
         return (first_ns - origin_ns) / NS_PER_S, (last_ns - origin_ns) / NS_PER_S
 
@@ -223,6 +225,14 @@ class Recording:
         first_ns = 0 if math.isinf(start_s) else math.floor(start_s * NS_PER_S)
         last_ns = TIME_MAX_NS if is_open or math.isinf(end_s) else math.ceil(end_s * NS_PER_S)
         return first_ns + self.time_origin_ns, last_ns + self.time_origin_ns
+
+    def _files_within(self, window_ns: tuple[int, int]) -> list[Path]:
+        """Return the files that may hold messages of these log times."""
+        return [
+            file
+            for file, span_ns in zip(self.files, self._spans_ns, strict=True)
+            if span_ns is None or (span_ns[0] <= window_ns[1] and window_ns[0] <= span_ns[1])
+        ]
 
     @cached_property
     def channels(self) -> list[ChannelSummary]:
@@ -280,14 +290,15 @@ class Recording:
             values = np.array([value for _, value in pairs], dtype=np.float64)
         else:
             path = FRONTS.get(type_name, '') + quantity.name
+            window_ns = self._window_ns(is_open=False)
             times_ns, values = numbers_of(
-                self.files,
+                self._files_within(window_ns),
                 name,
                 path,
                 definition=SCHEMAS[type_name],
                 by_stamp=not self.is_ours,
                 repeats=self._repeats,
-                window_ns=self._window_ns(is_open=False),
+                window_ns=window_ns,
             )
             times_ns = times_ns - self.time_origin_ns
         series = Series(times_ns / NS_PER_S, values, quantity.unit, self._origin(name))
@@ -359,7 +370,7 @@ class Recording:
     ) -> Iterator[tuple[str, str, Stored]]:
         """Give type, topic and message, file by file, without what a part only repeats."""
         last: dict[str, int] = {}
-        for file in self.files:
+        for file in self._files_within(window_ns):
             before = dict(last) if self._repeats else {}
             with open_whole(file) as reader:
                 for schema, channel, message in reader.messages(

@@ -147,7 +147,7 @@ def _messages_if_whole(path: Path) -> int | None:
     try:
         with open_whole(path, checks_data=True) as reader:
             messages = sum(len(piece.starts) for piece in reader.pieces())
-            said = reader.summary.statistics
+            said = reader.get_summary().statistics
             list(reader.iter_metadata())
             list(reader.iter_attachments())
     except RecordingError:
@@ -190,7 +190,7 @@ class Copy:
         self._stream, self._result = stream, result
         self._index, header = Summary(), None
         with suppress(RecordingError), open_whole(source) as reader:
-            self._index = reader.summary
+            self._index = reader.get_summary()
         with suppress(*DAMAGE):
             header, _ = self._read(len(MAGIC))
         self._header = header if isinstance(header, r.Header) else None

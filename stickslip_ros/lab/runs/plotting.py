@@ -175,12 +175,17 @@ def decimated(x: Array, y: Array, pixels: int) -> tuple[Array, Array]:
     starts = np.unique(np.append(edges, len(x)))
     kept: list[int] = []
     for first, last in itertools.pairwise(starts.tolist()):
-        values = y[first:last]
-        is_finite = np.isfinite(values)
-        finite, gaps = np.flatnonzero(is_finite), np.flatnonzero(~is_finite)
-        chosen = {0, len(values) - 1, *gaps[:1].tolist()}
-        if len(finite):
-            ends = values[finite].argmin(), values[finite].argmax()
-            chosen |= set(finite[list(ends)].tolist())
-        kept += sorted(first + index for index in chosen)
+        chosen = {first, last - 1, *(first + index for index in _peaks(y[first:last]))}
+        kept += sorted(chosen)
     return x[kept], y[kept]
+
+
+def _peaks(values: Array) -> list[int]:
+    """Return the places of the smallest and the largest finite value, and of the first gap."""
+    ends = [int(values.argmin()), int(values.argmax())]
+    if np.isfinite(values[ends]).all():  # a gap would be one of them
+        return ends
+    is_finite = np.isfinite(values)
+    finite, gaps = np.flatnonzero(is_finite), np.flatnonzero(~is_finite)
+    ends = [values[finite].argmin(), values[finite].argmax()] if len(finite) else []
+    return [*finite[ends].tolist(), int(gaps[0])]

@@ -194,9 +194,11 @@ def _overview(
     for found in series_by_stretch(recording, stretches):
         for name, each in found.items():
             if len(each):
-                extents.setdefault(name, []).append(Extent.of(name, each))
                 time_s, value = decimated(each.time_s, each.value, pixels)
-                thin.setdefault(name, []).append(replace(each, time_s=time_s, value=value))
+                drawn = replace(each, time_s=time_s, value=value)
+                thin.setdefault(name, []).append(drawn)
+                extent = replace(Extent.of(name, drawn), samples=len(each))
+                extents.setdefault(name, []).append(extent)
     joined = {
         name: replace(
             parts[0],
