@@ -141,8 +141,8 @@ define make-venv
 	@$(PYTHON) -c 'import sys; v = sys.version_info[:2]; (3, 10) <= v <= (3, 13) or sys.exit(f"Python {v[0]}.{v[1]} has no ROS 2 wheels; use PYTHON=python3.10 to 3.13")'
 	@echo "1 of 3: making $(@D) for $(DISTRO), once"
 	@$(PYTHON) -m venv --clear $(@D)
-	@$(@D)/bin/python $(PIP) install $(shell grep -E '^(pip|setuptools|wheel)==' $(LOCK))
 	@$(@D)/bin/python $(PIP) install uv==$(UV_VERSION) || true
+	@$(call install-by,$(shell grep -E '^(pip|setuptools|wheel)==' $(LOCK)))
 	@echo "2 of 3: installing the $(shell cat $(^) | grep -c ==) packages of $(^)"
 	@$(install)
 	@touch $@
@@ -152,9 +152,12 @@ endef
 # settings may name another index. The build tools come first, from the lock too: empy has no
 # wheel, and neither it nor the project shall be built with anything unpinned.
 define install
-$(@D)/bin/uv pip install --python $(@D)/bin/python --no-build-isolation $(LOCKS:%=-r %) \
-	|| { echo 'by pip, which takes about a minute' >&2; \
-	     $(@D)/bin/python $(PIP) install --no-build-isolation $(LOCKS:%=-r %); }
+$(call install-by,--no-build-isolation $(LOCKS:%=-r %))
+endef
+
+define install-by
+{ $(@D)/bin/uv pip install --python $(@D)/bin/python $(1) \
+	|| { echo 'by pip, which takes about a minute' >&2; $(@D)/bin/python $(PIP) install $(1); }; }
 endef
 
 LOCKS = $(filter %.txt,$^)
@@ -182,7 +185,7 @@ $(CODES)/lock.stamp: requirements/evidence.txt
 	@$(@D)/bin/python $(PIP) install --no-deps slippy==0.5.2
 
 $(VENV)/project.stamp: $(VENV)/lock.stamp setup.py setup.cfg package.xml
-	@$(BIN)/python $(PIP) install --no-deps --no-build-isolation --editable .
+	@$(call install-by,--force-reinstall --no-deps --no-build-isolation --editable .)
 	@touch $@
 
 # What the digest of kernels/cache.py is made of. Where make takes kernels for older than they are,
