@@ -20,6 +20,8 @@ from stickslip_ros import __version__  # noqa: E402 - this tree's, not an instal
 
 FILES = 'setup.py', 'package.xml', 'CITATION.cff'
 URL, MAIL = 'https://stickslip-ros.invalid', 'noreply@stickslip-ros.invalid'
+_BECAUSE = re.compile(r'^ *(#|<!--).*(RFC 2606|on no public host yet).*\n', re.MULTILINE)
+"""Comments that say why those places stand there."""
 NEXT = f"""\
 Then, in this order:
   .ci/run                                     tests on both distributions, wheel, workspace
@@ -30,19 +32,27 @@ Then, in this order:
 
 
 def main() -> None:
-    """Check the changelog, write the addresses, say what remains."""
-    url, mail = ask('public address of the source', 1), ask('mail of the maintainer', 2)
-    if not re.fullmatch(r'https://[\w.-]+/\S*[^\s/]', url) or not re.fullmatch(r'\S+@\S+', mail):
-        sys.exit(f'{url} {mail}: give an address without a slash at its end, and one of mail')
+    """Check the changelog, write the addresses if nobody did, say what remains."""
     [heading, *_] = re.findall(r'^(\S.*)\n-+$', (ROOT / 'CHANGELOG.rst').read_text(), re.MULTILINE)
     if not re.fullmatch(rf'{re.escape(__version__)} \(\d{{4}}-\d\d-\d\d\)', heading):
         sys.exit(f'CHANGELOG.rst begins with {heading}; write {__version__} and its date')
-    for name in FILES:
-        path = ROOT / name
-        text = path.read_text(encoding='utf-8').replace(MAIL, mail).replace(URL, url)
-        path.write_text(text, encoding='utf-8')
-        print(f'{name}: written')
+    texts = {ROOT / name: (ROOT / name).read_text(encoding='utf-8') for name in FILES}
+    if any(URL in text for text in texts.values()):
+        write_addresses(texts)
+    else:
+        print('the addresses were written before')
     print(NEXT, end='')
+
+
+def write_addresses(texts: dict[Path, str]) -> None:
+    """Write them into files in place of those that stand for them, and leave out why."""
+    url, mail = ask('public address of the source', 1), ask('mail of the maintainer', 2)
+    if not re.fullmatch(r'https://[\w.-]+/\S*[^\s/]', url) or not re.fullmatch(r'\S+@\S+', mail):
+        sys.exit(f'{url} {mail}: give an address without a slash at its end, and one of mail')
+    for path, text in texts.items():
+        said = _BECAUSE.sub('', text).replace(MAIL, mail).replace(URL, url)
+        path.write_text(said, encoding='utf-8')
+        print(f'{path.name}: written')
 
 
 def ask(what: str, place: int) -> str:

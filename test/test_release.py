@@ -1,0 +1,58 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""What ``make release`` writes, in a copy of the files that it changes."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+WRITTEN = 'setup.py', 'package.xml', 'CITATION.cff'
+URL, MAIL = 'https://example.org/stickslip', 'someone@example.org'
+
+
+@pytest.fixture
+def copy(tmp_path: Path) -> Path:
+    """Return a folder with what the script reads, as it is before the first release."""
+    read = 'CHANGELOG.rst', 'scripts/release.py', 'stickslip_ros/__init__.py'
+    setup = (ROOT / 'setup.py').read_text()
+    stands_for = {
+        re.findall("HOME = '(.*)'", setup)[0]: 'https://stickslip-ros.invalid',
+        re.findall("maintainer_email='(.*)'", setup)[0]: 'noreply@stickslip-ros.invalid',
+    }
+    for name in (*WRITTEN, *read):
+        text = (ROOT / name).read_text()
+        for said in stands_for if name in WRITTEN else ():
+            text = text.replace(said, stands_for[said])
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    return tmp_path
+
+
+def release(folder: Path, *asked: str) -> 'subprocess.CompletedProcess[str]':
+    command = [sys.executable, str(folder / 'scripts/release.py'), *asked]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def test_a_release_has_the_addresses_that_were_said_and_no_word_that_there_are_none(copy):
+    assert release(copy, URL, MAIL).returncode == 0
+    for name in WRITTEN:
+        text = (copy / name).read_text()
+        assert URL in text
+        for placeholder in ('.invalid', 'RFC 2606', 'no public host'):
+            assert placeholder not in text, name
+    assert f'<maintainer email="{MAIL}">' in (copy / 'package.xml').read_text()
+    assert 'written before' in release(copy).stdout
+
+
+@pytest.mark.parametrize(
+    'asked', [('http://example.org', MAIL), (f'{URL}/', MAIL), (URL, 'nobody')]
+)
+def test_what_is_no_address_is_refused_before_anything_is_written(copy, asked):
+    before = {name: (copy / name).read_text() for name in WRITTEN}
+    assert 'give an address' in release(copy, *asked).stderr
+    assert {name: (copy / name).read_text() for name in WRITTEN} == before
