@@ -129,7 +129,9 @@ class MotorRecord(PVGroup):
                 await field.write(value, verify_value=False)
             low, high = low + offset, high + offset
             if (low, high) != (f.user_low_limit.value, f.user_high_limit.value):
-                await self.motor.write_metadata(lower_ctrl_limit=low, upper_ctrl_limit=high)
+                limits = {'lower_ctrl_limit': low, 'upper_ctrl_limit': high}  # published by
+                await self.motor.write_metadata(publish=False, **limits)  # HLM and LLM alone:
+                # a client that hears of VAL now may put its old limits over those that it reads.
                 await f.user_low_limit.write(low, verify_value=False)
                 await f.user_high_limit.write(high, verify_value=False)
 
