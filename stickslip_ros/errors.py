@@ -3,13 +3,17 @@
 
 """Errors of the package: each builds its message from value, unit, limit and a hint what to do."""
 
+QUOTED, PROBLEM, MESSAGE = 60, 300, 2000
+"""Characters of a value that a message quotes, of a problem, which may quote a file, of it all."""
+
 
 class StickSlipError(Exception):
-    """Base of every error that this package raises on purpose."""
+    """Base of every error that this package raises on purpose; a long text loses its middle."""
 
-
-QUOTED, PROBLEM = 60, 300
-"""Characters of a value that a message quotes, and of a problem, which may quote a file."""
+    def __init__(self, text: str = '') -> None:
+        if len(text) > MESSAGE:
+            text = f'{text[: MESSAGE // 2]}...{text[-MESSAGE // 2 :]}'
+        super().__init__(text)
 
 
 def quoted(value: object) -> str:

@@ -40,7 +40,7 @@ def check_sawtooth(
     check_frequency(parameters, amplitude_v, frequency_hz)
     if not (steps == math.floor(steps) and 0 <= steps <= STEPS_MAX):
         limit = f'not a whole number from 0 to {STEPS_MAX}'
-        raise OutOfRange('steps', steps, '', limit, 'round it; 0 runs until stopped')
+        raise OutOfRange('steps', steps, '', limit, 'give one, or 0 for no fixed number')
     return sawtooth(parameters.amplifier.voltage_min, amplitude_v, frequency_hz, int(steps))
 
 

@@ -37,7 +37,7 @@ Places = NDArray[np.int64]
 CHUNK_MAX_BYTES: Final = 1 << 30
 """Of a chunk, and of those that are open at once; what is larger is refused before it is read."""
 TIME_MAX_NS: Final = (1 << 63) - 1
-ALL_TIMES_NS: Final = 0, TIME_MAX_NS  # log times, ns
+ALL_TIMES_NS: Final = 0, (1 << 64) - 1  # log times, ns; those above TIME_MAX_NS are refused
 RECORD_HEAD: Final = struct.Struct('<BQ')  # opcode and length
 MESSAGE_HEAD: Final = struct.Struct('<HIQQ')  # channel, sequence number, log and publish time
 SEQUENCE_AT, LOG_TIME_AT = 2, 6

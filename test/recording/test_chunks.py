@@ -117,6 +117,10 @@ HOSTILE: dict[str, tuple[Callable[[], Chunk], str]] = {
     'short': (lambda: Chunk('', b'', 0, 0, 0, 1000), 'announces'),
     'unknown': (lambda: Chunk('bz2', b'', 0, 0, 0, 0), 'compression .bz2. is not known'),
     'late': (lambda: plain(message(1 << 63)), 'a time of 9223372036854775808 ns is above'),
+    'late, and says so': (
+        lambda: plain(message(1 << 63), start_ns=1 << 63),
+        'a time of 9223372036854775808 ns is above',
+    ),
     'of no channel': (lambda: plain(message(0, channel=7)), 'KeyError 7'),
     'of little messages': (
         lambda: Chunk('', b'\x05' + bytes(8), 0, 0, 0, 9),

@@ -27,6 +27,9 @@ def command_verb(arguments: argparse.Namespace) -> Answer:
     """Send the command; return how it ended, or refuse with the reason of the drive."""
     command = typed_command(arguments.name)
     numbers, cycles = typed_numbers(command, arguments.numbers), arguments.cycles
+    if not arguments.timeout > 0.0:
+        hint = 'give the time in which a drive answers'
+        raise OutOfRange('--timeout', arguments.timeout, 's', 'not above 0 s', hint)
     if command.has_topic:  # what no message holds needs no drive to be refused
         pack_command(BY_TOPIC[command.name], numbers, cycles=cycles)
     if cycles != 1 and not command.is_table:

@@ -212,8 +212,8 @@ def to_path(text: str) -> 'Path':
 
     from stickslip_ros.errors import RecordingError
 
-    if not text:
-        raise RecordingError("''", 'is empty', 'give a path')
+    if text in {'', '-'}:
+        raise RecordingError(repr(text), 'is no name of a file', 'give a path')
     path = Path(text)
     return path if path.name not in {'', '..'} else path.resolve()
 

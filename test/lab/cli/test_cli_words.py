@@ -18,6 +18,7 @@ import pytest
 import yaml
 
 import stickslip_ros
+from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError, UnknownName
 from stickslip_ros.lab.cli.bode import POINTS
 from stickslip_ros.lab.cli.drive import ros_arguments
 from stickslip_ros.lab.cli.main import build_parser, main
@@ -320,7 +321,7 @@ SUFFIXES = {'sweep': '.csv', 'fit': '.json', 'compare': '.html'}
 
 
 @pytest.mark.parametrize('verb', WRITING)
-@pytest.mark.parametrize('place', ['{}', 'taken/new{}', '/dev/null', '/proc/new/new{}'])
+@pytest.mark.parametrize('place', ['{}', 'taken/new{}', '/dev/null', '/proc/new/new{}', '-'])
 def test_what_cannot_be_written_is_refused_before_the_work(
     capsys: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, verb: str, place: str
 ):
@@ -335,6 +336,7 @@ def test_what_cannot_be_written_is_refused_before_the_work(
     assert main([verb, *words, path]) == 2
     [line] = capsys.readouterr().err.splitlines()
     assert 'choose another' in line or 'end its name so' in line or 'give a path' in line
+    assert not Path('-').exists()
 
 
 def test_a_long_value_is_quoted_in_part(capsys: Any, tmp_path: Path):
@@ -346,6 +348,23 @@ def test_a_long_value_is_quoted_in_part(capsys: Any, tmp_path: Path):
     assert '...' in line
 
 
+LONG = 'x' * 1_000_000 + '; do this'
+
+
+@pytest.mark.parametrize(
+    'error',
+    [
+        StickSlipError(LONG),
+        UnknownName('topic', LONG, LONG),
+        OutOfRange(LONG, 1.0, 'm', 'above 0 m', LONG),
+        RecordingError(LONG, LONG, LONG),
+    ],
+)
+def test_a_refusal_that_quotes_megabytes_keeps_its_beginning_and_its_end(error: StickSlipError):
+    assert len(str(error)) < 2100
+    assert str(error).endswith('; do this')
+
+
 OPTIMISE = 'optimise --evaluations 6 --knots 6 -o wave.csv'
 FIT = 'fit points.csv --free contact.friction'
 WISHES = {
@@ -353,6 +372,7 @@ WISHES = {
     'bode --figure bode.gif': "kind of picture '.gif' is not known",
     'bode -o bode.txt': 'bode.txt',
     'bode --set contact.law=dahl': 'contact.law',
+    'command stop --timeout -1': '--timeout -1 s is not above 0 s; give the time in which',
     'compare points.csv points.csv --set contact.friction=0.2': 'is without effect on files; ',
     'compare points.csv model --shift nan': "--shift 'nan' is not a number in us, ms or s",
     'compare points.csv model --set amplifier.voltage_max=100': 'm is above the 5.33333e-08 m',
@@ -376,7 +396,7 @@ WISHES = {
     'simulate --amplitude 60nm --preload 1m': "stand.preload '1m' is not a number in uN, mN, N",
     'simulate --amplitude 30m': 'is above the 1.6e-07 m that the amplifier reaches; lower it; 30',
     'simulate --amplitude -100nm': 'amplitude -1e-07 m is below the minimum 0 m',
-    'simulate --voltage 300 --steps -1': 'steps -1 is not a whole number',
+    'simulate --voltage 300 --steps -1': '2147483647; give one, or 0 for no fixed number',
     'sweep --amplitude 20,60nm -o a.csv': "amplitude '20' is without a unit, which others have",
     'sweep --amplitude 0:160e-9 -o a.csv': "'0:160e-9' is not start:stop:count; write",
     'sweep --amplitude 1nm --workers -1 -o a.csv': 'number of workers -1 is not from 0 to 1024',
