@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from stickslip_ros.errors import RecordingError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Output, Status, trace_columns
@@ -88,8 +89,12 @@ class RunWriter:
 
     def check(self) -> None:
         """Raise the error that has ended the writing, such as a full disk, if any."""
-        if self.recorder.error is not None:
-            raise self.recorder.error
+        error = self.recorder.error
+        if isinstance(error, OSError):
+            problem = f'cannot be written on ({error.strerror})'
+            raise RecordingError(self.recorder.path, problem, 'make room, or choose another place')
+        if error is not None:
+            raise error
 
     def close(self) -> None:
         """Write what is queued and finish the file."""

@@ -4,7 +4,7 @@
 """One run: what it is asked and what it says is packed once, for a file and for who publishes."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -71,6 +71,12 @@ def record_blocks(path: Path, values: Mapping[str, object], blocks: int) -> list
         for block in range(1, blocks + 1):
             run.update(block * BLOCK_NS)
     return writer.recorder.files
+
+
+def test_of_a_run_that_fills_the_disk_the_file_is_named(tmp_path: Path, small_disk: Callable):
+    small_disk(100_000)
+    with pytest.raises(RecordingError, match=r'run\.mcap: cannot be written on .* make room'):
+        record_blocks(tmp_path / 'run.mcap', {'record.compression': 'none'}, 10_000)
 
 
 def test_a_part_ends_after_its_time(tmp_path: Path):
