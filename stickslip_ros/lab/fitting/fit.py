@@ -30,7 +30,7 @@ from stickslip_ros.lab.fitting.report import Fit
 from stickslip_ros.lab.fitting.result import Minimum, best_of
 from stickslip_ros.lab.fitting.search import refine, search_or_nothing
 from stickslip_ros.lab.fitting.statistics import uncertainty
-from stickslip_ros.lab.fitting.traces import LOOSE, tightened, with_clocks
+from stickslip_ros.lab.fitting.traces import LOOSE, tightened, with_clocks, with_its_noise
 from stickslip_ros.lab.runs.batch import Progress, pool_of, run_batch
 from stickslip_ros.lab.tables.experiment import MeasuredTable, Reading
 from stickslip_ros.parameters import Parameters
@@ -223,6 +223,10 @@ def fit_experiments(
                 break
             problem, more, steady = refine(wider, beyond)
             refined += [beyond, *more]
+            if problem.has_traces:  # what the bound left over passed for noise, or for the sensor
+                there = refined[-1].place
+                problem, more = with_its_noise(problem, there, allowance, outliers)
+                refined += more
             here = refined[-1]
         problem = replace(problem, tick=silent)
         [predicted] = problem.predicted([problem.stand(here.place)])

@@ -102,14 +102,8 @@ def tightened(
     if grid := profile(problem.measured_at(predicted), found[-1].place):
         more = [search(problem, each, LOOSE_EVALUATIONS_MAX) for each in grid.best(1)]
         found += [each for each in more if each.chi_square < found[-1].chi_square]
-    for _ in range(ROUNDS_OF_NOISE):
-        here, before_s = found[-1].place, _sensors_of(problem)
-        problem = _with_noise(replace(problem, allowance=None), here, outliers)
-        problem = replace(problem, allowance=allowance, metrics=())
-        problem = problem.measured_at(problem.predicted([problem.stand(here)])[0])
-        found.append(search(problem, here))
-        if np.all(np.abs(np.subtract(_sensors_of(problem), before_s)) < CLOSE_S):
-            break
+    problem, more = with_its_noise(problem, found[-1].place, allowance, outliers)
+    found += more
     ends = [found[-1]]
     for _, chain in chains[1:FOLLOWED_MAX]:
         ends.append(search(problem, chain[-1].place, LOOSE_EVALUATIONS_MAX))
@@ -136,6 +130,23 @@ def tightened(
             )
     rivals = [each for each in others if each.chi_square - best.chi_square < RULED_OUT_BY]
     return problem, found, tuple(rivals), tuple(notes)
+
+
+def with_its_noise(
+    problem: Problem, place: Array, allowance: Allowance, outliers: float
+) -> tuple[Problem, list[Minimum]]:
+    """Search on from a place, with noise, clocks and outliers as each search leaves them."""
+    found = list[Minimum]()
+    for _ in range(ROUNDS_OF_NOISE):
+        before_s = _sensors_of(problem)
+        problem = _with_noise(replace(problem, allowance=None), place, outliers)
+        problem = replace(problem, allowance=allowance, metrics=())
+        problem = problem.measured_at(problem.predicted([problem.stand(place)])[0])
+        found.append(search(problem, place))
+        place = found[-1].place
+        if np.all(np.abs(np.subtract(_sensors_of(problem), before_s)) < CLOSE_S):
+            break
+    return problem, found
 
 
 def _to_plain(problem: Problem, loose: Minimum) -> tuple[Problem, list[Minimum]]:

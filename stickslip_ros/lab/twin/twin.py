@@ -27,7 +27,7 @@ from stickslip_ros.lab.experiments.reading import (
     without_outliers,
 )
 from stickslip_ros.lab.fitting.fit import Searching, fit_experiments
-from stickslip_ros.lab.fitting.free import choose_free
+from stickslip_ros.lab.fitting.free import FROM_ZERO, choose_free
 from stickslip_ros.lab.fitting.metric import metric_of, waves_of
 from stickslip_ros.lab.fitting.problem import FINEST, shifted
 from stickslip_ros.lab.fitting.report import Fit
@@ -91,8 +91,13 @@ class Twin:
 
     def __init__(self, stand: Parameters, settings: TwinParameters) -> None:
         self.stand, self.settings = stand, settings
-        self._fitted, self._free, self.notes = choose_free(stand, settings.free_names)
-        self._known = {one.name: (one.start, settings.prior) for one in self._free}
+        self._fitted, free, self.notes = choose_free(stand, settings.free_names)
+        own = stand.flat()
+        self._free = tuple(
+            replace(one, start=float(own[one.name]), lower=0.0) if one.name in FROM_ZERO else one
+            for one in free
+        )
+        self._known = {one.name: (one.start, settings.prior) for one in free if own[one.name]}
         self._source = DriveSource(
             frequency_max_hz=settings.frequency_max or None, window_s=(0.0, settings.window)
         )

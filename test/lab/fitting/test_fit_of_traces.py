@@ -104,6 +104,13 @@ def test_a_sensor_too_slow_for_the_ringing_is_told_and_its_intervals_are_wide():
     )
 
 
+def test_what_a_bound_left_over_does_not_pass_for_noise_once_it_has_moved():
+    rig = Rig(damping_n_s_per_m=0.0, noise_m=1.5e-10)  # a search begins between 2 and 200 N s/m
+    found = fit(experiment(rig, 1), ['runner.damping'], parameters=Parameters(), starts=1)
+    [[noise]] = found.problem.noise.values
+    assert noise == pytest.approx(rig.noise_m, rel=0.1, abs=0.0)
+
+
 def test_a_sensor_of_500_hz_is_told_and_no_interval_misses_what_is_true():
     rig = Rig(
         preload_n=0.28,
