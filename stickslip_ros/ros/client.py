@@ -5,6 +5,7 @@
 
 import json
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from time import monotonic
 from typing import Any
 
@@ -21,7 +22,7 @@ from stickslip_ros.errors import UnknownName
 from stickslip_ros.interface.requests import pack_command
 from stickslip_ros.interface.topics import COMMAND_TOPICS, NODE_NAME, TOPICS, Topic
 from stickslip_ros.parameters import to_nanoseconds
-from stickslip_ros.recording.run_file import TIME_ORIGIN
+from stickslip_ros.recording.run_file import TIME_ORIGIN, to_time_ns
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
 from stickslip_ros.units import NANO, NS_PER_S
 
@@ -201,8 +202,10 @@ class DriveClient:
         return self._services[name]
 
     def take_info(self, message: Any) -> None:
-        """Take a message of ``~/info``; it is latched, and comes as soon as a drive is active."""
-        self.info = json.loads(message.data)
+        """Take ``~/info`` of a drive, latched, which comes as soon as it is active; no other."""
+        with suppress(ValueError, RecursionError, TypeError, KeyError):
+            said = json.loads(message.data)
+            self.info = {**said, TIME_ORIGIN: to_time_ns(said[TIME_ORIGIN])}
 
     def simulated_ns(self, message: Any) -> int:
         """Return the simulated time of a message with a stamp, ns; the drive's info has come."""

@@ -7,6 +7,7 @@ import json
 import time
 from collections import Counter
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from typing import Any
 
@@ -282,7 +283,8 @@ class Operator(DriveClient):
             case 'event':
                 self.events += filter(None, [read_event(message.data)])
             case 'request':
-                self.requests.append(json.loads(message.data))
+                with suppress(ValueError, RecursionError):  # that of somebody else
+                    self.requests.append(json.loads(message.data))
             case 'status':
                 self.status = message.data
             case 'diagnostics':

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from std_msgs.msg import Float64
+from std_msgs.msg import Float64, String
 from std_srvs.srv import Trigger
 
 from stickslip_ros.errors import StickSlipError
@@ -49,3 +49,18 @@ def test_an_answer_that_cannot_be_delivered_does_not_end_the_drive(stand: Any):
     operator.spin_until(lambda: len(operator.requests) > 1, 'what was asked next')
     assert [each['name'] for each in operator.requests] == ['reset', 'stop']
     assert not answer.done()
+
+
+@pytest.mark.parametrize('key', ['info', 'request'])
+def test_what_no_drive_says_of_itself_ends_no_operator(stand: Any, key: str):
+    operator, deep = stand.operator, '[' * 100_000
+    operator.spin_until(lambda: bool(operator.info), 'the information of the drive')
+    told = dict(operator.info)
+    profile = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    stranger = operator.node.create_publisher(String, f'stickslip_drive/{key}', profile)
+    for text in ('', 'null', '5', '[]', '{}', deep, '{"time_origin_ns": "-1"}'):
+        before = operator.received[key]
+        stranger.publish(String(data=text))
+        operator.spin_until(lambda heard=before: operator.received[key] > heard, 'what is said')
+    assert operator.info == told
+    operator.node.destroy_publisher(stranger)
