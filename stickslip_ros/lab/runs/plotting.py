@@ -187,5 +187,6 @@ def _peaks(values: Array) -> list[int]:
         return ends
     is_finite = np.isfinite(values)
     finite, gaps = np.flatnonzero(is_finite), np.flatnonzero(~is_finite)
-    ends = [values[finite].argmin(), values[finite].argmax()] if len(finite) else []
+    known = values[finite]
+    ends = [int(known.argmin()), int(known.argmax())] if len(finite) else []
     return [*finite[ends].tolist(), int(gaps[0])]
