@@ -266,15 +266,7 @@ def _read(
 ) -> MeasuredTable:
     where = f'{origin}: line {layout.header or layout.first}'
     kind = kind or _kind(layout, reading, where)
-    useless = [
-        f'--map {name}=' for name in reading.columns if name not in EXPERIMENT_COLUMNS[kind]
-    ]
-    useless += ['--preload'] * bool(
-        reading.preloads_n and kind == OVER_TIME and not reading.is_run
-    )
-    if useless:
-        problem = f'{useless[0]} is without effect on an {kind}'
-        raise RecordingError(where, problem, 'leave it away')
+    _check_useful(reading, kind, where)
     preloads = _columns_of_preloads(layout, reading, where) if kind == BY_AMPLITUDE else {}
     if preloads:
         parts = []
@@ -291,42 +283,23 @@ def _read(
     given = [*names] if preload_n is None else ['preload_n', *names]
     _check_there(given, kind, measured or MEASURED[kind], aside, where)
     chosen = understood(names, layout, EXPERIMENT_COLUMNS[kind], where)
-    values, lines = _numbers(source, layout, chosen, origin)
-    is_known = {name: ~np.isnan(each) for name, each in values.items()}
-    gaps = [
-        f'{np.sum(~is_known[each.name])} of {len(lines)} rows without {quoted(each.header)} were '
-        f'left out, the first is line {lines[~is_known[each.name]][0]}'
-        for each in chosen
-        if not is_known[each.name].all()
-    ]
-    # By amplitude a row is a point; over time each quantity has samples of its own, but for one
-    # that is asked for.
-    wanted = [name for name in measured if name in values][:1]
-    needed = values if kind == BY_AMPLITUDE else ['time_s', *wanted]
-    is_kept = np.all([is_known[name] for name in needed], axis=0)
-    is_kept &= np.any([is_known[name] for name in values if name not in _NEEDED[kind]], axis=0)
-    values, lines = {name: each[is_kept] for name, each in values.items()}, lines[is_kept]
+    values, lines, gaps = _whole_rows(
+        *_numbers(source, layout, chosen, origin), chosen, kind, measured
+    )
     if not len(lines):
         raise RecordingError(where, 'has no values below its header', 'give at least one row')
     for column in chosen:
-        _check_values(
-            column, values[column.name], lines, EXPERIMENT_COLUMNS[kind][column.name], origin
-        )
+        spec = EXPERIMENT_COLUMNS[kind][column.name]
+        _check_values(column, values[column.name], lines, spec, origin)
     if kind == OVER_TIME:
-        wrong = np.flatnonzero(np.diff(values['time_s']) <= 0.0)
-        if len(wrong):
-            before_s, time_s = map(float, values['time_s'][wrong[0] :][:2])
-            limit = f'not after the {before_s:.9g} s of the row before'
-            place = f'{origin}: line {lines[wrong[0] + 1]}, column time_s:'
-            hint = 'sort the rows, and keep one per time'
-            raise OutOfRange(place, time_s, 's', limit, hint)
-    if preload_n is not None:
-        values = {'preload_n': np.full(len(lines), preload_n), **values}
+        _check_rising(values['time_s'], lines, origin)
     firsts = [
         dataclasses.replace(each, first=float(found[np.argmax(~np.isnan(found))]))
         for each in chosen
         for found in [values[each.name]]
     ]
+    if preload_n is not None:
+        values = {'preload_n': np.full(len(lines), preload_n), **values}
     notes = (*layout.notes, *(f'column {quoted(each)} was kept aside' for each in aside), *gaps)
     experiment = MeasuredTable(
         origin, kind, values, notes, tuple(firsts), tuple(aside), tuple(gaps)
@@ -334,6 +307,57 @@ def _read(
     if reading.report is not None:
         reading.report(experiment)
     return experiment
+
+
+def _check_useful(reading: Reading, kind: str, where: str) -> None:
+    """Refuse what the user says of columns that a table of this kind has not."""
+    useless = [
+        f'--map {name}=' for name in reading.columns if name not in EXPERIMENT_COLUMNS[kind]
+    ]
+    useless += ['--preload'] * bool(
+        reading.preloads_n and kind == OVER_TIME and not reading.is_run
+    )
+    if useless:
+        problem = f'{useless[0]} is without effect on an {kind}'
+        raise RecordingError(where, problem, 'leave it away')
+
+
+def _whole_rows(
+    values: Mapping[str, Array],
+    lines: Lines,
+    chosen: Sequence[Column],
+    kind: str,
+    measured: Sequence[str],
+) -> tuple[dict[str, Array], Lines, list[str]]:
+    """
+    Return the rows in which there is what they need, their lines, and what was left out.
+
+    By amplitude a row is a point; over time each quantity has samples of its own, but for one that
+    is asked for.
+
+    """
+    is_known = {name: ~np.isnan(each) for name, each in values.items()}
+    gaps = [
+        f'{np.sum(~is_known[each.name])} of {len(lines)} rows without {quoted(each.header)} were '
+        f'left out, the first is line {lines[~is_known[each.name]][0]}'
+        for each in chosen
+        if not is_known[each.name].all()
+    ]
+    wanted = [name for name in measured if name in values][:1]
+    needed = values if kind == BY_AMPLITUDE else ['time_s', *wanted]
+    is_kept = np.all([is_known[name] for name in needed], axis=0)
+    is_kept &= np.any([is_known[name] for name in values if name not in _NEEDED[kind]], axis=0)
+    return {name: each[is_kept] for name, each in values.items()}, lines[is_kept], gaps
+
+
+def _check_rising(time_s: Array, lines: Lines, origin: str) -> None:
+    """Refuse the first time that is not after the one before."""
+    wrong = np.flatnonzero(np.diff(time_s) <= 0.0)
+    if len(wrong):
+        before_s, after_s = map(float, time_s[wrong[0] :][:2])
+        limit = f'not after the {before_s:.9g} s of the row before'
+        place = f'{origin}: line {lines[wrong[0] + 1]}, column time_s:'
+        raise OutOfRange(place, after_s, 's', limit, 'sort the rows, and keep one per time')
 
 
 def _columns_of_preloads(layout: TextForm, reading: Reading, where: str) -> dict[int, Reading]:
