@@ -62,7 +62,7 @@ def said_of_tables(arguments: argparse.Namespace) -> dict[str, Any]:
     def show(experiment: MeasuredTable) -> None:
         print(*_lines(experiment), sep='\n', file=sys.stderr)
 
-    text = getattr(arguments, 'preload', None)
+    text = ','.join(getattr(arguments, 'preload', ()))
     headers: Any = {}
     if arguments.map_file is not None:
         hint = 'write lines such as position_m: /rig/encoder.point.x'

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.cli.chosen import chosen_look, chosen_parameters
 from stickslip_ros.lab.cli.experiment import said_of_tables
-from stickslip_ros.lab.cli.printing import Answer
+from stickslip_ros.lab.cli.printing import CHECK_FAILED, Answer
 from stickslip_ros.lab.fitting.figure import draw_fit
 from stickslip_ros.lab.fitting.fit import fit
 from stickslip_ros.lab.fitting.plan import Plan, plan
@@ -33,7 +33,7 @@ def fit_verb(arguments: argparse.Namespace) -> Answer:
     look = chosen_look(arguments)
     if arguments.seed < 0:
         raise OutOfRange('seed', arguments.seed, '', 'below 0', 'raise it')
-    names = [name.strip() for name in arguments.free.split(',') if name.strip()]
+    names = [name.strip() for name in ','.join(arguments.free).split(',') if name.strip()]
     fitted = fit(
         arguments.files,
         names,
@@ -73,7 +73,8 @@ def fit_verb(arguments: argparse.Namespace) -> Answer:
         with shown_progress('drawing', quiet=arguments.json), looking(**look):
             save_figure(draw_fit(fitted), arguments.figure)
         files.append(arguments.figure)
-    return Answer(content, [*fitted.sections(), *planned, *(f'file    {path}' for path in files)])
+    parts = [*fitted.sections(), *planned, *(f'file    {path}' for path in files)]
+    return Answer(content, parts, 0 if fitted.holds else CHECK_FAILED)
 
 
 def _plan(chosen: Plan) -> Iterator[Section | str]:

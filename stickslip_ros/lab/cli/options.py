@@ -281,8 +281,8 @@ MAP = many(
     dest='headers',
 )
 MAP_FILE = option('--map-file', 'YAML file of such names and headers; --map wins', to_path)
-OF_FILES = option(
+OF_FILES = many(
     '--preload',
-    'preload of tables without such a column: one of all, or with commas one of each',
-    metavar='NEWTONS',
+    'preload of files that name none: one of all, or one of each, with commas',
+    'NEWTONS',
 )

@@ -71,15 +71,15 @@ def read_draws(path: Path, count: int = _DRAWS, seed: int = 1) -> list[Parameter
     Raises
     ------
     RecordingError
-        If it is no such file.
+        If it is no such file, or of a fit that does not hold.
     OutOfRange
         If the number of draws is none.
 
     """
-    return drawn(*_read(path), count, seed)
+    return drawn(*_read(path, is_drawn=True), count, seed)
 
 
-def _read(path: Path) -> tuple[Parameters, list[Free], Array, Array]:
+def _read(path: Path, *, is_drawn: bool = False) -> tuple[Parameters, list[Free], Array, Array]:
     """Return stand, free parameters, minimum and covariance of the coordinates."""
     hint = 'give the .json of stickslip fit -o'
     try:
@@ -94,6 +94,7 @@ def _read(path: Path) -> tuple[Parameters, list[Free], Array, Array]:
         covariance = np.array(
             [[np.nan if each is None else each for each in row] for row in rows], dtype=np.float64
         )
+        holds = bool(said['holds'])
         fits = place.shape == (len(free),) and covariance.shape == (len(free), len(free))
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise RecordingError(path, f'is no fit ({type(error).__name__})', hint) from None
@@ -101,4 +102,9 @@ def _read(path: Path) -> tuple[Parameters, list[Free], Array, Array]:
         raise RecordingError(path, f'holds no stand: {error}', hint) from None
     if not fits:
         raise RecordingError(path, 'is no fit: its covariance does not belong to it', hint)
+    if is_drawn and not holds:
+        hint = (
+            'free what is missing there and fit again, or run it alone with --params fitted.yaml'
+        )
+        raise RecordingError(path, 'is of a fit that does not hold', hint)
     return stand, free, place, covariance

@@ -3,7 +3,6 @@
 
 """A fit of the drive to experiments: the best of many searches, and how good it is."""
 
-import itertools
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -15,22 +14,18 @@ import numpy as np
 from scipy.stats import qmc
 
 from stickslip_ros.errors import OutOfRange
-from stickslip_ros.lab.experiments.experiment import (
-    Experiment,
-)
+from stickslip_ros.lab.experiments.experiment import Experiment
 from stickslip_ros.lab.experiments.reading import DriveSource, read_experiments
 from stickslip_ros.lab.fitting.free import Free, choose_free, choose_known
 from stickslip_ros.lab.fitting.metric import Allowance
 from stickslip_ros.lab.fitting.missing import missing_from
-from stickslip_ros.lab.fitting.problem import (
-    pose,
-    silent,
-)
+from stickslip_ros.lab.fitting.problem import Problem, pose, silent
 from stickslip_ros.lab.fitting.report import Fit
 from stickslip_ros.lab.fitting.result import Minimum, best_of
 from stickslip_ros.lab.fitting.search import refine, search_or_nothing
 from stickslip_ros.lab.fitting.statistics import uncertainty
 from stickslip_ros.lab.fitting.traces import LOOSE, tightened, with_clocks, with_its_noise
+from stickslip_ros.lab.fitting.trial import trial_of
 from stickslip_ros.lab.runs.batch import Progress, pool_of, run_batch
 from stickslip_ros.lab.tables.experiment import MeasuredTable, Reading
 from stickslip_ros.parameters import Parameters
@@ -43,7 +38,6 @@ STARTS_MAX = 1000
 WIDENED_MAX = 4  # times that a search goes on beyond bounds that nobody has given
 AROUND = 1.0
 """Coordinates around the start in which other searches of traces begin: 2.7 times, mostly."""
-OTHER = 2.0  # standard errors from which a minimum that is not ruled out is another one
 
 
 class Searching(NamedTuple):
@@ -170,24 +164,73 @@ def fit_experiments(
 ) -> Fit:
     """Do what ``fit`` does to experiments, and to what ``choose_free`` returns."""
     started_s = time.perf_counter()
-    computed, searched = itertools.count(1), 0
-
-    def tick() -> None:
-        if progress is not None:
-            progress(next(computed), 0, f'{searched} of {how.starts} searches ended')
-
-    def count(done: int, _: int) -> None:
-        nonlocal searched
-        searched = done
-
     if not 1 <= how.starts <= STARTS_MAX:
         limit = f'not from 1 to {STARTS_MAX}'
         raise OutOfRange('number of starts', how.starts, '', limit, 'change --starts')
-    problem = pose(parameters, free, experiments, known, tick)
+    count = _Count(how.starts, progress)
+    problem = pose(parameters, free, experiments, known, count.run)
     problem, notes = with_clocks(problem)
-    places = [problem.start]  # the present values, then a Latin hypercube in the bounds
+    searches = _searches(problem, how, count)
+    with pool_of(how.workers) as pool:
+        problem = replace(problem, pool=pool)
+        here, refined, rivals = best_of(searches), list[Minimum](), tuple[Minimum, ...]()
+        if problem.has_traces:
+            is_known = how.is_warm and experiments[0].seen[0].sigma is not None
+            problem, refined, rivals, noted = tightened(
+                problem, searches, allowance, outliers, how.workers, tries_sensors=not is_known
+            )
+            here, notes = refined[-1], notes + noted
+        problem, more, steady = _refined(problem, here, allowance, outliers)
+        refined += more
+        here = refined[-1] if refined else here
+        problem = replace(problem, tick=silent)
+        [predicted] = problem.predicted([problem.stand(here.place)])
+        doubt = uncertainty(problem, here.place, here.chi_square)
+        rivals = tuple(each for each in rivals if doubt.is_apart(here.place, each.place))
+        missing = missing_from(problem, here.place)
+        trial = None if how.is_warm else trial_of(problem, missing)
+    return Fit(
+        problem=replace(problem, pool=None),
+        searches=tuple(searches),
+        refined=tuple(refined),
+        others=rivals,
+        steady=steady,
+        uncertainty=doubt.reaching(
+            here.place,
+            np.array([each.place for each in rivals]),
+            np.array([each.chi_square - here.chi_square for each in rivals]),
+        ),
+        predicted=predicted,
+        missing=missing,
+        trial=trial,
+        wall_s=time.perf_counter() - started_s,
+        notes=notes,
+    )
+
+
+class _Count:
+    """Tells how far the searches of a fit have come."""
+
+    def __init__(self, starts: int, progress: Show | None) -> None:
+        self._starts, self._show = starts, progress
+        self._runs, self._searches = 0, 0
+
+    def run(self) -> None:
+        """Count a run."""
+        self._runs += 1
+        if self._show is not None:
+            self._show(self._runs, 0, f'{self._searches} of {self._starts} searches ended')
+
+    def search(self, done: int, _: int) -> None:
+        """Take note of the searches that have ended."""
+        self._searches = done
+
+
+def _searches(problem: Problem, how: Searching, count: _Count) -> list[Minimum]:
+    """Search from the present values, and from a Latin hypercube: of traces, not far from them."""
+    places = [problem.start]
     if how.starts > 1:
-        shares = qmc.LatinHypercube(d=len(free), seed=how.seed).random(how.starts - 1)
+        shares = qmc.LatinHypercube(d=len(problem.free), seed=how.seed).random(how.starts - 1)
         lower, upper = problem.bounds
         if problem.has_traces:
             lower, upper = (
@@ -196,56 +239,31 @@ def fit_experiments(
         places += list(qmc.scale(shares, lower, np.maximum(upper, lower + 1e-9)))
     first = replace(problem, allowance=LOOSE[0]) if problem.has_traces else problem
     searches = run_batch(
-        partial(search_or_nothing, first), places, workers=how.workers, progress=count
+        partial(search_or_nothing, first), places, workers=how.workers, progress=count.search
     )
     if how.is_warm:
         searches.append(Minimum(tuple(problem.start.tolist()), math.inf, False, 0))
-    with pool_of(how.workers) as pool:
-        problem = replace(problem, pool=pool)
-        here, refined, steady = best_of(searches), list[Minimum](), True
-        rivals: tuple[Minimum, ...] = ()
-        if problem.has_traces:
-            is_known = how.is_warm and experiments[0].seen[0].sigma is not None
-            problem, refined, rivals, noted = tightened(
-                problem, searches, allowance, outliers, how.workers, tries_sensors=not is_known
-            )
-            here, notes = refined[-1], notes + noted
-        problem, more, steady = refine(problem, here)
-        refined += more
+    return searches
+
+
+def _refined(
+    problem: Problem, here: Minimum, allowance: Allowance, outliers: float
+) -> tuple[Problem, list[Minimum], bool]:
+    """Search on with cycles enough, and beyond bounds that nobody has given."""
+    problem, refined, steady = refine(problem, here)
+    for _ in range(WIDENED_MAX):
         here = refined[-1] if refined else here
-        for _ in range(WIDENED_MAX):
-            values = problem.values(here.place)
-            wider = problem.widened(values)
-            if wider.free == problem.free:
-                break
-            beyond = search_or_nothing(wider, wider.coordinates(values))
-            if not beyond.coordinates:
-                break
-            problem, more, steady = refine(wider, beyond)
-            refined += [beyond, *more]
-            if problem.has_traces:  # what the bound left over passed for noise, or for the sensor
-                there = refined[-1].place
-                problem, more = with_its_noise(problem, there, allowance, outliers)
-                refined += more
-            here = refined[-1]
-        problem = replace(problem, tick=silent)
-        [predicted] = problem.predicted([problem.stand(here.place)])
-        doubt = uncertainty(problem, here.place, here.chi_square)
-        rivals = tuple(
-            each
-            for each in rivals
-            if np.any(np.abs(each.place - here.place) > OTHER * doubt.errors_z)
-        )
-        missing = missing_from(problem, here.place)
-    return Fit(
-        problem=replace(problem, pool=None),
-        searches=tuple(searches),
-        refined=tuple(refined),
-        others=rivals,
-        steady=steady,
-        uncertainty=doubt,
-        predicted=predicted,
-        missing=missing,
-        wall_s=time.perf_counter() - started_s,
-        notes=notes,
-    )
+        values = problem.values(here.place)
+        wider = problem.widened(values)
+        if wider.free == problem.free:
+            break
+        beyond = search_or_nothing(wider, wider.coordinates(values))
+        if not beyond.coordinates:
+            break
+        problem, more, steady = refine(wider, beyond)
+        refined += [beyond, *more]
+        if problem.has_traces:  # what the bound left over passed for noise, or for the sensor
+            there = refined[-1].place
+            problem, more = with_its_noise(problem, there, allowance, outliers)
+            refined += more
+    return problem, refined, steady

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.errors import OutOfRange
+from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.lab.experiments.experiment import (
     Experiment,
     SawtoothSteps,
@@ -43,6 +43,10 @@ UNKNOWN_SHARE = 0.02
 """Standard error of numbers beside traces, of the largest, until their residuals tell it."""
 FINEST = 5e-11
 """Least noise of a trace, m or N: no sensor tells a sixth of an atom within microseconds."""
+SCALE_MAX = 100.0
+"""Factor between what is seen to move per volt and what feet do, from which a unit is wrong: it is
+0.1 to 1 of a runner that slips and sticks, and 1000 where nm were taken for um."""
+_APART, _MOSTLY = 16, 0.75  # readings over which motions are looked at, and the quantile of these
 SMALLEST_SHARE = 1e-7  # share of the largest number below which no change of it counts
 
 Predicted: TypeAlias = list[list[Prediction]]
@@ -378,6 +382,28 @@ def shifted(voltage: Voltage, shift_s: float) -> Array:
     return np.asarray(voltage.rows + np.array((shift_s, 0.0)))
 
 
+def _check_scale(one: Experiment, stand: Parameters) -> None:
+    """Refuse motions that are so far from what feet do per volt that a unit must be wrong."""
+    if not isinstance(one.drive, Voltage):
+        return
+    for each in one.seen:
+        voltage_v = np.interp(each.time_s, *one.drive.rows.T)
+        moves, volts = (
+            float(np.quantile(np.abs(x[_APART:] - x[:-_APART]), _MOSTLY))
+            for x in (each.values, voltage_v)
+        )
+        if each.unit != 'm' or not volts > 0.0:
+            continue
+        per_volt, gain = moves / volts, stand.actuator.gain
+        if not gain / SCALE_MAX < per_volt < gain * SCALE_MAX:
+            problem = (
+                f'has a {each.quantity} that moves {per_volt:.2g} m per volt, the feet '
+                f'of the stand {gain:.2g} m'
+            )
+            hint = f'check the units of position and voltage, or give --start {_GAIN}=VALUE'
+            raise RecordingError(one.origin, problem, hint)
+
+
 def pose(
     parameters: Parameters,
     free: tuple[Free, ...],
@@ -397,6 +423,7 @@ def pose(
             'number of points', problem.count, '', limit, 'measure more, or free less'
         )
     for one in experiments:
+        _check_scale(one, parameters)
         there = parameters.updated(dict(one.settings))
         if there.stand.preload_end:
             end_n = there.stand.preload_end

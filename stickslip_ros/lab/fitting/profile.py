@@ -21,6 +21,8 @@ from stickslip_ros.lab.fitting.problem import Problem
 
 GRID = {'actuator.resonance': (5e4, 6e5, 26), 'amplifier.bandwidth': (6e4, 1.2e6, 7)}
 """Lowest and highest value of what is tried, and how many."""
+_APART = 0.3  # coordinates between places from which one searches on
+_RANK = 1e-8  # singular value, per largest, below which the others are not told apart
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,21 +38,30 @@ class ChiSquareGrid:
         Coordinates, those of the others as they follow.
     chi_square : array, shape (m,)
         There, to first order in the others.
+    errors : array, shape (free,)
+        Standard errors of the others at one place; 0 of what the grid is of.
 
     """
 
     numbers: tuple[int, ...]
     places: Array
     chi_square: Array
+    errors: Array
 
     def best(self, count: int) -> list[Array]:
-        """Return the best places, the best first."""
-        return [self.places[k] for k in np.argsort(self.chi_square)[:count]]
+        """Return the best places that lie apart, the best first."""
+        kept = list[Array]()
+        for place in self.places[np.argsort(self.chi_square)]:
+            if all(np.max(np.abs(place - each)) > _APART for each in kept):
+                kept.append(place)
+        return kept[:count]
 
     def range_of(self, number: int, rise: float) -> tuple[float, float]:
         """Return between which coordinates chi-square stays within a rise of its least value."""
-        inside = self.places[self.chi_square <= self.chi_square.min() + rise, number]
-        return float(inside.min()), float(inside.max())
+        left = rise - (self.chi_square - self.chi_square.min())
+        inside = self.places[left >= 0.0, number]
+        around = self.errors[number] * np.sqrt(left[left >= 0.0])
+        return float(np.min(inside - around)), float(np.max(inside + around))
 
 
 def profile(problem: Problem, place: Array) -> ChiSquareGrid | None:
@@ -65,6 +76,9 @@ def profile(problem: Problem, place: Array) -> ChiSquareGrid | None:
     others = [k for k in range(len(place)) if k not in axes]
     slopes = problem.slopes(place)[:, others]
     basis, triangle = np.linalg.qr(slopes)
+    inverse = np.linalg.pinv(triangle, rcond=_RANK)
+    errors = np.zeros(len(place))
+    errors[others] = np.sqrt(np.sum(inverse**2, axis=1))
     lower, upper = problem.bounds
     grid = list[Array]()
     for chosen in itertools.product(*axes.values()):
@@ -79,7 +93,7 @@ def profile(problem: Problem, place: Array) -> ChiSquareGrid | None:
             residual = problem.whitened(each, None, there)
             along = basis.T @ residual
             follows = there.copy()
-            follows[others] -= np.linalg.lstsq(triangle, along, rcond=1e-8)[0]
+            follows[others] -= inverse @ along
             places.append(np.clip(follows, lower, upper))
             missed.append(float(residual @ residual - along @ along))
-    return ChiSquareGrid(tuple(axes), np.array(places), np.array(missed))
+    return ChiSquareGrid(tuple(axes), np.array(places), np.array(missed), errors)

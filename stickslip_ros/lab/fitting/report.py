@@ -5,7 +5,7 @@
 
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +15,8 @@ import stickslip_ros
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps, Seen, Voltage
-from stickslip_ros.lab.fitting.result import FitResult
+from stickslip_ros.lab.fitting.missing import Trial
+from stickslip_ros.lab.fitting.result import MISSED_MOST, P_VALUE_MIN, FitResult
 from stickslip_ros.lab.fitting.statistics import Estimate
 from stickslip_ros.lab.runs.drawn import Drawn
 from stickslip_ros.parameters import dump_yaml
@@ -29,12 +30,13 @@ JSON, YAML, HTML = ('.json',), ('.yaml', '.yml'), ('.html', '.htm')
 CORRELATED = 0.95
 CONDITION_MAX = 30.0
 """Condition number from which parameters are collinear (Belsley, Kuh, Welsch 1980)."""
-P_VALUE_MIN = 0.01
-MISSED_MOST = 1.5
-"""Chi-square per reading, of noise and sensor alone, from which what a stand lacks is warned of:
-beyond it an allowance for errors of the model does not cover them."""
 EXPLAINED = 0.5  # share of it that the best parameter may leave, to be a cause
 OPPOSITE = -0.3  # correlation of model and readings below which they go opposite ways
+_ALIKE = 0.05  # share by which a parameter of another minimum differs to be told
+_CHECK = 'check the preload, the units of the columns, their clocks, and what drove the recording'
+_DOES_NOT_HOLD = (
+    'DO NOT USE THESE VALUES: the fit does not hold, so that no error is told; see below.'
+)
 SHOWN = 0.1  # part of a combination from which a parameter is named
 
 
@@ -58,6 +60,8 @@ class Fit(Drawn, FitResult):
         What the fitted stand shows, for each experiment and what was seen there.
     missing : tuple of Missing
         What the stand may lack, the most telling first.
+    trial : Trial or None
+        A second fit with resonance and bandwidth free too, where something is missing.
     wall_s : float
         Time it took.
     notes : tuple of str
@@ -68,7 +72,7 @@ class Fit(Drawn, FitResult):
     def sections(self) -> Iterator[Section]:
         """Yield the estimates, their quality, what was seen, correlations, what is missing."""
         header = 'parameter', 'estimate', 'std error', '95 % low', '95 % high', 'unit'
-        estimates = [_row(one) for one in self.estimates]
+        estimates = [_row(one, holds=self.holds) for one in self.estimates]
         title = f'fit of {", ".join(one.name for one in self.estimates)}'
         yield Section(title, estimates, header, self._said(), self._draw)
         yield Section('quality', list(_quality(self)))
@@ -92,7 +96,7 @@ class Fit(Drawn, FitResult):
         if self.missing:
             title = 'what the stand may lack: chi-square per reading, noise and sensor alone'
             rows = [
-                (each.name, *(f'{value / self.readings:.4g}' for value in each[1:]))
+                (each.name, *(f'{value / self.readings:.4g}' for value in each[1:3]))
                 for each in self.missing
             ]
             yield Section(title, rows, ('parameter', 'now', 'if it were free'))
@@ -105,16 +109,19 @@ class Fit(Drawn, FitResult):
     def _said(self) -> list[str]:
         notes = (f'Note: {note}.' for note in self.notes)
         warnings = (f'Warning: {warning}.' for warning in warnings_of(self))
-        return [f'Errors: {basis_of(self)}.', *notes, *warnings]
+        basis = f'Errors: {basis_of(self)}.' if self.holds else _DOES_NOT_HOLD
+        return [basis, *notes, *warnings]
 
     def __repr__(self) -> str:
-        return '\n'.join([*map(_estimate, self.estimates), *self._said()])
+        estimates = (_estimate(one, holds=self.holds) for one in self.estimates)
+        return '\n'.join([*estimates, *self._said()])
 
 
 def warnings_of(fit: FitResult) -> tuple[str, ...]:
     """Return sentences about what is doubtful in a fit; none if nothing is."""
     return (
         *(text for one in fit.experiments for text in one.notes),
+        *_misfit_warnings(fit),
         *_search_warnings(fit),
         *(text for one in fit.estimates for text in _estimate_warnings(one)),
         *_trade_warnings(fit),
@@ -140,6 +147,7 @@ def as_object(fit: FitResult) -> Any:
             'dof': doubt.dof,
             'reduced_chi_square': fit.reduced_chi_square,
             'p_value': fit.p_value,
+            'holds': fit.holds,
             'covariance_scale': doubt.variance_scale,
             'interval_quantile': doubt.quantile,
             'singular_values': doubt.singular_values,
@@ -152,6 +160,7 @@ def as_object(fit: FitResult) -> Any:
             'evaluations': fit.evaluations,
             'wall_s': fit.wall_s,
             'missing': fit.missing,
+            'trial': fit.trial,
             'points': _points(fit),
             'traces': _traces(fit),
             'parameters': fit.parameters.changed(),
@@ -190,36 +199,19 @@ def _search_warnings(fit: FitResult) -> Iterator[str]:
         most = max(drive.steps for drive in drives)
         yield f'some runs are not steady after {most} steps{depends}'
     if fit.others:
-        for other in fit.others:
-            there = ', '.join(
-                f'{one.name} {value:.4g}'
-                for one, value in zip(fit.estimates, fit.problem.values(other.place), strict=True)
-                if abs(value - one.value) > one.standard_error
-            )
-            yield (
-                f'another minimum is not ruled out at 95 %, chi-square '
-                f'{other.chi_square - fit.chi_square:.2g} above: {there or "near this one"}; '
-                'the intervals hold for this one only'
-            )
+        other = fit.others[0]
+        there = ', '.join(_elsewhere(fit, fit.problem.values(other.place)))
+        yield (
+            f'{len(fit.others)} other minima are not ruled out at 95 %, the next is chi-square '
+            f'{other.chi_square - fit.chi_square:.2g} above: {there or "near this one"}; the '
+            'intervals reach all of them'
+        )
     elif fit.rivals:
         yield (
             f'{fit.rivals} of {len(fit.searches)} searches ended in another minimum that the '
             'points do not rule out at 95 %: the intervals hold for this one only'
         )
-    readings = fit.readings
-    if fit.missing and fit.missing[0].chi_square > MISSED_MOST * readings:
-        worst = fit.missing[0]
-        yield (
-            f'the stand lacks something: freeing {worst.name} would lower chi-square per reading '
-            f'from {worst.chi_square / readings:.3g} to {worst.expected / readings:.3g}; until '
-            'then no interval holds'
-        )
-        if worst.expected > EXPLAINED * worst.chi_square:
-            yield (
-                'no parameter explains half of what the model misses: check the preload, the '
-                'units of the columns, their clocks, and what drove the recording'
-            )
-    if not fit.missing and fit.problem.allowance is not None:
+    if fit.holds and not fit.missing and fit.problem.allowance is not None:
         for one, each, sensor in fit.sensors:
             least = fit.problem.allowance.reading_m if each.unit == 'm' else 0.0
             if sensor['rms'] > MISSED_MOST * max(sensor['noise'], least):
@@ -230,12 +222,49 @@ def _search_warnings(fit: FitResult) -> Iterator[str]:
                     f'{factor * sensor["noise"]:.2g} {unit}, and none of the parameters that '
                     'were tried explains it: the intervals rest on the allowance'
                 )
-    if fit.p_value is not None and fit.p_value < P_VALUE_MIN:
+
+
+def _misfit_warnings(fit: FitResult) -> Iterator[str]:
+    """Yield why nothing of a fit may be believed, and what to do about it."""
+    readings, is_unlikely = fit.readings, fit.p_value is not None and fit.p_value < P_VALUE_MIN
+    if is_unlikely:
         yield (
             f'p-value {fit.p_value:.2g}: the model misses the points by more than their standard '
-            'errors; either these are too small or the model is wrong, and the intervals with it'
+            'errors; either these are too small or the model is wrong: neither values nor '
+            'intervals hold'
         )
+    worst = fit.missing[0] if fit.missing else None
+    if worst and fit.is_another and fit.trial and fit.trial.found < worst.expected:
+        yield _other_drive(fit, fit.trial)
+    elif worst and not fit.holds:
+        yield (
+            f'the stand lacks something: freeing {worst.name} would lower chi-square per reading '
+            f'from {worst.chi_square / readings:.3g} to {worst.expected / readings:.3g}; until '
+            'then no interval holds'
+        )
+    elif fit.problem.has_traces and is_unlikely:
+        yield f'no parameter that was tried explains what the model misses: {_CHECK}'
+    if worst and fit.is_missing_much and worst.expected > EXPLAINED * worst.chi_square:
+        yield f'no parameter explains half of what the model misses: {_CHECK}'
+    if is_unlikely:
         yield from _opposite_ways(fit)
+
+
+def _other_drive(fit: FitResult, trial: Trial) -> str:
+    """Return what a trial with more free parameters finds instead."""
+    there = ', '.join(_elsewhere(fit, trial.values))
+    return (
+        f'the stand lacks something: with {", ".join(trial.names)} free too, chi-square per '
+        f'reading falls from {trial.chi_square / fit.readings:.3g} to '
+        f'{trial.found / fit.readings:.3g}, and another drive is found: {there}; free them'
+    )
+
+
+def _elsewhere(fit: FitResult, values: Sequence[float]) -> Iterator[str]:
+    """Yield the parameters that have other values elsewhere."""
+    for one, value in zip(fit.estimates, values, strict=True):
+        if not math.isclose(value, one.value, rel_tol=_ALIKE):
+            yield f'{one.name} {value:.4g}'
 
 
 def _opposite_ways(fit: FitResult) -> Iterator[str]:
@@ -326,16 +355,18 @@ def _traces(fit: FitResult) -> list[dict[str, Any]]:
     ]
 
 
-def _estimate(one: Estimate) -> str:
+def _estimate(one: Estimate, *, holds: bool) -> str:
+    if not holds:
+        return f'{one.name}: {one.value:.6g} {one.unit}'.rstrip() + ', which does not hold'
     if not math.isfinite(one.standard_error):
         return f'{one.name}: {one.value:.6g} {one.unit}'.rstrip() + ', not determined'
     value = f'{one.name}: {one.value:.6g} ± {one.standard_error:.2g} {one.unit}'.rstrip()
     return f'{value}, 95 % interval {one.low:.6g} to {one.high:.6g}'
 
 
-def _row(one: Estimate) -> tuple[str, ...]:
+def _row(one: Estimate, *, holds: bool) -> tuple[str, ...]:
     doubt = ('-', '-', '-')
-    if np.isfinite(one.standard_error):
+    if holds and np.isfinite(one.standard_error):
         doubt = (f'{one.standard_error:.2g}', f'{one.low:.6g}', f'{one.high:.6g}')
     return (one.name, f'{one.value:.6g}', *doubt, one.unit)
 

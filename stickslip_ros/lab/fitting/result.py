@@ -13,7 +13,7 @@ from scipy.stats import chi2
 from stickslip_ros.arrays import Array
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
 from stickslip_ros.lab.fitting.draws import drawn
-from stickslip_ros.lab.fitting.missing import Missing
+from stickslip_ros.lab.fitting.missing import Missing, Trial
 from stickslip_ros.lab.fitting.problem import Predicted, Problem
 from stickslip_ros.lab.fitting.statistics import Estimate, Uncertainty, estimates_of
 from stickslip_ros.parameters import Parameters
@@ -24,6 +24,12 @@ _SAME_SHARE = 1e-10
 """The same as a share of the sum of squares of the data, for data without noise."""
 RULED_OUT_BY = 3.84
 """Chi-square, per its scale, by which a minimum must be worse to be ruled out at 95 %."""
+P_VALUE_MIN = 0.01
+_FALL = 21.1
+"""Fall of chi-square by three more free parameters that comes about by a chance of 1e-4."""
+MISSED_MOST = 1.5
+"""Chi-square per reading, of noise and sensor alone, from which what a stand lacks is warned of:
+beyond it an allowance for errors of the model does not cover them."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +69,7 @@ class FitResult:
     uncertainty: Uncertainty
     predicted: Predicted
     missing: tuple[Missing, ...]
+    trial: Trial | None
     wall_s: float
     notes: tuple[str, ...] = ()
 
@@ -129,6 +136,38 @@ class FitResult:
         if not self.problem.noise.known or not dof:
             return None
         return float(chi2.sf(self.chi_square, dof))
+
+    @property
+    def is_missing_much(self) -> bool:
+        """Whether more is left than an allowance covers, and a parameter explains some."""
+        return bool(self.missing and self.missing[0].chi_square > MISSED_MOST * self.readings)
+
+    @property
+    def is_another(self) -> bool:
+        """Whether the trial fits, misses less, and has found another drive."""
+        trial, place = self.trial, self.found.place
+        if trial is None or trial.found > min(
+            trial.chi_square - _FALL, MISSED_MOST * self.readings
+        ):
+            return False
+        return self.uncertainty.is_apart(place, self.problem.coordinates(trial.values))
+
+    @property
+    def is_biased(self) -> bool:
+        """Whether a parameter that surely is missing would move others beyond their errors."""
+        place = self.found.place
+        return any(
+            each.chi_square - each.expected > _FALL
+            and self.uncertainty.is_apart(place, place + np.array(each.moves))
+            for each in self.missing
+        )
+
+    @property
+    def holds(self) -> bool:
+        """Whether the intervals may be believed: the search ended, and the model misses little."""
+        is_unlikely = self.p_value is not None and self.p_value < P_VALUE_MIN
+        is_doubtful = is_unlikely or self.is_missing_much or self.is_another or self.is_biased
+        return self.found.converged and not is_doubtful
 
     @property
     def noise_n(self) -> float | None:

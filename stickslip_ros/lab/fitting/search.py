@@ -74,11 +74,11 @@ def refine(problem: Problem, best: Minimum) -> tuple[Problem, list[Minimum], boo
     return problem, refined, steady
 
 
-def distinct(searches: Sequence[Minimum]) -> list[Minimum]:
+def distinct(searches: Sequence[Minimum], most: int = FOLLOWED_MAX) -> list[Minimum]:
     """Return the first minima that lie apart, the best first."""
     kept = list[Minimum]()
     for each in sorted(searches, key=lambda found: found.chi_square):
         is_new = all(np.max(np.abs(each.place - one.place)) > APART for one in kept)
-        if each.coordinates and is_new and len(kept) < FOLLOWED_MAX:
+        if each.coordinates and is_new and len(kept) < most:
             kept.append(each)
     return kept

@@ -87,7 +87,7 @@ def tightened(
 
     """
     chains = run_batch(
-        partial(_to_plain, replace(problem, pool=None)), distinct(searches), workers=workers
+        partial(to_plain, replace(problem, pool=None)), distinct(searches), workers=workers
     )
     unexplained = 1.0 + UNEXPLAINED / math.sqrt(problem.count)
     missed = min(chain[1][-1].chi_square for chain in chains)
@@ -104,10 +104,11 @@ def tightened(
         found += [each for each in more if each.chi_square < found[-1].chi_square]
     problem, more = with_its_noise(problem, found[-1].place, allowance, outliers)
     found += more
-    ends = [found[-1]]
-    for _, chain in chains[1:FOLLOWED_MAX]:
-        ends.append(search(problem, chain[-1].place, LOOSE_EVALUATIONS_MAX))
-    best, *others = sorted(distinct(ends), key=lambda each: each.chi_square)
+    begins = [chain[-1].place for _, chain in chains[1:FOLLOWED_MAX]]
+    if grid := profile(problem, found[-1].place):
+        begins += grid.best(FOLLOWED_MAX)
+    ends = [found[-1], *(search(problem, each, LOOSE_EVALUATIONS_MAX) for each in begins)]
+    best, *others = distinct(ends, len(ends))
     if best is not found[-1]:
         found.append(best)
     notes = [
@@ -149,7 +150,7 @@ def with_its_noise(
     return problem, found
 
 
-def _to_plain(problem: Problem, loose: Minimum) -> tuple[Problem, list[Minimum]]:
+def to_plain(problem: Problem, loose: Minimum) -> tuple[Problem, list[Minimum]]:
     """Search on from a loose minimum with a smaller allowance, then with none; clocks follow."""
     problem, found = _on_time(problem, loose.place), [loose]
     for stage in (LOOSE[1], None):
@@ -197,7 +198,7 @@ def _with_sensor(
     )
     problem = replace(problem, experiments=tuple(experiments), shifts_s=shifts_s, metrics=())
     loose = search_or_nothing(replace(problem, allowance=LOOSE[0]), problem.start)
-    return _to_plain(problem, loose)
+    return to_plain(problem, loose)
 
 
 def _with_noise(problem: Problem, place: Array, outliers: float) -> Problem:

@@ -9,8 +9,8 @@ import numpy as np
 from scipy.stats import chi2
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.lab.fitting.report import MISSED_MOST, Fit
-from stickslip_ros.lab.fitting.result import FitResult
+from stickslip_ros.lab.fitting.report import Fit
+from stickslip_ros.lab.fitting.result import MISSED_MOST, FitResult
 from stickslip_ros.lab.twin.settings import TwinParameters
 from stickslip_ros.lab.twin.twin import Look, Twin
 from stickslip_ros.lab.twin.watch import Watch, Watched

@@ -80,6 +80,34 @@ def test_the_tables_show_errors_and_correlation(experiment, capsys):
         assert words in shown
 
 
+def test_a_list_that_is_typed_in_two_options_is_that_of_one(experiment, capsys):
+    words = [
+        '--free',
+        'contact.friction',
+        '--free',
+        'runner.damping',
+        '--start',
+        'runner.damping=60',
+    ]
+    assert fit(experiment, *words, '--starts', '1', '--json') == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result['names'] == list(TRUTH)
+    assert fit(experiment, *words, '--preload', '0.1', '--preload', '0.2') == 2
+    assert 'number of preloads 2 is above the number of tables, 1' in capsys.readouterr().err
+
+
+def test_a_fit_that_misses_its_points_ends_with_1_and_shows_no_errors(
+    experiment, capsys, tmp_path
+):
+    sure = tmp_path / 'sure.csv'
+    text = experiment.read_text(encoding='utf-8').replace(',1e-3', ',1e-5')
+    sure.write_text(text, encoding='utf-8')
+    assert fit(sure, *FREE, '--starts', '1') == 1
+    shown = capsys.readouterr().out
+    assert 'DO NOT USE THESE VALUES' in shown
+    assert 'neither values nor intervals hold' in shown
+
+
 def test_without_standard_errors_the_basis_of_the_errors_is_said(experiment, capsys, tmp_path):
     bare = tmp_path / 'bare.csv'
     lines = experiment.read_text(encoding='utf-8').splitlines()

@@ -7,7 +7,7 @@ A made-up rig: rows of springs under six feet, small time steps, a sensor that i
 It shares no code with the package. The profile is that of Eq. 18, the springs stick or slip one by
 one (Section 3.4 of the paper), the runner moves by the leapfrog method, the voltage falls with the
 slew rate of its corners. What fits do not know may be there: feet of unequal gain, a piezo that
-remembers, a slow sensor, a zero, a drift, a late clock, noise.
+remembers and rings, a slow sensor, a zero, a drift, a late clock, noise.
 
 """
 
@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 
 import numba
 import numpy as np
+from scipy import signal
 
 E_STAR_PA, G_STAR_PA = 147.21485e9, 121.23576e9
 RADIUS_M, HURST = 0.5e-3, 0.7
@@ -37,6 +38,7 @@ class Rig:
     gain_m_per_v: float = 160e-9 / 300.0
     gains: tuple[float, ...] = field(default=(1.0,) * 6)  # of each foot, per mean gain
     hysteresis: float = 0.0  # share of the voltage that eight plays pass on
+    resonance_hz: float = 0.0  # of the piezo, whose damping ratio is 0.07; 0 is none
     noise_m: float = 1.5e-9
     zero_m: float = 1.3e-6
     drift_m_per_s: float = 2e-8
@@ -55,6 +57,11 @@ class Rig:
         steps = round(rows[-1, 0] / STEP_S)
         voltage_v = np.interp(STEP_S * np.arange(steps + 1), rows[:, 0], rows[:, 1])
         foot_m = self.gain_m_per_v * _with_memory(voltage_v, self.hysteresis)
+        if self.resonance_hz:
+            omega = 2.0 * np.pi * self.resonance_hz
+            rings = signal.TransferFunction([omega**2], [1.0, 0.14 * omega, omega**2])
+            even = rings.to_discrete(STEP_S, 'tustin')
+            foot_m = signal.lfilter(even.num, even.den, foot_m)
         out = _run(
             foot_m,
             np.array(self.gains),

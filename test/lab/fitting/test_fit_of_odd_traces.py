@@ -16,6 +16,8 @@ from stickslip_ros.lab.experiments.experiment import Seen, Voltage, noise_of
 from stickslip_ros.lab.experiments.reading import LEAD_S, DriveSource, read_experiments
 from stickslip_ros.lab.experiments.sensor_clock import lateness_of
 from stickslip_ros.lab.fitting.fit import fit
+from stickslip_ros.lab.fitting.free import choose_free
+from stickslip_ros.lab.fitting.problem import pose
 from stickslip_ros.lab.fitting.report import Fit, warnings_of
 from stickslip_ros.lab.runs.replay import DriveInput, replay_input
 from stickslip_ros.lab.tables.experiment import Reading
@@ -85,7 +87,7 @@ def test_a_fit_tells_the_preload_that_nobody_said_and_an_encoder_that_counts_the
     for text in (
         'the preload is not said, that of the stand, 0.5 N, is taken',
         'position_m goes against the model',
-        'no parameter explains half',
+        'no parameter that was tried explains what the model misses: check the preload',
     ):
         assert any(text in warning for warning in warnings), text
 
@@ -195,3 +197,14 @@ def test_a_saw_tooth_at_a_multiple_of_the_rate_of_its_monitor_is_no_hold(multipl
     table = table.merge(monitor, on='time_s', how='outer')
     with pytest.raises(StickSlipError, match='give the commands'):
         read_experiments(table, STAND, Reading(), DriveSource())
+
+
+@pytest.mark.parametrize('factor', [1e3, 1e-3])
+def test_a_motion_in_another_unit_is_refused_by_what_a_volt_moves(factor: float):
+    scaled = frame().assign(position_m=lambda each: factor * each['position_m'])
+    with pytest.raises(StickSlipError, match=r'm per volt, .* check the units of position and'):
+        fitted(scaled)
+    lever = STAND.updated({'actuator.gain': factor * RIG.gain_m_per_v})
+    [one] = read_experiments(scaled, lever, Reading(), DriveSource())
+    stand, free, _ = choose_free(lever, ['contact.friction'])
+    assert pose(stand, free, [one]).has_traces

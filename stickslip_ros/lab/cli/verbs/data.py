@@ -104,10 +104,10 @@ DATA = (
         MAP,
         MAP_FILE,
         OF_FILES,
-        option(
+        many(
             '--free',
             'parameters to fit, as contact.friction,runner.damping',
-            metavar='NAMES',
+            'NAMES',
             required=True,
         ),
         many('--start', 'start of a free parameter (default: its present value)', 'NAME=VALUE'),
