@@ -1,18 +1,27 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A rig of topics and a twin beside it, over DDS."""
+"""A twin beside a rig of topics, and beside a drive, over DDS."""
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PointStamped
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+from mcap_records import rows_of
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
+from std_msgs.msg import Float64MultiArray
+from std_srvs.srv import SetBool
 
+from stickslip_ros.lab.cli.main import main
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
 from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.lab.twin.node import StickSlipTwin
@@ -21,35 +30,39 @@ from stickslip_ros.ros.client import open_context
 from stickslip_ros.ros.executable import end_node
 from stickslip_ros.testing.operator import Operator
 
-RATE_HZ, CYCLES, HZ, VOLTS, NOISE_M = 2e3, 175, 500.0, 300.0, 1.5e-9
+RATE_HZ, CYCLES, HZ, VOLTS, NOISE_M = 5170.0, 105, 500.0, 300.0, 1.5e-9
 MAP = 'voltage_v=/rig/amplifier.point.x, position_m=/rig/encoder.point.x (nm)'
 STAND = {'runner.damping': 20.0, 'load_cell.contact': 'absent'}
+FREE = {'twin.free': 'contact.friction, actuator.gain', 'twin.window': 0.1}
 WAIT_S = 60.0
+KEPT = 0.97
+"""Share of the messages that are not lost."""
 
 
 @pytest.fixture
-def twin(ros_domain: int) -> Iterator[StickSlipTwin]:
-    """Give a twin of a rig of topics, whose executor has a thread of its own."""
-    context = open_context(ros_domain)
-    settings = {'twin.map': MAP, 'twin.window': 0.1, 'twin.frequency_max': 1000.0}
-    given = {**STAND, **settings, 'twin.free': 'contact.friction, actuator.gain'}
-    node = StickSlipTwin(
-        context=context,
-        parameter_overrides=[Parameter(name, value=value) for name, value in given.items()],
-    )
-    executor, ended = SingleThreadedExecutor(context=context), threading.Event()
-    executor.add_node(node)
+def start_twin(ros_domain: int) -> Iterator[Callable[..., StickSlipTwin]]:
+    """Give a function that starts a twin, whose executor has a thread of its own."""
+    context, ended = open_context(ros_domain), threading.Event()
+    executor = SingleThreadedExecutor(context=context)
+    nodes = list[StickSlipTwin]()
+
+    def start(given: dict[str, Any]) -> StickSlipTwin:
+        values = {**STAND, **FREE, **given}
+        overrides = [Parameter(name, value=value) for name, value in values.items()]
+        nodes.append(StickSlipTwin(context=context, parameter_overrides=overrides))
+        executor.add_node(nodes[0])
+        thread.start()
+        return nodes[0]
 
     def spin() -> None:
         while not ended.is_set():
             executor.spin_once(timeout_sec=0.02)
 
     thread = threading.Thread(target=spin)
-    thread.start()
-    yield node
+    yield start
     ended.set()
     thread.join()
-    end_node(executor, node)
+    end_node(executor, nodes[0])
     context.try_shutdown()
 
 
@@ -62,53 +75,154 @@ def operator(ros_domain: int) -> Iterator[Operator]:
     context.try_shutdown()
 
 
-def motion() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+class Listener:
+    """Hears a twin, and calls its services."""
+
+    def __init__(self, operator: Operator, twin: StickSlipTwin) -> None:
+        self.operator, self.name = operator, twin.get_fully_qualified_name()
+        self.heard = {key: list[Any]() for key in ('residual', 'parameters', 'steps')}
+        self.said = dict[str, DiagnosticStatus]()
+        for key, into in self.heard.items():
+            topic = f'/twin/{key}'
+            [publisher] = [each for each in twin.publishers if each.topic_name == topic]
+            operator.node.create_subscription(publisher.msg_type, topic, into.append, 10_000)
+            operator.spin_until(lambda p=publisher: p.get_subscription_count() > 0, topic, WAIT_S)
+        operator.node.create_subscription(DiagnosticArray, '/diagnostics', self._take, 10)
+
+    def _take(self, message: DiagnosticArray) -> None:
+        of_twin = [each for each in message.status if each.name.startswith(self.name.lstrip('/'))]
+        self.said |= {each.name.rpartition(' ')[2]: each for each in of_twin}
+
+    def call(self, kind: Any, service: str, request: Any) -> Any:
+        client = self.operator.node.create_client(kind, f'{self.name}/{service}')
+        self.operator.spin_until(client.service_is_ready, service, WAIT_S)
+        answer = client.call_async(request)
+        self.operator.spin_until(answer.done, service, WAIT_S)
+        return answer.result()
+
+    def wait_for_fits(self, count: int) -> None:
+        fits = self.heard['parameters']
+        self.operator.spin_until(lambda: len(fits) >= count, f'{count} fits', WAIT_S)
+
+    def rows(self, key: str) -> list[dict[str, float]]:
+        return [
+            dict(zip(each.layout.dim[1].label.split(','), each.data, strict=True))
+            for each in self.heard[key]
+        ]
+
+    def wait_for(self, part: str, condition: Callable[[DiagnosticStatus], bool]) -> None:
+        self.operator.spin_until(
+            lambda: part in self.said and condition(self.said[part]), f'{part} as wanted', WAIT_S
+        )
+
+
+def numbers_of(said: DiagnosticStatus) -> dict[str, str]:
+    return {each.key: each.value for each in said.values}
+
+
+def motion(friction: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Give times, voltage and positions of a stand like that of the twin, with noise."""
     fall_s, starts_s = 2e-6, np.arange(CYCLES) / HZ
     corners = [(s + t, v) for s in starts_s for t, v in ((0.0, 0.0), (1.0 / HZ - fall_s, VOLTS))]
     rows = np.array([*corners, (CYCLES / HZ, 0.0)])
-    time_s = np.arange(1.7e-4, rows[-1, 0], 1.0 / (2.585 * RATE_HZ))
+    time_s = np.arange(1.7e-4, rows[-1, 0], 1.0 / RATE_HZ)
     seen = Seen('position_m', np.zeros(len(time_s)), time_s)
-    [[found]] = predict(Parameters().updated(STAND), [Experiment('', {}, Voltage(rows), (seen,))])
-    noise_m = np.random.default_rng(1).normal(0.0, NOISE_M, len(time_s))
-    return time_s, np.interp(time_s, *rows.T), found.values + noise_m
+    rig = Parameters().updated(STAND | {'contact.friction': friction})
+    [[found]] = predict(rig, [Experiment('', {}, Voltage(rows), (seen,))])
+    return time_s, np.interp(time_s, *rows.T), found.values
 
 
-def test_a_rig_of_topics_has_a_twin_that_moves_with_it(twin: StickSlipTwin, operator: Operator):
+def test_a_rig_of_topics_that_pauses_and_begins_anew_has_a_twin_that_finds_what_has_changed(
+    start_twin: Callable, operator: Operator
+):
+    settings = {'twin.map': MAP, 'twin.frequency_max': 1000.0}
+    listener = Listener(operator, start_twin(settings))
     rig = operator.node
     amplifier, encoder = (
         rig.create_publisher(PointStamped, f'/rig/{name}', 10_000)
         for name in ('amplifier', 'encoder')
     )
-    heard: dict[str, list] = {'twin/residual': [], 'twin/parameters': [], 'twin/steps': []}
-    for key, into in heard.items():
-        [publisher] = [each for each in twin.publishers if each.topic_name == f'/{key}']
-        rig.create_subscription(publisher.msg_type, f'/{key}', into.append, 10_000)
+    both = amplifier, encoder
+    operator.spin_until(lambda: all(x.get_subscription_count() for x in both), 'a twin', WAIT_S)
+    rng, before, after = np.random.default_rng(1), motion(0.3), motion(0.24)
 
-    def is_joined() -> bool:
-        return bool(
-            amplifier.get_subscription_count()
-            and encoder.get_subscription_count()
-            and all(rig.count_publishers(f'/{key}') for key in heard)
-        )
+    def run(start_s: int, rows: tuple[np.ndarray, ...]) -> None:
+        """Publish a fifth of a second of the rig, of which some messages are lost."""
+        for time_s, *values in zip(*rows, strict=True):
+            for publisher, value in zip(both, values, strict=True):
+                message = PointStamped()
+                message.header.stamp.sec, message.header.stamp.nanosec = start_s, int(1e9 * time_s)
+                noise_m = rng.normal(0.0, NOISE_M)
+                message.point.x = 1e9 * (value + noise_m) if publisher is encoder else value
+                if rng.random() < KEPT:
+                    publisher.publish(message)
 
-    operator.spin_until(is_joined, 'the twin', WAIT_S)
-    for time_s, voltage_v, position_m in zip(*motion(), strict=True):
-        for publisher, value in ((amplifier, voltage_v), (encoder, 1e9 * position_m)):
-            message = PointStamped()
-            message.header.stamp.sec, message.header.stamp.nanosec = 7, round(1e9 * time_s)
-            message.point.x = float(value)
-            publisher.publish(message)
-    operator.spin_until(lambda: bool(heard['twin/parameters']), 'a fit', WAIT_S)
-    operator.spin_until(lambda: len(heard['twin/steps']) >= 2, 'its windows', WAIT_S)
-    _, steps, rig_m, twin_m, rms_m = heard['twin/steps'][0].data
-    assert steps in (48.0, 49.0)
-    assert twin_m == pytest.approx(rig_m, rel=3e-3, abs=0.0)
-    assert rms_m < 3.0 * NOISE_M
-    labels = heard['twin/parameters'][0].layout.dim[1].label.split(',')
-    found = dict(zip(labels, heard['twin/parameters'][0].data, strict=True))
-    friction = found['contact.friction'], found['contact.friction_sigma']
-    assert friction[0] == pytest.approx(0.3, rel=0.0, abs=4.0 * friction[1])
-    assert friction[1] < 0.03
-    stamps = [each.header.stamp for each in heard['twin/residual']]
-    assert all(each.sec == 7 for each in stamps)
+    bursts = (7, before), (17, before), (27, before), (37, after), (47, after)
+    for number, burst in enumerate(bursts, 1):
+        run(*burst)
+        listener.wait_for_fits(number)
+    listener.wait_for('health', lambda said: said.message.startswith('contact.friction 0.2'))
+    assert listener.said['health'].level == DiagnosticStatus.WARN
+    run(2, after)
+    listener.wait_for_fits(len(bursts) + 1)
+    listener.wait_for('rig', lambda said: numbers_of(said)['restarts'] == '1')
+    counts = numbers_of(listener.said['rig'])
+    assert (counts['pauses'], counts['dropped']) == ('4', '0')
+    fits, steps = listener.rows('parameters'), listener.rows('steps')
+    assert [each['t[s]'] for each in fits] == pytest.approx([7.2, 17.2, 27.2, 37.2, 47.2, 2.2])
+    for number, each in enumerate(fits):
+        true, error = 0.3 if number < 3 else 0.24, each['contact.friction_sigma']
+        assert each['contact.friction'] == pytest.approx(true, rel=0.0, abs=4.0 * error)
+        assert error < 0.03
+    for each in steps[:3]:
+        assert each['steps'] in (48.0, 49.0)
+        assert each['twin[m]'] == pytest.approx(each['rig[m]'], rel=3e-3, abs=0.0)
+        assert each['residual_rms[m]'] < 3.0 * NOISE_M
+    assert {each.header.stamp.sec for each in listener.heard['residual']} == {2, 7, 17, 27, 37, 47}
+
+
+def test_a_recording_of_a_drive_that_is_played_gives_the_fits_of_the_drive_to_the_digit(
+    start_drive: Callable, start_twin: Callable, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    stand = start_drive({**STAND, 'sim.lockstep': True, 'sim.publish_clock': False})
+    operator = stand.operator
+    twin = start_twin({'twin.period': 0.2, 'record.directory': str(tmp_path / 'twin')})
+    listener = Listener(operator, twin)
+
+    def hears_all(publishers: Any, count: int) -> bool:
+        [trace] = [each for each in publishers if each.topic_name == '/trace']
+        return bool(trace.get_subscription_count() >= count)
+
+    operator.spin_until(lambda: hears_all(stand.drive.publishers, 2), 'the trace', WAIT_S)
+    assert listener.call(SetBool, 'set_recording', SetBool.Request(data=True)).success
+    assert operator.set_recording(wanted=True).success
+    operator.command('sawtooth', (VOLTS, HZ, 0.0))
+    operator.command('grant', (0.26, 1))
+    listener.wait_for_fits(1)
+    operator.command('grant', (0.46, 1))
+    listener.wait_for_fits(2)
+    recorded = listener.call(SetBool, 'set_recording', SetBool.Request(data=False)).message
+    blocks = [
+        row
+        for row in rows_of(Path(operator.set_recording(wanted=False).message))
+        if row[0] == '/trace'
+    ]
+    for transition in (Transition.TRANSITION_DEACTIVATE, Transition.TRANSITION_ACTIVATE):
+        request = ChangeState.Request(transition=Transition(id=transition))
+        assert listener.call(ChangeState, 'change_state', request).success
+    player = operator.node.create_publisher(Float64MultiArray, '/trace', 100)
+    operator.spin_until(lambda: player.get_subscription_count() > 1, 'the twin', WAIT_S)
+    for _, time_ns, _, data in blocks:
+        player.publish(data)
+        if time_ns == 260_000_000:
+            listener.wait_for_fits(3)
+    listener.wait_for_fits(4)
+    fits = [each.data for each in listener.heard['parameters']]
+    assert fits[2:] == fits[:2]
+    monkeypatch.chdir(tmp_path)
+    for words in (
+        ['info'],
+        ['plot', '-o', 'twin.png'],
+        ['compare', 'model', '--window', '0.1s@0.1s'],
+    ):
+        assert main([words[0], recorded, *words[1:]]) == 0

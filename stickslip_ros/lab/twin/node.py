@@ -27,7 +27,7 @@ from stickslip_ros.interface.messages import ArrayMessage
 from stickslip_ros.lab.runs.mapped import said_of_map, topic_of
 from stickslip_ros.lab.twin.settings import TwinParameters
 from stickslip_ros.lab.twin.twin import Twin
-from stickslip_ros.lab.twin.window import Windows
+from stickslip_ros.lab.twin.window import RigClock, Windows
 from stickslip_ros.lab.twin.work import TWIN_OUTPUTS, Work
 from stickslip_ros.message_types import FLOAT64_ARRAY, POINT_STAMPED, WRENCH_STAMPED
 from stickslip_ros.parameters import Parameters, declared_by, specs
@@ -43,11 +43,11 @@ _PREFIX = 'twin.'
 _LOOK_S, _REPORT_S, _FLUSH_S = 0.2, 1.0, 0.02
 _DEPTH = 10_000
 """Messages of the rig that are kept for a node that is held up."""
-_CLOCKS_APART = 1e-4  # rate by which two clocks may differ
 _OF_TRACE = {'voltage': 'voltage_v', 'position': 'position_m', 'force': 'force_n'}
 """Columns of a trace that are heard."""
 _TYPES = {POINT_STAMPED: PointStamped, WRENCH_STAMPED: WrenchStamped}
 _TYPES |= {FLOAT64_ARRAY: Float64MultiArray}
+_Samples = list[tuple[str, Sequence[int], Sequence[float]]]  # quantity, stamps in ns, values
 _SUCCESS, _FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
 
@@ -144,9 +144,8 @@ class StickSlipTwin(LifecycleNode):
     def _begin_input(self) -> None:
         self._heard: dict[str, Subscription] = {}  # by topic
         self._windows: Windows | None = None
-        self._pending: list[tuple[str, Sequence[int], Sequence[float]]] = []
-        self._ahead_ns: float | None = None  # least of arrival less stamp
-        self._seen_ns = 0
+        self._pending: list[_Samples] = []  # of each message
+        self._rig_clock = RigClock()
 
     def _join(self) -> None:
         """Subscribe to the topics of the rig that have appeared."""
@@ -191,32 +190,32 @@ class StickSlipTwin(LifecycleNode):
 
     def _take(self, fields: Any, message: Any, info: Any) -> None:
         """Take the numbers of a message: at its stamp, or when it was sent in the rig's clock."""
-        arrival_ns = info['source_timestamp'] or info['received_timestamp']
+        sent_ns = info['source_timestamp'] or info['received_timestamp']
         header = getattr(message, 'header', None)
         stamp_ns = 0 if header is None else header.stamp.sec * NS_PER_S + header.stamp.nanosec
         if stamp_ns:
-            ahead_ns, passed_ns = arrival_ns - stamp_ns, arrival_ns - self._seen_ns
-            if self._ahead_ns is None or abs(ahead_ns - self._ahead_ns) > NS_PER_S:
-                self._ahead_ns = ahead_ns
-            self._ahead_ns = min(ahead_ns, self._ahead_ns + _CLOCKS_APART * max(passed_ns, 0))
-            self._seen_ns = arrival_ns
+            self._rig_clock.learn(stamp_ns, sent_ns)
         else:
-            stamp_ns = arrival_ns - int(self._ahead_ns or 0)
+            stamp_ns = self._rig_clock.stamp_of(sent_ns)
+        samples = _Samples()
         for name, path, factor in fields:
             value = message
             for part in path:
                 value = value[part] if isinstance(part, int) else getattr(value, part)
-            self._pending.append((name, (stamp_ns,), (float(value) * factor,)))
+            samples.append((name, (stamp_ns,), (float(value) * factor,)))
+        self._pending.append(samples)
 
     def _take_trace(self, data: bytes) -> None:
         """Take a block of the trace of a drive."""
         block = unpack(FLOAT64_ARRAY, data)
         assert isinstance(block, ArrayMessage)
+        samples = _Samples()
         for name, series in split_columns([block], 'trace').items():
             is_force = name == 'force' and self.stand.load_cell.contact == 'absent'
             if name in _OF_TRACE and not is_force:
                 stamps_ns = np.round(series.time_s * NS_PER_S).astype(np.int64).tolist()
-                self._pending.append((_OF_TRACE[name], stamps_ns, series.value.tolist()))
+                samples.append((_OF_TRACE[name], stamps_ns, series.value.tolist()))
+        self._pending.append(samples)
 
     def _flush(self) -> None:
         """Hand complete windows to the work."""
@@ -224,12 +223,13 @@ class StickSlipTwin(LifecycleNode):
         if self._work is None or not pending:
             return
         if self._windows is None:
-            names = list(self._mapped) or sorted({name for name, *_ in pending})
+            names = list(self._mapped) or sorted({name for name, *_ in pending[0]})
             self._windows = Windows(names, self.settings.window, self.settings.lag)
-        for name, stamps_ns, values in pending:
-            self._windows.add(name, stamps_ns, values)
-        for window in self._windows.complete():
-            self._work.put(window)
+        for message in pending:
+            for name, stamps_ns, values in message:
+                self._windows.add(name, stamps_ns, values)
+            for window in self._windows.complete():  # before a pause that follows clears it away
+                self._work.put(window)
 
     # --- the twin
 

@@ -26,6 +26,7 @@ _PAUSE_S = 0.5
 """Time without a sample after which a pause has ended."""
 _SET_BACK_S = 1.0
 """Distance behind the newest stamp from which a stamp is of another clock rather than late."""
+_CLOCKS_APART = 1e-4  # rate by which two clocks may differ
 _LEAD_NS = to_nanoseconds(LEAD_S)
 
 
@@ -35,6 +36,32 @@ class Window(NamedTuple):
     start_ns: int
     end_ns: int
     samples: dict[str, tuple[Array, Array]]  # times from -LEAD_S on, and values
+
+
+class RigClock:
+    """
+    The clock of a rig, as its stamps show it: the one in which messages without a stamp are told.
+
+    It is behind that of the system by the least of what messages with a stamp were sent later.
+
+    """
+
+    def __init__(self) -> None:
+        self._behind_ns: float | None = None
+        self._sent_ns = 0
+
+    def learn(self, stamp_ns: int, sent_ns: int) -> None:
+        """Take a stamp, and when its message was sent by the clock of the system."""
+        behind_ns, passed_ns = sent_ns - stamp_ns, max(sent_ns - self._sent_ns, 0)
+        before_ns = self._behind_ns
+        if before_ns is None or abs(behind_ns - before_ns) > _SET_BACK_S / NANO:
+            before_ns = behind_ns
+        self._behind_ns = min(behind_ns, before_ns + _CLOCKS_APART * passed_ns)
+        self._sent_ns = sent_ns
+
+    def stamp_of(self, sent_ns: int) -> int:
+        """Return the stamp of a message without one."""
+        return sent_ns - round(self._behind_ns or 0.0)
 
 
 class Windows:

@@ -30,8 +30,8 @@ RATE_HZ, MONITOR_HZ = 19.3e3, 5170.0  # at a multiple of the steps each cycle lo
 
 NAMES, WINDOWS = ('voltage_v', 'position_m'), 3
 OFF = 0.006
-"""Share by which estimates may be off beside a drive of this package, as the twin's page says: its
-low-pass is one of samples, that of a fit is one in time."""
+"""Share by which estimates may be off beside a drive of this package, as its page says: the
+low-pass of the drive's sensor is one of samples, that of a fit is one in time."""
 
 
 def seen(rig: Rig, number: int) -> Window:
@@ -94,8 +94,7 @@ def test_fits_beside_a_drive_like_the_twin_are_off_by_no_more_than_is_stated(dam
     while len(found) < WINDOWS:
         trace = bench.update(bench.time_ns + stand.block_ns).readings.trace
         for name, column in zip(NAMES, (1, 3), strict=True) if len(trace) else ():
-            times_ns = np.round(1e9 * trace[:, 0]).astype(int).tolist()
-            windows.add(name, times_ns, trace[:, column].tolist())
+            windows.add(name, np.round(1e9 * trace[:, 0]).astype(int).tolist(), trace[:, column])
         for window in windows.complete():
             found.append(twin.fit(twin.look(window)))
             twin.follow(found[-1])

@@ -4,8 +4,9 @@
 """Windows follow the stamps of a rig, whatever comes late, twice, or not at all."""
 
 import numpy as np
+import pytest
 
-from stickslip_ros.lab.twin.window import Window, Windows
+from stickslip_ros.lab.twin.window import RigClock, Window, Windows
 
 NS = 1_000_000_000
 NAMES = ('voltage_v', 'position_m')
@@ -67,3 +68,30 @@ def test_a_pause_and_a_clock_that_was_set_back_begin_anew():
     np.testing.assert_allclose(starts_s, [100.2, 100.4, 100.6, 106.2, 106.4, 106.6, 0.2, 0.4, 0.6])
     assert (windows.pauses, windows.restarts) == (1, 1)
     assert all(len(each.samples['position_m'][0]) == 250 for each in found)
+
+
+@pytest.mark.parametrize('apart', [0.0, 5e-5, -5e-5])
+def test_a_message_without_a_stamp_is_told_in_the_clock_of_the_rig(apart: float):
+    rng, clock = np.random.default_rng(1), RigClock()
+    began_ns, took_s = 1_800_000_000 * NS, 1e-4 + rng.exponential(2e-3, 20_000)
+    for number, late_s in enumerate(took_s):  # with a stamp and without one, in turn, for a minute
+        true_s = 7.0 + 3e-3 * number
+        sent_ns = began_ns + round((true_s * (1.0 + apart) + late_s) * NS)
+        if number % 2:
+            clock.learn(round(true_s * NS), sent_ns)
+        elif number > 1000:
+            assert clock.stamp_of(sent_ns) / NS - true_s == pytest.approx(
+                late_s, rel=0.0, abs=1e-3
+            )
+    clock.learn(2 * NS, sent_ns)  # the rig has begun anew
+    assert clock.stamp_of(sent_ns + NS // 100) == pytest.approx(2.01 * NS, rel=0.0, abs=1e3)
+
+
+def test_a_window_that_ends_before_a_pause_is_not_lost_where_both_come_at_once():
+    windows, found = Windows(NAMES, 0.2, 0.05), list[Window]()
+    for start_ns in (7 * NS, 17 * NS):
+        stamps_ns = (start_ns + even(0.0, 0.5)).tolist()
+        for name in NAMES:
+            windows.add(name, stamps_ns, stamps_ns)
+        found += windows.complete()
+    assert [each.start_ns / NS for each in found] == [7.2, 17.2]
