@@ -15,7 +15,7 @@ median of the first looks, d = z - z0 and W the inverse of the sum of the covari
 is by how much chi-square falls if parameter j alone has changed (Rao's score): of chance alone,
 chi-square with one degree of freedom for each j. That j has changed whose T is largest and too
 large twice in succession, for one window may hold a knock. Errors that looks show to be larger
-than stated count as the looks show them, never as smaller.
+than stated, the first ones by how they scatter, count as the looks show them, never as smaller.
 
 """
 
@@ -60,7 +60,8 @@ class Watch:
 
     def __post_init__(self) -> None:
         self._first: list[Watched] = []
-        self._squares, self._counted = 0.0, 0  # of changes that were none, per coordinate
+        # of the first looks about their mean, and of changes that were none, per coordinate
+        self._squares, self._counted = 0.0, 0
         self._suspect: int | None = None
 
     @property
@@ -101,6 +102,12 @@ class Watch:
         """Return which coordinate has changed since the start; None if none has."""
         if not self.has_begun:
             self._first.append(look)
+            if self.has_begun:  # they scatter about their mean as two changes that are none do
+                ways = [each.place for each in self._first]
+                ways -= np.mean(ways, axis=0)
+                weight = np.linalg.inv(self.start.covariance)
+                self._squares = float(np.einsum('ki,ij,kj', ways, weight, ways))
+                self._counted = _FIRST_LOOKS - 1
             return None
         scores, square = self.scores(look)
         worst, before = int(np.argmax(scores)), self._suspect

@@ -51,6 +51,7 @@ _TRACED = {'voltage_v': 'voltage[V]', 'position_m': 'position[m]', 'force_n': 'f
 _THINNED_NS = 1_000_000
 """Least distance of messages of one topic of the twin."""
 _WAITING = 20  # windows that wait, of which more are dropped
+_BEHIND = 5  # windows that wait, with which no fit begins
 
 _Messages = list[tuple[str, int, bytes]]  # key, stamp in ns, message
 _Stamps = npt.NDArray[np.int64]
@@ -80,7 +81,7 @@ class Work:
     shown, dropped : int
         Windows in which the rig moved, and windows that came while too many waited.
     fits, left_out : int
-        Fits, and those that were due while another one went on.
+        Fits, and those that were due while another one went on, or windows waited.
 
     """
 
@@ -143,7 +144,8 @@ class Work:
                 self.shown += 1
                 self._show(look)
                 if self._twin.is_due(look):
-                    if self._fitting is None or self._fitting.done():
+                    is_free = self._fitting is None or self._fitting.done()
+                    if is_free and self._queue.qsize() < _BEHIND:
                         self._fitting = self._fits.submit(self._examine, look)
                     else:
                         self.left_out += 1

@@ -94,7 +94,8 @@ def test_fits_beside_a_drive_like_the_twin_are_off_by_no_more_than_is_stated(dam
     while len(found) < WINDOWS:
         trace = bench.update(bench.time_ns + stand.block_ns).readings.trace
         for name, column in zip(NAMES, (1, 3), strict=True) if len(trace) else ():
-            windows.add(name, np.round(1e9 * trace[:, 0]).astype(int).tolist(), trace[:, column])
+            stamps_ns = np.round(1e9 * trace[:, 0]).astype(int).tolist()
+            windows.add(name, stamps_ns, trace[:, column].tolist())
         for window in windows.complete():
             found.append(twin.fit(twin.look(window)))
             twin.follow(found[-1])

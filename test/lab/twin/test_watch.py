@@ -29,8 +29,8 @@ def alarms(seed: int, shared: float, understated: float, memory: float, per_day:
 
 @pytest.mark.parametrize(
     ('shared', 'understated', 'memory'),
-    [(0.0, 1.0, 0.0), (0.8, 1.0, 0.0), (0.0, 1.0, 0.95), (0.0, 2.0, 0.0)],
-    ids=['independent', 'shared', 'correlated', 'understated by 2'],
+    [(0.0, 1.0, 0.0), (0.8, 1.0, 0.0), (0.0, 1.0, 0.95), (0.0, 2.0, 0.0), (0.0, 20.0, 0.0)],
+    ids=['independent', 'shared', 'correlated', 'understated by 2', 'understated by 20'],
 )
 def test_nothing_raises_no_more_alarms_than_are_allowed(
     shared: float, understated: float, memory: float

@@ -3,17 +3,23 @@
 
 """What a twin publishes and records of the windows of a rig."""
 
+from dataclasses import replace
 from pathlib import Path
+from threading import Event
 
 import numpy as np
 import pytest
 
+from stickslip_ros.interface.cdr import unpack
+from stickslip_ros.interface.messages import ArrayMessage
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
 from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.lab.runs.recorded import recorded_commands, recorded_series, recorded_stand
 from stickslip_ros.lab.twin.settings import TwinParameters
+from stickslip_ros.lab.twin.twin import Look, Twin
 from stickslip_ros.lab.twin.window import Window
 from stickslip_ros.lab.twin.work import Work
+from stickslip_ros.message_types import FLOAT64_ARRAY
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording
 
@@ -73,3 +79,32 @@ def test_a_recording_of_the_twin_holds_every_reading_and_opens(tmp_path: Path, s
     assert recorded_stand(recording).flat() == stand.flat()
     assert recorded_commands(recording) == []
     assert set(recording.trace('/left/twin/steps')['steps'].value) <= {23.0, 24.0}
+
+
+def test_where_windows_wait_a_fit_is_left_out_rather_than_a_window(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    stand, all_wait, look = Parameters().updated(STAND), Event(), Twin.look
+
+    def late_look(twin: Twin, window: Window) -> Look:
+        all_wait.wait()
+        return look(twin, window)
+
+    monkeypatch.setattr(Twin, 'look', late_look)
+    settings, fits = replace(SETTINGS, period=0.1), list[bytes]()
+    work = Work(
+        stand,
+        settings,
+        lambda key, data: fits.append(data) if key == 'twin/parameters' else None,
+        pytest.fail,
+    )
+    given = windows(8, 0.0)
+    for window in given:
+        work.put(window)
+    all_wait.set()
+    work.close()
+    assert (work.shown, work.dropped) == (8, 0)
+    assert work.fits + work.left_out == 4  # every second window is due
+    first = unpack(FLOAT64_ARRAY, fits[0])
+    assert isinstance(first, ArrayMessage)
+    assert first.data[0, 0] == given[4].end_ns / 1e9
