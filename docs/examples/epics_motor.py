@@ -112,7 +112,7 @@ class MotorRecord(PVGroup):
         return self.dial_m * self.per_m + self.f.user_offset.value
 
     async def show_parameters(self):
-        """Write limits, velocities and the length of a step; one call after the other."""
+        """Write speeds and limits, call by call; an event of VAL's would bring ophyd old ones."""
         async with self.showing:
             given, f, per_m = self.given, self.f, self.per_m
             rate_hz, stroke_v = given['step.frequency'], given['step.amplitude']
@@ -129,9 +129,7 @@ class MotorRecord(PVGroup):
                 await field.write(value, verify_value=False)
             low, high = low + offset, high + offset
             if (low, high) != (f.user_low_limit.value, f.user_high_limit.value):
-                limits = {'lower_ctrl_limit': low, 'upper_ctrl_limit': high}  # published by
-                await self.motor.write_metadata(publish=False, **limits)  # HLM and LLM alone:
-                # a client that hears of VAL now may put its old limits over those that it reads.
+                await self.motor.write_metadata(False, lower_ctrl_limit=low, upper_ctrl_limit=high)
                 await f.user_low_limit.write(low, verify_value=False)
                 await f.user_high_limit.write(high, verify_value=False)
 
