@@ -5,6 +5,7 @@
 
 import threading
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from mcap_records import rows_of
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
+from rclpy.publisher import Publisher
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import SetBool
 
@@ -75,6 +77,10 @@ def operator(ros_domain: int) -> Iterator[Operator]:
     context.try_shutdown()
 
 
+def is_heard(publisher: Publisher) -> bool:
+    return bool(publisher.get_subscription_count() > 0)
+
+
 class Listener:
     """Hears a twin, and calls its services."""
 
@@ -86,7 +92,7 @@ class Listener:
             topic = f'/twin/{key}'
             [publisher] = [each for each in twin.publishers if each.topic_name == topic]
             operator.node.create_subscription(publisher.msg_type, topic, into.append, 10_000)
-            operator.spin_until(lambda p=publisher: p.get_subscription_count() > 0, topic, WAIT_S)
+            operator.spin_until(partial(is_heard, publisher), topic, WAIT_S)
         operator.node.create_subscription(DiagnosticArray, '/diagnostics', self._take, 10)
 
     def _take(self, message: DiagnosticArray) -> None:
