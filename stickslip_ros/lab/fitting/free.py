@@ -35,6 +35,8 @@ TYPICAL: Mapping[str, float] = {
 }
 """Starts of what a stand does not have by default: assumed, of the size that data sheets state."""
 PREFACTOR, RMS_HEIGHT = 'contact.prefactor', 'contact.rms_height'
+OF_A_FALL = 'actuator.resonance', 'actuator.damping_ratio', 'amplifier.bandwidth'
+"""What shows in the microseconds after a fall; one of them cannot be told without the others."""
 
 
 @dataclass(frozen=True)
@@ -122,6 +124,13 @@ def choose_free(
     for name in names:
         start = spec_of(name).check(name, starts.get(name, flat[name] or TYPICAL.get(name, 0.0)))
         free.append(_free(name, float(start), bounds.get(name)))
+    off = [name for name in OF_A_FALL if name not in names and not flat[name]]
+    if off and not set(OF_A_FALL).isdisjoint(names):
+        note = (
+            f'{" and ".join(off)} taken as none: what shows just after a fall then counts as '
+            f'the others; free {", ".join(OF_A_FALL)} together, or set what is known'
+        )
+        notes = (*notes, note)
     return parameters.updated({one.name: one.start for one in free}), tuple(free), notes
 
 

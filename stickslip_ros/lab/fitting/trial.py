@@ -5,14 +5,11 @@
 
 from dataclasses import replace
 
-from stickslip_ros.lab.fitting.free import choose_free
+from stickslip_ros.lab.fitting.free import OF_A_FALL, choose_free
 from stickslip_ros.lab.fitting.missing import Missing, Trial
 from stickslip_ros.lab.fitting.problem import Problem
 from stickslip_ros.lab.fitting.search import search
 from stickslip_ros.lab.fitting.traces import LOOSE, to_plain, with_clocks
-
-_TOGETHER = ('actuator.resonance', 'actuator.damping_ratio', 'amplifier.bandwidth')
-"""What shows in the microseconds after a fall; one of them cannot be told without the others."""
 
 
 def trial_of(problem: Problem, missing: tuple[Missing, ...]) -> Trial | None:
@@ -24,7 +21,7 @@ def trial_of(problem: Problem, missing: tuple[Missing, ...]) -> Trial | None:
     the start does.
 
     """
-    together = [name for name in _TOGETHER if name not in {one.name for one in problem.free}]
+    together = [name for name in OF_A_FALL if name not in {one.name for one in problem.free}]
     if not missing or not together:
         return None
     stand, more, _ = choose_free(problem.parameters, together)

@@ -38,6 +38,15 @@ def test_a_start_gets_a_decade_to_both_sides_inside_what_is_allowed():
     assert notes == ()
 
 
+def test_a_piezo_that_rings_beside_an_amplifier_without_a_bandwidth_is_told():
+    names = ['contact.friction', 'actuator.resonance', 'actuator.damping_ratio']
+    _, _, [note] = choose_free(Parameters(), names)
+    assert note.startswith('amplifier.bandwidth taken as none')
+    assert choose_free(Parameters(), [*names, 'amplifier.bandwidth'])[2] == ()
+    known = Parameters().updated({'amplifier.bandwidth': 2e5})
+    assert choose_free(known, names)[2] == ()
+
+
 def test_default_bounds_hold_the_default_of_the_model_too():
     _, (friction,), _ = choose_free(
         Parameters(), ['contact.friction'], {'contact.friction': '0.02'}
