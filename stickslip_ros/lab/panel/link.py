@@ -5,11 +5,13 @@
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from functools import partial
 from queue import SimpleQueue
 from threading import Event, Thread
 from time import monotonic
 from typing import Any
 
+from geometry_msgs.msg import PointStamped
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.srv import GetParameters, SetParameters
@@ -17,6 +19,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.task import Future
+from std_msgs.msg import Float64MultiArray
 
 from stickslip_ros.errors import RecordingError, StickSlipError
 from stickslip_ros.instrument.commands import typed_command
@@ -29,7 +32,7 @@ from stickslip_ros.lab.panel.controls import read_parameter, shown_parameters
 from stickslip_ros.lab.panel.model import ACTIVE, PANEL, REBUILT, Model
 from stickslip_ros.message_types import FLOAT64_ARRAY
 from stickslip_ros.parameters import specs
-from stickslip_ros.ros.client import DriveClient, command_topic, open_context
+from stickslip_ros.ros.client import DriveClient, command_topic, open_context, stamp_ns
 from stickslip_ros.ros.executable import end_node, stay_on_this_host
 from stickslip_ros.ros.interface import SERVICE_TYPES
 from stickslip_ros.units import joined
@@ -39,6 +42,14 @@ _LOOK_S = 0.5
 ANSWER_S = 1.5
 """Time after which a drive that has not answered counts as silent."""
 _SPIN_S = 0.1
+_OF_TWIN = {
+    'position': PointStamped,
+    'residual': PointStamped,
+    'steps': Float64MultiArray,
+    'parameters': Float64MultiArray,
+}
+"""What is heard of a twin in the namespace of the drive."""
+_TWIN_DEPTH = 400  # two windows: what a page cannot keep up with is left out
 TRANSITIONS = ('configure', 'activate', 'deactivate', 'cleanup')
 _TELLING = 'step_simulation'
 """A service that only drives have, whatever their nodes are called."""
@@ -86,6 +97,7 @@ class Link:
         }
         self._ended = Event()
         self._looked_s = self._asked_s = -_LOOK_S
+        self._of_twin: list[Any] = []  # subscriptions
         self._drive = self._attached(self.model.drive)
         self._thread = Thread(target=self._run, name='client of the drive', daemon=True)
         self._thread.start()
@@ -142,6 +154,11 @@ class Link:
         drive.subscribe('event', self._take_event)
         drive.subscribe('diagnostics', self._take_diagnostics)
         drive.subscribe('command/position', lambda sent: self.model.take_target(sent.point.x))
+        while self._of_twin:
+            self._node.destroy_subscription(self._of_twin.pop())
+        for key, kind in _OF_TWIN.items():
+            topic, take = f'{name.rpartition("/")[0]}/twin/{key}', partial(self._take_twin, key)
+            self._of_twin.append(self._node.create_subscription(kind, topic, take, _TWIN_DEPTH))
         # GetState as the last: once it answers, the drive knows all before it (see Handshake).
         self._services = {each: drive.service(kind, each) for each, kind in CALLED.items()}
         self._question: Future | None = None
@@ -206,6 +223,14 @@ class Link:
             if isinstance(message, ArrayMessage) and message.data.ndim == 2 and message.data.size:
                 labels = message.labels[-1].split(',')
                 self.model.take_trace(message.data, [each.partition('[')[0] for each in labels])
+
+    def _take_twin(self, key: str, message: Any) -> None:
+        if isinstance(message, PointStamped):
+            self.model.take_reading_of_twin(key, stamp_ns(message), message.point.x)
+        elif message.layout.dim:
+            labels = message.layout.dim[-1].label.split(',')
+            if len(labels) == len(message.data):
+                self.model.take_row_of_twin(key, labels, message.data)
 
     def _take_event(self, message: Any) -> None:
         event = read_event(message.data)

@@ -23,6 +23,7 @@ from stickslip_ros.instrument.reports import Status
 from stickslip_ros.interface.topics import SERVICES
 from stickslip_ros.lab.drawing.film import film_of
 from stickslip_ros.lab.drawing.picture import stand_svg
+from stickslip_ros.lab.panel.beside import Beside
 from stickslip_ros.lab.panel.curves import (
     KEPT,
     POSITION_READING,
@@ -111,10 +112,15 @@ class View:
 
 
 def packed_frame(
-    time_s: float, samples: Array, history: BinHistory, scope: Scope, view: View
+    time_s: float,
+    samples: Array,
+    history: BinHistory,
+    scope: Scope,
+    view: View,
+    beside: Beside | None = None,
 ) -> bytes:
     """
-    Return the picture at a time, as the page reads it.
+    Return the picture at a time, as the page reads it; with what a twin says, if that is new.
 
     In front are the length of the header, a word, and the header, JSON; behind it, as float32, x
     and y of the curves in its order. Samples are the last before the time.
@@ -132,6 +138,9 @@ def packed_frame(
             'at_s': picture.at_s,
             'period_s': picture.period_s,
         }
+    if beside is not None and beside.has_news:
+        header['twin'], of_twin = beside.picture()
+        curves |= of_twin
     header['curves'] = [[name, len(each.x), each.base] for name, each in curves.items()]
     text = json.dumps(header, allow_nan=False).encode()
     text += b' ' * (-len(text) % 4)
@@ -188,6 +197,7 @@ class Model:
             self._parts: dict[str, Any] = {}
             self._parameters: dict[str, Any] = {}
             self._stand: Parameters | None = None
+            self._beside = Beside()
             self._notes: dict[str, Any] = {}
             self._notes_taken = 0
             self._begin_anew()
@@ -211,6 +221,17 @@ class Model:
             self._ring.append(samples)
             self._history.add_all(samples)
             self._heard_s, self._has_news = monotonic(), True
+
+    def take_reading_of_twin(self, name: str, stamp_ns: int, value_m: float) -> None:
+        """Take a position or a residual of the twin."""
+        with self._lock:
+            self._beside.take_reading(name, stamp_ns, value_m)
+
+    def take_row_of_twin(self, key: str, labels: Sequence[str], row: Sequence[float]) -> None:
+        """Take a row of twin/steps or twin/parameters."""
+        with self._lock:
+            take = self._beside.take_fit if key == 'parameters' else self._beside.take_window
+            take(labels, row)
 
     def take_status(self, bits: int) -> None:
         """Take the status bits."""
@@ -303,12 +324,12 @@ class Model:
     def frame(self) -> bytes | None:
         """Return the next picture; None if nothing was heard since the last one."""
         with self._lock:
-            if not self._has_news:
+            if not (self._has_news or self._beside.has_news):
                 return None
             self._has_news = False
             rows = self._ring.rows
             time_s = float(rows[-1, TIME]) if len(rows) else 0.0
-            return packed_frame(time_s, rows, self._history, self._scope, self.view)
+            return packed_frame(time_s, rows, self._history, self._scope, self.view, self._beside)
 
     def drawing(self) -> str:
         """Return the stand in its last cycles as SVG; empty as long as it is not known."""
@@ -320,4 +341,4 @@ class Model:
         """Take another picture from now on."""
         with self._lock:
             self.view.choose(wish)
-            self._has_news = True
+            self._has_news = self._beside.has_news = True

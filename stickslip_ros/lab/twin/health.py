@@ -25,6 +25,9 @@ _CAUSES = {
 """What makes a parameter of a rig change, mostly."""
 _GREW = 1.5
 """Factor by which chi-square per reading is above that at the start when a motion is another."""
+_MEANS_NOTHING = 5.0
+"""The same at which the parameters tell nothing, whatever it was at the start: beside drives whose
+roughness travels it went from 2 to 85 from place to place, and the mass with it by a fifth."""
 _MORE_STARTS = 3
 """Searches of a fit that is the first to say so: a parameter that has jumped is far away."""
 
@@ -77,7 +80,7 @@ class Doctor:
 
     def _most(self, fit: FitResult) -> float:
         """Return chi-square per reading above which the free parameters cannot tell the change."""
-        return max(_limit(fit), _GREW * self._chi_at_start)
+        return min(max(_limit(fit), _GREW * self._chi_at_start), _MEANS_NOTHING)
 
 
 def _seen(fit: Fit) -> Watched:

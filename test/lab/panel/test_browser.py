@@ -20,8 +20,9 @@ import pytest
 pytest.importorskip('playwright', reason='no Playwright: pip install playwright')
 
 import browser as tools
+from geometry_msgs.msg import PointStamped
 from playwright.sync_api import Page, ViewportSize, expect
-from std_msgs.msg import String
+from std_msgs.msg import Float64MultiArray, MultiArrayDimension, String
 
 from stickslip_ros.lab.cli.panel import NICENESS
 from stickslip_ros.lab.tables.experiment import parse_experiment
@@ -177,6 +178,45 @@ def test_a_refusal_appears_beside_its_control_with_its_reason(page: Page):
     expect(note(page, 'sawtooth')).to_have_text('')
     send(page, 'Steps forwards', 'steps')
     expect(note(page, 'steps')).to_have_text('DONE')
+
+
+def test_a_twin_is_shown_beside_its_drive(page: Page, operate: Callable[[], Operator]):
+    expect(page.locator('#twin')).to_be_hidden()
+    operator = operate()
+    kinds = {'position': PointStamped, 'residual': PointStamped}
+    kinds |= {'steps': Float64MultiArray, 'parameters': Float64MultiArray}
+    twin = {
+        key: operator.node.create_publisher(kind, f'/twin/{key}', 1000)
+        for key, kind in kinds.items()
+    }
+    operator.spin_until(
+        lambda: all(each.get_subscription_count() for each in twin.values()), 'the panel'
+    )
+    for at_ms in range(0, 200, 10):
+        for key, value_m in (('position', 1e-9 * at_ms), ('residual', 1e-10)):
+            message = PointStamped()
+            message.header.stamp.sec, message.header.stamp.nanosec = 7, at_ms * 1_000_000
+            message.point.x = value_m
+            twin[key].publish(message)
+    rows = {
+        'steps': ('t[s],steps,rig[m],twin[m],residual_rms[m]', [7.2, 99, 9.8e-8, 9.7e-8, 1e-10])
+    }
+    rows['parameters'] = 't[s],contact.friction,contact.friction_sigma', [7.2, 0.3, 0.003]
+    for key, (labels, row) in [
+        *rows.items(),
+        ('parameters', (rows['parameters'][0], [17.2, 0.24, 0.003])),
+    ]:
+        message = Float64MultiArray(data=[float(each) for each in row])
+        message.layout.dim = [
+            MultiArrayDimension(label='row', size=1, stride=len(row)),
+            MultiArrayDimension(label=labels, size=len(row), stride=len(row)),
+        ]
+        twin[key].publish(message)
+    expect(page.locator('#twin-steps')).to_contain_text('99 steps: rig +98.00 nm, twin +97.00 nm')
+    expect(page.locator('#twin-fits')).to_have_text(re.compile('contact.friction.*0.24 ± 0.003'))
+    for canvas in ('#twin-window canvas', '#twin-history canvas'):
+        expect(page.locator(canvas).first).to_be_visible()
+        assert page.locator(canvas).first.evaluate(INK) > 0
 
 
 def test_a_jog_lasts_as_long_as_its_button_is_held(page: Page):

@@ -26,6 +26,15 @@ const overview = new Plot(byId("overview"), [
     { name: "position", text: "position", colour: "runner" } ] },
 ]);
 
+const twin = new Plot(byId("twin-window"), [
+  { share: 0.6, unit: "nm", factor: NM, least: 10, curves: [
+    { name: "twin_rig", text: "rig", colour: "runner", column: "rig" },
+    { name: "twin_twin", text: "twin", colour: "foot", column: "twin", dash: [6, 3] } ] },
+  { share: 0.4, unit: "nm", factor: NM, least: 1, curves: [
+    { name: "twin_residual", text: "rig less twin", colour: "force", column: "residual" } ] },
+]);
+const estimates = new Plot(byId("twin-history"), []);
+
 const FILM_MS = 8000, FRAME_MS = 100;
 
 let sheet = null, state = null, whole = null;
@@ -63,6 +72,7 @@ function build(told) {
     curves: [{ name: each.name, text: each.words.toLowerCase(), colour: COLOURS[at % COLOURS.length], column: each.name }],
   })));
   byId("scope-tools").append(...tools(scope, "oscilloscope", button));
+  byId("twin-tools").append(...tools(twin, "twin", button));
   byId("history-tools").append(...tools(history, "history", button));
   if (sheet.kind === "drive") addControls(sheet);
   else buildPlayer(sheet.run);
@@ -241,6 +251,7 @@ function showFrame(data) {
   byId("time").textContent = head.time_s.toFixed(3);
   history.draw(curves, -head.span_s, 0);
   showScope(head.scope, curves);
+  if (head.twin) showTwin(head.twin, curves);
   if (whole) {
     overview.draw({ position: whole.curve }, whole.start_s, whole.end_s, head.time_s);
     if (document.activeElement !== byId("seek") || state.player.plays) byId("seek").value = head.time_s;
@@ -269,6 +280,23 @@ function showScope(told, curves) {
   byId("trigger").textContent = told.period_s
     ? `fall at ${told.at_s.toFixed(4)} s, ${(1 / told.period_s).toPrecision(4)} Hz`
     : "no falls: runs freely";
+}
+
+function showTwin({ window: last, length_s, fits, start_s, end_s }, curves) {
+  if (last.t === undefined && !fits.length) return;
+  byId("twin").hidden = false;
+  if (length_s) twin.draw(curves, 0, length_s);
+  const step = (name) => (name in last ? `${signed(last[name] * NM, 2)} nm` : "–");
+  byId("twin-steps").textContent = `window to ${(last.t ?? 0).toFixed(1)} s, ${last.steps ?? 0} steps: `
+    + `rig ${step("rig")}, twin ${step("twin")}, residual ${((last.residual_rms ?? 0) * NM).toFixed(2)} nm rms`;
+  byId("twin-fits").replaceChildren(...fits.flatMap(([name, text]) => [make("dt", name), make("dd", text)]));
+  const names = fits.map(([name]) => name);
+  if (estimates.lanes.map((each) => each.curves[0].name).join() !== names.join()) {
+    estimates.setLanes(names.map((name, at) => ({ share: 1, unit: "%", factor: 100, least: 1,
+      curves: ["", " low", " high"].map((end) => ({ name: name + end, text: end ? `${end.trim()}er end` : name,
+        colour: COLOURS[at % COLOURS.length], column: name + end, dash: end ? [2, 3] : undefined })) })));
+  }
+  if (end_s > start_s) estimates.draw(curves, 0, end_s - start_s);
 }
 
 connect(hear, miss);
