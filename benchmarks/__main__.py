@@ -21,6 +21,7 @@ from rich.console import Console
 from benchmarks import (
     against,
     design,
+    fit,
     in_c,
     learning,
     lugre,
@@ -43,6 +44,7 @@ BENCHMARKS: dict[str, Callable[[Sizes], Outcome]] = {
     'lugre': lugre.run,
     'sweeps': sweeps.run,
     'optimise': design.run,
+    'fit': fit.run,
     'gym': learning.run,
     'twin': twin.run,
     'start': start.run,

@@ -36,6 +36,8 @@ X_REAL, OURS = 'times real time', {'program': 'ours'}
 COMPILED, SIMD = {'program': 'numba'}, {'program': 'numba, SIMD'}
 NODE, KEPT = {'program': 'the node'}, {'program': 'message objects, kept'}
 IMPORTS, ROS_IMPORTS = ({'process': f'import {name} and numba'} for name in ('numpy', 'rclpy'))
+FIT = {'program': 'stickslip_ros.fit'}
+IN_NUMPY, IN_NUMBA = ({'program': f'scipy, springs {how}'} for how in ('in numpy', 'compiled'))
 AS_DRIVE = {'program': 'drive.advance', 'longest_step': '5 us'}
 WISHES = (
     Wish('simulate the drive', 'paper', OURS, 'times_real_time', X_REAL, COMPILED,
@@ -84,6 +86,11 @@ WISHES = (
     Wish('learn, Gymnasium', 'gym', {'program': 'gymnasium.Env.step'},
          'steps_per_s', 'steps a second', {'program': 'Bench.update'},
          'the bench alone', lambda us, _: us['ratio']),
+    Wish('fit a trace', 'fit', FIT, 'seconds', 's', IN_NUMPY,
+         'scipy on springs in numpy', lambda _, it: 1.0 / it['ratio_to_ours']),
+    Wish('the same', 'fit', FIT, 'seconds', 's', IN_NUMBA,
+         'scipy on springs compiled by numba, a bare minimum',
+         lambda _, it: 1.0 / it['ratio_to_ours']),
     Wish('show a twin', 'twin', {'program': 'Twin.look'}, 'cpu_s_per_s',
          'processor seconds a second', {'program': 'Bench.update'},
          'the bench of a drive', lambda us, _: us['ratio']),
