@@ -126,6 +126,10 @@ def numbers_of(said: DiagnosticStatus) -> dict[str, str]:
     return {each.key: each.value for each in said.values}
 
 
+def has_listeners(publisher: Any, count: int) -> bool:
+    return bool(publisher.get_subscription_count() == count)
+
+
 def motion(friction: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Give times, voltage and positions of a stand like that of the twin, with noise."""
     fall_s, starts_s = 2e-6, np.arange(CYCLES) / HZ
@@ -213,11 +217,13 @@ def test_a_recording_of_a_drive_that_is_played_gives_the_fits_of_the_drive_to_th
         for row in rows_of(Path(operator.set_recording(wanted=False).message))
         if row[0] == '/trace'
     ]
-    for transition in (Transition.TRANSITION_DEACTIVATE, Transition.TRANSITION_ACTIVATE):
+    player = operator.node.create_publisher(Float64MultiArray, '/trace', 100)
+    ends = (Transition.TRANSITION_DEACTIVATE, 1), (Transition.TRANSITION_ACTIVATE, 2)
+    for transition, listeners in ends:  # the operator hears the trace, and an active twin
         request = ChangeState.Request(transition=Transition(id=transition))
         assert listener.call(ChangeState, 'change_state', request).success
-    player = operator.node.create_publisher(Float64MultiArray, '/trace', 100)
-    operator.spin_until(lambda: player.get_subscription_count() > 1, 'the twin', WAIT_S)
+        there = partial(has_listeners, player, listeners)
+        operator.spin_until(there, f'{listeners} who hear the trace', WAIT_S)
     for _, time_ns, _, data in blocks:
         player.publish(data)
         if time_ns == 260_000_000:
