@@ -86,6 +86,7 @@ class Listener:
 
     def __init__(self, operator: Operator, twin: StickSlipTwin) -> None:
         self.operator, self.name = operator, twin.get_fully_qualified_name()
+        self.twin = twin
         self.heard = {key: list[Any]() for key in ('residual', 'parameters', 'steps')}
         self.said = dict[str, DiagnosticStatus]()
         for key, into in self.heard.items():
@@ -109,6 +110,8 @@ class Listener:
     def wait_for_fits(self, count: int) -> None:
         fits = self.heard['parameters']
         self.operator.spin_until(lambda: len(fits) >= count, f'{count} fits', WAIT_S)
+        work: Any = self.twin._work  # a fit that is due before this one has ended is left out
+        self.operator.spin_until(work._fitting.done, 'the end of a fit', WAIT_S)
 
     def rows(self, key: str) -> list[dict[str, float]]:
         return [
