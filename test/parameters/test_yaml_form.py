@@ -210,6 +210,11 @@ def test_a_file_that_never_ends_is_refused():
         load_yaml(Path('/dev/zero'))
 
 
+def test_a_file_that_would_take_minutes_is_refused():
+    with pytest.raises(RecordingError, match='has more than 4000000 characters; '):
+        parse_yaml('x: 1\n' * 1_000_000, 'long.yaml')
+
+
 def test_a_file_that_cannot_be_read_is_refused_with_the_reason(tmp_path):
     with pytest.raises(RecordingError, match=r'cannot be read \(No such file .*check the path'):
         load_yaml(tmp_path / 'missing.yaml')
