@@ -59,7 +59,8 @@ WITHOUT_ROS = (
     'stickslip info run.mcap',
     'stickslip export run.mcap -o run.csv',
     'stickslip compare run.csv run.mcap',
-    'stickslip fit run.mcap --free contact.friction --starts 1',
+    'stickslip simulate --voltage 100 --steps 20 -o ideal.mcap',
+    'stickslip fit ideal.mcap --free contact.friction --starts 1',
     'drive --help',
 )
 REFUSED = 'drive', 'stickslip demo', 'stickslip panel', 'stickslip command voltage 10V'
