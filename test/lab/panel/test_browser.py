@@ -99,6 +99,7 @@ def page(stage: SimpleNamespace) -> Page:
     page.reload()
     expect(page.locator('#word')).to_have_text(RUNS)
     expect(page.locator('#voltage-voltage')).not_to_have_value('')
+    expect(page.locator('#time')).not_to_have_text('–')  # the first picture moves what is below it
     return page
 
 
