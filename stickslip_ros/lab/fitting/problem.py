@@ -387,12 +387,14 @@ def _check_scale(one: Experiment, stand: Parameters) -> None:
     if not isinstance(one.drive, Voltage):
         return
     for each in one.seen:
+        if each.unit != 'm':
+            continue
         voltage_v = np.interp(each.time_s, *one.drive.rows.T)
         moves, volts = (
             float(np.quantile(np.abs(x[_APART:] - x[:-_APART]), _MOSTLY))
             for x in (each.values, voltage_v)
         )
-        if each.unit != 'm' or not volts > 0.0:
+        if not volts > 0.0:
             continue
         per_volt, gain = moves / volts, stand.actuator.gain
         if not gain / SCALE_MAX < per_volt < gain * SCALE_MAX:
