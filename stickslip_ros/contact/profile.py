@@ -4,21 +4,14 @@
 """Profiles on the one-dimensional foundation: what each can tell, power laws, lines of springs."""
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache, reduce
-from operator import add
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 
 from stickslip_ros.arrays import Array
+from stickslip_ros.contact.power_sums import power_sum, solve_power_sum
 from stickslip_ros.errors import OutOfRange
-
-NEWTON_ITERATIONS = 60
-"""Enough for any start: the function is convex in log-log, so Newton's steps cannot cycle."""
-NEWTON_TOLERANCE = 1e-8
-"""Last change of a logarithm: the next one, about its square, is below rounding."""
-LOG_X: Array = np.linspace(-100.0, 10.0, 2201, dtype=np.float64)
-"""Logarithms of x, m, between which the iteration begins: two steps are then enough."""
 
 
 class Profile(Protocol):
@@ -130,46 +123,6 @@ def rough_profile(radius_m: float, prefactor: float, hurst: float) -> PowerProfi
     if prefactor == 0.0:
         return smooth_profile(radius_m)
     return PowerProfile((1.0 / radius_m, prefactor), (2.0, hurst))
-
-
-def power_sum(x: Array, prefactors: tuple[float, ...], exponents: tuple[float, ...]) -> Array:
-    """Return sum_i Q_i |x|^n_i, of the shape of x."""
-    terms = zip(prefactors, exponents, strict=True)
-    return np.asarray(sum(q * np.abs(x) ** n for q, n in terms))
-
-
-def solve_power_sum(
-    total: Array | float, prefactors: tuple[float, ...], exponents: tuple[float, ...]
-) -> Array:
-    """
-    Return x >= 0 with sum_i Q_i x^n_i = total, by Newton's method in log x and log total.
-
-    In these coordinates the sum is convex and its slope lies between the smallest and the
-    largest exponent, so the iteration converges from any start.
-
-    """
-    target = np.asarray(total, dtype=float)
-    positive = target > 0.0
-    log_target = np.log(np.where(positive, target, 1.0))
-    terms = list(zip(prefactors, exponents, strict=True))
-    log_x = np.interp(log_target, _log_sums(prefactors, exponents), LOG_X)
-    for _ in range(NEWTON_ITERATIONS):
-        values = [q * np.exp(n * log_x) for q, n in terms]
-        sums = reduce(add, values)
-        slopes = [n * v for v, (_, n) in zip(values, terms, strict=True)]
-        slope = reduce(add, slopes) / sums
-        change = (np.log(sums) - log_target) / slope
-        log_x = log_x - change
-        if (np.abs(change) < NEWTON_TOLERANCE).all():
-            break
-    return np.where(positive, np.exp(log_x), 0.0)
-
-
-@lru_cache(maxsize=64)
-def _log_sums(prefactors: tuple[float, ...], exponents: tuple[float, ...]) -> Array:
-    """Return the logarithm of a sum of powers at LOG_X; not to be written."""
-    terms = zip(prefactors, exponents, strict=True)
-    return reduce(np.logaddexp, [np.log(q) + n * LOG_X for q, n in terms])
 
 
 @dataclass(frozen=True, eq=False)

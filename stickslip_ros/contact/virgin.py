@@ -20,8 +20,8 @@ import numpy as np
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.contact.mdr import Presliding
-from stickslip_ros.kernels.kernel import kernel
-from stickslip_ros.kernels.record import FLOAT, Record, kind, record
+from stickslip_ros.kernels.kernel import entry_point, kernel
+from stickslip_ros.kernels.record import FLOAT, Record, kind, records
 
 CELLS = 4096
 """Cells of a table; the force is then exact to TABLE_ERROR of its maximum."""
@@ -30,6 +30,8 @@ TABLE_ERROR = 1.2e-6
 stiffness falls to zero like a square root."""
 STIFFNESSES_KEPT = 8
 """Contacts whose stiffness is kept for their own tables, beside that of all of them."""
+CELL_STARTS: Array = np.arange(CELLS) / CELLS
+"""As shares of the limit."""
 
 
 CURVE = kind(
@@ -98,48 +100,60 @@ def _stiffnesses(contacts: Sequence[Presliding]) -> tuple[Array, dict[int, Array
     """
     limit_m = max(contact.max_displacement_m for contact in contacts)
     each = {id(contact): _stiffness(contact, limit_m) for contact in contacts}
-    whole = np.zeros(CELLS + 1)
+    whole = np.zeros(CELLS)
     for key, count in Counter(map(id, contacts)).items():
         whole += count * each[key]
     cell_m = limit_m / CELLS
-    start, end = _cells_of(whole)
-    unscaled_n = np.cumsum(0.5 * (start + end))[-1] * cell_m
     full_slip_n = sum(contact.max_force_n for contact in contacts)
-    return whole, each, float(full_slip_n / unscaled_n), cell_m
+    return whole, each, full_slip_n / (_sum(whole) * cell_m), cell_m
 
 
 @lru_cache(maxsize=STIFFNESSES_KEPT)
 def _stiffness(contact: Presliding, limit_m: float) -> Array:
     """Return the stiffness of a contact at the nodes up to a limit, N/m; not to be written."""
-    nodes_m = np.linspace(0.0, limit_m, CELLS + 1, dtype=np.float64)
-    return contact.tangential_stiffness(nodes_m)
-
-
-def _cells_of(stiffness: Array) -> tuple[Array, Array]:
-    """Return the stiffness at start and end of each cell; the first cell is linear."""
-    start, end = stiffness[:-1].copy(), stiffness[1:].copy()
-    end[-1] = 0.0
-    start[0] = end[0] = 0.5 * (start[0] + end[0])
-    return start, end
+    return contact.tangential_stiffness(limit_m * CELL_STARTS)
 
 
 def _assemble(stiffness: Array, scale: float, width_m: float) -> Record:
-    start, end = (scale * edge for edge in _cells_of(stiffness))
-    force_n = np.concatenate(([0.0], np.cumsum(0.5 * (start + end)) * width_m))
-    half_slope = 0.5 * (end - start) / width_m
-    gains_j = width_m * (force_n[:-1] + width_m * (start / 2.0 + width_m * half_slope / 3.0))
-    energy_j = np.concatenate(([0.0], np.cumsum(gains_j)))
-    curve = record(
-        CURVE,
-        cells_per_m=1.0 / width_m,
-        core_m=width_m,
-        limit_m=width_m * len(start),
-        force_max_n=force_n[-1],
-        energy_max_j=energy_j[-1],
-    )
-    for column, values in enumerate((force_n[:-1], start, half_slope, energy_j[:-1])):
-        curve.cells[:, column] = values
-    return curve
+    """Return the curve of so many times the stiffness at the nodes, N/m, a width apart, m."""
+    curves = records(CURVE, cells_per_m=1.0 / width_m, core_m=width_m, limit_m=width_m * CELLS)
+    _fill(stiffness, scale, width_m, curves)
+    return curves[0]
+
+
+@kernel
+def _edges(stiffness: Array, cell: int) -> tuple[float, float]:
+    """Return the stiffness at start and end of a cell; the first cell is linear."""
+    start = stiffness[cell]
+    end = stiffness[cell + 1] if cell + 1 < CELLS else 0.0
+    middle = 0.5 * (start + end)
+    return (start, end) if cell else (middle, middle)
+
+
+@entry_point
+def _sum(stiffness: Array) -> float:
+    """Return the sum of the mean stiffness of all cells."""
+    total = 0.0
+    for i in range(CELLS):
+        start, end = _edges(stiffness, i)
+        total += 0.5 * (start + end)
+    return total
+
+
+@entry_point
+def _fill(stiffness: Array, scale: float, width_m: float, curves: Record) -> None:
+    """Add up force and energy cell by cell."""
+    curve, total, force_n, energy_j = curves[0], 0.0, 0.0, 0.0
+    for i in range(CELLS):
+        start, end = _edges(stiffness, i)
+        start, end = scale * start, scale * end
+        half_slope = 0.5 * (end - start) / width_m
+        cell = curve.cells[i]
+        cell[0], cell[1], cell[2], cell[3] = force_n, start, half_slope, energy_j
+        energy_j += width_m * (force_n + width_m * (start / 2.0 + width_m * half_slope / 3.0))
+        total += 0.5 * (start + end)
+        force_n = total * width_m
+    curve.force_max_n, curve.energy_max_j = force_n, energy_j
 
 
 @kernel

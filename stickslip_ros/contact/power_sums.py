@@ -1,0 +1,140 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""Sums of powers and their roots: of few sums by Newton's method, of many off polynomials."""
+
+import math
+from functools import lru_cache, reduce
+
+import numpy as np
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.kernels.kernel import entry_point
+
+NEWTON_ITERATIONS = 60
+"""Enough for any start: the function is convex in log-log, so Newton's steps cannot cycle."""
+NEWTON_TOLERANCE = 1e-8
+"""Last change of a logarithm: the next one, about its square, is below rounding."""
+LOG_X: Array = np.linspace(-100.0, 10.0, 2201, dtype=np.float64)
+"""Logarithms of x, m, between which the iteration begins: two steps are then enough."""
+OCTAVES = 13
+"""Powers of two below the largest sum that polynomials cover: 4096 equal steps down from it."""
+DEGREE = 7
+PIECES = 10
+"""Polynomials per octave where the root rises like the sum; more where it rises like a power of
+it. They then miss the root by 1e-14, at an exponent of 0.3 by 3e-14, little more than Newton."""
+TABLES_KEPT = 8
+_NODES: Array = np.cos(np.pi * (np.arange(DEGREE + 1) + 0.5) / (DEGREE + 1))
+"""Chebyshev's places between -1 and 1, the ends of a piece, where a polynomial is exact."""
+_TO_COEFFICIENTS: Array = np.linalg.inv(np.vander(_NODES, increasing=True)).T
+
+
+def power_sum(x: Array, prefactors: tuple[float, ...], exponents: tuple[float, ...]) -> Array:
+    """Return sum_i Q_i |x|^n_i, of the shape of x."""
+    terms = zip(prefactors, exponents, strict=True)
+    return np.asarray(sum(q * np.abs(x) ** n for q, n in terms))
+
+
+def solve_power_sum(
+    total: Array | float, prefactors: tuple[float, ...], exponents: tuple[float, ...]
+) -> Array:
+    """
+    Return x >= 0 with sum_i Q_i x^n_i = total, of any shape; 0 where the total is not above 0.
+
+    More totals than a table of polynomials takes to be made are read off one.
+
+    """
+    totals = np.array(total, dtype=float)  # one that is read-only has another type in a kernel
+    pieces = math.ceil(PIECES / min(1.0, *exponents))
+    if totals.size <= OCTAVES * pieces * len(_NODES) or not 0.0 < totals.max() < math.inf:
+        return _by_newton(totals, prefactors, exponents)
+    _, octave = math.frexp(totals.max())
+    lowest = octave - OCTAVES
+    flat, roots = totals.ravel(), np.zeros(totals.size)
+    _read_off(flat, _table(prefactors, exponents, pieces, octave), lowest, pieces, roots)
+    below = (flat > 0.0) & (flat < 2.0**lowest)
+    if below.any():
+        roots[below] = solve_power_sum(flat[below], prefactors, exponents)
+    return roots.reshape(totals.shape)
+
+
+def _by_newton(
+    totals: Array, prefactors: tuple[float, ...], exponents: tuple[float, ...]
+) -> Array:
+    roots = np.zeros(totals.size)
+    terms = np.array([*zip(prefactors, exponents, strict=True)])
+    _iterate(totals.ravel(), terms, LOG_X, _log_sums(prefactors, exponents), roots)
+    return roots.reshape(totals.shape)
+
+
+@lru_cache(maxsize=64)
+def _log_sums(prefactors: tuple[float, ...], exponents: tuple[float, ...]) -> Array:
+    """Return the logarithm of a sum of powers at LOG_X; not to be written."""
+    terms = zip(prefactors, exponents, strict=True)
+    return reduce(np.logaddexp, [np.log(q) + n * LOG_X for q, n in terms])
+
+
+@entry_point
+def _iterate(totals: Array, terms: Array, log_x: Array, log_sums: Array, roots: Array) -> None:
+    """
+    Solve in log x and log total.
+
+    In these coordinates the sum is convex and its slope lies between the smallest and the
+    largest exponent, so the iteration converges from any start.
+
+    """
+    k = len(log_x) // 2
+    for i in range(len(totals)):
+        if not totals[i] > 0.0:
+            continue
+        log_total = math.log(totals[i])
+        while k > 0 and log_sums[k] > log_total:
+            k -= 1
+        while k < len(log_x) - 2 and log_sums[k + 1] < log_total:
+            k += 1
+        share = (log_total - log_sums[k]) / (log_sums[k + 1] - log_sums[k])
+        root = log_x[k] + share * (log_x[k + 1] - log_x[k])
+        for _ in range(NEWTON_ITERATIONS):
+            value = slope = 0.0
+            for term in terms:
+                power = term[0] * math.exp(term[1] * root)
+                value += power
+                slope += term[1] * power
+            change = (math.log(value) - log_total) * value / slope
+            root -= change
+            if abs(change) < NEWTON_TOLERANCE:
+                break
+        roots[i] = math.exp(root)
+
+
+@lru_cache(maxsize=TABLES_KEPT)
+def _table(
+    prefactors: tuple[float, ...], exponents: tuple[float, ...], pieces: int, octave: int
+) -> Array:
+    """
+    Return the roots of sums below 2^octave as polynomials, so many for each of OCTAVES.
+
+    A row has the coefficients of the powers of a place that goes from -1 to 1 in its piece, the
+    lowest first; shape (OCTAVES pieces, DEGREE + 1), lowest sums first. Not to be written.
+
+    """
+    shares = (np.arange(pieces)[:, np.newaxis] + 0.5 * (1.0 + _NODES)) / pieces
+    octaves = np.arange(octave - OCTAVES, octave)[:, np.newaxis, np.newaxis]
+    roots = _by_newton(np.ldexp(1.0 + shares, octaves), prefactors, exponents)
+    return np.asarray(roots.reshape(-1, len(_NODES)) @ _TO_COEFFICIENTS)
+
+
+@entry_point
+def _read_off(totals: Array, table: Array, lowest: int, pieces: int, roots: Array) -> None:
+    """Fill in the roots of all totals from 2^lowest on."""
+    for i in range(len(totals)):
+        half_share, octave = math.frexp(totals[i])
+        octave -= 1 + lowest
+        if totals[i] > 0.0 and octave >= 0:
+            share = pieces * (2.0 * half_share - 1.0)
+            piece = int(share)
+            coefficients, place = table[pieces * octave + piece], 2.0 * (share - piece) - 1.0
+            root = coefficients[DEGREE]
+            for k in range(DEGREE - 1, -1, -1):
+                root = coefficients[k] + place * root
+            roots[i] = root
