@@ -189,6 +189,7 @@ def observe(
 
     """
     plant, state = plants[0], states[0]
+    drives = ((plants, states, wave, load_n, sample_s, truth, ramps),)
     lay_contacts(plant, state)
     row = 0
     for i in range(len(truth)):
@@ -201,7 +202,7 @@ def observe(
             ahead = stretch_ahead(plant, wave, state.clock, slewed_v, row)
             settled_s = time_to_settle(plant, wave, before_v, ahead.start_v, ahead.rate_v_per_s)
             stretch_s = min(remaining_s, ahead.lasts_s, settled_s)
-            advance_stretch(plant, state, ahead.start_v, ahead.rate_v_per_s, load_n, stretch_s)
+            advance_stretch(drives, ahead.start_v, ahead.rate_v_per_s, stretch_s)
             if state.passes_left < 0:
                 return
             if is_direct(plant):
@@ -259,20 +260,17 @@ def takes_only_long_steps(plants: Record, states: Record) -> bool:
 
 @kernel
 def advance_stretch(
-    plant: Record,
-    state: Record,
-    start_v: float,
-    rate_v_per_s: float,
-    load_n: float,
-    stretch_s: float,
+    drives: tuple[Any, ...], start_v: float, rate_v_per_s: float, stretch_s: float
 ) -> None:
-    """Advance along a straight stretch of the voltage."""
+    """Advance the one drive, a tuple as ``_observe`` has it, along a straight voltage."""
+    plants, states, _, load_n, _, _, _ = drives[0]
+    plant, state = plants[0], states[0]
     if plant.ideal and remembers_turns(plant.contacts[ALL], state.contacts[ALL]):
         lanes = one_lane()
         enter_lane(lanes, 0, plant, state, load_n)
         begin_stretch(lanes, 0, plant, state, start_v, rate_v_per_s, stretch_s)
         while lanes.left_s[0] > 0.0 and lanes.passes_left[0] >= 0:
-            long_steps(lanes, (((plant,), (state,)),))
+            long_steps(lanes, drives)
         end_stretch(lanes, 0, plant, state)
     else:
         take_short_steps(plant, state, start_v, rate_v_per_s, load_n, stretch_s)

@@ -10,10 +10,10 @@ from stickslip_ros.instrument.commands import Request
 from stickslip_ros.kernels.cache import why_not_kept
 from stickslip_ros.parameters import SENSORS, Parameters
 
-KERNELS = 188 + 3 * len(SENSORS)
+KERNELS = 177 + 3 * len(SENSORS)
 """What ``compile_kernels`` compiles where nothing is compiled yet; of a sensor its loop, low-pass
 and display, at least."""
-LANES_KERNELS = 13  # what lanes of several drives take besides
+RUNS_KERNELS = 25  # what runs take besides that no drive in real time needs
 REPORT_EVERY = 20
 """Kernels after which the progress of the compilation is logged again."""
 
@@ -23,8 +23,8 @@ def compile_kernels() -> None:
     Compile what is not compiled yet, or load it from the disk.
 
     A stand is led through all that has kernels of its own, on a bench that is thrown away: a run,
-    another preload, a dead foot, the ledger. Nothing is compiled later, while time must not stand
-    still. The kernels are the same for every stand.
+    another preload, a dead foot. Nothing is compiled later, while time must not stand still. The
+    kernels are the same for every stand.
 
     """
     bench = Bench(Parameters().updated({row.switch: True for row in SENSORS if row.switch}))
@@ -35,11 +35,10 @@ def compile_kernels() -> None:
     ):
         bench.accept(request)
     bench.update(2 * bench.parameters.block_ns)
-    _ = bench.ledger
 
 
 def progress_reporter(
-    say: Callable[[str], None], kernels: int = KERNELS + LANES_KERNELS
+    say: Callable[[str], None], kernels: int = KERNELS + RUNS_KERNELS
 ) -> Callable[[int], None]:
     """
     Return a listener for ``compilation_reported`` that puts the progress into lines.

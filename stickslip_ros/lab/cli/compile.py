@@ -11,7 +11,7 @@ from stickslip_ros.instrument.compilation import compile_kernels, progress_repor
 from stickslip_ros.kernels.cache import cache_folders
 from stickslip_ros.kernels.kernel import compilation_reported
 from stickslip_ros.lab.cli.printing import CHECK_FAILED, Answer
-from stickslip_ros.lab.runs.courses import compile_lanes
+from stickslip_ros.lab.runs.courses import compile_for_runs
 
 
 def compile_verb(arguments: argparse.Namespace) -> Answer:
@@ -27,7 +27,7 @@ def compile_verb(arguments: argparse.Namespace) -> Answer:
     start_s, start_cpu_s = time.perf_counter(), time.process_time()
     with compilation_reported(count):
         compile_kernels()
-        compile_lanes()
+        compile_for_runs()
     wall_s, processor_s = time.perf_counter() - start_s, time.process_time() - start_cpu_s
     folder = cache_folders().write
     line = f'{compiled} kernels compiled in {wall_s:.1f} s, {processor_s:.1f} s of a processor'

@@ -17,6 +17,7 @@ import numpy as np
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.advance import LANES_MIN, observe_all
 from stickslip_ros.drive.build import plant_of, state_at_rest
+from stickslip_ros.drive.ledger import take_ledger
 from stickslip_ros.drive.long_step import LANES
 from stickslip_ros.drive.records import FORCE, Wave
 from stickslip_ros.drive.waveform import level
@@ -64,12 +65,13 @@ def bundle_for(parameters: Parameters) -> int:
     return BUNDLE if in_lanes else 1
 
 
-def compile_lanes() -> None:
-    """Compile what only drives that go together need."""
+def compile_for_runs() -> None:
+    """Compile what runs need besides a drive in real time: drives that go together, the ledger."""
     plants = plant_of(Parameters())
     states = state_at_rest(plants, Parameters().stand.preload)
     log, truth = np.empty((1, 3)), np.empty((1, FORCE + 1))
     observe_all([(plants, states, level(0.0), 0.0, 0.0, truth, log)] * LANES_MIN)
+    take_ledger(plants, states)
 
 
 def cycles_of(

@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from stickslip_ros.instrument.compilation import KERNELS, LANES_KERNELS
+from stickslip_ros.instrument.compilation import KERNELS, RUNS_KERNELS
 from stickslip_ros.kernels import cache as kernel_cache
 from stickslip_ros.kernels.cache import Folders
 from stickslip_ros.kernels.kernel import entry_point
@@ -24,7 +24,7 @@ from stickslip_ros.lab.cli.main import main
 BIN = Path(sys.executable).parent
 REALISTIC = str(Path(__file__).parents[3] / 'config/realistic.yaml')
 LINE = 'compiling kernels, once: ({done}) of {kernels}'
-OF_ALL = LINE.format(done=r'\d+', kernels=KERNELS + LANES_KERNELS)
+OF_ALL = LINE.format(done=r'\d+', kernels=KERNELS + RUNS_KERNELS)
 OF_NODE = LINE.format(done=r'\d+', kernels=KERNELS)
 TIMEOUT_S = 280.0
 """Long enough for a cold start beside other processes; the tests do not judge by it."""
@@ -71,7 +71,7 @@ def cold_demo(run: Callable) -> Any:
 def all_kept(run: Callable, cold_demo: Any, files: Callable[[], list[Path]]) -> None:
     """Compile what a single drive does not need."""
     assert run('compile').returncode == 0
-    assert len(files()) == KERNELS + LANES_KERNELS
+    assert len(files()) == KERNELS + RUNS_KERNELS
 
 
 @pytest.fixture(scope='module')
@@ -138,7 +138,7 @@ def test_where_nothing_can_be_kept_the_verb_says_so_and_fails(monkeypatch, capsy
     monkeypatch.setattr(
         compilation, 'compile_kernels', lambda: entry_point(lambda value: 2.0 * value)(1.5)
     )
-    monkeypatch.setattr(compilation, 'compile_lanes', lambda: None)
+    monkeypatch.setattr(compilation, 'compile_for_runs', lambda: None)
     assert main(['compile']) == 1
     why, progress = capsys.readouterr().err.splitlines()
     assert why.endswith('set NUMBA_CACHE_DIR')
