@@ -4,6 +4,7 @@
 """A bag directory: its ``metadata.yaml``, as rosbag2 of Jazzy and later writes it, and read."""
 
 import os
+import re
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path, PurePath
@@ -24,6 +25,7 @@ from stickslip_ros.recording.integrity import (
 from stickslip_ros.recording.layout import SUFFIX
 
 METADATA_FILE: Final = 'metadata.yaml'
+_NUMBER: Final = re.compile(r'_\d{1,4}$')  # of a part; longer ones are times of the day
 METADATA_ROOT: Final = 'rosbag2_bagfile_information'
 _VERSION: Final = 9
 """Of the form of the file; Jazzy and Kilted write this one, and read all earlier ones."""
@@ -140,7 +142,7 @@ def bag_parts(path: Path) -> list[Path]:
     if not (path / METADATA_FILE).is_file():
         refuse_sqlite(path)
         problem, hint = 'it is a directory without a recording', 'name a file or a bag directory'
-        if list(path.glob(f'*{SUFFIX}')):
+        if files_of_a_bag(path):
             problem = f'it has no {METADATA_FILE}: the recording was cut off'
             hint = recover_hint(path)
         raise RecordingError(path, problem, hint)
@@ -164,6 +166,16 @@ def bag_parts(path: Path) -> list[Path]:
             path, f'{missing[0] if missing else "its list of files"} is missing', 'put it back'
         )
     return [path / name for name in names]
+
+
+def files_of_a_bag(path: Path) -> list[Path]:
+    """Return the MCAP files of a directory without description; refuse those of several runs."""
+    files = sorted(path.glob(f'*{SUFFIX}'), key=lambda each: (len(each.name), each.name))
+    names = {_NUMBER.sub('', each.stem) for each in files}
+    if len(names) > 1 or (len(files) > 1 and not files[0].stem.endswith('_0')):
+        problem = f'it holds {len(files)} recordings, which are not the parts of one'
+        raise RecordingError(path, problem, f'name one, as {files[0]}')
+    return files
 
 
 def refuse_sqlite(path: Path) -> None:

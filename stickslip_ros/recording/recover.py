@@ -26,7 +26,7 @@ from mcap.writer import Writer
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.files import readable
 from stickslip_ros.process.stopping import stop_if_asked
-from stickslip_ros.recording.bag import bag_parts, refuse_sqlite, write_metadata
+from stickslip_ros.recording.bag import bag_parts, files_of_a_bag, refuse_sqlite, write_metadata
 from stickslip_ros.recording.chunks import (
     CHUNK_MAX_BYTES,
     MAGIC,
@@ -90,7 +90,7 @@ def recover(path: Path, output: Path | None = None) -> tuple[list[Recovery], Pat
             raise RecordingError(path, 'it is no bag', 'name the directory of a bag')
     layout = Layout.plan(path, bag=is_bag, split=True)
     parts = [] if path.is_file() else layout.parts()
-    if is_bag and not (parts := parts or sorted(path.glob(f'*{SUFFIX}'))):
+    if is_bag and not (parts := parts or files_of_a_bag(path)):
         raise RecordingError(path, 'there is no MCAP file in it', 'name the directory of a bag')
     name = f'{path.name}{MARK}' if is_bag else f'{layout.stem}{MARK}{SUFFIX}'
     target = output or path.with_name(name)

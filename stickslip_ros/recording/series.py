@@ -4,7 +4,7 @@
 """A quantity over time: the one type of measured and of simulated runs; columns of a trace."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable
 from copy import copy
 from dataclasses import dataclass
 from typing import Final
@@ -82,33 +82,61 @@ class Series:
         return made
 
 
-def split_columns(blocks: Sequence[ArrayMessage], origin: str) -> dict[str, Series]:
-    """Join the blocks of a trace, labelled ``t[s],voltage[V]``; give columns by bare names."""
-    if not blocks:
-        return {}
-    labels = blocks[0].labels[1].split(',') if len(blocks[0].labels) == 2 else []
-    parts = [_LABEL.fullmatch(label) for label in labels]
-    units = {part['name']: part['unit'] or '' for part in parts if part}
-    is_table = units.get(_TIME) == 's' and len(units) == len(labels)
-    for block in blocks:
-        same = block.labels == blocks[0].labels and block.data.shape[1:] == (len(units),)
-        if not (is_table and same):
+class Columns:
+    """
+    The blocks of a trace, labelled ``t[s],voltage[V]``, joined as they come.
+
+    There is room for some rows; more than these take time to make it wider.
+
+    """
+
+    def __init__(self, origin: str, room: int = 0) -> None:
+        self._origin, self._room = origin, room
+        self._labels: tuple[str, ...] = ()
+        self._units: dict[str, str] = {}
+        self._table, self._rows = np.empty((0, 0)), 0
+
+    def add(self, block: ArrayMessage) -> None:
+        """Take in a block; WrongKind if it is not laid out as one table like those before."""
+        if not self._labels:
+            self._labels = block.labels
+            names = block.labels[1].split(',') if len(block.labels) == 2 else []
+            parts = [_LABEL.fullmatch(name) for name in names]
+            self._units = {part['name']: part['unit'] or '' for part in parts if part}
+            if self._units.get(_TIME) != 's' or len(self._units) != len(names):
+                self._units = {}
+            self._table = np.empty((len(self._units), self._room))
+        is_like = block.labels == self._labels and block.data.shape[1:] == (len(self._units),)
+        if not (self._units and is_like):
             raise WrongKind(
-                f'layout of a block of {origin}',
+                f'layout of a block of {self._origin}',
                 (block.labels, block.data.shape),
                 'that of one table with distinct columns, one of them t[s]',
                 'read a topic that carries a trace',
             )
-    table = np.empty((len(units), sum(len(block.data) for block in blocks)))
-    begin = 0
+        begin, self._rows = self._rows, self._rows + len(block.data)
+        if self._rows > self._table.shape[1]:
+            wider = np.empty((len(self._units), max(self._rows, 2 * self._table.shape[1])))
+            wider[:, :begin] = self._table[:, :begin]
+            self._table = wider
+        self._table[:, begin : self._rows] = block.data.T
+
+    def series(self) -> dict[str, Series]:
+        """Give the columns by their bare names; none without blocks."""
+        if not self._units:
+            return {}
+        columns = dict(zip(self._units, self._table[:, : self._rows], strict=True))
+        time_s = columns.pop(_TIME)
+        times = Series(time_s, time_s, 's', f'{self._origin} {_TIME}')
+        return {
+            name: times.beside(value, self._units[name], f'{self._origin} {name}')
+            for name, value in columns.items()
+        }
+
+
+def split_columns(blocks: Iterable[ArrayMessage], origin: str) -> dict[str, Series]:
+    """Give the columns of the blocks of a trace."""
+    columns = Columns(origin)
     for block in blocks:
-        end = begin + len(block.data)
-        table[:, begin:end] = block.data.T
-        begin = end
-    columns = dict(zip(units, table, strict=True))
-    time_s = columns.pop(_TIME)
-    times = Series(time_s, time_s, 's', f'{origin} {_TIME}')
-    return {
-        name: times.beside(value, units[name], f'{origin} {name}')
-        for name, value in columns.items()
-    }
+        columns.add(block)
+    return columns.series()

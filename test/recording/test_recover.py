@@ -548,6 +548,26 @@ def test_a_directory_without_a_recording_is_refused(tmp_path: Path):
         recover(tmp_path)
 
 
+@pytest.mark.parametrize(
+    'names',
+    [
+        ('free.mcap', 'steps.mcap'),
+        ('run_7.mcap', 'run_8.mcap'),
+        ('run_20261124T170142_123456.mcap', 'run_20261124T170142_123457.mcap'),
+    ],
+)
+def test_a_directory_of_several_recordings_is_no_bag(tmp_path: Path, recorded: Path, names):
+    folder = tmp_path / 'runs'
+    folder.mkdir()
+    for name in names:
+        (folder / name).write_bytes(recorded.read_bytes())
+    before = content_of(folder)
+    for read in (recover, Recording):
+        with pytest.raises(RecordingError, match='2 recordings, which are not the parts of one'):
+            read(folder)
+    assert content_of(folder) == before
+
+
 def test_a_bag_of_storage_sqlite3_is_refused(tmp_path: Path):
     (tmp_path / 'bag_0.db3').write_bytes(b'SQLite format 3\0')
     with pytest.raises(RecordingError, match='ros2 bag convert'):

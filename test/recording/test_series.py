@@ -8,7 +8,7 @@ import pytest
 
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.interface.messages import ArrayMessage
-from stickslip_ros.recording.series import Series, split_columns
+from stickslip_ros.recording.series import Columns, Series, split_columns
 
 
 def ramp(*times_s: float) -> Series:
@@ -94,3 +94,14 @@ def test_blocks_with_other_columns_are_refused():
     blocks = [block(('sample', f't[s],{name}[V]'), (1, 2)) for name in ('high', 'low')]
     with pytest.raises(WrongKind, match='low'):
         split_columns(blocks, 'a test')
+
+
+@pytest.mark.parametrize('room', [0, 1, 5, 100])
+def test_blocks_are_joined_whatever_the_room_for_them(room: int):
+    table = np.arange(14, dtype=np.float64).reshape(7, 2)
+    columns = Columns('a test', room)
+    for part in (table[:3], table[3:4], table[4:4], table[4:]):
+        columns.add(ArrayMessage(('sample', 't[s],force[N]'), part.shape, part))
+    force = columns.series()['force']
+    assert force.time_s.tolist() == table[:, 0].tolist()
+    assert force.value.tolist() == table[:, 1].tolist()
