@@ -140,8 +140,9 @@ clean: ## remove environments, builds, caches and recorded runs
 define make-venv
 	@$(PYTHON) -c 'import sys; v = sys.version_info[:2]; (3, 10) <= v <= (3, 13) or sys.exit(f"Python {v[0]}.{v[1]} has no ROS 2 wheels; use PYTHON=python3.10 to 3.13")'
 	@echo "1 of 3: making $(@D) for $(DISTRO), once"
-	@$(PYTHON) -m venv --clear $(@D)
-	@$(@D)/bin/python $(PIP) install uv==$(UV_VERSION) || true
+	@$(PYTHON) -m venv --clear --without-pip $(@D)
+	@$(PYTHON) $(PIP) --python $(@D)/bin/python install uv==$(UV_VERSION) 2> /dev/null \
+		|| { $(with-pip) install uv==$(UV_VERSION); } || true
 	@$(call install-by,$(shell grep -E '^(pip|setuptools|wheel)==' $(LOCK)))
 	@echo "2 of 3: installing the $(shell cat $(^) | grep -c ==) packages of $(^)"
 	@$(install)
@@ -149,16 +150,20 @@ define make-venv
 endef
 
 # uv takes a sixth of the processor time that pip does, which asks where uv cannot: pip's own
-# settings may name another index. The build tools come first, from the lock too: empy has no
+# settings may name another index. It trusts whom the system trusts, as pip does: behind a proxy of
+# a company, its own list has nobody. The build tools come first, from the lock too: empy has no
 # wheel, and neither it nor the project shall be built with anything unpinned.
 define install
 $(call install-by,--no-build-isolation $(LOCKS:%=-r %))
 endef
 
 define install-by
-{ $(@D)/bin/uv pip install --python $(@D)/bin/python $(1) \
-	|| { echo 'by pip, which takes about a minute' >&2; $(@D)/bin/python $(PIP) install $(1); }; }
+{ $(@D)/bin/uv pip install --system-certs --python $(@D)/bin/python $(1) \
+	|| { echo 'by pip, which takes about a minute' >&2; $(with-pip) install $(1); }; }
 endef
+
+# A pip of its own takes an environment as long as all that uv installs, so it comes where needed.
+with-pip = $(@D)/bin/python -m ensurepip > /dev/null && $(@D)/bin/python $(PIP)
 
 LOCKS = $(filter %.txt,$^)
 
