@@ -17,7 +17,7 @@ from rcl_interfaces.msg import SetParametersResult
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
-from rclpy.lifecycle import LifecycleState, ManagedEntity, TransitionCallbackReturn
+from rclpy.lifecycle import LifecycleNode, LifecycleState, ManagedEntity, TransitionCallbackReturn
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.service import Service
@@ -155,12 +155,18 @@ def end_node(executor: Executor, *nodes: Node) -> None:
     that were shut down while they spun 35 raised InvalidHandle in their thread and 5 to 8 never
     ended (rclpy 7.1.6 and 9.1.2). So whoever spins looks at a flag, and is joined first.
 
+    rclpy leaves the services of a lifecycle node in the graph until it is collected, or for ever
+    where a traceback holds it. They go here: a node that comes after it would have a double, and a
+    client that hears of half of the double's end never finds its own service ready.
+
     """
     for node in nodes:
         executor.remove_node(node)
     executor.shutdown()
     for node in nodes:
         node.destroy_node()
+        if isinstance(node, LifecycleNode):
+            node._state_machine.destroy_when_not_in_use()  # noqa: SLF001
 
 
 def spin_until_stopped(node: Node, executor: Executor) -> None:

@@ -3,8 +3,8 @@
 
 """A node of a user and a drive in lockstep: simulated time goes on when its callbacks are done."""
 
-import re
 import sys
+import threading
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -13,11 +13,13 @@ from time import monotonic
 from typing import Any
 from unittest.mock import patch
 
+import rclpy
 from rclpy.clock_type import ClockType
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 
+import stickslip_ros
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.interface.topics import COMMAND_TOPICS, PREFIX
 from stickslip_ros.ros.client import Handshake
@@ -29,8 +31,11 @@ WAIT_S = 0.02
 """Wall-clock time after which a thread that waits looks round."""
 LEAVE_S = 1.0
 """Wall-clock time that a callback has to return when the test no longer waits for it."""
-OURS = re.compile(r'[/\\](rclpy|stickslip_ros|threading\.py)')
-"""Files in which no callback of a user stands."""
+OURS = (
+    *(f'{each.__path__[0]}/' for each in (rclpy, stickslip_ros)),
+    threading.__file__,
+)
+"""Beginnings of the paths of files in which no callback of a user stands."""
 
 
 class Lockstep:
@@ -199,7 +204,7 @@ class Lockstep:
         """Return what the node does, in which of its lines, and where simulated time stands."""
         frame = sys._current_frames().get(thread.ident or 0)  # noqa: SLF001
         calls = [] if frame is None else traceback.extract_stack(frame)
-        own = [each for each in calls if not OURS.search(each.filename)]
+        own = [each for each in calls if not each.filename.startswith(OURS)]
         at = f', at {own[-1].filename}:{own[-1].lineno}' if own else ''
         name = self._node.get_fully_qualified_name()
         return f'{name} {self._doing}{at}, for {timeout_s:g} s; {self._session.state}'

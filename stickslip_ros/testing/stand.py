@@ -180,9 +180,6 @@ class Stand:
             executor.shutdown()
         self.operator.close()
         self.context.try_shutdown()
-        # rclpy leaves a lifecycle node in the graph, with its services, until it is collected, or
-        # never where a traceback holds it; the next drive would have a twin.
-        self.drive._state_machine.destroy_when_not_in_use()  # noqa: SLF001
         del self.drive, self.operator, self._executor, self._spun
         gc.collect()
         self._check()

@@ -8,10 +8,11 @@ from threading import Event
 
 import pytest
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.lifecycle import LifecycleNode
 from rclpy.node import Node
 
 from stickslip_ros.process import stopping
-from stickslip_ros.ros.executable import spin_until_stopped
+from stickslip_ros.ros.executable import end_node, spin_until_stopped
 from stickslip_ros.testing import open_context
 
 
@@ -51,3 +52,13 @@ def test_what_a_callback_raises_ends_the_node(node: Node):
     ):
         spin_until_stopped(node, executor)
     assert not list(node.timers)
+
+
+def test_a_lifecycle_node_that_is_ended_offers_no_transitions_while_something_holds_it(node: Node):
+    def offers_transitions() -> bool:
+        return '/ended/change_state' in dict(node.get_service_names_and_types())
+
+    ended = LifecycleNode('ended', context=node.context)
+    assert offers_transitions()
+    end_node(SingleThreadedExecutor(context=node.context), ended)
+    assert not offers_transitions()
