@@ -152,8 +152,8 @@ def install(wheel: Path | str, lock: Path, environment: Path, python: str = '') 
         run(python, '-m', 'venv', '--without-pip', environment)
     # One of the wheels' requirements comes as source, and needs the build tools of the lock.
     tools = re.findall(r'^(?:setuptools|wheel)==\S+', lock.read_text(), re.MULTILINE)
-    there = 'uv', 'pip', 'install', '--quiet', '--python', environment / 'bin' / 'python'
-    run(BIN / there[0], *there[1:], '--no-build-isolation', '-c', lock, *tools, wheel)
+    there = '--python', environment / 'bin' / 'python', '-c', lock, '--system-certs', '--quiet'
+    run(BIN / 'uv', 'pip', 'install', *there, '--no-build-isolation', *tools, wheel)
 
 
 def use_without_ros(environment: Path) -> None:

@@ -4,6 +4,7 @@
 """What a command line chooses: parameters, and lists of quantities."""
 
 import argparse
+import sys
 from typing import Any
 
 from stickslip_ros.errors import OutOfRange
@@ -31,10 +32,16 @@ def chosen_draws(arguments: argparse.Namespace, count: int) -> list[Parameters]:
     """Return so many stands as likely as what a fit knows; none without one."""
     if arguments.draws is None:
         return []
-    from stickslip_ros.lab.fitting.draws import read_draws  # noqa: PLC0415 - takes long
+    from stickslip_ros.lab.fitting.draws import (  # noqa: PLC0415 - takes long
+        read_draws,
+        read_note,
+    )
 
     changes = chosen_values(arguments)
-    return [each.updated(changes) for each in read_draws(arguments.draws, count)]
+    draws = [each.updated(changes) for each in read_draws(arguments.draws, count)]
+    if note := read_note(arguments.draws):
+        print(f'Note: {note}.', file=sys.stderr)
+    return draws
 
 
 def chosen_values(arguments: argparse.Namespace) -> dict[str, object]:

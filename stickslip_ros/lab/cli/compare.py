@@ -56,6 +56,9 @@ def compare_verb(arguments: argparse.Namespace) -> Answer:
 def _check(arguments: argparse.Namespace, b: str | None) -> None:
     """Refuse what would be without effect, or fail after the work is done."""
     report, shift_s = arguments.output, arguments.shift
+    if MODEL in map(str, arguments.files[:-1]):
+        hint = f'write it last: stickslip compare A {MODEL}'
+        raise OutOfRange('A', MODEL, '', 'the word for B', hint)
     if report is not None and report.suffix.lower() not in _SUFFIXES:
         raise WrongKind('--output', str(report), 'an .html file', 'end its name so')
     if shift_s is not None and not abs(shift_s) <= SECONDS_MAX:

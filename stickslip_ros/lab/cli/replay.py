@@ -78,6 +78,8 @@ def _parts(result: Replay, output: str) -> Iterator[Section | str]:
         *((f'changed {name}', value) for name, value in result.changed.items()),
     ]
     yield Section(f'replay of {result.source}', rows)
+    if result.identical is None and 'load_cell.contact' not in result.changed:
+        yield 'the runner is fixed to the load cell; --set load_cell.contact=absent frees it'
     if result.identical:
         yield 'every message is identical, byte for byte'
     elif result.changed:

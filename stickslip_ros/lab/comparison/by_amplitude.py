@@ -32,6 +32,7 @@ from stickslip_ros.lab.tables.columns import sigma_name
 from stickslip_ros.lab.tables.experiment import BY_AMPLITUDE, POINT_COLUMNS, MeasuredTable
 from stickslip_ros.lab.tables.formats import DATA_FRAME
 from stickslip_ros.parameters import Parameters, Scalar
+from stickslip_ros.progress import progress_of
 from stickslip_ros.units import NM
 
 if TYPE_CHECKING:
@@ -114,7 +115,7 @@ def of_model(
     frequency_hz: float,
     steps: int,
     workers: int,
-    progress: Progress,
+    progress: bool | Progress,
 ) -> PointTable:
     """
     Return what the drive shows at the points of a table, runs of the same settings made once.
@@ -133,8 +134,8 @@ def of_model(
     if FORCE_COLUMN not in table.columns and 'step_length_m' in table.columns:
         parameters = parameters.updated(WITHOUT_CELL)
     asked = of_points(table.side.origin, table.columns, frequency_hz, steps, names)
-    with pool_of(workers) as pool:
-        found = predict(parameters, asked, pool=pool, progress=progress)
+    with progress_of(progress, 'runs') as show, pool_of(workers) as pool:
+        found = predict(parameters, asked, pool=pool, progress=show)
     columns = {table.axis: table.columns[table.axis], **table.settings}
     columns.setdefault(FREQUENCY_COLUMN, [frequency_hz] * table.side.rows)
     for one, [each] in zip(asked, found, strict=True):

@@ -5,8 +5,9 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -48,6 +49,9 @@ if TYPE_CHECKING:
 
     from stickslip_ros.lab.tables.formats import Table
 
+_USUAL_HZ = 1000.0
+"""Steps per second of the model, where nothing says another number."""
+
 
 def compare(
     a: 'Table | Run | Sequence[Table]',
@@ -55,7 +59,7 @@ def compare(
     *,
     headers: Mapping[str, str] | None = None,
     preloads_n: Sequence[float] = (),
-    frequency_hz: float = 1000.0,
+    frequency_hz: float = _USUAL_HZ,
     steps: int = 0,
     commands: 'Table | None' = None,
     frequency_max_hz: float | None = None,
@@ -117,56 +121,99 @@ def compare(
     given: list[Any] = [a] if isinstance(a, Run) else listed_tables(a)
     reading = Reading(headers or {}, preloads_n, report, is_run=isinstance(b, Parameters))
     reading.check_count(len(given) + (b is not None and not isinstance(b, Parameters)))
-    read_s = None if align else window_s  # the clocks are laid upon each other by all there is
+    times = _Times(shift_s, align, offset, window_s)
     first = (
-        _load(given[0], reading, window_s=read_s)
+        _load(given[0], reading, times.read_s)
         if len(given) == 1
         else by_amplitude.of_experiment(read_joined(given, reading))
     )
-    is_moved = align or shift_s is not None or offset or window_s is not None
-    if isinstance(b, Parameters) and isinstance(first, TimeRun):
-        if align or shift_s is not None:
-            hint = 'leave --shift and --align away: the clock is found by the falls'
-            raise Incomparable(first.side.origin, 'is compared with what drove it', hint)
+    if isinstance(first, PointTable):
+        times.check_none(first)
+    if not isinstance(b, Parameters):
+        if draws:
+            hint = 'give parameters as B, or leave them away'
+            raise Incomparable('draws', 'are of no model', hint)
+        if b is None:
+            return _compared(first, _attached(given[0], reading), times)
+        return _compared(first, _load(b, reading, times.read_of_b_s, len(given)), times)
+    shown_by: Callable[[Parameters], TimeRun | PointTable]
+    if isinstance(first, TimeRun):
+        times.check_unmoved(first)
+        if steps or frequency_hz != _USUAL_HZ:
+            problem = 'is over time, where the voltage says frequency and steps'
+            raise Incomparable(first.side.origin, problem, 'leave --frequency and --steps away')
+        times = times._replace(offset=True)
         source = DriveSource(commands, frequency_max_hz, window_s=window_s)
-        [experiment] = read_experiments(given, b, reading, source)
-
-        def over_time(stand: Parameters) -> ComparisonReport:
-            shown, alignment = in_time.of_model(experiment, stand)
-            return _over_time(first, shown, alignment, window_s, offset=True)
-
-        return _with_bands(over_time, b, draws, progress)
-    if isinstance(b, Parameters):
-        table = _points(first, is_moved)
-
-        def of_points(stand: Parameters) -> ComparisonReport:
-            with progress_of(False if draws else progress, 'runs') as show:
-                model = by_amplitude.of_model(table, stand, frequency_hz, steps, workers, show)
-            found = by_amplitude.compare(table, model)
-            return ComparisonReport(table.side, model.side, table.axis, found)
-
-        return _with_bands(of_points, b, draws, progress)
-    if draws:
-        raise Incomparable('draws', 'are of no model', 'give parameters as B, or leave them away')
-    if b is None:
-        second = _attached(given[0], reading)
+        [experiment] = read_experiments(given, b, replace(reading, report=None), source)
+        shown_by = partial(in_time.of_model, experiment)
     else:
-        if read_s is not None and shift_s is not None:
-            read_s = read_s[0] - shift_s, read_s[1] - shift_s
-        second = _load(Path(b) if isinstance(b, str) else b, reading, len(given), read_s)
-    if isinstance(first, TimeRun) and isinstance(second, TimeRun):
-        alignment = None if shift_s is None else Alignment(shift_s, 'given')
-        if align:
-            alignment = in_time.align(first, second)
-        moved = second if alignment is None else second.moved(alignment.shift_s)
-        return _over_time(first, moved, alignment, window_s, offset=offset)
-    if isinstance(first, PointTable) and isinstance(second, PointTable):
-        found = by_amplitude.compare(_points(first, is_moved), second)
-        return ComparisonReport(first.side, second.side, first.axis, found)
-    raise Incomparable(
-        second.side.origin,
-        f'is a {second.side.kind}, {first.side.origin} a {first.side.kind}',
-        'compare two over time, or two by amplitude and preload',
+        if commands is not None or frequency_max_hz is not None:
+            hint = 'leave --commands and --frequency-max away'
+            raise Incomparable(first.side.origin, 'is by amplitude: no voltage drove it', hint)
+        shown_by = partial(
+            by_amplitude.of_model,
+            first,
+            frequency_hz=frequency_hz,
+            steps=steps,
+            workers=workers,
+            progress=False if draws else progress,
+        )
+    return _with_bands(lambda stand: _compared(first, shown_by(stand), times), b, draws, progress)
+
+
+class _Times(NamedTuple):
+    """What is said of the times of A and B, and of the zeros of their positions."""
+
+    shift_s: float | None
+    align: bool
+    offset: bool
+    window_s: tuple[float, float] | None
+
+    @property
+    def read_s(self) -> tuple[float, float] | None:
+        """The stretch of A to read: all, where the clocks are laid upon each other by all."""
+        return None if self.align else self.window_s
+
+    @property
+    def read_of_b_s(self) -> tuple[float, float] | None:
+        """The same of B, in its own times."""
+        late_s = self.shift_s or 0.0
+        return self.read_s and (self.read_s[0] - late_s, self.read_s[1] - late_s)
+
+    def check_unmoved(self, a: TimeRun) -> None:
+        """Refuse a shift of what drove A itself."""
+        if self.align or self.shift_s is not None:
+            hint = 'leave --shift and --align away: the clock is found by the falls'
+            raise Incomparable(a.side.origin, 'is compared with what drove it', hint)
+
+    def check_none(self, a: PointTable) -> None:
+        """Refuse times of points."""
+        if self != (None, False, False, None):
+            hint = 'leave --shift, --align, --offset and --window away'
+            raise Incomparable(a.side.origin, 'is by amplitude and knows no time', hint)
+
+
+def _compared(a: PointTable | TimeRun, b: PointTable | TimeRun, times: _Times) -> ComparisonReport:
+    """Compare two that are over time, or two by amplitude."""
+    if isinstance(a, PointTable) and isinstance(b, PointTable):
+        return ComparisonReport(a.side, b.side, a.axis, by_amplitude.compare(a, b))
+    if isinstance(a, PointTable) or isinstance(b, PointTable):
+        raise Incomparable(
+            b.side.origin,
+            f'is a {b.side.kind}, {a.side.origin} a {a.side.kind}',
+            'compare two over time, or two by amplitude and preload',
+        )
+    if times.align:
+        b = b.moved(in_time.align(a, b))
+    elif times.shift_s is not None:
+        b = b.moved(Alignment(times.shift_s, 'given'))
+    if times.window_s is not None:
+        a, b = a.within(*times.window_s), b.within(*times.window_s)
+    found = in_time.compare(a, b, offset=times.offset)
+    made = in_time.steps_of(a), in_time.steps_of(b)
+    steps_of_both = None if made[0] is None or made[1] is None else (made[0], made[1])
+    return ComparisonReport(
+        a.side, b.side, TIME_COLUMN, found, b.alignment, times.window_s, steps_of_both
     )
 
 
@@ -198,41 +245,14 @@ def _with_bands(
     return replace(report, quantities=tuple(quantities))
 
 
-def _over_time(
-    a: TimeRun,
-    b: TimeRun,
-    alignment: Alignment | None,
-    window_s: tuple[float, float] | None,
-    *,
-    offset: bool,
-) -> ComparisonReport:
-    """Compare runs whose times belong together, in a window of A if there is one."""
-    if window_s is not None:
-        a, b = a.within(*window_s), b.within(*window_s)
-    found = in_time.compare(a, b, offset=offset)
-    made = in_time.steps_of(a), in_time.steps_of(b)
-    steps_of_both = None if made[0] is None or made[1] is None else (made[0], made[1])
-    return ComparisonReport(a.side, b.side, TIME_COLUMN, found, alignment, window_s, steps_of_both)
-
-
-def _points(a: PointTable | TimeRun, is_moved: bool) -> PointTable:
-    """Return A if it is a table that is not to be moved in time, before any work is done."""
-    if isinstance(a, TimeRun):
-        hint = 'compare two over time, or two by amplitude and preload'
-        raise Incomparable(a.side.origin, f'is a {a.side.kind}, the other by amplitude', hint)
-    if is_moved:
-        hint = 'leave --shift, --align, --offset and --window away'
-        raise Incomparable(a.side.origin, 'is by amplitude and knows no time', hint)
-    return a
-
-
 def _load(
-    given: 'Path | DataFrame | Run',
+    given: 'Table | Run',
     reading: Reading,
+    window_s: tuple[float, float] | None,
     number: int = 0,
-    window_s: tuple[float, float] | None = None,
 ) -> PointTable | TimeRun:
     """Read a file by what is in it, not by its name; of a recording a window is enough."""
+    given = Path(given) if isinstance(given, str) else given
     if isinstance(given, Run) or (isinstance(given, Path) and is_recording(given)):
         recording = given.recording if isinstance(given, Run) else Recording(given)
         topics = (given.topics if isinstance(given, Run) else None) or reading.topics

@@ -28,6 +28,7 @@ from stickslip_ros.lab.experiments.clocks import (
 )
 from stickslip_ros.lab.experiments.experiment import Experiment, Voltage
 from stickslip_ros.lab.experiments.predict import predict
+from stickslip_ros.lab.experiments.reading import behind_low_pass
 from stickslip_ros.lab.experiments.sensor_clock import lateness_in
 from stickslip_ros.lab.runs.mapped import mapped_series
 from stickslip_ros.lab.runs.recorded import recorded_series, recorded_stand
@@ -57,6 +58,7 @@ class TimeRun:
 
     side: Side
     series: dict[str, Series]
+    alignment: Alignment | None = None  # by which its times are those of another run
 
     @property
     def quantities(self) -> list[str]:
@@ -70,12 +72,13 @@ class TimeRun:
         rows = max(map(len, series.values()), default=0)
         return replace(self, series=series, side=replace(self.side, rows=rows))
 
-    def moved(self, shift_s: float) -> 'TimeRun':
-        """Return the run with other times."""
+    def moved(self, alignment: Alignment) -> 'TimeRun':
+        """Return the run in the times of another."""
         series = {
-            name: replace(each, time_s=each.time_s + shift_s) for name, each in self.series.items()
+            name: replace(each, time_s=each.time_s + alignment.shift_s)
+            for name, each in self.series.items()
         }
-        return replace(self, series=series)
+        return replace(self, series=series, alignment=alignment)
 
 
 def of_recording(recording: Recording, topics: Mapping[str, str]) -> TimeRun:
@@ -110,16 +113,17 @@ def of_experiment(experiment: MeasuredTable) -> TimeRun:
     return TimeRun(side, series)
 
 
-def of_model(experiment: Experiment, stand: Parameters) -> tuple[TimeRun, Alignment | None]:
-    """Return what a model shows under the voltage of an experiment, and how late its clock is."""
+def of_model(experiment: Experiment, stand: Parameters) -> TimeRun:
+    """Return what a model shows under the voltage of an experiment, in the times of its sensor."""
+    stand = stand.updated(dict(experiment.settings))
     late_s = lateness_in(experiment, stand)
     [found] = predict(stand, [experiment], shifts_s=(late_s,))
     assert isinstance(experiment.drive, Voltage)
     begins_s = experiment.drive.begins_s
-    series = {
-        each.quantity: Series(each.time_s + begins_s, prediction.values, each.unit, _MODEL)
-        for each, prediction in zip(experiment.seen, found, strict=True)
-    }
+    series = {}
+    for each, prediction in zip(experiment.seen, found, strict=True):
+        values = behind_low_pass(each, prediction.values)
+        series[each.quantity] = Series(each.time_s + begins_s, values, each.unit, _MODEL)
     rows = max(len(each) for each in series.values())
     described = {'stickslip_ros': stickslip_ros.__version__, **stand.flat()}
     notes = (*experiment.drive.said, *experiment.notes)
@@ -132,7 +136,7 @@ def of_model(experiment: Experiment, stand: Parameters) -> tuple[TimeRun, Alignm
     alignment = (
         Alignment(late_s, 'estimated', decided_by='falls of the voltage') if late_s else None
     )
-    return TimeRun(side, series), alignment
+    return TimeRun(side, series, alignment)
 
 
 def align(a: TimeRun, b: TimeRun) -> Alignment:

@@ -19,6 +19,7 @@ OF_TRACES = ('position_m', 'force_n', 'foot_position_m')
 """Quantities that may be seen over time."""
 NOISE_FACTOR = 1.4826 / math.sqrt(6.0)
 """Standard deviation of noise per median of its absolute second differences."""
+_WHITE_ALIKE = -2.0 / 3.0  # correlation of neighbouring second differences of white noise
 _SAME = 1e-12  # share of the largest reading by which two that are the same may differ
 _FINEST = 1e-6  # share of the range of readings that no sensor tells, and no model computes
 _WITHIN_MIN = 2  # readings of a window that are too few
@@ -114,6 +115,13 @@ class Seen:
     drift_per_s : float
         What its zero may drift by, units of the values per second; by default nothing is too much,
         and a motion that is even over time tells nothing.
+    noise_lasts_s : float
+        Time over which noise is alike, as that of white noise before a low-pass; 0 is white.
+    low_pass_hz : float
+        Low-pass of the sensor that was undone: the values are those before it; 0 is none.
+    cyclic_m, fringe_m : float
+        What an interferometer may be wrong by, over and over in each fringe, and the motion from
+        one fringe to the next, m; 0 is none.
 
     """
 
@@ -124,6 +132,10 @@ class Seen:
     left_out: int = 0
     slow_s: float = 0.0
     drift_per_s: float = math.inf
+    noise_lasts_s: float = 0.0
+    low_pass_hz: float = 0.0
+    cyclic_m: float = 0.0
+    fringe_m: float = 0.0
 
     @property
     def is_trace(self) -> bool:
@@ -152,9 +164,10 @@ class Seen:
         """Return what was seen over time in a stretch, s; refuse one that holds too little."""
         inside = (self.time_s >= start_s) & (self.time_s <= end_s)
         if inside.sum() <= _WITHIN_MIN:
-            limit = f'with {inside.sum()} samples of the {self.quantity} of {origin}, which are '
-            limit += f'from {self.time_s[0]:.6g} to {self.time_s[-1]:.6g} s'
-            raise OutOfRange('start of the window', start_s, 's', limit, 'move it, or lengthen it')
+            limit = f'a stretch with {inside.sum()} samples of the {self.quantity} of {origin}, '
+            limit += f'which goes from {self.time_s[0]:.6g} to {self.time_s[-1]:.6g} s'
+            asked = f'{start_s:.6g} to {end_s:.6g}'
+            raise OutOfRange('window', asked, 's', limit, 'move it, or lengthen it')
         return replace(self, time_s=self.time_s[inside], values=self.values[inside])
 
 
@@ -216,13 +229,40 @@ class Experiment:
         return replace(self, seen=tuple(seen))
 
 
-def noise_of(values: Array) -> float:
-    """Return the standard deviation of independent noise in values, at least of their rounding."""
+def keeps_noise(values: Array, share: float) -> bool:
+    """
+    Return whether each value keeps a share of its noise from the one before, or none.
+
+    Second differences of noise that is white are alike by -2/3, of what a low-pass with the share
+    a makes of it by (a^2 - 3a + 4)/(2a - 6), which goes to -1/2. Theirs are read off medians, for
+    the motion is not smooth everywhere.
+
+    """
+    second = np.diff(values, 2)
+    together, against = (
+        np.median(np.abs(each - np.median(each))) ** 2
+        for each in (second[1:] + second[:-1], second[1:] - second[:-1])
+    )
+    if not together + against > 0.0:
+        return False
+    alike = float((together - against) / (together + against))
+    behind = (share**2 - 3.0 * share + 4.0) / (2.0 * share - 6.0)
+    return alike > 0.5 * (_WHITE_ALIKE + behind)
+
+
+def noise_of(values: Array, keeps: float = 0.0) -> float:
+    """
+    Return the standard deviation of noise in values, at least of their rounding.
+
+    ``keeps`` is the share of its noise that each has from the one before; 0 is white.
+
+    """
     if len(values) < 5:
         return 0.0
     second = np.diff(values, 2)
     white = NOISE_FACTOR * float(np.median(np.abs(second - np.median(second))))
-    return max(white, rounding_of(values))
+    of_white = math.sqrt(6.0 / (6.0 - 8.0 * keeps + 2.0 * keeps**2))
+    return max(of_white * white, rounding_of(values))
 
 
 def rounding_of(values: Array) -> float:

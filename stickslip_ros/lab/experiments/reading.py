@@ -3,19 +3,24 @@
 
 """Experiments out of files: recordings of any rig, tables over time, tables by amplitude."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy import signal
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, RecordingError
+from stickslip_ros.instrument.sensors.signal_chain import low_pass_gain
 from stickslip_ros.lab.experiments.aliases import FREQUENCY_MAX_HZ
 from stickslip_ros.lab.experiments.clocks import lone_outliers
+from stickslip_ros.lab.experiments.commanded import NOTHING_ASKED, Commanded, commanded
 from stickslip_ros.lab.experiments.experiment import (
     NUMBERS,
+    OF_TRACES,
     Drive,
     Experiment,
     SawtoothSteps,
@@ -25,6 +30,7 @@ from stickslip_ros.lab.experiments.experiment import (
     ZeroAmplitudeRuns,
 )
 from stickslip_ros.lab.experiments.recognise import recognise
+from stickslip_ros.lab.experiments.sensor_limits import check_limits
 from stickslip_ros.lab.runs.mapped import mapped_series
 from stickslip_ros.lab.runs.recorded import recorded_series, recorded_stand
 from stickslip_ros.lab.runs.recorded_run import Run
@@ -40,17 +46,19 @@ from stickslip_ros.lab.tables.experiment import (
     listed_tables,
     read_experiment,
 )
-from stickslip_ros.parameters import Parameters, ReplaceableDefault, Scalar
+from stickslip_ros.parameters import SENSORS, Parameters, ReplaceableDefault, Scalar
 from stickslip_ros.recording.integrity import is_recording
 from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.run_file import TOPICS_RECORD
+from stickslip_ros.recording.series import Series
 
 if TYPE_CHECKING:
     from stickslip_ros.lab.tables.formats import Table
 
 _VOLTAGE, _FOOT = 'voltage_v', 'foot_m'
-SEEN = {'position_m': 'position_m', 'force_n': 'force_n', 'foot_position_m': 'foot_position_m'}
 _JITTER, _SAMPLED_SHARE = 0.2, 0.8
 """Times are samples if so large a share of their distances is so near to the middle one."""
+_NEXT = 1.5  # periods within which a sample follows the one before
 _SAMPLES_MIN = 32  # readings below which nothing is read off a trace
 MOVES_MIN = 1.2  # scatter of readings per noise, of which 1 is noise alone
 LONGEST_S = 2.0
@@ -96,7 +104,7 @@ def read_experiments(
     source : DriveSource
         What is known of the voltage, and the window.
     frequency_hz : float
-        SawtoothSteps per second of points that have none.
+        Steps per second of points that have none.
     steps : int
         Cycles from rest after which numbers were read; 0: when they were steady.
     outliers : float
@@ -201,31 +209,89 @@ def _of_recording(
     source: DriveSource,
 ) -> Experiment:
     """Return the experiment of a recording, of this package or, mapped, of another program."""
-    settings: dict[str, Scalar] = {}
+    settings, asked_for = dict[str, Scalar](), None
     if recording.is_ours:
-        if source.window_s is not None and source.commands is None:
-            start_s, end_s = source.window_s
-            recording = recording.within(start_s - LEAD_S, end_s)
-        series = recorded_series(recording)
         own = recorded_stand(recording)
+        series, seen = _own_series(recording, own, source)
         settings = {name: each for name, each in own.flat().items() if name.startswith(_OWN)}
-        if own.load_cell.contact == 'absent':  # its force is 0 by definition
-            series.pop('force_n', None)
+        asked_for = partial(commanded, recording, own) if _is_of_drive(recording) else None
     elif topics:
         series = mapped_series(recording, topics)
+        seen = tuple(
+            Seen(quantity, series[quantity].value, series[quantity].time_s)
+            for quantity in OF_TRACES
+            if quantity in series and len(series[quantity]) >= _SAMPLES_MIN
+        )
     else:
         hint = 'say which topic is what: --map voltage_v=TOPIC.FIELD --map position_m=TOPIC.FIELD'
         raise RecordingError(recording.path, f'holds {", ".join(recording.types)}', hint)
-    seen = tuple(
-        Seen(quantity, series[name].value, series[name].time_s)
-        for name, quantity in SEEN.items()
-        if name in series and len(series[name]) >= _SAMPLES_MIN
-    )
     voltage = series.get(_VOLTAGE)
     pair = None if voltage is None else (voltage.time_s, voltage.value)
     return experiment_over_time(
-        str(recording.path), pair, seen, stand, preload_n, source, settings
+        str(recording.path), pair, seen, stand, preload_n, source, settings, asked_for
     )
+
+
+def _is_of_drive(recording: Recording) -> bool:
+    """Return whether it shows the drive itself; a twin records what it sees of a rig."""
+    return TOPICS_RECORD in recording.metadata
+
+
+def _own_series(
+    recording: Recording, own: Parameters, source: DriveSource
+) -> tuple[dict[str, Series], tuple[Seen, ...]]:
+    """Return what is in a recording of this package, and what its sensors, known, have seen."""
+    stretch = recording
+    if source.window_s is not None and source.commands is None:
+        start_s, end_s = source.window_s
+        stretch = recording.within(start_s - LEAD_S, end_s)
+    series = recorded_series(stretch)
+    if own.load_cell.contact == 'absent':  # its force is 0 by definition
+        series.pop('force_n', None)
+    seen = list[Seen]()
+    for sensor in SENSORS:
+        shown = series.get(sensor.quantity)
+        if shown is None or len(shown) < _SAMPLES_MIN:
+            continue
+        seen.append(Seen(sensor.quantity, shown.value, shown.time_s))
+        hertz, rate_hz = getattr(own, sensor.name).bandwidth, own.trace.sample_rate
+        is_held = sensor.quantity == 'position_m' and own.interferometer.sample_rate > 0.0
+        is_traced = float(np.median(np.diff(shown.time_s))) * rate_hz < _NEXT
+        if _is_of_drive(recording) and hertz and is_traced and not is_held:
+            seen[-1] = _before_low_pass(seen[-1], hertz, rate_hz)
+        if _is_of_drive(recording) and sensor.quantity == 'position_m':
+            beam = own.interferometer
+            fringe_m = 0.5 * beam.wavelength
+            seen[-1] = replace(seen[-1], cyclic_m=beam.cyclic_error, fringe_m=fringe_m)
+    return series, tuple(seen)
+
+
+def _before_low_pass(shown: Seen, low_pass_hz: float, rate_hz: float) -> Seen:
+    """
+    Return what a sensor of this package saw before its low-pass, whose formula is known.
+
+    Noise is white there; behind it neighbouring readings have it in common. The first sample of a
+    row says nothing, for what came before it is not known.
+
+    """
+    gain = low_pass_gain(low_pass_hz, rate_hz)  # y' = y + gain (x - y)
+    follows = np.diff(shown.time_s) * rate_hz < _NEXT
+    before = shown.values[:-1] + np.diff(shown.values) / gain
+    return replace(
+        shown,
+        values=before[follows],
+        time_s=shown.time_s[1:][follows],
+        low_pass_hz=low_pass_hz,
+    )
+
+
+def behind_low_pass(shown: Seen, values: Array) -> Array:
+    """Return values at the times of readings as the sensor shows them behind its low-pass."""
+    if not shown.low_pass_hz:
+        return values
+    rate_hz = 1.0 / float(np.median(np.diff(shown.time_s)))
+    gain = low_pass_gain(shown.low_pass_hz, rate_hz)
+    return np.asarray(signal.lfilter((gain,), (1.0, gain - 1.0), values - values[0]) + values[0])
 
 
 def _of_table(
@@ -233,11 +299,11 @@ def _of_table(
 ) -> Experiment:
     """Return the experiment of a table over time."""
     columns, time_s, seen = table.columns, table.columns['time_s'], list[Seen]()
-    for name, quantity in SEEN.items():
+    for name in OF_TRACES:
         if name in columns and (known := np.isfinite(columns[name])).sum() >= _SAMPLES_MIN:
             sigma = columns.get(sigma_name(name))
             error = None if sigma is None else float(np.nanmedian(sigma))
-            seen.append(Seen(quantity, columns[name][known], time_s[known], error))
+            seen.append(Seen(name, columns[name][known], time_s[known], error))
     pair = None
     if _VOLTAGE in columns:
         known = np.isfinite(columns[_VOLTAGE])
@@ -253,6 +319,7 @@ def experiment_over_time(
     preload_n: float | None,
     source: DriveSource,
     settings: Mapping[str, Scalar],
+    asked_for: Callable[[tuple[Array, Array], float], Commanded] | None = None,
 ) -> Experiment:
     """
     Return the experiment of samples of a voltage and of what was seen, on one clock.
@@ -273,6 +340,8 @@ def experiment_over_time(
         What is known of the voltage, and the window.
     settings : mapping of str to Scalar
         Parameters that were set for it.
+    asked_for : callable, optional
+        Returns what was asked for from the first of some samples of the voltage to an end, s.
 
     Raises
     ------
@@ -281,7 +350,7 @@ def experiment_over_time(
 
     """
     if not seen:
-        hint = f'name one of {", ".join(SEEN)}: --map position_m=TOPIC.FIELD'
+        hint = f'name one of {", ".join(OF_TRACES)}: --map position_m=TOPIC.FIELD'
         raise RecordingError(origin, 'shows neither a motion nor a force over time', hint)
     if voltage is None and source.commands is None:
         hint = 'name its voltage, --map voltage_v=TOPIC.FIELD, or give --commands'
@@ -307,14 +376,12 @@ def experiment_over_time(
     seen = tuple(each for each in seen if each not in still)
     first_s = float(seen[0].time_s[0])
     time_s, voltage_v = voltage or (np.array([first_s]), np.zeros(1))
-    position = None
-    for each in seen:
-        if each.quantity == 'position_m':
-            kept = ~lone_outliers(each.values)
-            position = each.time_s[kept], each.values[kept]
-    drive = voltage_of(time_s, voltage_v, stand, source, position)
+    told = NOTHING_ASKED
+    if asked_for is not None and voltage is not None and source.commands is None:
+        told = asked_for(voltage, source.window_s[1] if source.window_s else ends_s)
+    drive = told.voltage or voltage_of(time_s, voltage_v, stand, source, _position_in(seen))
     begins_s = float(time_s[0]) if source.commands is not None else drive.begins_s
-    own = dict(settings)
+    own = {**settings, **told.settings}
     if preload_n is not None:
         own['stand.preload'] = preload_n
     if not settings and not any(each.quantity == 'force_n' for each in seen):
@@ -322,11 +389,26 @@ def experiment_over_time(
     if 'stand.preload' not in own and isinstance(stand.stand.preload, ReplaceableDefault):
         text = f'the preload is not said, that of the stand, {stand.stand.preload:g} N, is taken'
         notes += (f'{origin}: {text}: name it with --preload',)
+    is_cut = source.window_s is not None and begins_s < source.window_s[0] - 0.9 * LEAD_S
+    if is_cut and any(each.quantity == 'force_n' for each in seen):
+        text = f'the run begins {1e3 * LEAD_S:g} ms before the window, at rest'
+        notes += (f'{origin}: {text}: force that earlier steps have built up is not in it',)
     late = tuple(replace(each, time_s=each.time_s - begins_s) for each in seen)
-    one = Experiment(origin, own, drive, late, notes=notes)
+    one = Experiment(origin, own, drive, late, told.load_n, notes)
     if source.window_s is not None:
-        return one.within(*(each_s - begins_s for each_s in source.window_s))
+        one = one.within(*(each_s - begins_s for each_s in source.window_s))
+    if stand.updated(own).load_cell.contact == 'absent' and one.seen[0].quantity == 'position_m':
+        check_limits(origin, one.seen[0], drive, begins_s, stand.actuator.gain)
     return one
+
+
+def _position_in(seen: Sequence[Seen]) -> tuple[Array, Array] | None:
+    """Return times and positions without lone outliers, where the position was seen."""
+    for each in seen:
+        if each.quantity == 'position_m':
+            kept = ~lone_outliers(each.values)
+            return each.time_s[kept], each.values[kept]
+    return None
 
 
 def of_points(

@@ -13,6 +13,7 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError
 from stickslip_ros.files import read_bytes
 from stickslip_ros.lab.fitting.free import Free
+from stickslip_ros.lab.fitting.statistics import UNDETERMINED, vague
 from stickslip_ros.parameters import Parameters
 
 _DRAWS = 100  # where nobody says how many
@@ -37,13 +38,21 @@ def drawn(
     Raises
     ------
     OutOfRange
-        If the number is none.
+        If the number is none, or a parameter is known to less than a factor of e.
 
     """
     if not 1 <= count <= DRAWS_MAX:
         limit = f'not from 1 to {DRAWS_MAX}'
         raise OutOfRange('number of draws', count, '', limit, f'take {_DRAWS}')
     known = np.isfinite(np.diag(covariance))
+    for one, error, is_vague in zip(
+        free, np.sqrt(np.diag(covariance)), vague(covariance), strict=True
+    ):
+        if is_vague:
+            what = f'standard error of ln({one.name})' if one.is_log else f'error of {one.name}'
+            limit = f'above {UNDETERMINED:g}: it is not determined, and no stand is as likely'
+            hint = 'fit a recording under another preload too; fit --plan 5 says what tells most'
+            raise OutOfRange(what, float(error), '', limit, hint)
     chance = np.random.default_rng(seed)
     places = np.tile(place, (count, 1))
     if known.any():
@@ -76,11 +85,22 @@ def read_draws(path: Path, count: int = _DRAWS, seed: int = 1) -> list[Parameter
         If the number of draws is none.
 
     """
-    return drawn(*_read(path, is_drawn=True), count, seed)
+    stand, free, place, covariance, holds = _read(path)
+    if not holds:
+        hint = (
+            'free what is missing there and fit again, or run it alone with --params fitted.yaml'
+        )
+        raise RecordingError(path, 'is of a fit that does not hold', hint)
+    return drawn(stand, free, place, covariance, count, seed)
 
 
-def _read(path: Path, *, is_drawn: bool = False) -> tuple[Parameters, list[Free], Array, Array]:
-    """Return stand, free parameters, minimum and covariance of the coordinates."""
+def read_note(path: Path) -> str:
+    """Return what such a file says of bands of its draws."""
+    return str(json.loads(path.read_bytes()).get('bands', ''))
+
+
+def _read(path: Path) -> tuple[Parameters, list[Free], Array, Array, bool]:
+    """Return stand, free parameters, minimum, its covariance, and whether the fit holds."""
     hint = 'give the .json of stickslip fit -o'
     try:
         said = json.loads(read_bytes(path, hint))
@@ -102,9 +122,4 @@ def _read(path: Path, *, is_drawn: bool = False) -> tuple[Parameters, list[Free]
         raise RecordingError(path, f'holds no stand: {error}', hint) from None
     if not fits:
         raise RecordingError(path, 'is no fit: its covariance does not belong to it', hint)
-    if is_drawn and not holds:
-        hint = (
-            'free what is missing there and fit again, or run it alone with --params fitted.yaml'
-        )
-        raise RecordingError(path, 'is of a fit that does not hold', hint)
-    return stand, free, place, covariance
+    return stand, free, place, covariance, holds

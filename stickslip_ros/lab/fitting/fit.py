@@ -21,8 +21,8 @@ from stickslip_ros.lab.fitting.metric import Allowance
 from stickslip_ros.lab.fitting.missing import missing_from
 from stickslip_ros.lab.fitting.problem import Problem, pose, silent
 from stickslip_ros.lab.fitting.report import Fit
-from stickslip_ros.lab.fitting.result import Minimum, best_of
-from stickslip_ros.lab.fitting.search import refine, search_or_nothing
+from stickslip_ros.lab.fitting.result import RULED_OUT_BY, Minimum, best_of
+from stickslip_ros.lab.fitting.search import along_valley, refine, search_or_nothing
 from stickslip_ros.lab.fitting.statistics import uncertainty
 from stickslip_ros.lab.fitting.traces import LOOSE, tightened, with_clocks, with_its_noise
 from stickslip_ros.lab.fitting.trial import trial_of
@@ -99,7 +99,7 @@ def fit(
     commands : path-like or DataFrame, optional
         What drove the recordings, where it is known: times and voltages.
     frequency_hz : float
-        SawtoothSteps per second of points that have none.
+        Steps per second of points that have none.
     frequency_max_hz : float, optional
         Largest number of steps per second, for a monitor so slow that others look alike.
     steps : int
@@ -131,18 +131,19 @@ def fit(
 
     """
     reading = Reading(headers or {}, preloads_n, report, is_run=True)
-    stand = parameters or Parameters()
+    given = parameters or Parameters()
+    stand, chosen, notes = choose_free(given, free, start, bounds)
+    sure = choose_known(known or {}, chosen)
     source = DriveSource(commands, frequency_max_hz, window_s=window_s)
     experiments = read_experiments(
-        experiment, stand, reading, source, frequency_hz, steps, outliers
+        experiment, given, reading, source, frequency_hz, steps, outliers
     )
-    stand, chosen, notes = choose_free(stand, free, start, bounds)
     with progress_of(progress, 'runs') as show:
         fitted = fit_experiments(
             stand,
             chosen,
             experiments,
-            known=choose_known(known or {}, chosen),
+            known=sure,
             allowance=Allowance(shape_m, step_share),
             outliers=outliers,
             how=Searching(starts, seed, workers),
@@ -183,10 +184,19 @@ def fit_experiments(
         problem, more, steady = _refined(problem, here, allowance, outliers)
         refined += more
         here = refined[-1] if refined else here
+        if problem.has_traces and not how.is_warm:
+            problem, more = along_valley(problem, here)
+            refined += more
+            here = refined[-1] if refined else here
         problem = replace(problem, tick=silent)
         [predicted] = problem.predicted([problem.stand(here.place)])
         doubt = uncertainty(problem, here.place, here.chi_square)
-        rivals = tuple(each for each in rivals if doubt.is_apart(here.place, each.place))
+        rivals = tuple(
+            each
+            for each in rivals
+            if each.chi_square - here.chi_square < RULED_OUT_BY
+            and doubt.is_apart(here.place, each.place)
+        )
         missing = missing_from(problem, here.place)
         trial = None if how.is_warm else trial_of(problem, missing)
     return Fit(

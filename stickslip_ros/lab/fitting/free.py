@@ -146,12 +146,13 @@ def choose_known(
     found = {}
     for name, given in known.items():
         spec, what = spec_of(name), f'--known {name}'
+        example = f'write {name}=VALUE+-1%, as 0.25+-1% or 3g+-1%'
         if name not in {one.name for one in free}:
             raise OutOfRange(what, str(given), '', 'not free', f'set it with --set {name}=VALUE')
         if isinstance(given, str):
             value, sign, error = given.replace('±', '+-').partition('+-')
             if not sign or not error.strip().endswith('%'):
-                raise WrongKind(what, given, 'VALUE+-SHARE%', f'write {name}=3g+-1%')
+                raise WrongKind(what, given, 'VALUE+-SHARE%', example)
             [number] = to_si_list(what, (value,), spec.unit)
             [percent] = to_si_list(what, (error.strip().rstrip('%'),), '')
             pair = number, 0.01 * percent
@@ -159,7 +160,7 @@ def choose_known(
             pair = given
         value_si, share = float(spec.check(name, pair[0])), float(pair[1])
         if not (share > 0.0 and value_si > 0.0):
-            raise OutOfRange(what, str(given), '', 'not above 0', f'write {name}=3g+-1%')
+            raise OutOfRange(what, str(given), '', 'not above 0', example)
         found[name] = (value_si, share)
     return found
 

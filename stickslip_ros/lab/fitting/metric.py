@@ -4,12 +4,14 @@
 """
 How much a miss counts: noise, what is unknown of the sensor, and what the model may be wrong by.
 
-A residual r of n samples has the covariance V = s^2 1 + B B', where s is the noise and each column
-of B is something else that may be in the data, as large as it may be: zero and drift of a sensor,
-its delay and its low-pass (first and second derivative of the prediction), an error of the model's
-shape that repeats in all cycles of a wave, and one of the length of a step. Chi-square alone
-(B with zero and drift only) gives intervals that are too narrow: 52 % of those of 95 % held the
-true gain in recordings of drives with what the model lacks.
+A residual r of n samples has the covariance V = N + B B'. N is that of the noise: s^2 on its
+diagonal, and alike over the time of a low-pass behind which it was read. Each column of B is
+something else that may be in the data, as large as it may be: zero and drift of a sensor, its
+delay and its low-pass (first and second derivative of the prediction), the cyclic error of an
+interferometer that is known to have one, an error of the model's shape that repeats in all
+cycles of a wave, and one of the length of a step. Chi-square alone (B with zero and drift only)
+gives intervals that are too narrow: 52 % of those of 95 % held the true gain in recordings of
+drives with what the model lacks.
 
 """
 
@@ -39,7 +41,7 @@ BINS_MAX = 1200
 """Bins of all waves of a recording; in longer ones they are wider."""
 EDGE_S, EDGE_RATIO = 5e-5, 5.0
 """A fall or rise of a saw-tooth lasts at most so long, and is so much steeper than the ramps."""
-SENSOR = 4  # columns of zero, drift, delay, low-pass, which come first
+SENSOR = 4  # columns of zero, drift, delay, low-pass, which come first; then a cyclic error's
 READING_M = 5e-10  # least error of a reading, where the shape may be wrong by as much or more
 SAME_CYCLE = 0.02
 """Share by which length and voltage of cycles of one wave may differ."""
@@ -130,27 +132,29 @@ class Metric:
 
     Attributes
     ----------
-    noise : float
-        Standard deviation of the noise of a sample.
     places : sparse array, shape (n, m)
-        Where something may be: zero, drift, delay, low-pass, bins of cycles, steps.
+        Where something may be: zero, drift, delay, low-pass, fringes, bins of cycles, steps.
     root : sparse array, shape (m, m)
         Cholesky factor of how large these may be, and how alike: B is ``places @ root``.
+    white : sparse array, shape (n, n)
+        Inverse of the Cholesky factor of N: what makes the noise white, of deviation 1.
     inner : tuple
-        Cholesky factor of 1 + B'B/s^2.
+        Cholesky factor of 1 + B'B, of whitened columns.
+    columns : int
+        Columns of the sensor, which come first.
 
     """
 
-    noise: float
     places: 'sparse.csr_array'
     root: 'sparse.csr_array'
+    white: 'sparse.csr_array'
     inner: tuple[Array, bool]
+    columns: int = SENSOR
 
     def taken(self, residual: Array) -> Array:
         """Return how much of each column of B is most likely in a residual."""
-        return np.asarray(
-            linalg.cho_solve(self.inner, self.root.T @ (self.places.T @ residual)) / self.noise**2
-        )
+        within = self.places.T @ (self.white.T @ (self.white @ residual))
+        return np.asarray(linalg.cho_solve(self.inner, self.root.T @ within))
 
     def whitened(self, residuals: Array) -> Array:
         """
@@ -169,7 +173,7 @@ class Metric:
         """
         taken = self.taken(residuals)
         left = residuals - self.places @ (self.root @ taken)
-        return np.concatenate((left / self.noise, taken))
+        return np.concatenate((self.white @ left, taken))
 
     def of_sensor(self, residual: Array) -> tuple[Array, Array]:
         """
@@ -178,8 +182,9 @@ class Metric:
         The residual is a prediction less what a sensor showed that is late, or slow.
 
         """
-        sizes = (self.root @ self.taken(residual))[:SENSOR]
-        return sizes, np.asarray(residual - self.places[:, :SENSOR] @ sizes)
+        sizes = (self.root @ self.taken(residual))[: self.columns]
+        left = residual - self.places[:, : self.columns] @ sizes
+        return sizes[:SENSOR], np.asarray(left)
 
 
 def slower(slow_s: float, late_s: float, curved_s2: float) -> tuple[float, float]:
@@ -223,12 +228,16 @@ def metric_of(
     offset = _FREE * float(np.max(np.abs(seen.values - predicted.values))) + reach
     middle_s, half_s = 0.5 * (time_s[0] + time_s[-1]), 0.5 * (time_s[-1] - time_s[0])
     ones = np.ones_like(time_s)
-    sensor = np.column_stack((ones, time_s - middle_s, predicted.rate, -predicted.curvature))
-    places = [sparse.csr_array(sensor)]
+    sensor = [ones, time_s - middle_s, predicted.rate, -predicted.curvature]
     drift = min(reach / half_s, seen.drift_per_s)
     late_s = max(DELAY_S, SLOW_SHARE * seen.slow_s)
     curved_s2 = max(DELAY_S**2, SLOW_SHARE * seen.slow_s**2)
-    roots = [np.diag((offset, drift, late_s, curved_s2))]
+    sizes = [offset, drift, late_s, curved_s2]
+    if seen.cyclic_m:
+        phase = 2.0 * math.pi * seen.values / seen.fringe_m
+        sensor += [np.sin(phase), np.cos(phase)]
+        sizes += [seen.cyclic_m, seen.cyclic_m]
+    places, roots = [sparse.csr_array(np.column_stack(sensor))], [np.diag(sizes)]
     if allowance is not None:
         noise = max(noise, allowance.reading_m * scale)
         bins = sum(wave[0].length_s for wave in waves) / BIN_S
@@ -238,9 +247,21 @@ def metric_of(
                 places.append(place)
                 roots.append(root)
     where, root = sparse.hstack(places).tocsr(), sparse.block_diag(roots, format='csr')
-    inner = (root.T @ ((where.T @ where) @ root)).toarray() / noise**2
+    white = _whitening(time_s, noise, seen.noise_lasts_s)
+    columns = white @ where
+    inner = (root.T @ ((columns.T @ columns) @ root)).toarray()
     inner[np.diag_indices_from(inner)] += 1.0
-    return Metric(noise, where, root, linalg.cho_factor(inner, lower=True))
+    return Metric(where, root, white, linalg.cho_factor(inner, lower=True), len(sensor))
+
+
+def _whitening(time_s: Array, noise: float, lasts_s: float) -> 'sparse.csr_array':
+    """Return what makes noise white, that of a low-pass: each reading less what it keeps."""
+    if not lasts_s:
+        return sparse.diags_array(np.full(len(time_s), 1.0 / noise), format='csr')
+    keeps = np.exp(-np.maximum(np.diff(time_s), 1e-3 * lasts_s) / lasts_s)
+    new = 1.0 / np.sqrt(1.0 - keeps**2)
+    parts = np.concatenate(([1.0], new)) / noise, -keeps * new / noise
+    return sparse.diags_array(parts, offsets=(0, -1), format='csr')
 
 
 def _of_wave(

@@ -12,9 +12,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import stickslip_ros
+from stickslip_ros.drive.records import VOLTAGE
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps, Seen, Voltage
+from stickslip_ros.lab.experiments.recognise import LOW_SHARE
+from stickslip_ros.lab.fitting.free import PREFACTOR, RMS_HEIGHT
 from stickslip_ros.lab.fitting.missing import Trial
 from stickslip_ros.lab.fitting.result import MISSED_MOST, P_VALUE_MIN, FitResult
 from stickslip_ros.lab.fitting.statistics import Estimate
@@ -89,10 +92,12 @@ class Fit(Drawn, FitResult):
         if len(self.estimates) > 1:
             names = [one.name for one in self.estimates]
             rows = [
-                (name, *('-' if np.isnan(value) else f'{value:+.3f}' for value in row))
-                for name, row in zip(names, self.uncertainty.correlation, strict=True)
+                (f'{k} {name}', *('-' if np.isnan(value) else f'{value:+.2f}' for value in row))
+                for k, (name, row) in enumerate(
+                    zip(names, self.uncertainty.correlation, strict=True), 1
+                )
             ]
-            yield Section('correlation', rows, ('', *(name.partition('.')[2] for name in names)))
+            yield Section('correlation', rows, ('', *range(1, len(names) + 1)))
         if self.missing:
             title = 'what the stand may lack: chi-square per reading, noise and sensor alone'
             rows = [
@@ -119,11 +124,16 @@ class Fit(Drawn, FitResult):
 
 def warnings_of(fit: FitResult) -> tuple[str, ...]:
     """Return sentences about what is doubtful in a fit; none if nothing is."""
+    lacks = fit.missing[0].name if fit.missing else ''
     return (
         *(text for one in fit.experiments for text in one.notes),
         *_misfit_warnings(fit),
         *_search_warnings(fit),
-        *(text for one in fit.estimates for text in _estimate_warnings(one)),
+        *(
+            text
+            for one in fit.estimates
+            for text in _estimate_warnings(one, lacks, holds=fit.holds)
+        ),
         *_trade_warnings(fit),
     )
 
@@ -161,6 +171,7 @@ def as_object(fit: FitResult) -> Any:
             'wall_s': fit.wall_s,
             'missing': fit.missing,
             'trial': fit.trial,
+            'bands': _of_bands(fit),
             'points': _points(fit),
             'traces': _traces(fit),
             'parameters': fit.parameters.changed(),
@@ -184,8 +195,11 @@ def write_fit(path: Path, fit: Fit, content: dict[str, Any], origin: str, comman
     if path.suffix.lower() in JSON:
         text = json.dumps(content, indent=2) + '\n'
     else:
-        made = f'Fitted to {origin} by stickslip fit, version {stickslip_ros.__version__}.'
-        text = dump_yaml(fit.parameters, f'{made}\n{fit}')
+        made = f'Fitted to {origin} by stickslip fit, version {stickslip_ros.__version__}.\n'
+        had = {name for one in fit.experiments for name in one.settings}
+        if others := sorted(had - fit.settings_of_all.keys()):
+            made += f'The experiments differ in {", ".join(others)}, not taken over from them.\n'
+        text = dump_yaml(fit.parameters, f'{made}{fit}')
     path.write_text(text, encoding='utf-8')
 
 
@@ -228,6 +242,7 @@ def _misfit_warnings(fit: FitResult) -> Iterator[str]:
     """Yield why nothing of a fit may be believed, and what to do about it."""
     readings, is_unlikely = fit.readings, fit.p_value is not None and fit.p_value < P_VALUE_MIN
     if is_unlikely:
+        yield from _divided_monitors(fit)
         yield (
             f'p-value {fit.p_value:.2g}: the model misses the points by more than their standard '
             'errors; either these are too small or the model is wrong: neither values nor '
@@ -248,6 +263,20 @@ def _misfit_warnings(fit: FitResult) -> Iterator[str]:
         yield f'no parameter explains half of what the model misses: {_CHECK}'
     if is_unlikely:
         yield from _opposite_ways(fit)
+
+
+def _divided_monitors(fit: FitResult) -> Iterator[str]:
+    amplifier = fit.parameters.amplifier
+    range_v = amplifier.voltage_max - amplifier.voltage_min
+    for one in fit.experiments:
+        if not isinstance(one.drive, Voltage):
+            continue
+        covered_v = float(np.ptp(one.drive.rows[:, VOLTAGE]))
+        if covered_v < LOW_SHARE * range_v:
+            yield (
+                f'{one.origin}: its voltage covers {covered_v:.3g} V of the {range_v:g} V of the '
+                'amplifier: if the monitor is divided, give its unit, as voltage_v="NAME (100 V)"'
+            )
 
 
 def _other_drive(fit: FitResult, trial: Trial) -> str:
@@ -282,17 +311,23 @@ def _opposite_ways(fit: FitResult) -> Iterator[str]:
                 )
 
 
-def _estimate_warnings(one: Estimate) -> Iterator[str]:
+def _estimate_warnings(one: Estimate, lacks: str, *, holds: bool) -> Iterator[str]:
     if one.at_bound:
         where = f'{one.name} sits on its bound, {one.value:.6g} {one.unit}'.rstrip()
         if one.is_limited(one.value):
             yield f'{where}: no standard error, and the other intervals hold for this value only'
         else:
-            yield f'{where}: no estimate, no intervals; give wider --bounds {one.name}=LOW:HIGH'
+            remedy = f'free {lacks}, which the stand may lack, before its bounds are widened'
+            wider = f'give wider --bounds {one.name}=LOW:HIGH'
+            yield f'{where}: no estimate, no intervals; {remedy if lacks else wider}'
     elif one.inert:
         yield f'{one.name} changes nothing of what was seen; the others hold for this value of it'
-    elif one.undetermined:
-        yield f'{one.name} is not determined: others make up for any change of it'
+    elif one.undetermined and holds:
+        yield (
+            f'{one.name} is not determined by what was seen: others make up for a change of it; '
+            f'{one.value:.3g} is one value of many; measure under another preload too '
+            '(--plan 5 says what tells most), or set it and do not free it'
+        )
     elif abs(one.value) < one.standard_error < math.inf:
         yield f'{one.name} has a standard error above its value'
 
@@ -338,6 +373,19 @@ def _points(fit: FitResult) -> list[dict[str, Any]]:
     return rows
 
 
+def _of_bands(fit: FitResult) -> str:
+    """Return what is to be known of bands of draws; nothing of most fits."""
+    preloads = {one.settings.get('stand.preload') for one in fit.experiments}
+    names = {one.name for one in fit.estimates}
+    is_curved = 'contact.friction' in names and not names.isdisjoint((PREFACTOR, RMS_HEIGHT))
+    if not (fit.problem.has_traces and len(preloads) == 1 and is_curved):
+        return ''
+    return (
+        'the fit is of one preload, which tells friction and roughness along a curve that draws '
+        'leave: bands may be up to twice as wide as need be; a second preload mends that'
+    )
+
+
 def _traces(fit: FitResult) -> list[dict[str, Any]]:
     """Return what was seen over time and how the sensors are, one object each."""
     return [
@@ -365,7 +413,7 @@ def _estimate(one: Estimate, *, holds: bool) -> str:
 
 
 def _row(one: Estimate, *, holds: bool) -> tuple[str, ...]:
-    doubt = ('-', '-', '-')
+    doubt = ('not determined' if one.undetermined and holds else '-', '-', '-')
     if holds and np.isfinite(one.standard_error):
         doubt = (f'{one.standard_error:.2g}', f'{one.low:.6g}', f'{one.high:.6g}')
     return (one.name, f'{one.value:.6g}', *doubt, one.unit)
@@ -409,7 +457,13 @@ def _quality(fit: FitResult) -> Iterator[tuple[str, object]]:
         yield 'noise of a point, estimated', f'{fit.noise_n:.3g} N'
     yield 'condition number', f'{doubt.condition:.3g}'
     yield 'singular values', ' '.join(f'{value:.3g}' for value in doubt.singular_values)
-    yield 'searches in this minimum', f'{fit.same} of {len(fit.searches)}'
+    if fit.problem.has_traces:
+        kinds = f'the best followed to their ends, {fit.rivals} to other minima that fit as well'
+    else:
+        worse = len(fit.searches) - fit.same - fit.rivals
+        kinds = f'{fit.same} to this minimum, {fit.rivals} to others that fit as well, '
+        kinds += f'{worse} to worse ones'
+    yield 'searches', f'{len(fit.searches)}: {kinds}'
     yield 'stands tried', fit.evaluations
     cycles = [one.drive.steps for one in fit.experiments if isinstance(one.drive, SawtoothSteps)]
     if cycles:

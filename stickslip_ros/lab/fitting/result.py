@@ -16,7 +16,7 @@ from stickslip_ros.lab.fitting.draws import drawn
 from stickslip_ros.lab.fitting.missing import Missing, Trial
 from stickslip_ros.lab.fitting.problem import Predicted, Problem
 from stickslip_ros.lab.fitting.statistics import Estimate, Uncertainty, estimates_of
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters import Parameters, Scalar
 
 _SAME_CHANGE = 0.01
 """Change of chi-square, per its scale, within which two searches found the same minimum."""
@@ -80,8 +80,14 @@ class FitResult:
 
     @property
     def parameters(self) -> Parameters:
-        """The fitted stand."""
-        return self.problem.stand(self.found.place)
+        """The fitted stand, with the preload and the load cell that all experiments had."""
+        return self.problem.stand(self.found.place).updated(self.settings_of_all)
+
+    @property
+    def settings_of_all(self) -> dict[str, Scalar]:
+        """Parameters of the stand that no experiment had otherwise than the others."""
+        first, *others = (one.settings.items() for one in self.experiments)
+        return dict(set(first).intersection(*others))
 
     @cached_property
     def estimates(self) -> tuple[Estimate, ...]:
@@ -110,7 +116,9 @@ class FitResult:
     @property
     def covariance(self) -> Array:
         """In the units of the parameters, shape (free, free); not a number where there is none."""
-        slopes = np.array([one.slope(one.value) for one in self.estimates])
+        slopes = np.array(
+            [np.nan if one.undetermined else one.slope(one.value) for one in self.estimates]
+        )
         return np.asarray(self.uncertainty.covariance_z * np.outer(slopes, slopes))
 
     @property

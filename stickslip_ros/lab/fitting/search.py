@@ -3,6 +3,7 @@
 
 """One search for a minimum, from a place; and on from there, with more cycles."""
 
+import dataclasses
 import math
 from collections.abc import Sequence
 
@@ -12,7 +13,7 @@ from scipy import optimize
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.fitting.problem import Problem
-from stickslip_ros.lab.fitting.result import Minimum
+from stickslip_ros.lab.fitting.result import Minimum, best_of
 
 _EVALUATIONS_MAX = 60  # steps of a search, from which it is said not to have converged
 LOOSE_EVALUATIONS_MAX = 25
@@ -21,6 +22,10 @@ TOLERANCE = 1e-6
 a standard error."""
 ROUNDS = 6  # searches with ever more cycles, until they suffice at the minimum
 FOLLOWED_MAX = 3  # minima of the first searches from which one goes on
+VALLEY, BLIND = 100.0, 1e4
+"""Condition numbers from which parameters make a valley, and from which nothing shows its way."""
+_WALKS = 6  # places in a valley, each lower than the one before
+_LOWER = 0.3  # of chi-square, by which it must be
 APART = 0.05  # coordinates from which two minima are different ones
 
 
@@ -72,6 +77,37 @@ def refine(problem: Problem, best: Minimum) -> tuple[Problem, list[Minimum], boo
         refined.append(search(problem, here))
         here = refined[-1].place
     return problem, refined, steady
+
+
+def along_valley(problem: Problem, here: Minimum) -> tuple[Problem, list[Minimum]]:
+    """
+    Search on from a standard error to both sides of a minimum, as long as that leads down.
+
+    Friction, roughness, mass and damping under one preload lie in a valley that curves, and whose
+    floor is rough by some tenths of chi-square: a search ends on its way. Nine parameters of the
+    realistic stand stopped 10 above the least chi-square, with a roughness 4 standard errors off.
+
+    """
+    found, start = list[Minimum](), here
+    for _ in range(_WALKS):
+        slopes = problem.slopes(here.place, central=True)
+        lengths = np.maximum(np.sqrt(np.sum(slopes**2, axis=0)), np.finfo(np.float64).tiny)
+        _, values, ways = np.linalg.svd(np.linalg.qr(slopes / lengths, mode='r'))
+        if not VALLEY < values[0] / max(values[-1], values[0] / (2.0 * BLIND)) < BLIND:
+            break
+        step = ways[-1] / (values[-1] * lengths)
+        step /= max(1.0, float(np.max(np.abs(step))))
+        beside = dataclasses.replace(problem, metrics=())
+        ends = [search_or_nothing(beside, here.place + way) for way in (step, -step)]
+        lowest = best_of(ends)
+        if not lowest.chi_square < here.chi_square - _LOWER:
+            break
+        here = lowest
+        found.append(here)
+        problem = problem.measured_at(problem.predicted([problem.stand(here.place)])[0])
+    if here is not start:
+        found.append(search(problem, here.place))
+    return problem, found
 
 
 def distinct(searches: Sequence[Minimum], most: int = FOLLOWED_MAX) -> list[Minimum]:

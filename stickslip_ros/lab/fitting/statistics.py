@@ -3,6 +3,7 @@
 
 """Statistics of a minimum: errors, intervals, correlations, parameters without influence."""
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,6 +25,9 @@ EFFECT = 1e-5
 """Share of the forces that one e-fold, or the whole range, must change: the noise of a slope."""
 RANK = 1e-5
 """Singular value, per largest, below which columns of unit length are dependent: the noise."""
+UNDETERMINED = 1.0
+"""Standard error of a coordinate, an e-fold or the whole range, from which its parameter is not
+determined: slopes say nothing of what is so far away."""
 _SHARE = 1e-3  # part of an undetermined combination from which a parameter belongs to it
 
 
@@ -34,7 +38,8 @@ class Estimate(Free):
 
     The standard error is infinite, and there is no interval, where the forces do not determine it:
     the value sits on a bound, is inert, which is to change no force, or is undetermined, which is
-    to be traded for others; or a bound that is no limit of the model holds another parameter.
+    to be traded for others, or known to less than a factor of e or its whole range; or a bound
+    that is no limit of the model holds another parameter.
 
     """
 
@@ -179,11 +184,18 @@ def reaching(covariance_z: Array, reach: Array) -> Array:
     return np.asarray(covariance_z * np.outer(factors, factors))
 
 
+def vague(covariance_z: Array) -> Flags:
+    """Return which coordinates have an error that is too large for an estimate, but finite."""
+    variances = np.diag(covariance_z)
+    return np.asarray(np.isfinite(variances) & (variances > UNDETERMINED**2))
+
+
 def estimates_of(problem: Problem, coordinates: Array, doubt: Uncertainty) -> tuple[Estimate, ...]:
     """Return the free parameters at a minimum with their errors and intervals."""
-    estimates = []
+    estimates, is_vague = [], vague(doubt.covariance_z)
     for index, free in enumerate(problem.free):
-        z, error_z = float(coordinates[index]), float(doubt.errors_z[index])
+        z = float(coordinates[index])
+        error_z = math.inf if is_vague[index] else float(doubt.errors_z[index])
         value, spec = free.to_value(z), spec_of(free.name)
         low = high = np.nan
         if np.isfinite(error_z):
@@ -202,7 +214,7 @@ def estimates_of(problem: Problem, coordinates: Array, doubt: Uncertainty) -> tu
                 high=high,
                 at_bound=bool(doubt.at_bound[index]),
                 inert=bool(doubt.inert[index]),
-                undetermined=bool(doubt.undetermined[index]),
+                undetermined=bool(doubt.undetermined[index] or is_vague[index]),
             )
         )
     return tuple(estimates)

@@ -16,6 +16,7 @@ from stickslip_ros.lab.experiments.experiment import (
     Experiment,
     Seen,
     Voltage,
+    keeps_noise,
     noise_of,
     rounding_of,
 )
@@ -119,16 +120,29 @@ def tightened(
         if each.left_out
     ]
     for _, one, each, noise in problem.seen:
+        if each.low_pass_hz:
+            notes.append(
+                f'{one.origin}: {each.quantity} is taken as it was before the low-pass of its '
+                f'sensor, {each.low_pass_hz:g} Hz'
+            )
+        if each.cyclic_m:
+            notes.append(
+                f'{one.origin}: what repeats in each fringe of {1e9 * each.fringe_m:.4g} nm is '
+                f'taken as cyclic error of the interferometer, {1e9 * each.cyclic_m:.2g} nm'
+            )
         if each.is_trace and each.unit == 'm' and noise < allowance.reading_m:
             notes.append(
                 f'{one.origin}: {each.quantity} shows a noise of {1e9 * noise:.2g} nm; a reading '
                 f'counts as {1e9 * allowance.reading_m:.2g} nm, for the model may be wrong by that'
             )
         if each.slow_s > SAID_SLOW_S:
-            notes.append(
+            text = (
                 f'{one.origin}: the sensor of {each.quantity} is slow, as behind a low-pass of '
                 f'{0.5 / (math.pi * each.slow_s):.2g} Hz'
             )
+            if each.noise_lasts_s:
+                text += '; its noise came before that: neighbouring readings share it'
+            notes.append(text)
     rivals = [each for each in others if each.chi_square - best.chi_square < RULED_OUT_BY]
     return problem, found, tuple(rivals), tuple(notes)
 
@@ -224,16 +238,22 @@ def _with_noise(problem: Problem, place: Array, outliers: float) -> Problem:
             if not seen:
                 shifts[number] += late_s
             out = lone_outliers(left, outliers or math.inf)
+            keeps = 0.0
+            if slow_s:
+                period_s = float(np.median(np.diff(each.time_s)))
+                share = math.exp(-period_s / slow_s)
+                keeps = share if keeps_noise(left[~out], share) else 0.0
             kept = replace(
                 each,
                 values=each.values[~out],
                 time_s=each.time_s[~out],
                 left_out=each.left_out + int(out.sum()),
                 slow_s=slow_s,
+                noise_lasts_s=slow_s if keeps else 0.0,
             )
             seen.append(kept)
-            white = max(noise_of(left[~out]), rounding_of(kept.values))
-            noises.append(max(each.sigma or white or noise, FINEST))
+            shown = max(noise_of(left[~out], keeps), rounding_of(kept.values))
+            noises.append(max(each.sigma or shown or noise, FINEST))
         experiments.append(replace(one, seen=tuple(seen)))
         errors.append(tuple(noises))
     for number, one in enumerate(experiments):  # numbers that do not tell their error

@@ -109,6 +109,13 @@ class StickSlipTwin(LifecycleNode):
         result = super().on_activate(state)
         self._begin_input()
         self._work = Work(self.stand, self.settings, self._publish, self._tell)
+        heard = [said for said, _ in self._mapped.values()] or [self.resolve_topic_name('trace')]
+        names, cell = ', '.join(self.settings.free_names), self.stand.load_cell.contact
+        self.get_logger().info(
+            f'active: a stand under {self.stand.stand.preload:g} N, load cell {cell}, waits for '
+            f'{", ".join(heard)}; fits {names} every {self.settings.period:g} s; /diagnostics '
+            'tells what comes of it'
+        )
         return result
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:

@@ -3,6 +3,7 @@
 
 """The twin as an executable, which heeds Ctrl-C before it imports rclpy."""
 
+import os
 import sys
 
 from stickslip_ros.extras import MissingRos, needs_ros
@@ -15,6 +16,7 @@ def twin() -> int:
 
 
 def _twin() -> int:
+    os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')  # its threads spin while they wait
     try:
         with needs_ros('the twin'):
             from stickslip_ros.lab.twin.node import main  # noqa: PLC0415 - it takes long

@@ -126,3 +126,12 @@ def test_two_runs_say_what_differs(capsys: Any, example: Path):
     assert told['axis'] == 'time_s'
     assert all(each['agreement']['rms'] == 0.0 for each in told['quantities'])
     assert all(part['curve'] is None for each in told['quantities'] for part in each['parts'])
+
+
+def test_a_table_that_the_model_runs_beside_is_told_once(capsys: Any, example: Path):
+    words = ['--voltage', '300', '--steps', '6', '--no-load-cell', '-o', 'run.mcap']
+    assert main(['simulate', *words]) == 0
+    assert main(['export', 'run.mcap', '-o', 'run.csv']) == 0
+    capsys.readouterr()
+    assert main(['compare', 'run.csv', 'model']) == 0
+    assert capsys.readouterr().err.count('read    run.csv') == 1

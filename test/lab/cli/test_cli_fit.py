@@ -57,9 +57,9 @@ def test_the_fitted_stand_runs_from_its_yaml_and_the_json_says_how_good_it_is(
     stand = load_yaml(yaml)
     assert stand.contact.friction == result['estimates'][0]['value']
     assert stand.changed() == result['parameters']
-    assert f'# contact.friction: {stand.contact.friction:.6g} ± ' in yaml.read_text(
-        encoding='utf-8'
-    )
+    written = yaml.read_text(encoding='utf-8')
+    assert f'# contact.friction: {stand.contact.friction:.6g} ± ' in written
+    assert '# The experiments differ in stand.preload, not taken over from them.\n' in written
     assert picture.read_bytes().startswith(b'\x89PNG')
     shown = page.read_text(encoding='utf-8')
     assert f'<td>contact.friction</td><td>{stand.contact.friction:.6g}</td>' in shown
@@ -74,7 +74,7 @@ def test_the_tables_show_errors_and_correlation(experiment, capsys):
         'chi-square per degree',
         'condition number',
         'correlation',
-        'searches in this minimum 1 of 1',
+        'searches 1: 1 to this minimum, 0 to others that fit as well, 0 to worse ones',
         'from the standard errors of the points; intervals of the normal distribution',
     ):
         assert words in shown

@@ -317,6 +317,8 @@ def test_what_does_not_fit_is_refused(tables, tmp_path, stand):
     )
     for moved in ({'shift_s': 1.0}, {'align': True}):
         refused(other, 'model', 'is by amplitude and knows no time; leave --shift', **moved)
+    for drove in ({'frequency_max_hz': 500.0}, {'commands': other}):
+        refused(other, 'model', 'is by amplitude: no voltage drove it; leave --commands', **drove)
     two = sweep_rows(stand, (0.3,), (60e-9,), contact__friction=(0.2, 0.3))
     write_table(two, tmp_path / 'two.csv', stand)
     refused(other, tmp_path / 'two.csv', 'two.csv varies contact.friction, of which')

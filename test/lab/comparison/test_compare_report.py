@@ -49,10 +49,6 @@ class Page(HTMLParser):
         return [attributes.get(name) or '' for each, attributes in self.tags if each == tag]
 
 
-def page(comparison, command):
-    return page_of(comparison.sections(), command)
-
-
 @pytest.fixture(scope='module')
 def points(tmp_path_factory):
     """Give a comparison by amplitude of a file whose name and notes are nasty."""
@@ -73,12 +69,30 @@ def runs(recorded_run):
 
 
 @pytest.fixture(scope='module', params=['points', 'runs'])
-def comparison(request, points, runs):
-    return {'points': points, 'runs': runs}[request.param]
+def kind(request):
+    return request.param
 
 
-def test_the_page_needs_nothing_else(comparison):
-    text = page(comparison, COMMAND)
+@pytest.fixture(scope='module')
+def comparison(kind, points, runs):
+    return {'points': points, 'runs': runs}[kind]
+
+
+@pytest.fixture(scope='module')
+def pages(points, runs):
+    """Give the page of each comparison: to draw its pictures takes long."""
+    return {
+        name: page_of(each.sections(), COMMAND)
+        for name, each in (('points', points), ('runs', runs))
+    }
+
+
+@pytest.fixture(scope='module')
+def text(kind, pages):
+    return pages[kind]
+
+
+def test_the_page_needs_nothing_else(text):
     shown = Page(text)
     tags = {tag for tag, _ in shown.tags}
     assert not tags & {'script', 'link', 'iframe', 'object', 'embed', 'base', 'form'}
@@ -90,8 +104,8 @@ def test_the_page_needs_nothing_else(comparison):
     assert '@import' not in without_data
 
 
-def test_there_is_a_picture_of_every_quantity_that_needs_nothing_else(comparison):
-    shown = Page(page(comparison, COMMAND))
+def test_there_is_a_picture_of_every_quantity_that_needs_nothing_else(comparison, text):
+    shown = Page(text)
     urls = shown.attributes('img', 'src')
     assert len(urls) == len(comparison.quantities)
     assert all(shown.attributes('img', 'alt'))
@@ -108,8 +122,8 @@ def test_there_is_a_picture_of_every_quantity_that_needs_nothing_else(comparison
         assert sum(element.tag.endswith('path') for element in svg.iter()) > 20
 
 
-def test_settings_that_differ_have_a_heading_and_their_absence_a_sentence(runs):
-    words = ' '.join(Page(page(runs, COMMAND)).texts)
+def test_settings_that_differ_have_a_heading_and_their_absence_a_sentence(runs, pages):
+    words = ' '.join(Page(pages['runs']).texts)
     assert runs.differences == ()
     assert 'settings of A and B that differ' in words
     assert 'None. Compared are those that both state: parameters, seed, versions' in words
@@ -124,24 +138,27 @@ def test_settings_that_differ_have_a_heading_and_their_absence_a_sentence(runs):
     ],
     ids=['folder', 'no formula', 'long'],
 )
-def test_the_legend_names_the_files(points, runs, origin, shown):
+def test_the_legend_names_the_files(runs, origin, shown):
     named = dataclasses.replace(runs, a=dataclasses.replace(runs.a, origin=origin))
     words = re.findall('<!-- (.*?) -->', svg_of(named.plot()))
     assert {f'A: {shown}', 'B: run.mcap'} <= set(words)
+
+
+def test_the_legend_of_points_names_their_preloads(points):
     words = re.findall('<!-- (.*?) -->', svg_of(points.plot()))
     assert {'B: model, 0.1 N', 'B: model, 0.5 N'} <= set(words)
 
 
 def test_what_comes_from_a_file_is_escaped(points):
-    text = page(points, NASTY)
+    text = page_of(points.sections(), NASTY)
     texts = Page(text).texts
     assert '<script' not in text
     assert NASTY in texts
     assert any('<b>&"nasty\'.csv' in each for each in texts)
 
 
-def test_every_number_of_the_tables_and_every_sentence_is_on_the_page(comparison):
-    texts = Page(page(comparison, COMMAND)).texts
+def test_every_number_of_the_tables_and_every_sentence_is_on_the_page(comparison, text):
+    texts = Page(text).texts
     for section in comparison.sections():
         for cell in (cell for row in [section.header, *section.rows] for cell in row if cell):
             assert all(line in texts for line in str(cell).split('\n'))
@@ -151,27 +168,25 @@ def test_every_number_of_the_tables_and_every_sentence_is_on_the_page(comparison
     assert COMMAND in texts
 
 
-def test_the_page_says_what_was_compared(points, runs):
-    texts = Page(page(points, COMMAND)).texts
+def test_the_page_says_what_was_compared(pages):
+    texts = Page(pages['points']).texts
     assert 'experiment by amplitude' in texts
     assert 'not in the file' in texts
-    texts = Page(page(runs, COMMAND)).texts
+    texts = Page(pages['runs']).texts
     assert texts.count('recording') == 2
     assert any('times of B were shifted by 0.001 s, as given' in each for each in texts)
 
 
-def test_the_same_comparison_gives_the_same_bytes(comparison, tmp_path):
-    paths = [tmp_path / name / 'page.html' for name in ('one', 'two')]
-    for path in paths:
-        assert comparison.save(path, COMMAND) == path
-    one, other = (path.read_bytes() for path in paths)
-    assert one == other
-    assert one.startswith(b'<!DOCTYPE html>')
+def test_the_same_comparison_gives_the_same_bytes(comparison, text, tmp_path):
+    path = tmp_path / 'new' / 'page.html'
+    assert comparison.save(path, COMMAND) == path
+    assert path.read_bytes() == text.encode()
+    assert text.startswith('<!DOCTYPE html>')
 
 
-def test_a_report_of_many_samples_stays_small(runs):
+def test_a_report_of_many_samples_stays_small(runs, pages):
     assert sum(quantity.agreement.points for quantity in runs.quantities) > 4000
-    assert len(page(runs, COMMAND)) < 2_000_000
+    assert len(pages['runs']) < 2_000_000
 
 
 def test_a_report_that_cannot_be_written_is_refused(points, tmp_path):

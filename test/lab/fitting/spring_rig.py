@@ -44,6 +44,7 @@ class Rig:
     drift_m_per_s: float = 2e-8
     late_s: float = 0.0  # of the sensor's clock
     low_pass_hz: float = 0.0  # of the sensor, first order; 0 is none
+    is_noise_behind: bool = True  # of the low-pass, where it is white; else before it
 
     def positions(self, rows: np.ndarray, rate_hz: float, seed: int) -> tuple[np.ndarray, ...]:
         """Give times and readings of the sensor under a voltage, corners of shape (n, 2)."""
@@ -72,11 +73,13 @@ class Rig:
             every,
         )
         time_s = every * STEP_S * np.arange(len(out))
+        noise = np.random.default_rng(seed).normal(0.0, self.noise_m, len(out))
+        if not self.is_noise_behind:
+            out, noise = out + noise, np.zeros_like(out)
         if self.low_pass_hz:
             share = 1.0 - np.exp(-2.0 * np.pi * self.low_pass_hz / rate_hz)
             for k in range(1, len(out)):
                 out[k] = out[k - 1] + share * (out[k] - out[k - 1])
-        noise = np.random.default_rng(seed).normal(0.0, self.noise_m, len(out))
         readings = out + self.zero_m + self.drift_m_per_s * time_s + noise
         return time_s + self.late_s, readings
 

@@ -3,7 +3,9 @@
 
 """Fits of the drive: known parameters come back, errors agree with other code and with chance."""
 
+import json
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,8 +18,10 @@ from scipy.stats import binom, chi2
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.experiments import predict as predict_module
 from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps
+from stickslip_ros.lab.fitting.draws import read_draws
 from stickslip_ros.lab.fitting.fit import Searching, fit, fit_experiments
 from stickslip_ros.lab.fitting.free import choose_free
+from stickslip_ros.lab.fitting.missing import Missing
 from stickslip_ros.lab.fitting.report import Fit, as_object, warnings_of
 from stickslip_ros.lab.runs.courses import Course
 from stickslip_ros.parameters import Parameters
@@ -233,6 +237,10 @@ def test_on_a_given_bound_nothing_is_estimated_and_a_wrong_model_is_told_by_its_
     assert (told['standard_error'], told['low'], told['high']) == (None, None, None)
     [warning] = [text for text in warnings_of(fit) if 'contact.friction sits on its bound' in text]
     assert warning.endswith('no intervals; give wider --bounds contact.friction=LOW:HIGH')
+    lacks = replace(fit, missing=(Missing('actuator.hysteresis', 50.0, 5.0, (0.0, 0.0)),))
+    told = ' '.join(warnings_of(lacks))
+    assert 'free actuator.hysteresis, which the stand may lack, before its bounds' in told
+    assert 'give wider --bounds' not in told
     assert fit.p_value < 1e-3
     assert 'the model misses the points by more than their standard errors' in ' '.join(
         warnings_of(fit)
@@ -254,6 +262,26 @@ def test_default_bounds_give_way_to_what_the_model_is_by_default(damping):
     assert any(held in text for text in warnings_of(fit)) == (damping == 0.0)
 
 
+def test_what_is_known_to_less_than_a_factor_of_e_is_not_determined(truth, tmp_path):
+    points = exact_points(truth)
+    vague = fitted(truth, with_forces(points, forces_n(points), 0.2), 'contact.prefactor')
+    [one] = vague.estimates
+    assert vague.uncertainty.errors_z[0] > 1.0
+    assert vague.holds
+    assert one.undetermined
+    assert repr(vague).splitlines()[0].endswith(', not determined')
+    assert next(vague.sections()).rows[0][2:5] == ('not determined', '-', '-')
+    assert any('measure under another preload too' in text for text in warnings_of(vague))
+    path = tmp_path / 'fitted.json'
+    path.write_text(json.dumps(as_object(vague)), encoding='utf-8')
+    [told] = json.loads(path.read_text(encoding='utf-8'))['estimates']
+    assert told['undetermined']
+    assert (told['standard_error'], told['low'], told['high']) == (None, None, None)
+    assert np.isnan(vague.covariance).all()
+    with pytest.raises(OutOfRange, match=r'ln\(contact.prefactor\) .* is not determined'):
+        read_draws(path)
+
+
 def test_a_parameter_that_changes_nothing_is_told(truth):
     names = 'friction_law.stribeck_velocity runner.damping'
     fit = fitted(truth, noisy_points(truth, 1), names)
@@ -269,7 +297,7 @@ def test_two_moduli_that_act_as_one_are_told(truth):
     assert not any(math.isfinite(one.standard_error) for one in fit.estimates)
     assert fit.uncertainty.condition > 1e4
     warned = ' '.join(warnings_of(fit))
-    assert 'contact.young_runner is not determined: others make up for any change' in warned
+    assert 'contact.young_runner is not determined by what was seen: others' in warned
     assert 'the points hardly determine the combination' in warned
 
 

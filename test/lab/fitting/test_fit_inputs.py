@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps
 from stickslip_ros.lab.experiments.reading import DriveSource, read_experiments
+from stickslip_ros.lab.fitting.fit import fit
 from stickslip_ros.lab.fitting.free import FITTED_GROUPS, Free, choose_free
 from stickslip_ros.lab.tables.experiment import Reading
 from stickslip_ros.parameters import Parameters, specs
@@ -142,6 +143,13 @@ def test_what_does_not_fit_is_refused(names, starts, bounds, message):
     with pytest.raises(StickSlipError) as refusal:
         choose_free(Parameters(), names, starts, bounds)
     assert message in str(refusal.value)
+
+
+def test_names_are_refused_before_anything_is_read():
+    for names, known in ((['friction'], {}), (['contact.friction'], {'contact.friction': '0.3'})):
+        with pytest.raises(StickSlipError, match='friction') as refusal:
+            fit('there_is_no.mcap', names, known=known)
+        assert 'there_is_no' not in str(refusal.value)
 
 
 def test_a_chosen_prefactor_does_not_give_way_silently():

@@ -4,7 +4,7 @@
 """A fit says what its stand lacks, and gives no intervals where none hold."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from spring_rig import Rig, voltage
 
+from stickslip_ros.arrays import Array
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
 from stickslip_ros.lab.experiments.predict import predict
@@ -19,9 +20,10 @@ from stickslip_ros.lab.fitting.draws import read_draws
 from stickslip_ros.lab.fitting.fit import fit
 from stickslip_ros.lab.fitting.free import choose_free
 from stickslip_ros.lab.fitting.missing import missing_from
-from stickslip_ros.lab.fitting.problem import pose
+from stickslip_ros.lab.fitting.problem import Predicted, Problem, StandardErrors, pose
 from stickslip_ros.lab.fitting.profile import ChiSquareGrid
 from stickslip_ros.lab.fitting.report import Fit, as_object, warnings_of
+from stickslip_ros.lab.fitting.search import along_valley, search
 from stickslip_ros.lab.fitting.statistics import QUANTILE_95, Uncertainty
 from stickslip_ros.parameters import Parameters, Scalar
 
@@ -116,6 +118,37 @@ def test_intervals_reach_those_of_other_minima():
     assert wider.errors_z[1] == pytest.approx(2.0)
     assert wider.correlation == pytest.approx(doubt.correlation)
     assert doubt.reaching(np.zeros(2), np.empty((0, 2)), np.empty(0)) is doubt
+
+
+class Valley(Problem):
+    """A curved valley of two coordinates with a rough floor, lowest near (1, 1)."""
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        return np.full(2, -3.0), np.full(2, 3.0)
+
+    def residuals(self, coordinates: Array) -> Array:
+        x, y = coordinates
+        return np.array([300.0 * (y - x * x), 2.0 * (x - 1.0), 0.6 * np.cos(1000.0 * x)])
+
+    def slopes(self, coordinates: Array, *, central: bool = False) -> Array:
+        x, _ = coordinates
+        return np.array([[-600.0 * x, 300.0], [2.0, 0.0], [0.0, 0.0]])  # the ripple is too fine
+
+    def stand(self, coordinates: Array) -> Parameters:
+        return Parameters()
+
+    def predicted(self, stands: Sequence[Parameters]) -> list[Predicted]:
+        return [[] for _ in stands]
+
+
+def test_a_search_goes_on_where_a_curved_valley_with_a_rough_floor_stopped_it():
+    problem = Valley(Parameters(), (), (), StandardErrors(known=True, values=()))
+    stopped = search(problem, np.array([-0.6, 0.36]))
+    assert stopped.converged
+    assert stopped.chi_square > 5.0
+    _, found = along_valley(problem, stopped)
+    assert found[-1].chi_square < 1.0
 
 
 def test_a_value_that_is_held_wrong_and_moves_a_free_one_is_told():

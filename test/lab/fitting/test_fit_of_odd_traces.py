@@ -12,7 +12,7 @@ from spring_rig import Rig, voltage
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.comparison.compare import compare
-from stickslip_ros.lab.experiments.experiment import Seen, Voltage, noise_of
+from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage, noise_of
 from stickslip_ros.lab.experiments.reading import LEAD_S, DriveSource, read_experiments
 from stickslip_ros.lab.experiments.sensor_clock import lateness_of
 from stickslip_ros.lab.fitting.fit import fit
@@ -100,6 +100,60 @@ def test_a_sensor_that_shows_noise_alone_is_refused(noise_m: float):
         fitted(table.assign(position_m=1e-6 + noise))
 
 
+def read(table: pd.DataFrame, window_s: tuple[float, float] | None = None) -> Experiment:
+    [one] = read_experiments(table, STAND, Reading(), DriveSource(window_s=window_s))
+    return one
+
+
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+@pytest.mark.parametrize('digit_m', [1e-15, 1e-8])
+def test_a_position_at_a_limit_of_its_sensor_is_refused_unless_a_window_leaves_it_out(
+    sign: float, digit_m: float
+):
+    table = frame()
+    limit_m = float(table['position_m'].iloc[int(0.65 * len(table))])
+    clipped_m = digit_m * np.round(table['position_m'].clip(upper=limit_m) / digit_m)
+    table = table.assign(position_m=sign * clipped_m)
+    with pytest.raises(StickSlipError, match=r'exactly .* m over [345] falls of the voltage, 0\.'):
+        read(table)
+    assert len(read(table, (0.0, 0.015)).seen[0].values) > 0
+
+
+@pytest.mark.parametrize('stopped', [slice(0, 1000), slice(700, None)])
+def test_a_sensor_that_stopped_is_refused(stopped: slice):
+    table = frame()
+    table.loc[table.index[stopped], 'position_m'] = 1e-6
+    with pytest.raises(StickSlipError, match='its sensor is at a limit, or has stopped'):
+        read(table)
+
+
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+def test_a_sensor_that_counts_around_is_refused(sign: float):
+    rows = voltage((-60.0, 250.0, 1), (280.0, 600.0, 30))
+    time_s, position_m = RIG.positions(rows, RATE_HZ, 1)
+    voltage_v = np.interp(time_s, *rows.T)
+    around_m = np.mod(sign * position_m, 1.024e-6)
+    table = pd.DataFrame({'time_s': time_s, 'voltage_v': voltage_v, 'position_m': around_m})
+    with pytest.raises(StickSlipError, match=r'jumps \d+ times by about 1\.0'):
+        read(table)
+
+
+@pytest.mark.parametrize(
+    'rig', [RIG, Rig(noise_m=0.0, drift_m_per_s=0.0), Rig(noise_m=0.0, late_s=4e-3, preload_n=0.8)]
+)
+@pytest.mark.parametrize('digit_m', [1e-9, 1e-8, 1e-7])
+def test_a_position_in_coarse_digits_is_read(rig: Rig, digit_m: float):
+    table = frame(rig)
+    assert read(table.assign(position_m=digit_m * np.round(table['position_m'] / digit_m))).seen
+
+
+def test_readings_that_drop_out_for_a_while_are_no_counter():
+    table = frame()
+    for at in (300, 700, 1100):
+        table.loc[table.index[at : at + 9], 'position_m'] = 0.0
+    assert read(table).seen
+
+
 def test_a_force_of_nothing_beside_a_motion_is_left_out_and_told():
     [one] = read_experiments(frame().assign(force_n=0.0), STAND, Reading(), DriveSource())
     assert [each.quantity for each in one.seen] == ['position_m']
@@ -120,7 +174,7 @@ def test_a_recording_of_this_package_without_a_load_cell_is_fitted_by_its_motion
     assert friction.low < 0.26 < friction.high
     assert gain.low < truth.actuator.gain < gain.high
     assert friction.standard_error < 0.01
-    assert any('position_m shows a noise of 0.12 nm; a reading counts' in x for x in found.notes)
+    assert any('a reading counts as 0.5 nm' in note for note in found.notes)
 
 
 def test_readings_without_noise_are_fitted_at_the_preload_that_is_said():
@@ -146,6 +200,15 @@ def test_rounding_is_noise_whatever_the_last_digits_are():
 def test_no_clock_is_read_off_noise(seed: int):
     time_s, position_m = Rig(noise_m=5e-8).positions(ROWS, RATE_HZ, seed)
     found = lateness_of(Seen('position_m', position_m, time_s), Voltage(ROWS))
+    assert found is not None
+    assert not found.is_clear
+
+
+def test_a_clock_is_on_time_in_a_window_after_many_falls():
+    rows = voltage((300.0, 600.0, 12), (190.0, 200.0, 5))
+    time_s, position_m = RIG.positions(rows, RATE_HZ, 1)
+    window = time_s > rows[-1, 0] - 0.025
+    found = lateness_of(Seen('position_m', position_m[window], time_s[window]), Voltage(rows))
     assert found is not None
     assert not found.is_clear
 

@@ -13,10 +13,16 @@ import pytest
 from spring_rig import Rig, voltage
 
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage, noise_of
+from stickslip_ros.lab.experiments.experiment import (
+    Experiment,
+    Seen,
+    Voltage,
+    keeps_noise,
+    noise_of,
+)
 from stickslip_ros.lab.experiments.predict import SAMPLE_S, Prediction, at_times, low_passed
 from stickslip_ros.lab.experiments.sensor_clock import lateness_of
-from stickslip_ros.lab.fitting.draws import read_draws
+from stickslip_ros.lab.fitting.draws import read_draws, read_note
 from stickslip_ros.lab.fitting.fit import fit
 from stickslip_ros.lab.fitting.metric import DELAY_S, Allowance, metric_of, slower, waves_of
 from stickslip_ros.lab.fitting.report import Fit, as_object, warnings_of
@@ -68,7 +74,7 @@ def learned() -> tuple[Rig, Fit]:
         late_s=1.3e-3,
         low_pass_hz=20e3,
     )
-    return rig, fit(experiment(rig, 1), list(NAMES), starts=3)
+    return rig, fit(experiment(rig, 1), list(NAMES), starts=1)
 
 
 def test_a_rig_with_another_sensor_and_a_late_clock_is_learned(learned: tuple[Rig, Fit]):
@@ -81,6 +87,13 @@ def test_a_rig_with_another_sensor_and_a_late_clock_is_learned(learned: tuple[Ri
     assert not any('lacks' in text for text in warnings_of(found))
     [note] = found.notes
     assert 'the clock of position_m is about 1.3' in note
+
+
+def test_the_fitted_stand_is_set_as_the_rig_was(learned: tuple[Rig, Fit]):
+    rig, found = learned
+    for stand in (found.parameters, *found.draws(2)):
+        assert stand.stand.preload == rig.preload_n
+        assert stand.load_cell.contact == 'absent'
 
 
 def test_the_sensor_is_said_and_what_drove_it(learned: tuple[Rig, Fit]):
@@ -128,6 +141,30 @@ def test_a_sensor_of_500_hz_is_told_and_no_interval_misses_what_is_true():
     assert found.estimates[0].standard_error > 0.05  # 2 % are known of a sensor of 20 kHz
 
 
+def test_noise_before_the_low_pass_of_a_sensor_is_shared_by_readings_and_told():
+    rig = Rig(friction=0.33, mass_kg=2.7e-3, noise_m=5e-9, low_pass_hz=2e3, is_noise_behind=False)
+    free = [name for name in NAMES if name != 'contact.prefactor']
+    found = fit(experiment(rig, 4), free, starts=1)
+    assert found.holds
+    assert_holds(found, rig)
+    [[seen]] = [one.seen for one in found.experiments]
+    assert seen.noise_lasts_s == pytest.approx(1.0 / (2.0 * np.pi * 2e3), rel=0.05, abs=0.0)
+    assert any('neighbouring readings share it' in note for note in found.notes)
+
+
+@pytest.mark.parametrize('share', [0.3, 0.6, 0.8, 0.95])
+def test_whether_readings_keep_noise_is_told_from_their_second_differences(share: float):
+    chance = np.random.default_rng(3)
+    white = chance.normal(0.0, 1e-9, 4000)
+    kept = white.copy()
+    for k in range(1, len(kept)):
+        kept[k] = share * kept[k - 1] + np.sqrt(1.0 - share**2) * white[k]
+    jumps = 1e-7 * np.repeat(np.arange(80) % 2, 50)
+    assert keeps_noise(kept + jumps, share)
+    assert not keeps_noise(white + jumps, share)
+    assert noise_of(kept + jumps, share) == pytest.approx(1e-9, rel=0.15, abs=0.0)
+
+
 def test_a_clock_that_noise_hides_is_tried_where_a_fit_leaves_too_much():
     rig = Rig(preload_n=0.35, friction=0.24, noise_m=7e-9, late_s=1.05e-3, low_pass_hz=36e3)
     seen = experiment(rig, 1)
@@ -167,6 +204,16 @@ def test_what_no_parameter_explains_is_warned_of(learned: tuple[Rig, Fit]):
     less = replace(found.problem.noise, values=((noise / 2.0,),))
     quieter = replace(found, missing=(), problem=replace(found.problem, noise=less))
     assert sum(text in warning for warning in warnings_of(quieter)) == 1
+
+
+def test_a_monitor_that_may_be_divided_is_the_first_thing_to_check(learned: tuple[Rig, Fit]):
+    _, found = learned
+    [one] = found.experiments
+    divided = replace(one, drive=Voltage(ROWS * (1.0, 0.01)), notes=())
+    wrong = replace(found.found, chi_square=10.0 * found.readings)
+    problem = replace(found.problem, experiments=(divided,))
+    first, *_ = warnings_of(replace(found, problem=problem, refined=(wrong,)))
+    assert 'its voltage covers 3 V of the 300 V of the amplifier: if the monitor is' in first
 
 
 def test_a_mass_that_was_weighed_makes_the_others_surer():
@@ -218,6 +265,7 @@ def test_draws_have_the_mean_and_the_spread_of_the_fit(learned: tuple[Rig, Fit],
     _, found = learned
     path = tmp_path / 'fitted.json'
     path.write_text(json.dumps(as_object(found)), encoding='utf-8')
+    assert read_note(path).endswith('twice as wide as need be; a second preload mends that')
     draws = read_draws(path, 400)
     assert [each.flat() for each in draws] == [each.flat() for each in found.draws(400)]
     logs = np.log([[each.flat()[one.name] for one in found.estimates] for each in draws])
@@ -237,17 +285,21 @@ def test_a_file_that_is_no_fit_gives_no_draws(text: str, tmp_path: Path):
         read_draws(path)
 
 
-def test_the_metric_is_that_of_its_covariance():
+@pytest.mark.parametrize('lasts_s', [0.0, 2.5e-4])
+def test_the_metric_is_that_of_its_covariance(lasts_s: float):
     chance = np.random.default_rng(7)
-    time_s = np.arange(300) / 1e4
+    time_s = np.delete(np.arange(303) / 1e4, [40, 41, 200])
     rows = voltage((200.0, 400.0, 6), rest_s=4e-3)
     motion = np.cumsum(chance.normal(0.0, 1e-8, 300))
-    seen = Seen('position_m', motion + chance.normal(0.0, 1e-9, 300), time_s)
+    readings = motion + chance.normal(0.0, 1e-9, 300)
+    seen = Seen('position_m', readings, time_s, noise_lasts_s=lasts_s)
     predicted = Prediction(motion, chance.normal(size=300), chance.normal(size=300))
     metric = metric_of(seen, predicted, waves_of(rows), 1e-9, Allowance())
     residual = seen.values - motion
     columns = (metric.places @ metric.root).toarray()
-    covariance = 1e-18 * np.eye(300) + columns @ columns.T
+    apart_s = np.abs(time_s[:, np.newaxis] - time_s)
+    noise = np.exp(-apart_s / lasts_s) if lasts_s else np.eye(300)
+    covariance = 1e-18 * noise + columns @ columns.T
     expected = residual @ np.linalg.solve(covariance, residual)
     whitened = metric.whitened(residual)
     assert whitened @ whitened == pytest.approx(expected, rel=1e-6, abs=0.0)
@@ -331,7 +383,7 @@ def test_a_table_that_says_too_little_is_refused(
 @pytest.mark.parametrize(
     ('known', 'message'),
     [
-        ({'runner.mass': '3g'}, "'3g' is not VALUE+-SHARE%; write runner.mass=3g+-1%"),
+        ({'runner.mass': '3g'}, "'3g' is not VALUE+-SHARE%; write runner.mass=VALUE+-1%"),
         ({'runner.mass': '3g+-0%'}, 'is not above 0'),
         ({'runner.damping': '3+-1%'}, 'is not free; set it with --set runner.damping=VALUE'),
     ],
