@@ -4,6 +4,7 @@
 """What all tests share: how hypothesis searches, and the stand of the paper."""
 
 import gc
+import os
 import re
 import runpy
 import signal
@@ -33,13 +34,21 @@ settings.register_profile(
 settings.load_profile('deterministic')
 
 pytest_plugins = ['stickslip_ros.testing.pytest_plugin']
-LONGEST = ('test_benchmarks.py', 'test_cli_ending.py', 'test_fit.py', 'test_cli_compile.py')
+LONGEST = (
+    'test_benchmarks.py',
+    'test_browser.py',
+    'test_cli_compile.py',
+    'test_fit_of_traces.py',
+    'test_studies.py',
+)
 WINDOW = ('COLUMNS', 'LINES', 'FORCE_COLOR', 'NO_COLOR', 'TTY_COMPATIBLE')
 
 
 def pytest_configure() -> None:
-    """Let processes that tests start take SIGHUP, under nohup too, which they would heed."""
+    """Let processes that tests start take SIGHUP, under nohup too, and one thread for algebra."""
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    # Threads of OpenBLAS spin while they wait, which on busy cores doubles the time of a fit.
+    os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
 
 
 def pytest_ignore_collect(collection_path: Path) -> bool | None:

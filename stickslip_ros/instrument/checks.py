@@ -217,7 +217,7 @@ def check_amplitude(parameters: Parameters, name: str, amplitude_v: float) -> No
         hint = 'lower it or raise amplifier.voltage_max'
         raise OutOfRange(name, amplitude_v, 'V', limit, hint)
     if amplitude_v <= 0.0:
-        hint = 'give it in volts peak to peak; the sign of the frequency is the direction'
+        hint = 'raise it; a negative frequency goes backwards'
         raise OutOfRange(name, amplitude_v, 'V', 'not above 0 V', hint)
 
 

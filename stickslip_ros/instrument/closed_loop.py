@@ -295,6 +295,9 @@ class ClosedLoop:
         time_ns = observation.time_ns - self._progress_ns
         if self._loop.is_coarse and time_ns > self._blocked_ns:
             why = f'no progress for {time_ns * NANO:.3g} s at {observation.position_m:.6g} m'
+            if self._parameters.load_cell.contact != 'absent':
+                why += '; the load cell may hold the runner: go less far, or take it away'
+                why += ' (load_cell.contact absent)'
             return Outcome(Result.END_STOP_REACHED, why)
         return None
 

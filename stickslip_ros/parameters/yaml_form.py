@@ -95,7 +95,10 @@ def load_yaml(*paths: str | Path) -> Parameters:
 def load_values(path: Path) -> dict[str, object]:
     """Return what a ROS parameter file gives, by name and unchecked; otherwise as above."""
     text = read_text(path, 'check the path', 'give a ROS parameter file')
-    return _values(read_yaml(text, str(path), _HINT) or {}, str(path))
+    document = read_yaml(text, str(path), _HINT)
+    if document is None:
+        raise RecordingError(path, 'names no parameter', _HINT)
+    return _values(document, str(path))
 
 
 def parse_yaml(text: str, origin: str) -> Parameters:

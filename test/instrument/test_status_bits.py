@@ -12,7 +12,7 @@ from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.parameters import Parameters
 
-IDLE = Status.SENSOR_PRESENT | Status.AMPLIFIER_ENABLED
+IDLE = int(Status.SENSOR_PRESENT | Status.AMPLIFIER_ENABLED)
 PATIENCE_BLOCKS = 2000
 FREE: dict[str, Any] = {'load_cell.contact': 'absent', 'runner.damping': 5.0}
 BLOCKED = FREE | {'stand.travel_max': 1e-6, 'stand.stop_stiffness': 1e7}
@@ -75,5 +75,5 @@ def test_a_bit_is_set_and_cleared(bit: Status):
             status = bench.update(bench.time_ns + block_ns).status
         return int(status & bit)
 
-    assert changes_by(way.there) == bit & ~IDLE
+    assert changes_by(way.there) == int(bit) & ~IDLE  # Python 3.11.2 has another ~ of flags
     assert changes_by(way.back) == bit & IDLE

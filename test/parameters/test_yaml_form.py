@@ -222,6 +222,13 @@ def test_a_file_that_cannot_be_read_is_refused_with_the_reason(tmp_path):
         load_yaml(tmp_path)
 
 
+def test_a_file_that_names_nothing_is_refused(tmp_path):
+    path = tmp_path / 'stand.yaml'
+    path.write_text('# nothing\n', encoding='utf-8')
+    with pytest.raises(RecordingError, match=r'stand\.yaml: names no parameter; compare it'):
+        load_yaml(path)
+
+
 def test_a_file_that_is_no_text_is_refused(tmp_path):
     path = tmp_path / 'picture.yaml'
     path.write_bytes(b'\x89PNG\xff\xfe')

@@ -322,8 +322,8 @@ def test_ophyd_moves_the_drive_as_a_motor_record_of_epics(stand: Any, motor: Mot
 def test_what_a_drive_cannot_do_fails_the_move_of_ophyd(stand: Any, motor: Motor):
     operator = stand.operator
     assert operator.set_parameter('fault.runner_stuck', True).successful
-    success, _, severity = motor.move(5.0)
-    assert (success, severity > 0) == (False, True)
+    assert motor.move(5.0)[0] is False
+    assert motor.tell('wait(lambda: m.user_readback.alarm_severity > 0)')
     assert operator.wait_for_event('position', 0)['result'] == 'END_STOP_REACHED'
     assert motor.tell('m.high_limit_switch.get()') == 1
     assert operator.trigger('clear_faults').success

@@ -18,6 +18,7 @@ from rcl_interfaces.srv import (
     SetParameters,
     SetParametersAtomically,
 )
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import (
     Parameter,
     parameter_dict_from_yaml_file,
@@ -28,6 +29,7 @@ from rclpy.parameter_client import AsyncParameterClient
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import Parameters, describe, dump_yaml, load_yaml, specs
 from stickslip_ros.recording.reader import Recording
+from stickslip_ros.ros.executable import end_node
 from stickslip_ros.ros.node import StickSlipDrive
 from stickslip_ros.testing import open_context
 
@@ -253,9 +255,8 @@ def test_a_node_that_gets_the_file_of_realistic_hardware_has_its_values_and_runs
     wanted, session = load_yaml(Path(REALISTIC)), drive.session
     assert session.parameters == wanted
     assert {name: drive.get_parameter(name).value for name in specs()} == wanted.flat()
-    drive.destroy_node()
+    end_node(SingleThreadedExecutor(context=context), drive)
     assert session.failure is None
-    drive._state_machine.destroy_when_not_in_use()
     context.try_shutdown()
 
 

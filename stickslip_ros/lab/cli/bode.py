@@ -53,5 +53,6 @@ def bode_verb(arguments: argparse.Namespace) -> Answer:
         'largest_deviation': measured.largest_deviation,
         'rows': rows,
     }
-    files = [str(path) for path in (arguments.output, arguments.figure) if path]
-    return Answer(content, [*measured.sections(), *files])
+    files = {'table': arguments.output, 'figure': arguments.figure}
+    written = (f'{name} {path}' for name, path in files.items() if path)
+    return Answer(content, [*measured.sections(), *written])

@@ -168,7 +168,8 @@ def to_namespace(text: str) -> str:
     if not re.fullmatch(r'/?([a-z_]\w*(/[a-z_]\w*)*/?)?', text, re.ASCII | re.IGNORECASE):
         why = f'--namespace {quoted(text)} is not made of letters, digits, _ and /'
         raise StickSlipError(f'{why}; give one such as /left')
-    return text
+    name = text.strip('/')
+    return name and f'/{name}'
 
 
 def many(flags: str, text: str, metavar: str, kind: Any = str, **more: Any) -> Option:

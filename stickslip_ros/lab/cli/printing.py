@@ -64,7 +64,13 @@ def _table(section: Section) -> Table:
         name = str(section.header[column]) if section.header else ''
         longest = max(len(str(row[column])) for row in section.rows if column < len(row))
         is_number = column > 0 and longest <= _NUMBER_MAX
-        shown.add_column(Text(name), justify='right' if is_number else 'left', overflow='fold')
+        is_name = column == 0 and longest <= _NUMBER_MAX  # others wrap before it
+        shown.add_column(
+            Text(name),
+            justify='right' if is_number else 'left',
+            overflow='fold',
+            no_wrap=is_name,
+        )
     for row in section.rows:
         shown.add_row(*(Text(str(cell)) for cell in row))
     return shown

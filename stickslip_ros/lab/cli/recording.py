@@ -5,6 +5,7 @@
 
 import argparse
 from collections.abc import Iterator
+from itertools import groupby
 from typing import Any
 
 from stickslip_ros.files import make_folder, prepare_output
@@ -67,8 +68,12 @@ def plot_verb(arguments: argparse.Namespace) -> Answer:
     title = f'{plot.start_s:.9g} s to {plot.end_s:.9g} s'
     parts = [Section(title, rows, ('quantity', 'samples', 'smallest', 'largest'))]
     if plot.events:
-        events = [(f'{each.time_s:.6f} s', each.command, each.result) for each in plot.events]
-        parts.append(Section('events', events, ('time', 'command', 'result')))
+        alike = (list(group) for _, group in groupby(plot.events, key=lambda each: each[1:]))
+        events = [
+            (f'{first.time_s:.6f} s', first.command, first.result, 1 + len(others))
+            for first, *others in alike
+        ]
+        parts.append(Section('events', events, ('first at', 'command', 'result', 'in a row')))
     return Answer(content, [*parts, f'picture {picture}'])
 
 

@@ -15,7 +15,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 
-from stickslip_ros.errors import WrongKind
+from stickslip_ros.errors import RecordingError, StickSlipError, WrongKind
 from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.cli.chosen import chosen_draws, chosen_parameters
 from stickslip_ros.lab.cli.printing import Answer
@@ -49,7 +49,13 @@ def simulate_verb(arguments: argparse.Namespace) -> Answer:
     """Run the stand, record it if asked."""
     parameters, waveform = chosen_parameters(arguments), arguments.waveform
     if waveform is not None:
-        given = read_drive_input(waveform, parameters)
+        try:
+            given = read_drive_input(waveform, parameters)
+        except RecordingError as error:
+            if '--map' not in str(error):
+                raise
+            hint = 'of stickslip import, whose -o FILE simulate reads'
+            raise StickSlipError(f'{error} {hint}') from None
         waveform = np.column_stack((given.time_s, given.voltage_v))
     if arguments.output:
         if arguments.output.suffix.lower() not in {'', '.mcap'}:

@@ -26,6 +26,8 @@ def stickslip() -> int:
 
 def _run_verb() -> int:
     gc.set_threshold(_SELDOM)
+    # Its threads spin while they wait, and take the cores from those of a fit.
+    os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
     from stickslip_ros.lab.cli.main import main
 
     return main()

@@ -128,6 +128,9 @@ class WaveGoal:
         if not 0.0 <= self.load_n < math.inf:
             hint = 'it is against the motion, whatever its direction'
             raise OutOfRange('load', self.load_n, 'N', 'not a force from 0 N on', hint)
+        if self.load_n and not OBJECTIVES[self.objective].is_free:
+            hint = 'the load cell holds the runner; leave the load away'
+            raise OutOfRange('load', self.load_n, 'N', 'of no use to this objective', hint)
         speed_m_per_s, needs_speed = self.speed_m_per_s, self.objective == 'vibration'
         hint = 'vibration needs one, speed and force have none, of others it is a constraint'
         if not 0.0 <= speed_m_per_s < math.inf or (needs_speed and not speed_m_per_s):

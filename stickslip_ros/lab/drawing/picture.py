@@ -10,7 +10,7 @@ import numpy as np
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.build import contacts_of
-from stickslip_ros.errors import RecordingError
+from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.lab.drawing.film import FILM_CYCLES, Film, film_of
 from stickslip_ros.lab.drawing.geometry import DIAGONAL, Geometry, geometry_of
 from stickslip_ros.lab.runs.recorded_run import Run
@@ -74,6 +74,8 @@ def draw_stand(stand: Parameters | Run, end_s: float | None = None) -> Drawing:
     ------
     RecordingError
         If a run has no trace, or no two cycles of a saw-tooth.
+    OutOfRange
+        If a run ends before that end.
 
     Examples
     --------
@@ -88,6 +90,9 @@ def draw_stand(stand: Parameters | Run, end_s: float | None = None) -> Drawing:
     if len(found) < len(_MOVING) or len({len(each) for each in found}) > 1:
         raise RecordingError(stand.path, 'has no trace', 'record the topic trace')
     time_s = found[0].time_s
+    if end_s is not None and end_s > time_s[-1]:
+        limit = f'after the end of the run, {time_s[-1]:g} s'
+        raise OutOfRange('end of the cycles', end_s, 's', limit, 'lower it')
     last = len(time_s) if end_s is None else int(np.searchsorted(time_s, end_s, 'right'))
     values = (each.value[:last] for each in found)
     film = film_of(stand.parameters, time_s[:last], *values)

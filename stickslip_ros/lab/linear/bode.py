@@ -43,7 +43,7 @@ def draw_bode(
         gain.set(title=f'{line.source} to position', ylabel=f'position (nm/{line.unit})')
         phase.set(xlabel='frequency (Hz)', ylabel='phase (degrees)')
         for axes in (gain, phase):
-            axes.axvline(resonance_hz, color=GREY, linestyle=':')
+            axes.axvline(resonance_hz, color=GREY, linestyle=':', label='resonance')
     handles, labels = panels[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, ncols=2, loc='outside lower center')
+    figure.legend(handles, labels, ncols=3, loc='outside lower center')
     return figure

@@ -13,7 +13,7 @@ import math
 import os
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor, wait
+from concurrent.futures import CancelledError, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, nullcontext, suppress
 from functools import partial
 from itertools import islice
@@ -45,7 +45,7 @@ WORKERS_S = 10.0  # time that it may be without a worker, s
 class Pool(NamedTuple):
     """Workers of many batches."""
 
-    executor: Executor
+    submit: Callable[..., Future[Any]]  # Begins a call of a function with its arguments
     workers: int  # Their number
     check: Callable[[], None] = lambda: None  # Raises what ends a batch that waits for them
 
@@ -127,7 +127,7 @@ def pool_of(workers: int, scheduler: str = '') -> Iterator[Pool]:
     else:
         many = workers or len(os.sched_getaffinity(0))
         with ThreadPoolExecutor(many) as executor:
-            yield Pool(executor, many)
+            yield Pool(executor.submit, many)
 
 
 def _results(task: Callable[[Any], Any], in_courses: bool, cases: list[Any]) -> list[Any]:
@@ -147,7 +147,7 @@ def _run(
 
     def submit(most: int) -> None:
         for part, cases in islice(todo, most):
-            future = pool.executor.submit(task, cases)
+            future = pool.submit(task, cases)
             futures[future] = part
             future.add_done_callback(ended.put)
 
@@ -186,6 +186,8 @@ class ClusterError(StickSlipError):
 
 @contextmanager
 def _cluster(address: str) -> Iterator[Pool]:
+    import asyncio
+
     distributed = load_extra('a Dask scheduler', 'distributed')
     client = _connect(distributed, address)
     again = 'start it again, then the same command: what is done is kept'
@@ -198,10 +200,17 @@ def _cluster(address: str) -> Iterator[Pool]:
         elif time.monotonic() - seen_s > WORKERS_S:
             raise ClusterError(address, f'has had no worker for {WORKERS_S:g} s', again)
 
+    def submit(function: Callable[..., Any], *given: Any) -> Future[Any]:
+        # Dask's own executor takes the result of a worker that has just gone for an exception.
+        result = result_of(client.submit(function, *given, pure=False))
+        return asyncio.run_coroutine_threadsafe(result, client.loop.asyncio_loop)
+
+    async def result_of(begun: Any) -> Any:
+        return await begun
+
     try:
         _check_workers(client, address)
-        executor = client.get_executor(pure=False)
-        yield Pool(executor, sum(client.nthreads().values()), check)
+        yield Pool(submit, sum(client.nthreads().values()), check)
     except CancelledError:
         raise ClusterError(address, 'went away', again) from None
     except distributed.KilledWorker:

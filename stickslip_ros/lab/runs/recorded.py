@@ -198,12 +198,12 @@ def recorded_commands(recording: Recording) -> list[LoggedCommand]:
     if TOPICS_RECORD not in recording.metadata:
         return []
     return [
-        LoggedCommand(time_ns * NANO, request.name, _numbers(request))
+        LoggedCommand(time_ns * NANO, request.name, numbers_of(request))
         for time_ns, request in recorded_requests(recording)
     ]
 
 
-def _numbers(request: Request) -> str:
+def numbers_of(request: Request) -> str:
     """Return the numbers of a command over a topic, with units; of a vector its x."""
     command = COMMANDS[request.name]
     if not command.has_topic:

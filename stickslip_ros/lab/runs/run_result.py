@@ -43,7 +43,7 @@ class RunResult(Shown):
     def sections(self) -> list[Section]:
         """Return the numbers."""
         steps = 'steps', self.steps, 'steady' if self.steady else 'NOT steady'
-        return [Section('saw-tooth', [*rows_of(self), steps])]
+        return [Section('run', [*rows_of(self), steps])]
 
 
 @dataclass(frozen=True, kw_only=True)

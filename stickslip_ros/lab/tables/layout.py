@@ -80,6 +80,8 @@ def layout_of(head: bytes, origin: str) -> TextForm:
     if len(head) > HEAD_BYTES:
         lines.pop()
     delimiter, decimal, rows, mask = _dialect(lines)
+    if not text.strip():
+        raise RecordingError(origin, 'is empty', TEXT_HINT)
     if not mask:
         problem = f'has no rows of numbers in its first {len(lines)} lines'
         raise RecordingError(f'{origin}: line 1', problem, TEXT_HINT)

@@ -65,7 +65,7 @@ def test_without_a_drive_that_is_said(
     quiet_ros: None, ros_domain: int, monkeypatch: pytest.MonkeyPatch, capsys: Any
 ):
     monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
-    assert main(['command', 'stop', '--namespace', '/left', '--timeout', '200ms']) == 2
+    assert main(['command', 'stop', '--namespace', 'left/', '--timeout', '200ms']) == 2
     assert capsys.readouterr().err == (
         f'stickslip: no drive /left/stickslip_drive has answered within 0.2 s in domain '
         f'{ros_domain}; start one: stickslip drive; or name its --namespace\n'

@@ -16,7 +16,8 @@ IMPORTED = """
 import os, sys
 left = os._exit
 def leave(status):
-    sys.stderr.write(f'imported {[each for each in SLOW if each in sys.modules]}')
+    found = [each for each in SLOW if each in sys.modules]
+    print('imported', found, file=sys.stderr, flush=True)
     left(status)
 os._exit = leave
 from stickslip_ros.lab.cli.start import stickslip
@@ -78,7 +79,7 @@ def test_completion_imports_nothing_that_takes_long(line: str, tmp_path: Path):
         check=True,
         timeout=60.0,
     )
-    assert told.stderr.endswith('imported []')
+    assert told.stderr.endswith('imported []\n')
     assert (tmp_path / 'told').read_text()
 
 

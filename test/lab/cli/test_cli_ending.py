@@ -74,7 +74,7 @@ sys.exit(stickslip())
 
 
 SIMULATE = ['simulate', '--voltage', '300', '--steps', LOST_STEPS, '-o', 'run.mcap']
-SWEEP = ['sweep', '--amplitude', '1e-9:160e-9:3000', '--steps', '3000', '-o', 'table.csv']
+SWEEP = ['sweep', '--amplitude', '1e-9:160e-9:3000', '--steps', '300', '-o', 'table.csv']
 MOMENTS: list[tuple[list[str], Reached]] = [
     (SIMULATE, has_written('run.mcap', 300_000)),
     (SWEEP, has_written('table.csv.journal', 2_000)),

@@ -30,6 +30,13 @@ class Terminal(io.StringIO):
         return True
 
 
+def test_the_name_of_a_row_is_whole_however_many_numbers_follow(capsys, monkeypatch):
+    monkeypatch.delenv('COLUMNS', raising=False)
+    row = 'contact.prefactor', *(['0.123456'] * 8)
+    Answer(None, [Section('many', [row])]).show(as_json=False)
+    assert 'contact.prefactor' in capsys.readouterr().out
+
+
 def test_the_bar_counts_and_says_the_rate_and_the_time_left(monkeypatch):
     terminal = Terminal()
     monkeypatch.setattr(sys, 'stderr', terminal)

@@ -10,12 +10,15 @@ from typing import Any
 import pytest
 from mcap_records import foreign_numbers
 
+from stickslip_ros.instrument.commands import Request
 from stickslip_ros.interface import cdr
 from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.lab.cli.main import main
 from stickslip_ros.message_types import FLOAT64
+from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.layout import FileForm
 from stickslip_ros.recording.recorder import Recorder
+from stickslip_ros.recording.run import ReportingBench, RunWriter
 
 MS_NS = 1_000_000
 CHANNEL = Channel('/voltage', FLOAT64, Qos(10))
@@ -66,6 +69,18 @@ def test_the_picture_lies_beside_the_recording_unless_told(
     assert f'picture {recording.with_suffix(".png")}' in out
     assert main(['plot', str(recording), '-o', str(tmp_path / 'a/run.pdf')]) == 0
     assert (tmp_path / 'a/run.pdf').read_bytes().startswith(b'%PDF')
+
+
+def test_events_that_are_alike_take_one_line(tmp_path: Path, capsys: Any):
+    bench, requests = ReportingBench(Parameters()), [Request('voltage', (v,)) for v in range(30)]
+    with RunWriter(tmp_path / 'run.mcap', bench.bench.parameters, wait=True) as writer:
+        bench.record(writer)
+        for request in requests:
+            bench.accept(request)
+            bench.update(bench.bench.time_ns + MS_NS)
+    assert main(['plot', str(tmp_path / 'run.mcap')]) == 0
+    [line] = [each for each in capsys.readouterr().out.splitlines() if 'DONE' in each]
+    assert line.split()[2:] == ['voltage', 'DONE', '30']
 
 
 def test_the_json_says_what_is_in_the_picture(capsys: Any, recording: Path, tmp_path: Path):

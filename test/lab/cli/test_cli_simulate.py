@@ -109,3 +109,10 @@ def test_a_waveform_of_a_table_is_played_at_a_frequency(capsys: Any, tmp_path: P
     table.write_text('time (ms),voltage (V)\n0,0\n1,300\n')
     assert main(['simulate', '--waveform', str(table)]) == 2
     assert 'last waveform voltage 300 V is not the first voltage' in capsys.readouterr().err
+
+
+def test_a_wave_with_columns_that_nobody_knows_is_sent_to_import(tmp_path: Path, capsys):
+    (tmp_path / 'wave.csv').write_text('time (ms),CH1 (V)\n0,0\n1,5\n', encoding='utf-8')
+    assert main(['simulate', '--waveform', str(tmp_path / 'wave.csv')]) == 2
+    refusal = capsys.readouterr().err
+    assert '--map voltage_v="CH1 (V)" of stickslip import, whose -o FILE simulate' in refusal

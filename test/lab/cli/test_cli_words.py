@@ -11,6 +11,7 @@ import re
 import shlex
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +37,7 @@ WITH_PARAMETERS = ('contact', 'simulate', 'drive', 'demo', 'parameters')
 ROOT = Path(__file__).resolve().parents[3]
 
 
+@cache
 def parsers() -> dict[str, argparse.ArgumentParser]:
     """Give the parser of each verb."""
     [verbs] = [
@@ -55,7 +57,7 @@ NAMES = list(parsers())
         ((), SLOW),
         *(((name, '--help'), SLOW) for name in ('simulate', 'fit', 'drive', 'validate')),
         (('simulate', '--ampltude', '60nm'), SLOW),
-        (('contact', '--normal-force', '0.1'), ('numba', 'scipy', 'matplotlib', 'rclpy')),
+        (('contact', '--normal-force', '0.1'), ('matplotlib', 'rclpy')),
         (('simulate', '--voltage', '1V'), ('matplotlib', 'rclpy', 'pandas', 'pint')),
         (('compare', 'a.csv', 'b.csv'), ('rclpy', 'pandas', 'pint')),
     ],
@@ -251,7 +253,7 @@ def test_the_interface_as_json_names_every_topic(capsys: Any):
 
 
 def drive_arguments(*words: str) -> list[str]:
-    parsed, rest = build_parser().parse_known_args(['drive', *words])
+    parsed, rest = build_parser(['drive']).parse_known_args(['drive', *words])
     parsed.ros_arguments = rest
     return ros_arguments(parsed)
 

@@ -164,6 +164,7 @@ def test_a_written_wave_is_what_the_commands_read(tmp_path):
         ({'objective': 'speed', 'load_n': float('nan')}, 'load nan N is not a force'),
         ({'objective': 'vibration'}, 'speed 0 m/s is not a speed above 0 m/s'),
         ({'objective': 'force', 'speed_m_per_s': 1.0}, 'speed 1 m/s is of no use'),
+        ({'objective': 'force', 'load_n': 0.05}, 'load 0.05 N is of no use'),
     ],
 )
 def test_goals_that_cannot_be_meant_are_refused(values, message):

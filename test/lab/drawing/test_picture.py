@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from stickslip_ros import Parameters, draw_stand, simulate
-from stickslip_ros.errors import RecordingError
+from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.lab.cli.main import main
 
 PICTURE = Path(__file__).resolve().parents[3] / 'docs' / 'images' / 'stand.svg'
@@ -65,6 +65,8 @@ def test_a_run_without_cycles_or_without_a_trace_is_refused():
     run = simulate(Parameters(), amplitude_m=100e-9, steps=8)
     with pytest.raises(RecordingError, match='no 2 cycles of a saw-tooth so far; draw its'):
         draw_stand(run, end_s=1.5e-3)
+    with pytest.raises(OutOfRange, match='end of the cycles 9 s is after the end of the run'):
+        draw_stand(run, end_s=9.0)
     del run.series['foot_m']  # as of a recording of another program
     with pytest.raises(RecordingError, match='has no trace; record'):
         draw_stand(run)

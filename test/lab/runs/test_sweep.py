@@ -13,7 +13,7 @@ import pyarrow.parquet
 import pytest
 
 import stickslip_ros
-from stickslip_ros.contact import profile
+from stickslip_ros.contact import power_sums, profile
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError, UnknownName, WrongKind
 from stickslip_ros.extras import MissingExtra
 from stickslip_ros.lab.runs.courses import alone
@@ -128,7 +128,7 @@ def test_a_sweep_is_the_full_product_with_amplitude_fastest(short):
 
 def test_a_case_solves_nothing_that_one_before_it_has_solved(stand, monkeypatch):
     solved = []
-    solve = profile.solve_power_sum
+    solve = power_sums.solve_power_sum
 
     def noted_and_solved(*given):
         solved.append(given)

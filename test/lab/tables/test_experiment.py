@@ -57,7 +57,7 @@ def test_every_uncertainty_belongs_to_a_column():
 @pytest.mark.parametrize(
     ('text', 'message'),
     [
-        ('', 'exp.csv: line 1: has no rows of numbers in its first 1 lines; save it as text'),
+        ('\n', 'exp.csv: is empty; save it as text'),
         (POINTS, 'exp.csv: line 1: has no rows of numbers in its first 2 lines'),
         ('time_s,force_n,a,b\n,,1,2\n', 'line 1: has no values below its header; give at least'),
         ('preload_n,force_n\n1,2\n', 'line 1: there is no amplitude_m; add it, in m'),
