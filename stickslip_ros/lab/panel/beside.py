@@ -27,12 +27,12 @@ class Beside:
     Attributes
     ----------
     has_news : bool
-        Whether something was heard since ``picture`` was asked for.
+        Whether ``picture`` is another than when it was asked for last.
 
     """
 
     def __init__(self) -> None:
-        self.has_news = False
+        self.has_news = True
         self._heard: dict[str, dict[int, float]] = {'position': {}, 'residual': {}}
         self._window: dict[str, float] = {}
         self._end_ns = 0
@@ -41,7 +41,7 @@ class Beside:
     def take_reading(self, name: str, stamp_ns: int, value_m: float) -> None:
         """Take a message of twin/position or twin/residual."""
         self._heard[name][stamp_ns] = value_m
-        self.has_news = True
+        self.has_news |= stamp_ns < self._end_ns  # others are shown when their window ends
 
     def take_window(self, labels: Sequence[str], row: Sequence[float]) -> None:
         """Take a row of twin/steps: its window lasts from the end of the one before to its own."""

@@ -110,6 +110,10 @@ class Link:
         """Return the next picture for the page; None if it is the last one still."""
         return self.model.frame()
 
+    def beside(self) -> bytes | None:
+        """Return a picture of the twin beside it; None if nothing was heard since the last one."""
+        return self.model.beside()
+
     def drawing(self) -> str:
         """Return the stand in its last cycles as SVG; empty as long as it is not known."""
         return self.model.drawing()

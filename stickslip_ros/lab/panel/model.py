@@ -30,6 +30,7 @@ from stickslip_ros.lab.panel.curves import (
     RECENT,
     SAMPLE_COLUMNS,
     BinHistory,
+    PanelCurve,
     SampleRing,
     Scope,
 )
@@ -72,6 +73,9 @@ class Source(Protocol):
 
     def frame(self) -> bytes | None:
         """Return the next picture for the page; None if it is the last one still."""
+
+    def beside(self) -> bytes | None:
+        """Return a picture of the twin beside it; None if nothing was heard since the last one."""
 
     def do(self, wish: Mapping[str, Any]) -> None:
         """Do what somebody at the page wants."""
@@ -117,15 +121,8 @@ def packed_frame(
     history: BinHistory,
     scope: Scope,
     view: View,
-    beside: Beside | None = None,
 ) -> bytes:
-    """
-    Return the picture at a time, as the page reads it; with what a twin says, if that is new.
-
-    In front are the length of the header, a word, and the header, JSON; behind it, as float32, x
-    and y of the curves in its order. Samples are the last before the time.
-
-    """
+    """Return the picture at a time, as the page reads it; samples are the last before the time."""
     header: dict[str, Any] = {'time_s': time_s, 'span_s': view.span_s, 'scope': None}
     header['figures'] = _figures(samples)
     curves = history.curves(time_s, view.span_s)
@@ -138,9 +135,17 @@ def packed_frame(
             'at_s': picture.at_s,
             'period_s': picture.period_s,
         }
-    if beside is not None and beside.has_news:
-        header['twin'], of_twin = beside.picture()
-        curves |= of_twin
+    return _packed(header, curves)
+
+
+def _packed(header: dict[str, Any], curves: Mapping[str, PanelCurve]) -> bytes:
+    """
+    Put a header and curves into bytes, as the page reads them.
+
+    In front are the length of the header, a word, and the header, JSON; behind it, as float32, x
+    and y of the curves in its order.
+
+    """
     header['curves'] = [[name, len(each.x), each.base] for name, each in curves.items()]
     text = json.dumps(header, allow_nan=False).encode()
     text += b' ' * (-len(text) % 4)
@@ -324,12 +329,20 @@ class Model:
     def frame(self) -> bytes | None:
         """Return the next picture; None if nothing was heard since the last one."""
         with self._lock:
-            if not (self._has_news or self._beside.has_news):
+            if not self._has_news:
                 return None
             self._has_news = False
             rows = self._ring.rows
             time_s = float(rows[-1, TIME]) if len(rows) else 0.0
-            return packed_frame(time_s, rows, self._history, self._scope, self.view, self._beside)
+            return packed_frame(time_s, rows, self._history, self._scope, self.view)
+
+    def beside(self) -> bytes | None:
+        """Return a picture of the twin; None if nothing was heard of it since the last one."""
+        with self._lock:
+            if not self._beside.has_news:
+                return None
+            told, curves = self._beside.picture()
+            return _packed({'twin': told}, curves)
 
     def drawing(self) -> str:
         """Return the stand in its last cycles as SVG; empty as long as it is not known."""

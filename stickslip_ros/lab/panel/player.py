@@ -124,6 +124,9 @@ class Player:
                 'view': vars(self._view),
             }
 
+    def beside(self) -> None:
+        """Return no picture of a twin: a recording is played alone."""
+
     def frame(self) -> bytes | None:
         """Return the next picture for the page; None if it is the last one still."""
         with self._lock:

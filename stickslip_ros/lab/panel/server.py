@@ -161,7 +161,7 @@ class _Socket(WebSocketHandler):
             self.send(picture)
 
     def send(self, message: str | bytes) -> None:
-        """Send a picture, or words, all of which are sent in their order."""
+        """Send what no page may miss, such as words; all of it is sent in its order."""
         with suppress(WebSocketClosedError):
             sent = self.write_message(message, binary=isinstance(message, bytes))
             self._busy += 1
@@ -212,16 +212,19 @@ class Hub:
         """Send what is new."""
         if not self.pages:
             return
-        frame = None
+        frame = beside = None
         try:
             state = json.dumps({'state': self.source.state()}, allow_nan=False)
-            frame = self.source.frame()
+            frame, beside = self.source.frame(), self.source.beside()
         except Exception as error:  # noqa: BLE001 - whatever it is, STOP must be heard
             state = json.dumps({'failed': f'{type(error).__name__}: {error}'})
         if state != self._state_sent:
             self._state_sent = state
             for page in tuple(self.pages):
                 page.send(state)
+        if beside is not None:  # at most each window, so not replaced by a newer one
+            for page in tuple(self.pages):
+                page.send(beside)
         if frame is not None:
             for page in tuple(self.pages):
                 page.show(frame)

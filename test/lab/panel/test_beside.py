@@ -33,6 +33,10 @@ def test_rig_and_twin_are_those_of_the_last_window():
     assert curves['twin_rig'].y == pytest.approx(1e-6 * time_s + 2e-10, rel=1e-6, abs=1e-15)
     assert curves['twin_residual'].y == pytest.approx(np.full(200, 2e-10), rel=1e-6)
     assert not beside.has_news
+    beside.take_reading('position', 7_400_000_000, 0.0)  # of the window after it
+    assert not beside.has_news
+    beside.take_reading('position', 7_350_500_000, 0.0)  # which comes late
+    assert beside.has_news
 
 
 def test_estimates_are_shown_as_changes_since_the_first_fit_with_their_errors():

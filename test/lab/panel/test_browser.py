@@ -216,6 +216,8 @@ def test_a_twin_is_shown_beside_its_drive(page: Page, operate: Callable[[], Oper
         twin[key].publish(message)
     expect(page.locator('#twin-steps')).to_contain_text('99 steps: rig +98.00 nm, twin +97.00 nm')
     expect(page.locator('#twin-fits')).to_have_text(re.compile('contact.friction.*0.24 ± 0.003'))
+    page.reload()  # which asks for it anew
+    expect(page.locator('#twin-fits')).to_have_text(re.compile('contact.friction.*0.24 ± 0.003'))
     for canvas in ('#twin-window canvas', '#twin-history canvas'):
         expect(page.locator(canvas).first).to_be_visible()
         assert page.locator(canvas).first.evaluate(INK) > 0

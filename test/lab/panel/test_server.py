@@ -39,6 +39,9 @@ class Told:
     def frame(self) -> bytes:
         return b'frame'
 
+    def beside(self) -> bytes | None:
+        return None
+
     def drawing(self) -> str:
         return self.drawn
 
@@ -294,29 +297,51 @@ class Page:
         self.send, self.show = self.told.append, self.shown.append
 
 
+class Slow(_Socket):
+    """A page that is busy with what it was sent until it is let go on."""
+
+    def __init__(self) -> None:
+        self.initialize(Hub(Told(), {}))
+        self.sent: list[tuple[Any, asyncio.Future]] = []
+
+    def write_message(self, message: Any, binary: bool = False) -> asyncio.Future:
+        self.sent.append((message, asyncio.get_running_loop().create_future()))
+        return self.sent[-1][1]
+
+    async def go_on(self) -> list[Any]:
+        """Let all be sent, and return it."""
+        for _, sent in self.sent:  # grows on the way
+            sent.set_result(None)
+            await asyncio.sleep(0)
+            await asyncio.sleep(0)
+        return [message for message, _ in self.sent]
+
+
 def test_a_busy_page_gets_the_newest_picture_when_it_has_time():
-    class Slow(_Socket):
-        def __init__(self) -> None:
-            self.initialize(Hub(Told(), {}))
-            self.sent: list[tuple[Any, asyncio.Future]] = []
-
-        def write_message(self, message: Any, binary: bool = False) -> asyncio.Future:
-            self.sent.append((message, asyncio.get_running_loop().create_future()))
-            return self.sent[-1][1]
-
     async def send() -> list[Any]:
         page = Slow()
         page.send('words')
         for picture in (b'1', b'2', b'3'):
             page.show(picture)
         page.send('more')
-        for number in range(3):
-            page.sent[number][1].set_result(None)
-            await asyncio.sleep(0)
-            await asyncio.sleep(0)
-        return [message for message, _ in page.sent]
+        return await page.go_on()
 
     assert asyncio.run(send()) == ['words', 'more', b'3']
+
+
+def test_a_busy_page_misses_nothing_of_a_twin(source: Told):
+    pictures, twins = iter([b'1', b'2', b'3', b'4']), iter([None, b'0.30', b'0.24', None])
+    source.frame = lambda: next(pictures)  # type: ignore[method-assign]
+    source.beside = lambda: next(twins)  # type: ignore[method-assign]
+
+    async def send() -> list[Any]:
+        hub, page = Hub(source, {}), Slow()
+        hub.join(page)
+        for _ in range(4):
+            hub.tick()
+        return await page.go_on()
+
+    assert asyncio.run(send())[2:] == [b'0.30', b'0.24', b'4']
 
 
 def test_a_picture_is_made_once_for_all_pages_and_never_without_one(source: Told):

@@ -240,6 +240,7 @@ function showFrame(data) {
     curves[name] = { x, y, base };
     at += 8 * count;
   }
+  if (head.twin) return showTwin(head.twin, curves);
   followPicture(head);
   const none = head.scope ? "no reading" : "–";
   for (const { name, unit, factor } of sheet.sensors) {
@@ -251,7 +252,6 @@ function showFrame(data) {
   byId("time").textContent = head.time_s.toFixed(3);
   history.draw(curves, -head.span_s, 0);
   showScope(head.scope, curves);
-  if (head.twin) showTwin(head.twin, curves);
   if (whole) {
     overview.draw({ position: whole.curve }, whole.start_s, whole.end_s, head.time_s);
     if (document.activeElement !== byId("seek") || state.player.plays) byId("seek").value = head.time_s;
@@ -283,8 +283,8 @@ function showScope(told, curves) {
 }
 
 function showTwin({ window: last, length_s, fits, start_s, end_s }, curves) {
-  if (last.t === undefined && !fits.length) return;
-  byId("twin").hidden = false;
+  byId("twin").hidden = last.t === undefined && !fits.length;
+  if (byId("twin").hidden) return;
   if (length_s) twin.draw(curves, 0, length_s);
   const step = (name) => (name in last ? `${signed(last[name] * NM, 2)} nm` : "–");
   byId("twin-steps").textContent = `window to ${(last.t ?? 0).toFixed(1)} s, ${last.steps ?? 0} steps: `
