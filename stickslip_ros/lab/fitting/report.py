@@ -263,6 +263,11 @@ def _misfit_warnings(fit: FitResult) -> Iterator[str]:
         yield f'no parameter explains half of what the model misses: {_CHECK}'
     if is_unlikely:
         yield from _opposite_ways(fit)
+    for one, drift_m_per_s in fit.drifts:
+        yield (
+            f'{one.origin}: the fit takes most of the motion for a drift of the sensor, '
+            f'{1e6 * drift_m_per_s:.3g} um/s: no value holds; {_CHECK}'
+        )
 
 
 def _divided_monitors(fit: FitResult) -> Iterator[str]:

@@ -31,6 +31,10 @@ MISSED_MOST = 1.5
 """Chi-square per reading, of noise and sensor alone, from which what a stand lacks is warned of:
 beyond it an allowance for errors of the model does not cover them."""
 
+_DRIFT_M_PER_S, _DRIFT_SHARE = 1e-6, 0.5
+"""Drift of a position that no sensor has, if it also makes up this share of the range of what was
+seen: there the drift stands for a motion that the model does not make."""
+
 
 @dataclass(frozen=True)
 class Minimum:
@@ -175,7 +179,7 @@ class FitResult:
         """Whether the intervals may be believed: the search ended, and the model misses little."""
         is_unlikely = self.p_value is not None and self.p_value < P_VALUE_MIN
         is_doubtful = is_unlikely or self.is_missing_much or self.is_another or self.is_biased
-        return self.found.converged and not is_doubtful
+        return self.found.converged and not (is_doubtful or self.drifts)
 
     @property
     def noise_n(self) -> float | None:
@@ -222,6 +226,18 @@ class FitResult:
                 'rms': float(np.sqrt(np.mean(left**2))),
             }
             found.append((one, each, sensor))
+        return found
+
+    @cached_property
+    def drifts(self) -> list[tuple[Experiment, float]]:
+        """Recordings most of whose motion is a drift of the sensor in this fit, m/s."""
+        found = []
+        for one, each, sensor in self.sensors:
+            drift_m_per_s = abs(sensor['drift_per_s'])
+            drifted_m = drift_m_per_s * float(np.ptp(each.time_s))
+            is_most = drifted_m > _DRIFT_SHARE * float(np.ptp(each.values))
+            if each.unit == 'm' and is_most and drift_m_per_s > _DRIFT_M_PER_S:
+                found.append((one, sensor['drift_per_s']))
         return found
 
     @property

@@ -3,6 +3,7 @@
 
 """Recordings that cannot be fitted, or say too little, end in a line that says why."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ from stickslip_ros.lab.fitting.fit import fit
 from stickslip_ros.lab.fitting.free import choose_free
 from stickslip_ros.lab.fitting.problem import pose
 from stickslip_ros.lab.fitting.report import Fit, warnings_of
+from stickslip_ros.lab.fitting.result import P_VALUE_MIN
 from stickslip_ros.lab.runs.replay import DriveInput, replay_input
 from stickslip_ros.lab.tables.experiment import Reading
 from stickslip_ros.parameters import Parameters
@@ -90,6 +92,17 @@ def test_a_fit_tells_the_preload_that_nobody_said_and_an_encoder_that_counts_the
         'no parameter that was tried explains what the model misses: check the preload',
     ):
         assert any(text in warning for warning in warnings), text
+
+
+def test_a_fit_that_takes_most_of_a_motion_for_a_drift_does_not_hold():
+    found = fitted(frame(replace(RIG, drift_m_per_s=2e-4)))
+    assert found.p_value is not None
+    assert found.p_value > P_VALUE_MIN
+    assert not found.holds
+    [(_, drift_m_per_s)] = found.drifts
+    assert drift_m_per_s == pytest.approx(2e-4, rel=0.05)
+    assert any('most of the motion for a drift' in text for text in warnings_of(found))
+    assert fitted(frame()).holds
 
 
 @pytest.mark.parametrize('noise_m', [0.0, 1e-9])
