@@ -179,7 +179,8 @@ class FitResult:
         """Whether the intervals may be believed: the search ended, and the model misses little."""
         is_unlikely = self.p_value is not None and self.p_value < P_VALUE_MIN
         is_doubtful = is_unlikely or self.is_missing_much or self.is_another or self.is_biased
-        return self.found.converged and not (is_doubtful or self.drifts)
+        is_cut = any(one.at_bound and not one.is_limited(one.value) for one in self.estimates)
+        return self.found.converged and not (is_doubtful or is_cut or self.drifts)
 
     @property
     def noise_n(self) -> float | None:

@@ -216,6 +216,13 @@ def test_the_truth_lies_in_the_intervals_as_often_as_they_promise(truth, known):
     assert np.all(inside >= SETS_INSIDE)
 
 
+def test_a_fit_on_a_bound_that_is_no_limit_of_the_model_does_not_hold(truth):
+    points = noisy_points(truth, 1, known=False)
+    cut = fitted(truth, points, contact__friction='0.265:0.5')
+    assert (cut.p_value, cut.holds) == (None, False)
+    assert fitted(truth, points).holds
+
+
 def test_forces_that_are_not_steady_yet_are_fitted_where_their_steps_are_told(truth):
     points = exact_points(truth, preloads_n=(0.5,), cycles=30, counted=True)
     fit = fitted(truth, points)
