@@ -12,10 +12,12 @@ import numpy as np
 from stickslip_ros.arrays import Array
 from stickslip_ros.lab.experiments.piece import WavePiece
 from stickslip_ros.lab.experiments.pieces import (
+    FALL_TAIL,
     LINE_SURE,
     OUT,
     STRAYS_IN_A_ROW,
     Finder,
+    off_course_v,
     off_neighbours_v,
 )
 
@@ -116,10 +118,12 @@ def meeting(a: WavePiece, b: WavePiece, finder: Finder) -> Meeting:
     at_s = np.unique(np.concatenate((at_s, crossings_s, [middle_s])))
     jumps_v = np.abs(np.interp(at_s, *corners[0].T) - np.interp(at_s, *corners[1].T))
     near_s, near_v = times_s[low : high + 1], finder.volts_v[low : high + 1]
-    rests = [
-        np.minimum(OUT * np.abs(near_v - np.interp(near_s, *rows.T)) / limit_v, 2.0 * OUT) ** 2
-        for rows, limit_v in zip(corners, limits_v, strict=True)
-    ]
+    rests = list[Array]()
+    for piece, rows, limit_v in zip((a, b), corners, limits_v, strict=True):
+        off_v = np.abs(near_v - np.interp(near_s, *rows.T))
+        fall_s = FALL_TAIL * piece.height_v / finder.slew_v_per_s
+        off_v = np.where(off_v > limit_v, off_course_v(near_s, near_v, rows, fall_s), off_v)
+        rests.append(np.minimum(OUT * off_v / limit_v, 2.0 * OUT) ** 2)
     costs = np.where(near_s < at_s[:, None], rests[0], rests[1]).sum(1)
     costs += JUMP_COST * np.minimum(jumps_v / max(limits_v), 1.0) ** 2
     best = int(np.argmin(costs + 1e-9 * np.abs(at_s - middle_s) / finder.period_s))

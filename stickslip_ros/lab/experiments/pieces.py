@@ -300,6 +300,19 @@ class Finder:
         return a.first + best + 1, float(total[best])
 
 
+def off_course_v(times_s: Array, volts_v: Array, rows: Array, near_s: float) -> Array:
+    """Return how far samples lie off what corners, shape (n, 2), go through within a time, V."""
+    corners_s = np.concatenate(([-math.inf], rows[:, 0], [math.inf]))
+    behind = np.searchsorted(rows[:, 0], times_s) + 1
+    low_s, high_s = times_s - near_s, times_s + near_s
+    last_s, next_s = corners_s[behind - 1], corners_s[behind]
+    at_s = low_s, np.maximum(last_s, low_s), times_s, np.minimum(next_s, high_s), high_s
+    within_v = [np.interp(each, *rows.T) for each in at_s]
+    return np.asarray(
+        np.maximum(np.min(within_v, 0) - volts_v, volts_v - np.max(within_v, 0)).clip(0.0)
+    )
+
+
 def off_neighbours_v(times_s: Array, volts_v: Array) -> Array:
     """Return how far each sample lies off the straight line between its neighbours, V."""
     off_v = np.zeros(len(volts_v))

@@ -31,7 +31,13 @@ from stickslip_ros.lab.experiments.monitor import (
     monitor_of,
 )
 from stickslip_ros.lab.experiments.piece import WavePiece
-from stickslip_ros.lab.experiments.pieces import FALL_TAIL, LOUD, STRAYS_IN_A_ROW, Finder
+from stickslip_ros.lab.experiments.pieces import (
+    FALL_TAIL,
+    LOUD,
+    STRAYS_IN_A_ROW,
+    Finder,
+    off_course_v,
+)
 from stickslip_ros.parameters import Parameters
 
 HOLD, RAMP, SAWTOOTH, AS_SAMPLED = 'hold', 'ramp', 'saw-tooth', 'as it is'
@@ -317,9 +323,8 @@ def _missed(part: CoursePart, piece: WavePiece, rows: Array, finder: Finder) -> 
     """Yield a refusal if the samples of a part lie off its corners, or scatter too much."""
     times_s, volts_v = (each[part.first : part.last] for each in (finder.times_s, finder.volts_v))
     near_s = FALL_TAIL * float(np.ptp(finder.volts_v)) / finder.slew_v_per_s
-    within_v = [np.interp(times_s + off_s, *rows.T) for off_s in (-near_s, 0.0, near_s)]
-    missed_v = np.maximum(np.min(within_v, 0) - volts_v, volts_v - np.max(within_v, 0))
-    missed = int(np.sum(missed_v > finder.tolerance_v(piece)))
+    off_v = off_course_v(times_s, volts_v, rows, near_s)
+    missed = int(np.sum(off_v > finder.tolerance_v(piece)))
     if missed > STRAYS_IN_A_ROW + _MISSED_MOST * len(times_s):
         yield f'what was recognised misses {missed} samples; give the commands'
     is_hold = not piece.slope_v_per_s and len(times_s) >= SURE_SCATTER

@@ -72,6 +72,21 @@ def test_at_a_multiple_of_its_frequency_a_full_stroke_keeps_within_the_rails(rat
     assert found.refusals == ()
 
 
+@pytest.mark.parametrize('noise_v', [0.02, 0.5])
+@pytest.mark.parametrize('rate_hz', [5000.0, 8000.0])
+@pytest.mark.parametrize('frequency_hz', [500.0, 1000.0])
+def test_samples_in_step_with_the_wave_may_lie_at_its_corners(frequency_hz, rate_hz, noise_v):
+    truth = corners_of([hold(0.01), saw(200.0, frequency_hz, 40), hold(0.01)])
+    times_s = np.arange(0.0, truth[-1, 0], 1.0 / rate_hz)
+    noise = noise_v * np.random.default_rng(1).standard_normal(len(times_s))
+    found = recognise(
+        times_s, np.interp(times_s, *truth.T) + noise, STAND, frequency_max_hz=1500.0
+    )
+    assert found.refusals == ()
+    [tooth] = sawteeth(found)
+    assert (tooth.cycles, tooth.start_s) == pytest.approx((40.0, 0.01), abs=1e-4)
+
+
 @pytest.mark.parametrize('noise_v', [0.05, 0.75])
 @pytest.mark.parametrize('rate_hz', [2000.0, 5000.0, 20000.0, 50000.0])
 def test_a_course_of_saw_teeth_triangles_and_holds_is_recognised_at_any_rate(rate_hz, noise_v):
