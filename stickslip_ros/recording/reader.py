@@ -149,7 +149,8 @@ class Recording:
                 raise RecordingError(
                     file,
                     f'it is an MCAP file of profile {profile!r}, not a recording of ROS 2',
-                    'open it with the program that it was made for',
+                    'export its columns as CSV with the program that wrote it: fit and compare '
+                    'read tables',
                 )
             schemas = {0: '', **{key: each.name for key, each in summary.schemas.items()}}
             statistics = summary.statistics
