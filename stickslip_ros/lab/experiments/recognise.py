@@ -88,16 +88,19 @@ class Segment:
     def said(self) -> str:
         """Return the segment as a line of text."""
         text = f'{self.at}: '
+        base_v, start_v, end_v = (
+            round(each, 2) + 0.0 for each in (self.base_v, self.start_v, self.end_v)
+        )  # no -0.00
         if self.kind == SAWTOOTH:
             way = 'forwards' if self.frequency_hz > 0.0 else 'backwards'
             text += (
                 f'{self.cycles:.7g} cycles of a saw-tooth {way}, {self.amplitude_v:.2f} V from '
-                f'{self.base_v:.2f} V, {abs(self.frequency_hz):.4f} Hz'
+                f'{base_v:.2f} V, {abs(self.frequency_hz):.4f} Hz'
             )
         elif self.kind == HOLD:
-            text += f'hold at {self.start_v:.2f} V'
+            text += f'hold at {start_v:.2f} V'
         elif self.kind == RAMP:
-            text += f'ramp from {self.start_v:.2f} to {self.end_v:.2f} V'
+            text += f'ramp from {start_v:.2f} to {end_v:.2f} V'
         else:
             text += 'as it is'
         return f'{text}; {self.samples} samples, scatter {self.scatter_v:.2g} V'

@@ -23,6 +23,7 @@ from stickslip_ros.lab.experiments.recognise import (
     SAWTOOTH,
     NotRecognised,
     Recognised,
+    Segment,
     recognise,
 )
 from stickslip_ros.parameters import Parameters
@@ -361,6 +362,8 @@ def test_what_was_recognised_is_said_line_by_line_and_as_plain_values():
     assert '10 cycles of a saw-tooth forwards, 28' in said[4]
     assert '12 cycles of a saw-tooth backwards' in said[6]
     assert any('gain' in each for each in said)
+    near = Segment(HOLD, 0.0, 1.0, -0.001, -0.001, 100)
+    assert near.said() == '0.000000 to 1.000000 s: hold at 0.00 V; 100 samples, scatter 0 V'
     plain = json.loads(json.dumps(found.as_dict()))
     assert [each['kind'] for each in plain['segments']] == [each.kind for each in found.segments]
 
