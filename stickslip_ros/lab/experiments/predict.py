@@ -44,6 +44,7 @@ _SAMPLES_MAX = 4_000_000
 _AT_ONCE = 20_000  # samples after which it is asked whether somebody wants to stop
 _COLUMNS = {'position_m': POSITION, 'force_n': FORCE, 'foot_position_m': FOOT}
 """Columns of a trace, by quantity."""
+_SETTLED = 10.0  # time constants after which a low-pass has settled
 _FIELDS = {'force_n': 'force_mean_n'}
 """Fields of a run of steps that have another name than the quantity."""
 
@@ -60,6 +61,8 @@ class Prediction:
     rate, curvature : array, shape (n,) or (0,)
         Its derivatives with time, what a late and what a slow sensor misses; none of a number.
         The second is that of a sensor that is twice as slow: both span a change of its slowness.
+    otherwise : array, shape (n,) or (0,)
+        What a slow sensor shows more if its low-pass is one of the readings, not of the motion.
     is_steady : bool
         Whether a number did not change any more when it was read.
 
@@ -68,6 +71,7 @@ class Prediction:
     values: Array
     rate: Array
     curvature: Array
+    otherwise: Array
     is_steady: bool = True
 
 
@@ -211,15 +215,18 @@ def _look(result: Any, seen: Seen, shift_s: float) -> Prediction:
     """Return what a sensor would show of the result of a run."""
     if not seen.is_trace:
         number = np.array([getattr(result, _FIELDS.get(seen.quantity, seen.quantity))])
-        return Prediction(
-            number, np.empty(0), np.empty(0), is_steady=getattr(result, 'steady', True)
-        )
-    samples = low_passed(result[:, _COLUMNS[seen.quantity]], seen.slow_s)
+        none = np.empty(0)
+        return Prediction(number, none, none, none, getattr(result, 'steady', True))
+    true = result[:, _COLUMNS[seen.quantity]]
+    samples = low_passed(true, seen.slow_s)
     time_s = seen.time_s - shift_s
     values, rate, curvature = at_times(samples, time_s)
-    if seen.slow_s:
-        curvature = at_times(low_passed(samples, seen.slow_s), time_s)[2]
-    return Prediction(values, rate, curvature)
+    if not seen.slow_s:
+        return Prediction(values, rate, curvature, np.empty(0))
+    curvature = at_times(low_passed(samples, seen.slow_s), time_s)[2]
+    return Prediction(
+        values, rate, curvature, low_passed_readings(true, time_s, seen.slow_s) - values
+    )
 
 
 def low_passed(samples: Array, slow_s: float) -> Array:
@@ -230,6 +237,26 @@ def low_passed(samples: Array, slow_s: float) -> Array:
     weights = (1.0 - share, share - kept)  # of straight lines between the samples
     behind = signal.lfilter(weights, (1.0, -kept), samples - samples[0])
     return np.asarray(behind + samples[0])
+
+
+def low_passed_readings(samples: Array, time_s: Array, slow_s: float) -> Array:
+    """
+    Return the readings of samples at times behind a low-pass that takes a step at each reading.
+
+    It sees a fall as soon as the next reading, when in between it was; a low-pass of the motion
+    sees how long ago. Where readings are missing, it takes those that are due there too.
+
+    """
+    apart_s = np.diff(time_s)
+    period_s = float(np.median(apart_s))
+    settled = 2.0 + _SETTLED * slow_s / period_s
+    steps = np.rint(np.clip(apart_s / period_s, 1.0, settled)).astype(np.intp)
+    places = np.concatenate(([0], np.cumsum(steps)))
+    due_s = np.interp(np.arange(places[-1] + 1), places, time_s)
+    readings = at_times(samples, due_s)[0]
+    kept = math.exp(-period_s / slow_s)
+    behind = signal.lfilter((1.0 - kept,), (1.0, -kept), readings - readings[0])
+    return np.asarray(behind[places] + readings[0])
 
 
 def at_times(samples: Array, time_s: Array) -> tuple[Array, Array, Array]:

@@ -44,6 +44,7 @@ class Rig:
     drift_m_per_s: float = 2e-8
     late_s: float = 0.0  # of the sensor's clock
     low_pass_hz: float = 0.0  # of the sensor, first order; 0 is none
+    filters_readings: bool = True  # one by one, as software does; else the motion, as a circuit
     is_noise_behind: bool = True  # of the low-pass, where it is white; else before it
 
     def positions(self, rows: np.ndarray, rate_hz: float, seed: int) -> tuple[np.ndarray, ...]:
@@ -63,6 +64,7 @@ class Rig:
             rings = signal.TransferFunction([omega**2], [1.0, 0.14 * omega, omega**2])
             even = rings.to_discrete(STEP_S, 'tustin')
             foot_m = signal.lfilter(even.num, even.den, foot_m)
+        fine = every if self.filters_readings else 10
         out = _run(
             foot_m,
             np.array(self.gains),
@@ -70,13 +72,17 @@ class Rig:
             np.array(pressed),
             self.mass_kg,
             self.damping_n_s_per_m,
-            every,
+            fine,
         )
+        if self.low_pass_hz and not self.filters_readings:
+            kept = np.exp(-2.0 * np.pi * self.low_pass_hz * fine * STEP_S)
+            out = signal.lfilter((1.0 - kept,), (1.0, -kept), out)
+        out = out[:: every // fine]
         time_s = every * STEP_S * np.arange(len(out))
         noise = np.random.default_rng(seed).normal(0.0, self.noise_m, len(out))
         if not self.is_noise_behind:
             out, noise = out + noise, np.zeros_like(out)
-        if self.low_pass_hz:
+        if self.low_pass_hz and self.filters_readings:
             share = 1.0 - np.exp(-2.0 * np.pi * self.low_pass_hz / rate_hz)
             for k in range(1, len(out)):
                 out[k] = out[k - 1] + share * (out[k] - out[k - 1])

@@ -20,7 +20,13 @@ from stickslip_ros.lab.experiments.experiment import (
     keeps_noise,
     noise_of,
 )
-from stickslip_ros.lab.experiments.predict import SAMPLE_S, Prediction, at_times, low_passed
+from stickslip_ros.lab.experiments.predict import (
+    SAMPLE_S,
+    Prediction,
+    at_times,
+    low_passed,
+    low_passed_readings,
+)
 from stickslip_ros.lab.experiments.sensor_clock import lateness_of
 from stickslip_ros.lab.fitting.draws import read_draws, read_note
 from stickslip_ros.lab.fitting.fit import fit
@@ -115,6 +121,24 @@ def test_a_sensor_too_slow_for_the_ringing_is_told_and_its_intervals_are_wide():
     assert any(
         'the sensor of position_m is slow, as behind a low-pass of' in x for x in found.notes
     )
+
+
+@pytest.mark.parametrize('filters_readings', [True, False])
+def test_errors_allow_for_a_low_pass_of_readings_and_for_one_of_the_motion(filters_readings: bool):
+    rig = Rig(0.65, noise_m=7e-10, low_pass_hz=6.5e3, filters_readings=filters_readings)
+    found = fit(experiment(rig, 3), list(NAMES), starts=1)
+    assert found.holds
+    assert_holds(found, rig)
+    assert found.estimates[0].standard_error < 0.02
+
+
+def test_a_low_pass_of_readings_sees_a_step_at_the_next_reading_and_those_that_are_missing():
+    samples = np.repeat([2.0, 5.0], [100, 300])  # a step behind 100 samples
+    number = np.delete(np.arange(90), [30, 31, 32, 60])
+    slow_s, kept = 3e-5, np.exp(-2e-5 / 3e-5)
+    shown = low_passed_readings(samples, 2e-5 * number, slow_s)
+    expected = 5.0 - 3.0 * kept ** np.maximum(number - 24, 0)
+    assert shown == pytest.approx(expected, rel=1e-9)
 
 
 def test_what_a_bound_left_over_does_not_pass_for_noise_once_it_has_moved():
@@ -293,7 +317,7 @@ def test_the_metric_is_that_of_its_covariance(lasts_s: float):
     motion = np.cumsum(chance.normal(0.0, 1e-8, 300))
     readings = motion + chance.normal(0.0, 1e-9, 300)
     seen = Seen('position_m', readings, time_s, noise_lasts_s=lasts_s)
-    predicted = Prediction(motion, chance.normal(size=300), chance.normal(size=300))
+    predicted = Prediction(motion, *chance.normal(size=(2, 300)), np.empty(0))
     metric = metric_of(seen, predicted, waves_of(rows), 1e-9, Allowance())
     residual = seen.values - motion
     columns = (metric.places @ metric.root).toarray()
@@ -315,7 +339,7 @@ def test_zero_drift_and_lateness_of_a_sensor_are_found_in_a_residual():
     readings = motion - late_s * rate + 3e-7 + 2e-7 * time_s + noise
     seen = Seen('position_m', readings, time_s)
     curvature = -((2.0 * np.pi * 900.0) ** 2) * motion
-    metric = metric_of(seen, Prediction(motion, rate, curvature), (), 1e-10, None)
+    metric = metric_of(seen, Prediction(motion, rate, curvature, np.empty(0)), (), 1e-10, None)
     (zero, drift, found_s, _), left = metric.of_sensor(motion - readings)
     assert (-zero, -drift) == pytest.approx((3e-7 + 2e-7 * time_s.mean(), 2e-7), rel=1e-2)
     assert found_s == pytest.approx(late_s, rel=0.02, abs=0.0)
