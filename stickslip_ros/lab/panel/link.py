@@ -39,8 +39,9 @@ from stickslip_ros.units import joined
 
 _LOOK_S = 0.5
 """Time between two looks at who is there, and two questions for the state of the drive."""
-ANSWER_S = 1.5
-"""Time after which a drive that has not answered counts as silent."""
+_LOOKS = 3
+"""Looks without an answer to a question after which a drive counts as silent. They are counted,
+not timed: on a busy machine it may be the panel that was held up, with the answer waiting."""
 _SPIN_S = 0.1
 _OF_TWIN = {
     'position': PointStamped,
@@ -61,6 +62,10 @@ CALLED = BUTTONS | {
     'get_state': GetState,
 }
 """Types of the services that are called: those that have buttons, and the others."""
+
+
+class _NotSent(StickSlipError):
+    """A command waits for a drive that answers."""
 
 
 class Link:
@@ -96,7 +101,8 @@ class Link:
             'view': self.model.choose,
         }
         self._ended = Event()
-        self._looked_s = self._asked_s = -_LOOK_S
+        self._looked_s = -_LOOK_S
+        self._looks = 0  # since the last question for the state
         self._of_twin: list[Any] = []  # subscriptions
         self._drive = self._attached(self.model.drive)
         self._thread = Thread(target=self._run, name='client of the drive', daemon=True)
@@ -139,7 +145,7 @@ class Link:
                 if now_s - self._looked_s >= _LOOK_S:
                     self._looked_s = now_s
                     self._look()
-                    self._ask_state(now_s)
+                    self._ask_state()
             except Exception as error:  # noqa: BLE001, PERF203 - of a message, an answer, the graph
                 self._tell(error)
 
@@ -183,17 +189,18 @@ class Link:
         ]
         self.model.is_there = self._services['get_state'].service_is_ready()
 
-    def _ask_state(self, now_s: float) -> None:
+    def _ask_state(self) -> None:
         """Ask the drive for its state, again if it does not answer."""
         client = self._services['get_state']
         if self._question is not None:
-            if now_s - self._asked_s < ANSWER_S:
+            self._looks += 1
+            if self._looks < _LOOKS:
                 return
             client.remove_pending_request(self._question)
             self._question = None
             self.model.lifecycle = ''
         if client.service_is_ready():
-            self._asked_s = now_s
+            self._looks = 0
             self._question = client.call_async(GetState.Request())
             self._question.add_done_callback(self._take_state)
         else:
@@ -258,7 +265,8 @@ class Link:
             try:
                 act(wish)
             except StickSlipError as error:
-                self.model.note(str(wish.get('name')), str(error), bad=True)
+                unsent = isinstance(error, _NotSent)
+                self.model.note(str(wish.get('name')), str(error), bad=True, unsent=unsent)
             except Exception as error:  # noqa: BLE001 - whatever it is, STOP must be heard
                 self._tell(error)
 
@@ -278,7 +286,7 @@ class Link:
 
     def _send(self, topic: Topic, numbers: Any, cycles: Any) -> None:
         if self.model.lifecycle != ACTIVE:
-            raise StickSlipError(f'not sent: {self.model.condition()[1]}')
+            raise _NotSent(f'not sent: {self.model.condition()[1]}')
         self.model.note(topic.request, '')
         self._drive.command(topic.request, numbers, cycles)
 

@@ -278,13 +278,18 @@ class Model:
             values['paused'] = str(is_paused).lower()
             self._heard_s = monotonic()
 
-    def note(self, control: str, text: str, *, bad: bool = False) -> None:
-        """Keep what is to be read beside a control; what has none stands above the page."""
+    def note(self, control: str, text: str, *, bad: bool = False, unsent: bool = False) -> None:
+        """
+        Keep what is to be read beside a control; what has none stands above the page.
+
+        A command that was not sent, as the drive did not answer, may be sent again.
+
+        """
         with self._lock:
             self._notes_taken += 1
             place = control if control in CONTROLS else PANEL
-            note = {'text': text[:NOTE_MAX], 'bad': bad, 'number': self._notes_taken}
-            self._notes[place] = note
+            told = {'text': text[:NOTE_MAX], 'bad': bad, 'unsent': unsent}
+            self._notes[place] = told | {'number': self._notes_taken}
 
     def state(self) -> dict[str, Any]:
         """Return what changes now and then, for the page."""

@@ -28,6 +28,12 @@ def _surroundings(quiet_ros: None) -> None:
 
 
 @pytest.fixture
+def eventually() -> Callable[[Callable[[], object], str], None]:
+    """Give what waits until a condition holds."""
+    return await_that
+
+
+@pytest.fixture
 def link(ros_domain: int) -> Iterator[Link]:
     """Give a client that waits for a drive."""
     link = Link(domain=ros_domain)

@@ -722,6 +722,8 @@ def test_a_panel_ends_at_the_first_signal_and_the_page_says_so(stage: SimpleName
         running.send_signal(signal.SIGINT)
         assert running.wait(tools.END_TIMEOUT_S) == STOPPED
         expect(page.locator('#word')).to_have_text('offline')
+        steps = page.get_by_label('Steps forwards')
+        expect(steps).to_have_attribute('title', re.compile('not now: the panel does not answer'))
         page.close()
         assert isinstance(running, subprocess.Popen)
 

@@ -5,12 +5,15 @@
 
 import json
 from collections.abc import Callable
+from threading import Event
+from time import monotonic
 from typing import Any
 
 import pytest
 from std_msgs.msg import String
 
 from stickslip_ros.instrument.reports import Status
+from stickslip_ros.lab.panel import link as link_module
 from stickslip_ros.lab.panel.link import Link
 from stickslip_ros.lab.panel.model import PANEL
 from stickslip_ros.testing import Stand
@@ -66,6 +69,48 @@ def test_a_line_that_is_no_command_is_refused_beside_its_script(
 ):
     link.do({'do': 'line', 'name': 'script', 'text': line})
     wait(lambda told: why in note(told, 'script')['text'])
+
+
+def test_a_panel_that_was_held_up_does_not_take_its_drive_for_silent(
+    stand: Stand, link: Link, wait: Wait, monkeypatch: pytest.MonkeyPatch
+):
+    wait(lambda told: word(told) in ACTIVE)
+    held_s: list[float] = []
+    answers: list[str] = []
+    ask = link._ask_state
+
+    def ask_and_be_held_up(*given: Any) -> None:
+        before = link._question
+        ask(*given)
+        if held_s:
+            answers.append(link.model.lifecycle)
+        elif link._question is not before and link.model.lifecycle:
+            link.do({})  # which comes before the answer
+            held_s.append(10.0)
+
+    monkeypatch.setattr(link_module, 'monotonic', lambda: monotonic() + sum(held_s))
+    monkeypatch.setattr(link, '_ask_state', ask_and_be_held_up)
+    wait(lambda _: answers)
+    assert answers[0] == 'active'
+
+
+def test_a_command_that_a_silent_drive_was_not_sent_is_told_as_such(
+    stand: Stand, link: Link, wait: Wait
+):
+    wait(lambda told: word(told) in ACTIVE)
+    goes_on = Event()
+    try:
+        stand.drive.executor.create_task(goes_on.wait)
+        wait(lambda told: word(told) == 'silent')
+        link.do({'do': 'line', 'name': 'script', 'text': 'steps 3'})
+        wait(lambda told: note(told, 'script').get('unsent'))
+        assert note(link.state(), 'script')['text'].startswith('not sent: /stickslip_drive does')
+    finally:
+        goes_on.set()
+    wait(lambda told: word(told) in ACTIVE)
+    link.do({'do': 'line', 'name': 'script', 'text': 'steps few'})
+    wait(lambda told: 'few' in note(told, 'script')['text'])
+    assert not note(link.state(), 'script')['unsent']
 
 
 def test_services_faults_and_states_are_switched(stand: Stand, link: Link, wait: Wait):

@@ -158,7 +158,7 @@ def test_a_refusal_stands_beside_its_control_and_in_the_list(model: Model):
     told = model.state()
     assert told['notes']['voltage']['text'] == 'INVALID_PARAMETER: 320 V is too much'
     assert told['notes']['voltage']['bad']
-    assert told['notes']['steps'] == {'text': 'DONE', 'bad': False, 'number': 2}
+    assert told['notes']['steps'] == {'text': 'DONE', 'bad': False, 'unsent': False, 'number': 2}
     assert told['events'] == [refused, an_event()]
 
 

@@ -10,12 +10,11 @@ import json
 import math
 import re
 import socket
-import threading
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
 from typing import Any
 
 import pytest
+from serving import served
 from tornado.httpclient import HTTPRequest
 from tornado.websocket import websocket_connect
 
@@ -58,31 +57,10 @@ def source() -> Told:
 
 
 @pytest.fixture
-def port(source: Told, monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
+def port(source: Told) -> Iterator[int]:
     """Give the port of a server, which ends with the test."""
-    ends, started = threading.Event(), threading.Event()
-    addresses: list[str] = []
-
-    def heed() -> None:
-        if ends.is_set():
-            raise KeyboardInterrupt
-
-    def start(address: str) -> None:
-        addresses.append(address)
-        started.set()
-
-    monkeypatch.setattr(server, 'stop_if_asked', heed)
-
-    def run() -> None:
-        with suppress(KeyboardInterrupt):
-            serve(source, {'kind': 'drive'}, 0, start)
-
-    thread = threading.Thread(target=run)
-    thread.start()
-    assert started.wait(TIMEOUT_S)
-    yield int(addresses[0].rstrip('/').rpartition(':')[2])
-    ends.set()
-    thread.join(TIMEOUT_S)
+    with served(source, {'kind': 'drive'}) as address:
+        yield int(address.rstrip('/').rpartition(':')[2])
     assert source.is_closed
 
 

@@ -4,7 +4,7 @@
 // Controls, made from what the server says of commands, services and faults.
 
 import {
-  button, DIRECTIONS, ends, grey, inRow, make, newest, note, numberField, resolved, whenPictureComes, whenStateComes,
+  button, DIRECTIONS, ends, grey, inRow, make, newest, note, numberField, refusal, resolved, whenPictureComes, whenStateComes,
 } from "./fields.js";
 import { addScript, noteCommand } from "./script.js";
 import { wish } from "./socket.js";
@@ -49,9 +49,6 @@ export function addControls(told) {
   document.getElementById("run").replaceChildren(...above.map(serviceButton));
   document.getElementById("told").replaceChildren(notes([...above, PANEL]));
 }
-
-/** Return why no command is taken; nothing if one is. */
-const refusal = (state) => (state.lifecycle === "active" ? "" : state.condition.text);
 
 function group(name, text, needsDrive = true, about = "") {
   const made = make("fieldset"), legend = make("legend", title(name), text), beside = make("span");
@@ -224,7 +221,7 @@ function serviceButton(name) {
 }
 
 function scriptControl() {
-  const made = group("script", "commands one after another");
+  const made = group("script", "commands one after another", false); // it waits for a drive that is silent
   addScript(made);
   return made;
 }

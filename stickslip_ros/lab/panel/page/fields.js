@@ -18,6 +18,9 @@ export function resolved(told) {
   return found === undefined ? null : told.startsWith("-") ? -found : found;
 }
 
+/** Return why no command is taken; nothing if one is. */
+export const refusal = (state) => (state.lifecycle === "active" ? "" : state.condition.text);
+
 export function whenStateComes(update) {
   updates.push(update);
 }

@@ -48,8 +48,9 @@ function hear(data) {
 }
 
 function miss() {
-  showCondition("offline", "the panel does not answer; trying again");
-  if (state && sheet.kind === "drive") followState({ ...state, lifecycle: "" });
+  const condition = { word: "offline", text: "the panel does not answer; trying again" };
+  showCondition(condition.word, condition.text);
+  if (state && sheet.kind === "drive") followState({ ...state, lifecycle: "", condition });
 }
 
 // --- once

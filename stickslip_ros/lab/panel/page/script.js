@@ -3,7 +3,7 @@
 
 // The control of scripts: commands that go one after another, each when the one before has ended.
 
-import { button, fileButton, grey, inRow, make, newest, whenStateComes } from "./fields.js";
+import { button, fileButton, grey, inRow, make, newest, refusal, whenStateComes } from "./fields.js";
 import { saveAs } from "./plot.js";
 import { wish } from "./socket.js";
 
@@ -28,7 +28,8 @@ function append(line) {
 
 export function addScript(made) {
   const told = make("output");
-  let steps = [], known = new Set(), waiting = null, state = { events: [], notes: {}, lifecycle: "" };
+  let steps = [], known = new Set(), waiting = null;
+  let state = { events: [], notes: {}, lifecycle: "", condition: { word: "", text: "" } };
   lines = make("textarea", "", ABOUT);
   lines.rows = 5;
   lines.spellcheck = false;
@@ -45,17 +46,21 @@ export function addScript(made) {
   const fresh = () => state.events.filter((each) => !known.has(key(each)));
   // Pictures may lag behind events.
   const now = () => Math.max(newest.time_s, 1e-9 * (fresh().at(-1)?.time_ns ?? 0));
-  const refusal = () => state.notes[NAME] || { number: 0 };
+  const refused = () => state.notes[NAME] || { number: 0 };
+  const greyAll = () => {
+    grey(run, waiting ? "a script runs" : refusal(state));
+    grey(halt, waiting ? "" : "no script runs");
+  };
   const show = (text, isBad = false) => {
     told.textContent = text;
     told.classList.toggle("bad", isBad);
-    grey(run, waiting ? "a script runs" : "");
-    grey(halt, waiting ? "" : "no script runs");
+    greyAll();
   };
   const begin = ([number, text]) => {
     const [name, seconds] = text.split(/\s+/), isWait = name === "wait";
     const wanted = Number(seconds?.replace(",", "."));
-    waiting = { number, name, until: isWait ? now() + wanted : null, noted: refusal().number };
+    const until = isWait ? now() + wanted : null;
+    waiting = { number, text, name, until, noted: refused().number, begun: newest.time_s };
     know();
     show(`line ${number}: ${text}`);
     if (!isWait) wish({ do: "line", name: NAME, text });
@@ -73,9 +78,13 @@ export function addScript(made) {
     return fresh().find((each) => stem(each.command) === stem(waiting.name) && (!by || each.number === Number(by[1])));
   };
   setInterval(() => {
-    if (!waiting) return;
-    if (state.lifecycle !== "active") return fail("the drive is not active");
-    if (refusal().bad && refusal().number > waiting.noted) return fail(refusal().text);
+    if (!waiting || state.condition.word === "silent") return; // it may answer late
+    if (state.lifecycle !== "active") return fail(state.condition.text);
+    if (newest.time_s < waiting.begun) return fail("the drive has begun anew");
+    if (refused().bad && refused().number > waiting.noted) {
+      if (refused().unsent) return begin([waiting.number, waiting.text]);
+      return fail(refused().text);
+    }
     if (waiting.until === null) {
       const event = ended();
       if (!event) return;
@@ -104,7 +113,10 @@ export function addScript(made) {
   });
   const save = button("Save", "Save the script as a file", () => saveAs(new Blob([lines.value]), "script.txt"));
   addEventListener("keydown", (event) => event.key === "Escape" && waiting && end("ended by STOP"));
-  whenStateComes((latest) => { state = latest; });
+  whenStateComes((latest) => {
+    state = latest;
+    greyAll();
+  });
   made.append(lines, inRow([run, halt, adds]), inRow([store, open, save]), file, told);
   show("");
 }
