@@ -20,7 +20,7 @@ from tornado.websocket import websocket_connect
 
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.panel import server
-from stickslip_ros.lab.panel.server import Hub, _Socket, serve
+from stickslip_ros.lab.panel.server import PERIOD_S, Hub, _Socket, next_due_s, serve
 
 TIMEOUT_S = 20.0
 
@@ -320,6 +320,12 @@ def test_a_busy_page_misses_nothing_of_a_twin(source: Told):
         return await page.go_on()
 
     assert asyncio.run(send())[2:] == [b'0.30', b'0.24', b'4']
+
+
+def test_pictures_leave_as_much_time_as_they_take():
+    due_s, short_s, long_s = 7.0, 0.25 * PERIOD_S, 3.0 * PERIOD_S
+    assert next_due_s(due_s, due_s, due_s + short_s) == due_s + PERIOD_S
+    assert next_due_s(due_s, due_s, due_s + long_s) == pytest.approx(due_s + 2.0 * long_s)
 
 
 def test_a_picture_is_made_once_for_all_pages_and_never_without_one(source: Told):
