@@ -141,7 +141,7 @@ function slider(command, number, send) {
   let timer = 0, drawnAt = -Infinity;
   whenPictureComes(() => {
     const present = newest.figures[command.name] ?? null;
-    if (present === null || performance.now() < drawnAt + DRAWN_MS) return;
+    if (present === null || timer || performance.now() < drawnAt + DRAWN_MS) return; // a busy page sends late
     made.value = present;
     if (document.activeElement !== number.field) number.write(Number(present.toFixed(1)));
   });

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A script of the page in a real browser; what its drive answers, and when, says the test."""
+"""The page in a real browser, without a drive: what one says, and when, is up to the test."""
 
 import re
 from collections.abc import Callable, Iterator, Mapping
@@ -17,7 +17,7 @@ import browser as tools
 from playwright.sync_api import Browser, Page, expect
 from serving import served
 
-from stickslip_ros.lab.panel.controls import sheet
+from stickslip_ros.lab.panel.controls import sheet, shown_parameters
 from stickslip_ros.lab.panel.model import ACTIVE, Model
 
 pytestmark = pytest.mark.skipif(
@@ -32,11 +32,14 @@ class Told(Model):
     def __init__(self) -> None:
         super().__init__('/stickslip_drive')
         self.lines: list[str] = []
+        self.values: list[Any] = []
         self.lifecycle, self.is_there = ACTIVE, True
 
     def do(self, wish: Mapping[str, Any]) -> None:
         if wish['do'] == 'line':
             self.lines.append(wish['text'])
+        if wish['do'] == 'command':
+            self.values.append(wish['values'])
 
     def end_steps(self, number: int) -> None:
         """Say that steps have ended."""
@@ -108,6 +111,35 @@ def test_a_line_that_a_silent_drive_was_not_sent_is_sent_again(
     eventually(lambda: 'steps few' in drive.lines, 'the line')
     drive.note('script', 'few is not a number', bad=True)
     expect(told).to_have_text('ended at line 1: few is not a number')
+
+
+HOLD_BACK = """() => {
+    const later = window.setTimeout, held = [];
+    window.setTimeout = (act) => held.push(act);
+    window.goOn = () => { window.setTimeout = later; for (const each of held) each(); };
+}"""
+DRAWN_LONG_AGO = '() => { const end = performance.now() + 600; while (performance.now() < end); }'
+
+
+def test_a_page_that_is_held_up_sends_where_its_slider_was_drawn_to(
+    drive: Told, page: Page, eventually: Callable[[Callable[[], object], str], None]
+):
+    columns = ['t', 'voltage', 'foot', 'position', 'force']
+    slider, field = page.get_by_role('slider', name='Voltage'), page.locator('#voltage-voltage')
+    drive.take_parameters(
+        {'amplifier.voltage_min': 0.0, 'amplifier.voltage_max': 300.0}, shown_parameters()
+    )
+    expect(slider).to_have_attribute('max', '300')
+    slider.focus()
+    page.evaluate(HOLD_BACK)
+    page.keyboard.press('End')
+    expect(field).to_have_value('300')
+    page.evaluate(DRAWN_LONG_AGO)
+    drive.take_trace(np.array([[7.0, 20.0, 0.0, 0.0, 0.0]]), columns)
+    expect(page.locator('#voltage')).to_have_text('+20.0')
+    page.evaluate('goOn()')
+    eventually(lambda: drive.values, 'a command')
+    assert drive.values == [[300.0]]
 
 
 @pytest.mark.parametrize(
