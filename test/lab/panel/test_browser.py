@@ -135,6 +135,15 @@ def await_figure(page: Page, name: str, fits: Callable[[float], bool]) -> float:
     raise AssertionError(f'{name} is {figure(page, name)}')
 
 
+def await_that(page: Page, condition: Callable[[], bool], what: str) -> None:
+    """Wait until a condition holds."""
+    for _ in range(int(tools.TIMEOUT_MS / 50)):
+        if condition():
+            return
+        page.wait_for_timeout(50)
+    raise AssertionError(f'{what} did not come')
+
+
 def lamp(page: Page, name: str) -> Any:
     return page.locator('#bits .on', has_text=re.compile(f'^{name}$'))
 
@@ -370,21 +379,28 @@ def ink(page: Page) -> int:
     return int(page.locator('.wave canvas').evaluate(INK))
 
 
+def picture(page: Page) -> str:
+    """Give the drawn waveform as it looks."""
+    return str(page.locator('.wave canvas').evaluate('(each) => each.toDataURL()'))
+
+
 def test_a_waveform_of_a_shape_is_drawn_and_repeats_until_it_has_made_its_cycles(page: Page):
     page.locator('#waveform-amplitude').fill('250')
     page.locator('#waveform-frequency').fill('113.76725643485543')
     page.locator('#waveform-cycles').fill('7')
-    drawn = set()
+    drawn = ''
     for shape in page.locator('#waveform-shape option').all_inner_texts()[:-1]:
         page.locator('#waveform-shape').select_option(shape)
-        page.wait_for_timeout(100)
-        drawn.add(ink(page))
+        await_that(
+            page,
+            lambda: bool(ink(page)) and picture(page) != drawn,  # noqa: B023 - at once
+            f'the drawing of a {shape}',
+        )
+        drawn = picture(page)
         for where in ('backwards', 'forwards'):
             send(page, f'Waveform {where}', 'waveform')
             expect(page.locator('#events p').first).to_contain_text('DONE, 7 steps')
             expect(note(page, 'waveform')).to_have_text('DONE')
-    assert min(drawn) > 0
-    assert len(drawn) > 1
 
 
 def test_a_waveform_of_no_cycles_lasts_until_escape(page: Page):
@@ -589,7 +605,7 @@ def test_a_picture_is_read_zoomed_frozen_and_saved(page: Page, tmp_path: Path):
     page.locator('#sawtooth-amplitude').fill('150')
     send(page, 'Sawtooth forwards', 'sawtooth')
     expect(page.locator('#events p').first).to_contain_text('ABORTED')
-    page.wait_for_timeout(200)
+    await_figure(page, 'voltage', lambda now: now < 100.0)  # a mean over more than is shown
     freeze.click()
     behind = saved('scope', 'PNG')
     assert behind != picture
@@ -609,8 +625,7 @@ def test_the_stand_is_shown_and_moves_when_the_drive_does(stage: SimpleNamespace
     send(page, 'Sawtooth forwards', 'sawtooth')
     expect(drawing).to_have_attribute('height', '550')
     first = drawing.screenshot()
-    page.wait_for_timeout(500)
-    assert drawing.screenshot() != first
+    await_that(page, lambda: drawing.screenshot() != first, 'a movement')
     page.keyboard.press('Escape')
 
 
