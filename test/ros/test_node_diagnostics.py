@@ -29,6 +29,7 @@ from stickslip_ros.ros.diagnostics import pace_status, recorder_status
 from stickslip_ros.runtime.orders import NEXT_BLOCK, Order
 from stickslip_ros.runtime.pacing import PaceReport, Stalls
 from stickslip_ros.runtime.session import Session
+from stickslip_ros.testing import stamp_ns
 
 pytestmark = pytest.mark.usefixtures('frequent_diagnostics')
 
@@ -63,16 +64,16 @@ RECORDER_KEYS = {
 
 def next_parts(stand: Any, heard: list[Any], *, ticked: bool = False) -> dict[str, Any]:
     """
-    Wait for diagnostics from now on; give the parts by the last word of their names.
+    Wait for diagnostics that are made from now on; give the parts by the last word of their names.
 
     If ``ticked``, of a time in which there was a tick: on a busy machine not each report has one.
 
     """
-    seen = len(heard)
+    now_ns = stand.drive.get_clock().now().nanoseconds
     parts: dict[str, Any] = {}
 
     def look() -> bool:
-        for each in heard[seen:]:
+        for each in (each for each in heard if stamp_ns(each) >= now_ns):
             parts.update({part.name.rpartition(': ')[2]: part for part in each.status})
         whole = parts.keys() > {'faults'}  # they come alone too
         return whole and not (ticked and values_of(parts['time'])['ticks'] == '0')

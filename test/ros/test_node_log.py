@@ -15,6 +15,7 @@ from std_msgs.msg import Float64
 
 import stickslip_ros
 from stickslip_ros.interface.topics import COMMAND
+from stickslip_ros.testing import stamp_ns
 
 pytestmark = pytest.mark.usefixtures('frequent_diagnostics')
 
@@ -40,16 +41,27 @@ def log(capfd: pytest.CaptureFixture[str]) -> Log:
     return Log(capfd)
 
 
-def connections(stand: Any) -> Callable[[], DiagnosticStatus]:
-    """Listen to diagnostics; give a function that gives the newest part on connections."""
+def connections(stand: Any) -> Callable[..., DiagnosticStatus]:
+    """
+    Listen to diagnostics; give a function that gives the newest part on connections.
+
+    With a time, by the clock of the drive, it is one that was made later, or an empty one.
+
+    """
     heard = stand.operator.listen('diagnostics')
     empty = DiagnosticStatus()
 
-    def newest() -> DiagnosticStatus:
-        parts = (part for array in reversed(heard) for part in array.status)
+    def newest(since_ns: int = 0) -> DiagnosticStatus:
+        late = (each for each in reversed(heard) if stamp_ns(each) >= since_ns)
+        parts = (part for array in late for part in array.status)
         return next((part for part in parts if part.name.endswith(': connections')), empty)
 
     return newest
+
+
+def now_ns(stand: Any) -> int:
+    """Give the time by the clock of the drive."""
+    return int(stand.drive.get_clock().now().nanoseconds)
 
 
 def test_it_says_who_it_is_and_a_command_that_is_true(start_drive: Callable, log: Log):
@@ -104,8 +116,8 @@ def test_a_message_that_the_network_does_not_take_is_counted_and_ends_nothing(
 
     monkeypatch.setattr(LifecyclePublisher, 'publish', fail)
     stand.operator.spin_until(lambda: not left[0], 'the failures')
-    before = newest()
-    stand.operator.spin_until(lambda: newest() is not before, 'the next diagnostics')
+    failed_ns = now_ns(stand)
+    stand.operator.spin_until(lambda: bool(newest(failed_ns).name), 'the next diagnostics')
     told = {each.key: each.value for each in newest().values}
     assert told.get('force not sent', '0') == str(unsent)
     assert newest().message == (

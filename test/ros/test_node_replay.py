@@ -168,6 +168,7 @@ def test_a_played_bag_of_commands_is_carried_out(start_drive: Callable, tmp_path
         ),
         'the drive',
     )
+    operator.shake_hands()  # the drive knows the publishers too
     played = 0
     with AnyReader([bag]) as reader:
         chosen = [each for each in reader.connections if each.topic in topics]

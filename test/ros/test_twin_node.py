@@ -28,7 +28,7 @@ from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
 from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.lab.twin.node import StickSlipTwin
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.ros.client import open_context
+from stickslip_ros.ros.client import Handshake, open_context
 from stickslip_ros.ros.executable import end_node
 from stickslip_ros.testing.operator import Operator
 
@@ -103,6 +103,9 @@ class Listener:
     def call(self, kind: Any, service: str, request: Any) -> Any:
         client = self.operator.node.create_client(kind, f'{self.name}/{service}')
         self.operator.spin_until(client.service_is_ready, service, WAIT_S)
+        handshake = Handshake(self.operator.node, self.name)  # an answer might be lost before
+        self.operator.spin_until(handshake.is_done, service, WAIT_S)
+        handshake.close()
         answer = client.call_async(request)
         self.operator.spin_until(answer.done, service, WAIT_S)
         return answer.result()

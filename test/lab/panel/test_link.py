@@ -203,6 +203,13 @@ def test_stop_is_heard_after_every_wish_and_every_text_that_makes_no_sense(
     event = {'result': 'DONE', 'command': 'reset', 'number': 1, 'steps': 0, 'time_ns': 0}
     publisher = stand.operator.node.create_publisher(String, 'stickslip_drive/event', 100)
     stand.operator.spin_until(lambda: publisher.get_subscription_count() > 1, 'the panel')
+
+    def has_heard(told: dict[str, Any]) -> bool:
+        """Return whether the panel hears the publisher; what comes before it does is lost."""
+        publisher.publish(String(data=json.dumps({**event, 'message': 'the first'})))
+        return any(each['message'] == 'the first' for each in told['events'])
+
+    wait(has_heard)
     for message in (7, 'x' * 20_000, None):
         publisher.publish(String(data=json.dumps({**event, 'message': message})))
     publisher.publish(String(data=f'{{"message": {"[" * 1500}{"]" * 1500}}}'))
