@@ -51,6 +51,8 @@ BESIDE = """\
 </body>
 </html>
 """
+DEALT_WITH = 'dealt with'
+"""What a page wishes after each message: it is ready for the next."""
 HEADERS = {
     'Content-Security-Policy': "default-src 'none'; script-src 'self'; style-src 'self'; "
     "connect-src 'self'; img-src 'self'; base-uri 'none'; form-action 'none'; "
@@ -131,7 +133,8 @@ class _Socket(WebSocketHandler):
 
     def initialize(self, hub: 'Hub') -> None:
         self._hub = hub
-        self._busy, self._next = 0, b''
+        self._busy = 0  # messages that the page has not dealt with
+        self._next: dict[type, str | bytes] = {}  # the newest state and picture that wait
 
     def prepare(self) -> None:
         if not is_own(self.request, needs_origin=True):
@@ -147,32 +150,40 @@ class _Socket(WebSocketHandler):
     def on_message(self, message: str | bytes) -> None:
         with suppress(ValueError, RecursionError):
             wish = json.loads(message, parse_int=_number)
-            if isinstance(wish, dict):
+            if isinstance(wish, dict) and wish.get('do') == DEALT_WITH:
+                self._busy = max(0, self._busy - 1)
+                self._go_on()
+            elif isinstance(wish, dict):
                 self._hub.source.do(wish)
 
     def on_close(self) -> None:
         self._hub.pages.discard(self)
 
-    def show(self, picture: bytes) -> None:
-        """Send a picture; a page that is still busy gets the newest one as soon as it is not."""
-        if self._busy:
-            self._next = picture
-        else:
-            self.send(picture)
+    def show(self, news: str | bytes) -> None:
+        """
+        Send a state or a picture; a page that is busy gets the newest of each when it is not.
+
+        The page says when. What has only been sent may wait in the browser and in the system for
+        a minute, with all that comes after it.
+
+        """
+        self._next[type(news)] = news
+        self._go_on()
 
     def send(self, message: str | bytes) -> None:
-        """Send what no page may miss, such as words; all of it is sent in its order."""
+        """Send what no page may miss; all of it is sent in its order."""
         with suppress(WebSocketClosedError):
             sent = self.write_message(message, binary=isinstance(message, bytes))
             self._busy += 1
-            asyncio.ensure_future(sent).add_done_callback(self._go_on)
+            # Raised by a page that has gone; on_close comes too.
+            asyncio.ensure_future(sent).add_done_callback(lambda sent: sent.exception())
 
-    def _go_on(self, sent: Any) -> None:
-        sent.exception()  # raised by a page that has gone; on_close comes too
-        self._busy -= 1
-        if self._next and not self._busy:
-            picture, self._next = self._next, b''
-            self.send(picture)
+    def _go_on(self) -> None:
+        if not self._busy:
+            news, self._next = self._next, {}
+            for kind in (str, bytes):
+                if kind in news:
+                    self.send(news[kind])
 
 
 class _Waveform(RequestHandler):
@@ -221,7 +232,7 @@ class Hub:
         if state != self._state_sent:
             self._state_sent = state
             for page in tuple(self.pages):
-                page.send(state)
+                page.show(state)
         if beside is not None:  # at most each window, so not replaced by a newer one
             for page in tuple(self.pages):
                 page.send(beside)

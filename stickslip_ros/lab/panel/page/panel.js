@@ -40,8 +40,15 @@ const FILM_MS = 8000, FRAME_MS = 100;
 let sheet = null, state = null, whole = null;
 
 function hear(data) {
-  if (typeof data !== "string") return showFrame(data);
-  const told = JSON.parse(data);
+  try {
+    if (typeof data === "string") read(JSON.parse(data));
+    else showFrame(data);
+  } finally {
+    wish({ do: "dealt with" }); // a busy page is not sent what it cannot show
+  }
+}
+
+function read(told) {
   if (told.sheet) build(told.sheet);
   if (told.state) showState(told.state);
   if (told.failed) showCondition("failed", `the picture cannot be made: ${told.failed}`);
