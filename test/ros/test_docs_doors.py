@@ -308,9 +308,10 @@ def test_ophyd_moves_the_drive_as_a_motor_record_of_epics(stand: Any, motor: Mot
     assert stand.drive.get_parameter('limits.soft_min').value == pytest.approx(-3e-6)
     assert stand.drive.get_parameter('limits.soft_max').value == pytest.approx(3e-6)
     assert 'outside of range' in motor.tell('move(5.0)')
-    motor.tell('m.velocity.put(5.0, wait=True)')
-    assert stand.drive.get_parameter('closed_loop.velocity').value == pytest.approx(5e-6)
-    _, position_um, severity = motor.tell('move(2.5, lambda: (time.sleep(0.1), m.stop()))')
+    motor.tell('m.velocity.put(0.5, wait=True)')
+    assert stand.drive.get_parameter('closed_loop.velocity').value == pytest.approx(5e-7)
+    under_way = 'wait(lambda: m.position > -1.4)'
+    _, position_um, severity = motor.tell(f'move(2.5, lambda: ({under_way}, m.stop()))')
     assert -1.5 < position_um < 2.4
     assert severity == 0
     assert motor.tell('wait(lambda: not m.moving and m.user_setpoint.get() < 2.4)')
