@@ -14,7 +14,7 @@ import pytest
 pytest.importorskip('playwright', reason='no Playwright: pip install playwright')
 
 import browser as tools
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Page, ViewportSize, expect
 from serving import served
 
 from stickslip_ros.lab.panel.controls import sheet, shown_parameters
@@ -154,6 +154,24 @@ def test_a_script_ends_where_its_drive_is_not_active_or_has_gone(
     drive.lifecycle, drive.is_there = lifecycle, is_there
     expect(told).to_have_text(re.compile(f'^ended at line 1: {why}'))
     expect(page.get_by_role('button', name='Run', exact=True)).to_be_disabled()
+
+
+@pytest.mark.parametrize('width', [768, 820, 1024, 1440])
+def test_no_condition_that_comes_by_itself_moves_what_is_below(
+    drive: Told, page: Page, monkeypatch: pytest.MonkeyPatch, width: int
+):
+    page.set_viewport_size(ViewportSize(width=width, height=900))
+    heights = set()
+    for why in (
+        'simulated time runs',
+        'no trace for 12 s: waits for grants, or is held up',
+        '/stickslip_drive does not answer; waiting for it',
+        'real-time factor 0.8123 instead of 1; a preload on its way steps every spring',
+    ):
+        monkeypatch.setattr(drive, 'condition', lambda why=why: ('late', why))
+        expect(page.locator('#why')).to_have_text(why)
+        heights.add(page.locator('header').bounding_box()['height'])
+    assert len(heights) == 1
 
 
 def test_a_script_ends_where_its_drive_begins_anew(drive: Told, page: Page):
