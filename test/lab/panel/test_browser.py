@@ -203,26 +203,31 @@ def test_a_twin_is_shown_beside_its_drive(page: Page, operate: Callable[[], Oper
     operator.spin_until(
         lambda: all(each.get_subscription_count() for each in twin.values()), 'the panel'
     )
-    for at_ms in range(0, 200, 10):
-        for key, value_m in (('position', 1e-9 * at_ms), ('residual', 1e-10)):
-            message = PointStamped()
-            message.header.stamp.sec, message.header.stamp.nanosec = 7, at_ms * 1_000_000
-            message.point.x = value_m
-            twin[key].publish(message)
-    rows = {
-        'steps': ('t[s],steps,rig[m],twin[m],residual_rms[m]', [7.2, 99, 9.8e-8, 9.7e-8, 1e-10])
-    }
-    rows['parameters'] = 't[s],contact.friction,contact.friction_sigma', [7.2, 0.3, 0.003]
-    for key, (labels, row) in [
-        *rows.items(),
-        ('parameters', (rows['parameters'][0], [17.2, 0.24, 0.003])),
-    ]:
+
+    def publish(key: str, labels: str, row: list[float]) -> None:
         message = Float64MultiArray(data=[float(each) for each in row])
         message.layout.dim = [
             MultiArrayDimension(label='row', size=1, stride=len(row)),
             MultiArrayDimension(label=labels, size=len(row), stride=len(row)),
         ]
         twin[key].publish(message)
+
+    def is_heard() -> bool:
+        """Return whether the panel hears the last of the publishers, and so the others too."""
+        publish('parameters', fitted, [7.2, 0.3, 0.003])
+        return '0.3 ± 0.003' in page.locator('#twin-fits').inner_text()
+
+    fitted = 't[s],contact.friction,contact.friction_sigma'
+    await_that(page, is_heard, 'a fit')
+    for at_ms in range(0, 200, 10):
+        for key, value_m in (('position', 1e-9 * at_ms), ('residual', 1e-10)):
+            message = PointStamped()
+            message.header.stamp.sec, message.header.stamp.nanosec = 7, at_ms * 1_000_000
+            message.point.x = value_m
+            twin[key].publish(message)
+    last = 't[s],steps,rig[m],twin[m],residual_rms[m]'
+    publish('steps', last, [7.2, 99, 9.8e-8, 9.7e-8, 1e-10])
+    publish('parameters', fitted, [17.2, 0.24, 0.003])
     expect(page.locator('#twin-steps')).to_contain_text('99 steps: rig +98.00 nm, twin +97.00 nm')
     expect(page.locator('#twin-fits')).to_have_text(re.compile('contact.friction.*0.24 ± 0.003'))
     page.reload()  # which asks for it anew
