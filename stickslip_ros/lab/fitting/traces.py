@@ -45,6 +45,10 @@ TRIED_SLOW_S = (2.5e-5, 8e-5, 2.5e-4)
 """Time constants of sensors that are tried from the start where others leave too much: 6 kHz to
 640 Hz. A low-pass hides the ringing of the runner, and a search without it ends elsewhere."""
 SAID_SLOW_S = 2e-5  # from which a slow sensor is said: 8 kHz, where a runner rings
+_COARSE = 2.0
+"""Rounding counts so many times as an error of readings: noise that is less does not spread it
+over digits, and readings of a slow motion have the same error one after another. Of 8 rigs with
+1 nm of noise and digits of 5 nm two did not hold and one was off by 3.4 standard errors."""
 UNEXPLAINED = 10.0
 """Chi-square per reading above 1, per root of the readings, from which that is too much: noise
 comes to 4."""
@@ -134,6 +138,12 @@ def tightened(
             notes.append(
                 f'{one.origin}: {each.quantity} shows a noise of {1e9 * noise:.2g} nm; a reading '
                 f'counts as {1e9 * allowance.reading_m:.2g} nm, for the model may be wrong by that'
+            )
+        coarse = _COARSE * rounding_of(each.values) if each.is_trace and not each.sigma else 0.0
+        if each.unit == 'm' and allowance.reading_m < noise <= coarse:
+            notes.append(
+                f'{one.origin}: {each.quantity} is rounded by more than its noise: a reading '
+                f'counts as {1e9 * noise:.2g} nm, for those one after another have like errors'
             )
         if each.slow_s > SAID_SLOW_S:
             text = (
@@ -252,7 +262,7 @@ def _with_noise(problem: Problem, place: Array, outliers: float) -> Problem:
                 noise_lasts_s=slow_s if keeps else 0.0,
             )
             seen.append(kept)
-            shown = max(noise_of(left[~out], keeps), rounding_of(kept.values))
+            shown = max(noise_of(left[~out], keeps), _COARSE * rounding_of(kept.values))
             noises.append(max(each.sigma or shown or noise, FINEST))
         experiments.append(replace(one, seen=tuple(seen)))
         errors.append(tuple(noises))

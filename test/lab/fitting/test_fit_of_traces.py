@@ -132,6 +132,21 @@ def test_errors_allow_for_a_low_pass_of_readings_and_for_one_of_the_motion(filte
     assert found.estimates[0].standard_error < 0.02
 
 
+def test_digits_coarser_than_the_noise_count_twice_and_are_told():
+    rig, digit_m = Rig(0.35, friction=0.24, noise_m=1e-9), 5e-9
+    seen = experiment(rig, 1)
+    [fine] = seen.seen
+    rounded = replace(fine, values=digit_m * np.round(fine.values / digit_m))
+    free = ['contact.friction', 'runner.mass', 'actuator.gain']
+    stand = Parameters().updated({'runner.damping': rig.damping_n_s_per_m})
+    found = fit(replace(seen, seen=(rounded,)), free, parameters=stand, starts=1)
+    assert found.holds
+    assert_holds(found, rig)
+    assert any('is rounded by more than its noise' in note for note in found.notes)
+    [[noise]] = found.problem.noise.values
+    assert noise == pytest.approx(digit_m / np.sqrt(3.0), rel=1e-3)
+
+
 def test_a_low_pass_of_readings_sees_a_step_at_the_next_reading_and_those_that_are_missing():
     samples = np.repeat([2.0, 5.0], [100, 300])  # a step behind 100 samples
     number = np.delete(np.arange(90), [30, 31, 32, 60])
@@ -317,7 +332,8 @@ def test_the_metric_is_that_of_its_covariance(lasts_s: float):
     motion = np.cumsum(chance.normal(0.0, 1e-8, 300))
     readings = motion + chance.normal(0.0, 1e-9, 300)
     seen = Seen('position_m', readings, time_s, noise_lasts_s=lasts_s)
-    predicted = Prediction(motion, *chance.normal(size=(2, 300)), np.empty(0))
+    rate, curvature = chance.normal(size=(2, 300))
+    predicted = Prediction(motion, rate, curvature, np.empty(0))
     metric = metric_of(seen, predicted, waves_of(rows), 1e-9, Allowance())
     residual = seen.values - motion
     columns = (metric.places @ metric.root).toarray()
