@@ -108,11 +108,16 @@ def note(page: Page, control: str) -> Any:
     return page.locator(f'[data-note="{control}"]')
 
 
+ASKED = 'pressed'
+"""Stands where the panel will note whether a command was sent."""
+
+
 def send(page: Page, button: str, control: str) -> None:
     """Press a button; again, if the drive of a busy machine was silent just then."""
     for _ in range(20):
+        note(page, control).evaluate(f'(each) => {{ each.textContent = "{ASKED}"; }}')
         page.get_by_label(button).click()
-        page.wait_for_timeout(100)
+        expect(note(page, control)).not_to_have_text(ASKED)
         if 'not sent' not in note(page, control).inner_text():
             return
         expect(page.locator('#word')).to_have_text(RUNS)
