@@ -116,9 +116,9 @@ class Link:
         """Return the next picture for the page; None if it is the last one still."""
         return self.model.frame()
 
-    def beside(self) -> bytes | None:
+    def twin_frame(self) -> bytes | None:
         """Return a picture of the twin beside it; None if nothing was heard since the last one."""
-        return self.model.beside()
+        return self.model.twin_frame()
 
     def drawing(self) -> str:
         """Return the stand in its last cycles as SVG; empty as long as it is not known."""

@@ -74,7 +74,7 @@ class Source(Protocol):
     def frame(self) -> bytes | None:
         """Return the next picture for the page; None if it is the last one still."""
 
-    def beside(self) -> bytes | None:
+    def twin_frame(self) -> bytes | None:
         """Return a picture of the twin beside it; None if nothing was heard since the last one."""
 
     def do(self, wish: Mapping[str, Any]) -> None:
@@ -341,7 +341,7 @@ class Model:
             time_s = float(rows[-1, TIME]) if len(rows) else 0.0
             return packed_frame(time_s, rows, self._history, self._scope, self.view)
 
-    def beside(self) -> bytes | None:
+    def twin_frame(self) -> bytes | None:
         """Return a picture of the twin; None if nothing was heard of it since the last one."""
         with self._lock:
             if not self._beside.has_news:

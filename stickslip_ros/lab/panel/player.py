@@ -124,7 +124,7 @@ class Player:
                 'view': vars(self._view),
             }
 
-    def beside(self) -> None:
+    def twin_frame(self) -> None:
         """Return no picture of a twin: a recording is played alone."""
 
     def frame(self) -> bytes | None:

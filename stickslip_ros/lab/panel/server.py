@@ -223,19 +223,19 @@ class Hub:
         """Send what is new."""
         if not self.pages:
             return
-        frame = beside = None
+        frame = of_twin = None
         try:
             state = json.dumps({'state': self.source.state()}, allow_nan=False)
-            frame, beside = self.source.frame(), self.source.beside()
+            frame, of_twin = self.source.frame(), self.source.twin_frame()
         except Exception as error:  # noqa: BLE001 - whatever it is, STOP must be heard
             state = json.dumps({'failed': f'{type(error).__name__}: {error}'})
         if state != self._state_sent:
             self._state_sent = state
             for page in tuple(self.pages):
                 page.show(state)
-        if beside is not None:  # at most each window, so not replaced by a newer one
+        if of_twin is not None:  # at most each window, so not replaced by a newer one
             for page in tuple(self.pages):
-                page.send(beside)
+                page.send(of_twin)
         if frame is not None:
             for page in tuple(self.pages):
                 page.show(frame)

@@ -180,16 +180,16 @@ def test_notes_of_names_that_no_control_has_are_one_above_the_page_and_short(mod
 
 
 def test_what_is_heard_of_a_twin_is_a_picture_of_its_own_once_and_for_each_new_page(model: Model):
-    assert model.beside() is not None  # which says that there is none
+    assert model.twin_frame() is not None  # which says that there is none
     assert (model.frame() is not None, model.frame()) == (True, None)
-    assert model.beside() is None
+    assert model.twin_frame() is None
     model.take_row_of_twin('parameters', ['t[s]', 'runner.mass', 'runner.mass_sigma'], [1, 2, 0.1])
-    head, curves = opened(model.beside())
+    head, curves = opened(model.twin_frame())
     assert head['twin']['fits'] == [['runner.mass', '2 ± 0.1 kg']]
     assert set(curves) == {'runner.mass', 'runner.mass low', 'runner.mass high'}
-    assert (model.beside(), model.frame()) == (None, None)
+    assert (model.twin_frame(), model.frame()) == (None, None)
     model.choose({})
-    assert opened(model.beside())[0] == head
+    assert opened(model.twin_frame())[0] == head
 
 
 def test_another_drive_begins_with_nothing(model: Model):
@@ -199,7 +199,7 @@ def test_another_drive_begins_with_nothing(model: Model):
     told = model.state()
     assert (told['drive'], told['bits'], told['notes']) == ('/left/stickslip_drive', 0, {})
     assert opened(model.frame())[1] == {}
-    assert opened(model.beside())[0]['twin']['fits'] == []
+    assert opened(model.twin_frame())[0]['twin']['fits'] == []
 
 
 def test_every_command_service_fault_and_bit_has_a_control_by_itself():

@@ -39,7 +39,7 @@ class Told:
     def frame(self) -> bytes:
         return b'frame'
 
-    def beside(self) -> bytes | None:
+    def twin_frame(self) -> bytes | None:
         return None
 
     def drawing(self) -> str:
@@ -324,7 +324,7 @@ def test_a_busy_page_gets_the_newest_state_and_picture_when_it_has_dealt_with_wh
 def test_a_busy_page_misses_nothing_of_a_twin(source: Told):
     pictures, twins = iter([b'1', b'2', b'3', b'4']), iter([None, b'0.30', b'0.24', None])
     source.frame = lambda: next(pictures)  # type: ignore[method-assign]
-    source.beside = lambda: next(twins)  # type: ignore[method-assign]
+    source.twin_frame = lambda: next(twins)  # type: ignore[method-assign]
 
     async def send() -> list[Any]:
         hub, page = Hub(source, {}), Slow()
