@@ -13,6 +13,8 @@ from scipy.stats import chi2
 from stickslip_ros.arrays import Array
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
 from stickslip_ros.lab.fitting.draws import drawn
+from stickslip_ros.lab.fitting.hum import hum_in
+from stickslip_ros.lab.fitting.metric import waves_of
 from stickslip_ros.lab.fitting.missing import Missing, Trial
 from stickslip_ros.lab.fitting.problem import Predicted, Problem
 from stickslip_ros.lab.fitting.statistics import Estimate, Uncertainty, estimates_of
@@ -239,6 +241,20 @@ class FitResult:
             is_most = drifted_m > _DRIFT_SHARE * float(np.ptp(each.values))
             if each.unit == 'm' and is_most and drift_m_per_s > _DRIFT_M_PER_S:
                 found.append((one, sensor['drift_per_s']))
+        return found
+
+    @cached_property
+    def hums(self) -> list[tuple[Experiment, Seen, float, float]]:
+        """Recordings of which most that is left swings at one frequency, Hz, and by how much."""
+        found, metrics = [], iter(self.problem.metrics)
+        for number, one, each, _ in self.problem.seen:
+            if isinstance(one.drive, Voltage):
+                model = self.predicted[number][one.seen.index(each)]
+                _, left = next(metrics).of_sensor(model.values - each.values)
+                waves = waves_of(one.drive.rows)
+                lengths_s = (wave[0].length_s for wave in waves if len(wave) > 1)
+                hum = hum_in(each.time_s, left, [1.0 / length_s for length_s in lengths_s])
+                found += [(one, each, *hum)] if hum else []
         return found
 
     @property
