@@ -212,14 +212,21 @@ class FitResult:
         return sum(one.evaluations for one in (*self.searches, *self.refined))
 
     @cached_property
-    def sensors(self) -> list[tuple[Experiment, Seen, dict[str, float]]]:
-        """Each quantity over time, with noise, zero, drift and lateness of its sensor."""
+    def _left(self) -> list[tuple[int, Experiment, Seen, float, Array, Array]]:
+        """What is seen over time, its noise, what its sensor is likely to be, and what is left."""
         found, metrics = [], iter(self.problem.metrics)
         for number, one, each, noise in self.problem.seen:
-            if not isinstance(one.drive, Voltage):
-                continue
-            model = self.predicted[number][one.seen.index(each)]
-            sizes, left = next(metrics).of_sensor(model.values - each.values)
+            if isinstance(one.drive, Voltage):
+                model = self.predicted[number][one.seen.index(each)]
+                sizes, left = next(metrics).of_sensor(model.values - each.values)
+                found.append((number, one, each, noise, sizes, left))
+        return found
+
+    @cached_property
+    def sensors(self) -> list[tuple[Experiment, Seen, dict[str, float]]]:
+        """Each quantity over time, with noise, zero, drift and lateness of its sensor."""
+        found = []
+        for number, one, each, noise, sizes, left in self._left:
             zero, drift, late_s, _ = sizes.tolist()
             sensor = {
                 'noise': noise,
@@ -246,15 +253,13 @@ class FitResult:
     @cached_property
     def hums(self) -> list[tuple[Experiment, Seen, float, float]]:
         """Recordings of which most that is left swings at one frequency, Hz, and by how much."""
-        found, metrics = [], iter(self.problem.metrics)
-        for number, one, each, _ in self.problem.seen:
-            if isinstance(one.drive, Voltage):
-                model = self.predicted[number][one.seen.index(each)]
-                _, left = next(metrics).of_sensor(model.values - each.values)
-                waves = waves_of(one.drive.rows)
-                lengths_s = (wave[0].length_s for wave in waves if len(wave) > 1)
-                hum = hum_in(each.time_s, left, [1.0 / length_s for length_s in lengths_s])
-                found += [(one, each, *hum)] if hum else []
+        found = []
+        for _, one, each, _, _, left in self._left:
+            assert isinstance(one.drive, Voltage)
+            waves = waves_of(one.drive.rows)
+            lengths_s = (wave[0].length_s for wave in waves if len(wave) > 1)
+            hum = hum_in(each.time_s, left, [1.0 / length_s for length_s in lengths_s])
+            found += [(one, each, *hum)] if hum else []
         return found
 
     @property
