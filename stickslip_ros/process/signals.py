@@ -36,6 +36,7 @@ RECOVER = '`stickslip recover` repairs a recording that was not finished'
 NOT_WHOLE = 'stopped in the midst of its work: what it was writing is not whole'
 SHOW_CURSOR = '\x1b[?25h'
 """What a progress bar would send to a terminal at its end."""
+_IGNORED = 'ignored due to race condition'
 
 _has_begun = Event()
 
@@ -115,9 +116,11 @@ def _ignore_signals() -> None:
     A handler, even one that does nothing, would not do: an interpreter that ends gives every
     signal that has one back to its default, which is death, and then takes some 0.1 s more to end.
     The system is asked before Python is: of a signal that comes between its last look and the
-    change, `signal.signal` would print "ignored due to race condition".
+    change, `signal.signal` would print "ignored due to race condition". One that another thread
+    has taken by then can still come between; that it is ignored is then no news.
 
     """
+    sys.unraisablehook = _tell_unless_ignored
     for number in SIGNALS:
         ctypes.pythonapi.PyOS_setsig(number, ctypes.c_void_p(signal.SIG_IGN))
         signal.signal(number, signal.SIG_IGN)
@@ -126,6 +129,13 @@ def _ignore_signals() -> None:
             os.write(stream, b'')
         except OSError:  # noqa: PERF203 - there are two
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
+
+
+def _tell_unless_ignored(caught: 'sys.UnraisableHookArgs') -> None:
+    """Print an error that nobody can catch, unless it says that a signal was ignored."""
+    error = caught.exc_value
+    if not (isinstance(error, OSError) and str(error).endswith(_IGNORED)):
+        sys.__unraisablehook__(caught)
 
 
 def leave(name: str, why: str, status: int) -> NoReturn:

@@ -93,3 +93,22 @@ def test_what_work_raises_is_told_and_gives_status_1():
     told = ended('raise ZeroDivisionError')
     assert told.returncode == 1
     assert told.stderr.splitlines()[-1] == 'ZeroDivisionError'
+
+
+@pytest.mark.parametrize(
+    ('error', 'told_last'),
+    [
+        ('OSError("Signal 1 ignored due to race condition")', []),
+        ('OSError("disk")', ['OSError: disk']),
+    ],
+)
+def test_that_the_interpreter_ignores_a_signal_as_well_is_no_news(
+    error: str, told_last: list[str]
+):
+    class_of = (
+        f'Last = type("Last", (), {{"__del__": lambda self: (_ for _ in ()).throw({error})}})'
+    )
+    lines = (class_of, 'signals.begin()', 'send(signal.SIGINT)', 'await_stop()', 'Last()')
+    told = ended(*lines, 'return 7')
+    assert told.returncode == 7
+    assert told.stderr.splitlines()[-1:] == told_last
