@@ -4,9 +4,9 @@
 """What a stand would show in an experiment: the one place where a model meets data."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import cycle, islice
 from typing import Any, TypeAlias
 
@@ -61,18 +61,19 @@ class Prediction:
     rate, curvature : array, shape (n,) or (0,)
         Its derivatives with time, what a late and what a slow sensor misses; none of a number.
         The second is that of a sensor that is twice as slow: both span a change of its slowness.
-    otherwise : array, shape (n,) or (0,)
-        What a slow sensor shows more if its low-pass is one of the readings, not of the motion.
     is_steady : bool
         Whether a number did not change any more when it was read.
+    otherwise : callable
+        Returns the values, shape (n,), of a slow sensor whose low-pass is one of the readings, not
+        of the motion. Of a thousand predictions of a fit four are asked for them.
 
     """
 
     values: Array
     rate: Array
     curvature: Array
-    otherwise: Array
     is_steady: bool = True
+    otherwise: Callable[[], Array] | None = None
 
 
 def predict(
@@ -216,17 +217,16 @@ def _look(result: Any, seen: Seen, shift_s: float) -> Prediction:
     if not seen.is_trace:
         number = np.array([getattr(result, _FIELDS.get(seen.quantity, seen.quantity))])
         none = np.empty(0)
-        return Prediction(number, none, none, none, getattr(result, 'steady', True))
+        return Prediction(number, none, none, getattr(result, 'steady', True))
     true = result[:, _COLUMNS[seen.quantity]]
     samples = low_passed(true, seen.slow_s)
     time_s = seen.time_s - shift_s
     values, rate, curvature = at_times(samples, time_s)
     if not seen.slow_s:
-        return Prediction(values, rate, curvature, np.empty(0))
+        return Prediction(values, rate, curvature)
     curvature = at_times(low_passed(samples, seen.slow_s), time_s)[2]
-    return Prediction(
-        values, rate, curvature, low_passed_readings(true, time_s, seen.slow_s) - values
-    )
+    otherwise = partial(low_passed_readings, true, time_s, seen.slow_s)
+    return Prediction(values, rate, curvature, otherwise=otherwise)
 
 
 def low_passed(samples: Array, slow_s: float) -> Array:

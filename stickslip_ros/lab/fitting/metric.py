@@ -9,10 +9,9 @@ diagonal, and alike over the time of a low-pass behind which it was read. Each c
 something else that may be in the data, as large as it may be: zero and drift of a sensor, its
 delay and its low-pass (first and second derivative of the prediction), what a low-pass of its
 readings differs by from one of the motion, the cyclic error of an interferometer that is known to
-have one, an error of the model's shape that repeats in all
-cycles of a wave, and one of the length of a step. Chi-square alone (B with zero and drift only)
-gives intervals that are too narrow: 52 % of those of 95 % held the true gain in recordings of
-drives with what the model lacks.
+have one, an error of the model's shape that repeats in all cycles of a wave, and one of the length
+of a step. Chi-square alone (B with zero and drift only) gives intervals that are too narrow: 52 %
+of those of 95 % held the true gain in recordings of drives with what the model lacks.
 
 """
 
@@ -234,8 +233,8 @@ def metric_of(
     late_s = max(DELAY_S, SLOW_SHARE * seen.slow_s)
     curved_s2 = max(DELAY_S**2, SLOW_SHARE * seen.slow_s**2)
     sizes = [offset, drift, late_s, curved_s2]
-    if seen.slow_s and allowance is not None:
-        sensor.append(predicted.otherwise)
+    if predicted.otherwise is not None and allowance is not None:
+        sensor.append(predicted.otherwise() - predicted.values)
         sizes.append(1.0)
     if seen.cyclic_m:
         phase = 2.0 * math.pi * seen.values / seen.fringe_m

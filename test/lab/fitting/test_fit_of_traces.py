@@ -333,7 +333,7 @@ def test_the_metric_is_that_of_its_covariance(lasts_s: float):
     readings = motion + chance.normal(0.0, 1e-9, 300)
     seen = Seen('position_m', readings, time_s, noise_lasts_s=lasts_s)
     rate, curvature = chance.normal(size=(2, 300))
-    predicted = Prediction(motion, rate, curvature, np.empty(0))
+    predicted = Prediction(motion, rate, curvature)
     metric = metric_of(seen, predicted, waves_of(rows), 1e-9, Allowance())
     residual = seen.values - motion
     columns = (metric.places @ metric.root).toarray()
@@ -355,7 +355,7 @@ def test_zero_drift_and_lateness_of_a_sensor_are_found_in_a_residual():
     readings = motion - late_s * rate + 3e-7 + 2e-7 * time_s + noise
     seen = Seen('position_m', readings, time_s)
     curvature = -((2.0 * np.pi * 900.0) ** 2) * motion
-    metric = metric_of(seen, Prediction(motion, rate, curvature, np.empty(0)), (), 1e-10, None)
+    metric = metric_of(seen, Prediction(motion, rate, curvature), (), 1e-10, None)
     (zero, drift, found_s, _), left = metric.of_sensor(motion - readings)
     assert (-zero, -drift) == pytest.approx((3e-7 + 2e-7 * time_s.mean(), 2e-7), rel=1e-2)
     assert found_s == pytest.approx(late_s, rel=0.02, abs=0.0)
