@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange
-from stickslip_ros.lab.experiments.monitor import GAUSSIAN
+from stickslip_ros.lab.waveform.monitor import GAUSSIAN
 
 OUTLIERS = 6.0
 """Deviations of normal noise, by the median, beyond which a value is an outlier: 2 of 1e9 are."""

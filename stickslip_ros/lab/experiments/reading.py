@@ -15,7 +15,6 @@ from scipy import signal
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.instrument.sensors.signal_chain import low_pass_gain
-from stickslip_ros.lab.experiments.aliases import FREQUENCY_MAX_HZ
 from stickslip_ros.lab.experiments.clocks import lone_outliers
 from stickslip_ros.lab.experiments.commanded import NOTHING_ASKED, Commanded, commanded
 from stickslip_ros.lab.experiments.experiment import (
@@ -29,7 +28,6 @@ from stickslip_ros.lab.experiments.experiment import (
     VoltageStep,
     ZeroAmplitudeRuns,
 )
-from stickslip_ros.lab.experiments.recognise import recognise
 from stickslip_ros.lab.experiments.sensor_limits import check_limits
 from stickslip_ros.lab.runs.mapped import mapped_series
 from stickslip_ros.lab.runs.recorded import recorded_series, recorded_stand
@@ -46,6 +44,8 @@ from stickslip_ros.lab.tables.experiment import (
     listed_tables,
     read_experiment,
 )
+from stickslip_ros.lab.waveform.aliases import FREQUENCY_MAX_HZ
+from stickslip_ros.lab.waveform.recognise import recognise
 from stickslip_ros.parameters import SENSORS, Parameters, ReplaceableDefault, Scalar
 from stickslip_ros.recording.integrity import is_recording
 from stickslip_ros.recording.reader import Recording

@@ -16,12 +16,12 @@ from stickslip_ros.drive.records import VOLTAGE
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps, Seen, Voltage
-from stickslip_ros.lab.experiments.recognise import LOW_SHARE
 from stickslip_ros.lab.fitting.free import PREFACTOR, RMS_HEIGHT
 from stickslip_ros.lab.fitting.missing import Trial
 from stickslip_ros.lab.fitting.result import MISSED_MOST, P_VALUE_MIN, FitResult
 from stickslip_ros.lab.fitting.statistics import Estimate
 from stickslip_ros.lab.runs.drawn import Drawn
+from stickslip_ros.lab.waveform.recognise import LOW_SHARE
 from stickslip_ros.parameters import dump_yaml
 from stickslip_ros.sections import Section, plain
 from stickslip_ros.units import display_unit

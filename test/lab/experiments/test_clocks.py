@@ -3,8 +3,13 @@
 
 """Two clocks laid onto each other by the voltage that both records hold."""
 
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
+
+sys.path.append(str(Path(__file__).parents[1] / 'waveform'))
 from monitors import corners_of, hold, ramp, sampled, saw
 
 from stickslip_ros.errors import OutOfRange

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange
-from stickslip_ros.lab.experiments.monitor import GAUSSIAN, Monitor
-from stickslip_ros.lab.experiments.piece import WavePiece
+from stickslip_ros.lab.waveform.monitor import GAUSSIAN, Monitor
+from stickslip_ros.lab.waveform.wave_piece import WavePiece
 
 OUT = 4.5
 """A sample further off than this many standard deviations is not explained: 7 of a million are."""

@@ -10,8 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.lab.experiments.piece import WavePiece
-from stickslip_ros.lab.experiments.pieces import (
+from stickslip_ros.lab.waveform.finder import (
     FALL_TAIL,
     LINE_SURE,
     OUT,
@@ -20,6 +19,7 @@ from stickslip_ros.lab.experiments.pieces import (
     off_course_v,
     off_neighbours_v,
 )
+from stickslip_ros.lab.waveform.wave_piece import WavePiece
 
 NEAR_MOST = 64
 """Samples on either side of a boundary among which two pieces may both explain the samples."""

@@ -16,7 +16,7 @@ from stickslip_ros.drive.advance import advance
 from stickslip_ros.drive.build import plant_of, state_at_rest
 from stickslip_ros.drive.waveform import table
 from stickslip_ros.errors import OutOfRange, WrongKind
-from stickslip_ros.lab.experiments.recognise import (
+from stickslip_ros.lab.waveform.recognise import (
     AS_SAMPLED,
     HOLD,
     RAMP,
@@ -350,7 +350,7 @@ def test_a_constant_voltage_is_refused():
 
 
 def test_a_record_of_noise_alone_ends_in_a_line(monkeypatch):
-    monkeypatch.setattr('stickslip_ros.lab.experiments.pieces.PIECES_MOST', 100)
+    monkeypatch.setattr('stickslip_ros.lab.waveform.finder.PIECES_MOST', 100)
     noise_v = 0.1 * np.random.default_rng(23).standard_normal(20_000)
     with pytest.raises(OutOfRange, match='behind 100 lines'):
         recognise(np.arange(20_000) / 5000.0, noise_v, STAND)

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.lab.experiments.piece import WavePiece
-from stickslip_ros.lab.experiments.pieces import OUT, Finder
+from stickslip_ros.lab.waveform.finder import OUT, Finder
+from stickslip_ros.lab.waveform.wave_piece import WavePiece
 
 FREQUENCY_MAX_HZ = 5000.0
 """Taken where nobody says how fast the drive can be: stick-slip drives step a few thousand times

@@ -20,9 +20,16 @@ from numpy.typing import ArrayLike
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, StickSlipError
-from stickslip_ros.lab.experiments.aliases import FREQUENCY_MAX_HZ, Evidence, hidden_hz, images
-from stickslip_ros.lab.experiments.course import JUMP_UNSURE, CoursePart, joined, parts_of
-from stickslip_ros.lab.experiments.monitor import (
+from stickslip_ros.lab.waveform.aliases import FREQUENCY_MAX_HZ, Evidence, hidden_hz, images
+from stickslip_ros.lab.waveform.course import JUMP_UNSURE, CoursePart, joined, parts_of
+from stickslip_ros.lab.waveform.finder import (
+    FALL_TAIL,
+    LOUD,
+    STRAYS_IN_A_ROW,
+    Finder,
+    off_course_v,
+)
+from stickslip_ros.lab.waveform.monitor import (
     GAUSSIAN,
     NOISE_LEAST,
     RAIL_SHARE,
@@ -30,14 +37,7 @@ from stickslip_ros.lab.experiments.monitor import (
     Monitor,
     monitor_of,
 )
-from stickslip_ros.lab.experiments.piece import WavePiece
-from stickslip_ros.lab.experiments.pieces import (
-    FALL_TAIL,
-    LOUD,
-    STRAYS_IN_A_ROW,
-    Finder,
-    off_course_v,
-)
+from stickslip_ros.lab.waveform.wave_piece import WavePiece
 from stickslip_ros.parameters import Parameters
 
 HOLD, RAMP, SAWTOOTH, AS_SAMPLED = 'hold', 'ramp', 'saw-tooth', 'as it is'
