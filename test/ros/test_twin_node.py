@@ -151,7 +151,7 @@ def motion(friction: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def test_a_rig_of_topics_that_pauses_and_begins_anew_has_a_twin_that_finds_what_has_changed(
     start_twin: Callable, operator: Operator
 ):
-    settings = {'twin.map': MAP, 'twin.frequency_max': 1000.0}
+    settings = {'twin.map': MAP}
     listener = Listener(operator, start_twin(settings))
     rig = operator.node
     amplifier, encoder = (

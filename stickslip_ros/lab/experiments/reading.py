@@ -44,8 +44,7 @@ from stickslip_ros.lab.tables.experiment import (
     listed_tables,
     read_experiment,
 )
-from stickslip_ros.lab.waveform.aliases import FREQUENCY_MAX_HZ
-from stickslip_ros.lab.waveform.recognise import recognise
+from stickslip_ros.lab.waveform.recognise import GIVE_COMMANDS, recognise
 from stickslip_ros.parameters import SENSORS, Parameters, ReplaceableDefault, Scalar
 from stickslip_ros.recording.integrity import is_recording
 from stickslip_ros.recording.reader import Recording
@@ -76,8 +75,7 @@ class DriveSource:
     """What is known of the voltage beside the recording of it."""
 
     commands: 'Table | None' = None  # times and voltages, exactly
-    frequency_max_hz: float | None = None  # of the saw-teeth in a slow monitor
-    direction: int = 0  # of all saw-teeth, 1 or -1; 0 is unknown
+    frequency_max_hz: float | None = None  # without effect
     window_s: tuple[float, float] | None = None  # stretch of recordings that counts, in their time
 
 
@@ -150,10 +148,12 @@ def voltage_of(
     voltage_v: Array,
     stand: Parameters,
     source: DriveSource,
-    position: tuple[Array, Array] | None = None,
+    hint: str = GIVE_COMMANDS,
 ) -> Voltage:
     """
     Return the voltage that drove a stand: as commanded, or as it is recognised in samples.
+
+    The hint ends a refusal of samples.
 
     Raises
     ------
@@ -167,17 +167,10 @@ def voltage_of(
         rows = np.column_stack((table.columns['time_s'], table.columns[_VOLTAGE]))
         rows[:, 0] -= rows[0, 0]
         return Voltage(rows, (f'commands of {table.origin}',))
-    found = recognise(
-        time_s,
-        voltage_v,
-        stand,
-        frequency_max_hz=source.frequency_max_hz or FREQUENCY_MAX_HZ,
-        direction=source.direction,
-        position=position,
-    )
-    corners_s, corners_v = found.corners()
+    found = recognise(time_s, voltage_v, stand)
+    corners_s, corners_v = found.corners(hint)
     rows = np.column_stack((corners_s - corners_s[0], corners_v))
-    return Voltage(rows, tuple(found.said()), begins_s=float(corners_s[0]))
+    return Voltage(rows, tuple(found.lines()), begins_s=float(corners_s[0]))
 
 
 def played(given: DriveInput, stand: Parameters, source: DriveSource) -> Voltage:
@@ -197,7 +190,8 @@ def played(given: DriveInput, stand: Parameters, source: DriveSource) -> Voltage
         np.mean(np.abs(spacing_s / np.median(spacing_s) - 1.0) < _JITTER) > _SAMPLED_SHARE
     )
     if is_sampled and given.is_voltage:
-        return voltage_of(given.time_s, given.voltage_v, stand, source)
+        hint = 'give a table of its corners, whose times are not even'
+        return voltage_of(given.time_s, given.voltage_v, stand, source, hint)
     return Voltage(np.column_stack((given.time_s, given.voltage_v)))
 
 
@@ -379,7 +373,7 @@ def experiment_over_time(
     told = NOTHING_ASKED
     if asked_for is not None and voltage is not None and source.commands is None:
         told = asked_for(voltage, source.window_s[1] if source.window_s else ends_s)
-    drive = told.voltage or voltage_of(time_s, voltage_v, stand, source, _position_in(seen))
+    drive = told.voltage or voltage_of(time_s, voltage_v, stand, source)
     begins_s = float(time_s[0]) if source.commands is not None else drive.begins_s
     own = {**settings, **told.settings}
     if preload_n is not None:
@@ -400,15 +394,6 @@ def experiment_over_time(
     if stand.updated(own).load_cell.contact == 'absent' and one.seen[0].quantity == 'position_m':
         check_limits(origin, one.seen[0], drive, begins_s, stand.actuator.gain)
     return one
-
-
-def _position_in(seen: Sequence[Seen]) -> tuple[Array, Array] | None:
-    """Return times and positions without lone outliers, where the position was seen."""
-    for each in seen:
-        if each.quantity == 'position_m':
-            kept = ~lone_outliers(each.values)
-            return each.time_s[kept], each.values[kept]
-    return None
 
 
 def of_points(

@@ -42,12 +42,6 @@ class TwinParameters(Checked):
         'relative standard error of the free parameters of the stand before anything was seen',
         bounds=(1e-3, 10.0),
     )
-    frequency_max: float = quantity(
-        0.0,
-        'Hz',
-        'highest frequency of the saw-teeth, for a slow monitor of the voltage; 0: not known',
-        bounds=(0.0, 1e6),
-    )
 
     @property
     def topics(self) -> dict[str, str]:

@@ -98,9 +98,7 @@ class Twin:
             for one in free
         )
         self._known = {one.name: (one.start, settings.prior) for one in free if own[one.name]}
-        self._source = DriveSource(
-            frequency_max_hz=settings.frequency_max or None, window_s=(0.0, settings.window)
-        )
+        self._source = DriveSource(window_s=(0.0, settings.window))
         self._late_s, self._slow_s = 0.0, 0.0  # of the sensor that a fit looks at first
         self._noise: float | None = None
         self._due_ns: int | None = None

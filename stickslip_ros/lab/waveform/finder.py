@@ -18,9 +18,6 @@ OUT = 4.5
 """A sample further off than this many standard deviations is not explained: 7 of a million are."""
 LINE_MIN, SAW_MIN = 3, 8
 """Samples of the shortest line and saw-tooth: one, and five more than they have unknowns."""
-SAW_WINDOWS = (8, 10, 12, 15, 18, 22, 27, 33, 40)
-"""Samples in which a saw-tooth is looked for; then multiples of the line that begins there."""
-LINES = (1.7, 2.2, 3.3, 5.0)
 LINE_SURE = 5
 """Samples of a line that says something alone: fewer, after or before a jump, fit by chance."""
 _CLEAR = 24.0
@@ -28,6 +25,8 @@ _CLEAR = 24.0
 that near to one by chance once in 2e5 times: each with probability 2/12, five of them."""
 LOUD, UNLIKE = 2.0, 0.01
 """Most scatter, in that of the noise and as a share of a fall: late stamps add to the noise."""
+NOISE_AGREES = 1.6
+"""Factor by which a scatter may exceed the noise."""
 STRAYS = 0.1
 """Share of samples, such as those within falls, that the first look at a saw-tooth leaves out."""
 STRAYS_IN_A_ROW = 2
@@ -52,25 +51,41 @@ REFITS = 4
 class Finder:
     """Looks for pieces in the samples of a monitor whose amplifier falls at a slew rate."""
 
-    def __init__(self, monitor: Monitor, noise_v: float, slew_v_per_s: float) -> None:
+    def __init__(self, monitor: Monitor, slew_v_per_s: float) -> None:
         self.times_s, self.volts_v = monitor.times_s, monitor.volts_v
-        self.period_s, self.noise_v, self.slew_v_per_s = monitor.period_s, noise_v, slew_v_per_s
-        self.rails_v = monitor.rails_v
-        self.smooth_v = max(SMOOTH_SHARE * float(np.ptp(self.volts_v)), OUT * noise_v)
-        self.smooth_v = math.inf if monitor.shows_falls else self.smooth_v
+        self.period_s, self.jitter_s = monitor.period_s, monitor.jitter_s
+        self.noise_v, self.shows_falls = monitor.noise_v, monitor.shows_falls
+        self.slew_v_per_s, self.rails_v = slew_v_per_s, monitor.rails_v
+
+    @property
+    def smooth_v(self) -> float:
+        """How far a sample may lie off its neighbours, V; any way where falls are seen."""
+        share_v = SMOOTH_SHARE * float(np.ptp(self.volts_v))
+        return math.inf if self.shows_falls else max(share_v, OUT * self.noise_v)
 
     def pieces(self) -> list[WavePiece]:
-        """Return the pieces in their order; between them may be samples that follow none."""
+        """
+        Return the pieces in their order; between them may be samples that follow none.
+
+        They are looked for again if saw-teeth scatter more than the noise: hum has added to it.
+
+        """
+        found = [] if self.shows_falls else self._pieces()
+        teeth = [each for each in found if each.height_v]
+        if teeth:
+            counts = [each.last - each.first for each in teeth]
+            scatter_v = float(np.median(np.repeat([each.scatter_v for each in teeth], counts)))
+            if scatter_v > NOISE_AGREES * self.noise_v:
+                self.noise_v *= LOUD
+                return self._pieces()
+        return found
+
+    def _pieces(self) -> list[WavePiece]:
         found, first, lost, weak = list[WavePiece](), 0, 0, 0
         rough = np.flatnonzero(off_neighbours_v(self.times_s, self.volts_v) > self.smooth_v)
         while first <= len(self.times_s) - LINE_MIN:
             line = self._line(first)
-            saw = self._saw(first, line)
-            best = saw or line
-            if saw and line:  # which may be a hold before it
-                split, cost = self._split(replace(line, scatter_v=saw.scatter_v), saw)
-                if cost < self._cost(saw, first, saw.last)[-1] - _GAIN:
-                    best = self.fitted(replace(line, last=split)) or saw
+            best = line and (self._sawtooth(line) or line)
             if best is None:  # the longer nothing is found, the further the next look
                 lost += 1 + lost // 4
                 first += 1 + lost // 4
@@ -91,13 +106,17 @@ class Finder:
                 first = int(rough[next_rough]) if next_rough < len(rough) else len(self.times_s)
         return self._polished(found)
 
+    def noise_of(self, piece: WavePiece) -> float:
+        """Return the noise about a piece, V: that of the monitor and of its time stamps."""
+        return math.hypot(self.noise_v, self.jitter_s * piece.slope_v_per_s)
+
     def tolerance_v(self, piece: WavePiece) -> float:
         """Return how far a sample may be from a piece that explains it, V."""
-        return OUT * max(self.noise_v, min(piece.scatter_v, self.most_v(piece)))
+        return OUT * max(self.noise_of(piece), min(piece.scatter_v, self.most_v(piece)))
 
     def most_v(self, piece: WavePiece) -> float:
         """Return how much the samples of a piece may scatter about it, V."""
-        return max(LOUD * self.noise_v, UNLIKE * piece.height_v)
+        return max(LOUD * self.noise_of(piece), UNLIKE * piece.height_v)
 
     def reach_v(self, piece: WavePiece) -> float:
         """
@@ -126,7 +145,7 @@ class Finder:
         times_s, volts_v = self.times_s[piece.samples], self.volts_v[piece.samples]
         for _ in range(REFITS):
             rest_v = np.abs(piece.rest_v(times_s, volts_v))
-            kept = rest_v <= OUT * max(self.noise_v, GAUSSIAN * float(np.median(rest_v)))
+            kept = rest_v <= OUT * max(self.noise_of(piece), GAUSSIAN * float(np.median(rest_v)))
             found = piece.least_squares(times_s[kept], volts_v[kept])
             if found is None:
                 return None
@@ -141,62 +160,34 @@ class Finder:
         times_s, volts_v = (x[first : first + LINE_MIN] for x in (self.times_s, self.volts_v))
         start = WavePiece(first, first + LINE_MIN, self.slew_v_per_s, times_s[0], volts_v[0])
         line = start.least_squares(times_s, volts_v)
-        if line is None or np.abs(line.rest_v(times_s, volts_v)).max() > OUT * self.noise_v:
+        if line is None or np.abs(line.rest_v(times_s, volts_v)).max() > OUT * self.noise_of(line):
             return None
         return self._extended(replace(line, scatter_v=0.0))
 
-    def _saw(self, first: int, line: WavePiece | None) -> WavePiece | None:
-        """Return a saw-tooth that begins at a sample and goes further than the line there."""
-        reach = line.last - first if line else 0
-        longer = (int(times * reach) for times in LINES if times * reach > SAW_WINDOWS[-1])
-        for window in (*SAW_WINDOWS, *longer):
-            if not reach < window <= len(self.times_s) - first:
-                continue
-            slope = line.slope_v_per_s if line and reach >= SAW_MIN else None
-            saw = self._guess(first, first + window, slope)
-            saw = saw and self.fitted(saw)
-            if not saw or saw.height_v < _CLEAR * max(saw.scatter_v, 0.5 * self.noise_v):
-                continue
-            if saw.scatter_v > self.most_v(saw):
-                continue
-            off = self.misfits(saw, first, saw.last, self.tolerance_v(saw))
-            if off.sum() > STRAYS * (window - 2) or self._holds(off, saw) < window:
-                continue
-            saw = self._extended(saw)
-            lasts_s = float(self.times_s[saw.last - 1] - self.times_s[first])
-            if saw.last - first > reach and lasts_s * abs(saw.frequency_hz) >= SAW_CYCLES_MIN:
-                return saw
-        return None
-
-    def _guess(self, first: int, last: int, slope_v_per_s: float | None) -> WavePiece | None:
-        """
-        Return the saw-tooth whose neighbouring samples differ as these do.
-
-        At even times they differ by s dt, or by s dt - H across a fall: two values, whose
-        distance is H. That of them which is nearer to 0 gives the lowest frequency, unless the
-        slope is known from a line.
-
-        """
-        times_s, volts_v = self.times_s[first:last], self.volts_v[first:last]
-        rises_v = np.diff(volts_v)[np.abs(np.diff(times_s) / self.period_s - 1.0) < 0.25]
-        rises_v.sort()
-        count = len(rises_v)
-        lower = int(np.searchsorted(rises_v, 0.5 * (rises_v[0] + rises_v[-1]))) if count else 0
-        if count < SAW_MIN - 3 or not 0 < lower < count:
+    def _sawtooth(self, line: WavePiece) -> WavePiece | None:
+        """Return the saw-tooth that a line and the next line, behind a fall, belong to."""
+        starts = range(line.last, min(line.last + 1 + STRAYS_IN_A_ROW, len(self.times_s)))
+        other = next(filter(None, map(self._line, starts)), None)
+        if other is None:
             return None
-        middles_v = rises_v[lower // 2], rises_v[(lower + count) // 2]
-        near = [np.abs(rises_v - each) < 2.0 * np.ptp(middles_v) / _CLEAR for each in middles_v]
-        if near[0].sum() + near[1].sum() < (1.0 - 2.0 * STRAYS) * count - 2.0:
-            return None  # a stray spoils two differences
-        lower_v, upper_v = (float(rises_v[each].mean()) for each in near)
-        height_v = upper_v - lower_v
-        if lower_v > height_v / _CLEAR or upper_v < -height_v / _CLEAR:
+        longer = max(line, other, key=lambda each: each.last - each.first)
+        at_s = self.times_s[other.first]
+        fall_v = float(line.line_v(at_s) - other.line_v(at_s))
+        if fall_v * longer.slope_v_per_s <= 0.0:
             return None
-        slope = min(lower_v, upper_v, key=abs) / self.period_s
-        if slope_v_per_s is not None:
-            slope = slope_v_per_s
-        start = times_s[0], volts_v[0], slope, height_v
-        return WavePiece(first, last, self.slew_v_per_s, *(float(each) for each in start))
+        found = self.fitted(
+            replace(longer, first=line.first, last=other.last, height_v=abs(fall_v))
+        )
+        if not found or found.height_v < _CLEAR * max(found.scatter_v, 0.5 * self.noise_v):
+            return None
+        off = self.misfits(found, found.first, found.last, self.tolerance_v(found))
+        count = found.last - found.first
+        is_fit = found.scatter_v <= self.most_v(found) and off.sum() <= STRAYS * count
+        if not is_fit or self._holds(off, found) < count:
+            return None
+        found = self._extended(found)
+        lasts_s = float(self.times_s[found.last - 1] - self.times_s[found.first])
+        return found if lasts_s * abs(found.frequency_hz) >= SAW_CYCLES_MIN else None
 
     def _extended(self, piece: WavePiece) -> WavePiece:
         """Return a piece fitted to all it explains behind it, twice as many samples a time."""
@@ -209,7 +200,7 @@ class Finder:
             longer = self.fitted(replace(piece, last=end)) if end > piece.last else None
             if longer is None:
                 return piece
-            limit_v = OUT * max(self.noise_v, piece.scatter_v if count >= SAW_MIN else 0.0)
+            limit_v = OUT * max(self.noise_of(piece), piece.scatter_v if count >= SAW_MIN else 0.0)
             kept = self._holds(self.misfits(longer, piece.first, end, limit_v), longer)
             if piece.first + kept < end:
                 return (

@@ -4,7 +4,7 @@
 """Samples of a voltage monitor: sorted, with the even clock behind them, and their noise."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,8 +30,6 @@ QUIET_SHARE = 0.05
 QUIET_WINDOWS = ((6, 0.42), (4, 0.226))
 """Samples of a window, and sqrt(chi2/dof) about a straight line that QUIET_SHARE of them keep."""
 WINDOWS_MOST = 100_000
-STEADY_CLOCK = 2e-3
-"""Scatter of time stamps, in periods, below which they are as good as an even clock."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,18 +38,12 @@ class Monitor:
 
     times_s: Array  # rising, shape (n,)
     volts_v: Array  # shape (n,)
-    counts: Array  # periods of the clock since the first sample, whole, shape (n,)
     period_s: float  # of the clock
-    jitter_s: float  # standard deviation of the time stamps about the even clock
+    jitter_s: float  # standard deviation of the time stamps
     noise_v: float  # standard deviation of the volts about the wave
     shows_falls: bool  # whether they are fast enough for that
     left_out: int  # samples that were not finite, came twice, or lay beyond the rails
     rails_v: tuple[float, float]  # of the amplifier
-
-    def on_even_clock(self) -> 'Monitor':
-        """Return the samples at even times: as they were taken, if only the stamps are late."""
-        start_s = float(np.mean(self.times_s - self.period_s * self.counts))
-        return replace(self, times_s=start_s + self.period_s * self.counts, jitter_s=0.0)
 
 
 def monitor_of(
@@ -93,28 +85,18 @@ def monitor_of(
         raise OutOfRange(
             'voltage', float(volts[0]), 'V', 'at all times', 'record a drive that runs'
         )
-    period_s = float(np.median(np.diff(times)))
-    for _ in range(3):  # drops and gaps last whole periods, ever better known ones
-        steps = np.maximum(np.rint(np.diff(times) / period_s), 1.0)
-        counts = np.concatenate(([0.0], np.cumsum(steps)))
-        period_s = float(np.polyfit(counts, times - times[0], 1)[0])
-    off_s = times - times[0] - period_s * counts
-    jitter_s = GAUSSIAN * float(np.median(np.abs(off_s - np.median(off_s))))
+    apart_s = np.diff(times)
+    period_s = float(np.median(apart_s))
+    jitter_s = GAUSSIAN * float(np.median(np.abs(apart_s - period_s))) / math.sqrt(2.0)
+    # drops and gaps last whole periods
+    period_s = float(np.sum(apart_s) / np.maximum(np.rint(apart_s / period_s), 1.0).sum())
     noise_v = _noise(times, volts)
     rails_v = low_v, high_v
-    return Monitor(
-        times, volts, counts, period_s, jitter_s, noise_v, shows_falls, left_out, rails_v
-    )
+    return Monitor(times, volts, period_s, jitter_s, noise_v, shows_falls, left_out, rails_v)
 
 
 def _noise(times_s: Array, volts_v: Array) -> float:
-    """
-    Return the scatter about straight lines in the quietest windows, V.
-
-    Where a slow monitor never sees a straight stretch this is the most that noise may be; what a
-    first recognition leaves over tells better.
-
-    """
+    """Return the scatter about straight lines in the quietest windows, V."""
     range_v = float(np.ptp(volts_v))
     found = [NOISE_MOST * range_v]
     for width, share in QUIET_WINDOWS:

@@ -117,11 +117,13 @@ def test_a_rig_is_drawn_and_played_and_the_model_is_driven_by_what_drove_it(
     assert max(heights) - min(heights) == pytest.approx(np.ptp(frame.position_m), rel=1e-3)
     # Its monitor samples each step at the same phases, one of them in the fall.
     assert main(['replay', str(rig), *said, '-o', str(tmp_path / 'model.mcap')]) == 2
-    assert 'misses 20 samples; give the commands' in capsys.readouterr().err
+    assert 'miss 20 samples; give a table of its corners' in capsys.readouterr().err
     ends_s = 1e-3 * np.arange(1, 21)
     times_s = np.concatenate(([0.0], np.column_stack((ends_s - 2e-6, ends_s)).ravel()))
     volts = np.concatenate(([0.0], np.tile((300.0, 0.0), 20)))
     commands = pd.DataFrame({'time_s': times_s, 'voltage_v': volts})
+    commands.to_csv(corners := tmp_path / 'corners.csv', index=False)
+    assert main(['replay', str(corners), '-o', str(tmp_path / 'model.mcap')]) == 0
     found = compare(rig, Parameters(), headers=TOPICS, commands=commands)
     for each in found.quantities:
         assert each.agreement.relative_rms < 0.02

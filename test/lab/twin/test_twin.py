@@ -24,7 +24,7 @@ from stickslip_ros.lab.twin.window import Window, Windows
 from stickslip_ros.parameters import Parameters
 
 STAND = Parameters().updated({'runner.damping': 20.0})
-SETTINGS = TwinParameters(window=0.1, frequency_max=1000.0)
+SETTINGS = TwinParameters(window=0.1)
 ROWS = voltage((300.0, 500.0, 75), rest_s=0.0)
 RATE_HZ, MONITOR_HZ = 19.3e3, 5170.0  # at a multiple of the steps each cycle looks the same
 
