@@ -118,12 +118,12 @@ def drive_course(
         change_preload(plants, states, parameters, parameters.stand.preload_end)
     start_clock(states)
     most, loss_j, ledger = steps or STEADY_STEPS_MAX, 0.0, take_ledger(plants, states)
-    ramps: Array = np.empty((0, 3))
-    while len(ramps) < most and (steps or not is_steady(plants[0], ramps)):
+    logs, done = [np.empty((0, 3))], 0
+    while done < most and (steps or not is_steady(plants[0], np.concatenate(logs))):
         stop_if_asked()
-        cycles = min(STEADY_WINDOW, most - len(ramps))
-        more = yield from cycles_of(plants, states, wave, cycles, load_n)
-        ramps = np.concatenate((ramps, more))
+        cycles = min(STEADY_WINDOW, most - done)
+        logs.append((yield from cycles_of(plants, states, wave, cycles, load_n)))
+        done += cycles
         before_j, ledger = ledger.contact_lost_j, take_ledger(plants, states)
         loss_j = (ledger.contact_lost_j - before_j) / cycles
     return DriveRun(
@@ -131,7 +131,7 @@ def drive_course(
         amplitude_m=amplitude_m,
         frequency_hz=frequency_hz,
         energy_loss_per_step_j=loss_j,
-        **_read_off(plants[0], ramps, ledger, wave),
+        **_read_off(plants[0], np.concatenate(logs), ledger, wave),
     )
 
 
@@ -310,8 +310,10 @@ def _drive(
         if not is_moving and bench.time_ns % grid_ns == 0:
             return np.concatenate(logs), start_s
         may_end = not wanted and done >= STEADY_STEPS_MIN and len(output.ramps)
-        if may_end and (done >= STEADY_STEPS_MAX or is_steady(bench.plant, np.concatenate(logs))):
-            requests = [Request('stop')]
+        if may_end:
+            logs = [np.concatenate(logs)]
+            if done >= STEADY_STEPS_MAX or is_steady(bench.plant, logs[0]):
+                requests = [Request('stop')]
 
 
 def _read_off(plant: Record, ramps: Array, ledger: EnergyLedger, wave: Wave) -> dict[str, Any]:
