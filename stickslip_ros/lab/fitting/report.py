@@ -263,13 +263,6 @@ def _misfit_warnings(fit: FitResult) -> Iterator[str]:
         yield f'no parameter explains half of what the model misses: {_CHECK}'
     if is_unlikely:
         yield from _opposite_ways(fit)
-        for one, each, hz, amplitude in fit.hums:
-            factor, unit = display_unit(each.unit)
-            yield (
-                f'{one.origin}: what is left of {each.quantity} swings at about {hz:.2g} Hz by '
-                f'{factor * amplitude:.2g} {unit}: if it is hum, or a vibration of the table, '
-                'take it out of the readings'
-            )
     for one, drift_m_per_s in fit.drifts:
         yield (
             f'{one.origin}: the fit takes most of the motion for a drift of the sensor, '

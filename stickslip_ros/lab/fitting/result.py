@@ -13,8 +13,6 @@ from scipy.stats import chi2
 from stickslip_ros.arrays import Array
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
 from stickslip_ros.lab.fitting.draws import drawn
-from stickslip_ros.lab.fitting.hum import hum_in
-from stickslip_ros.lab.fitting.metric import waves_of
 from stickslip_ros.lab.fitting.missing import Missing, Trial
 from stickslip_ros.lab.fitting.problem import Predicted, Problem
 from stickslip_ros.lab.fitting.statistics import Estimate, Uncertainty, estimates_of
@@ -212,21 +210,14 @@ class FitResult:
         return sum(one.evaluations for one in (*self.searches, *self.refined))
 
     @cached_property
-    def _left(self) -> list[tuple[int, Experiment, Seen, float, Array, Array]]:
-        """What is seen over time, its noise, what its sensor is likely to be, and what is left."""
-        found, metrics = [], iter(self.problem.metrics)
-        for number, one, each, noise in self.problem.seen:
-            if isinstance(one.drive, Voltage):
-                model = self.predicted[number][one.seen.index(each)]
-                sizes, left = next(metrics).of_sensor(model.values - each.values)
-                found.append((number, one, each, noise, sizes, left))
-        return found
-
-    @cached_property
     def sensors(self) -> list[tuple[Experiment, Seen, dict[str, float]]]:
         """Each quantity over time, with noise, zero, drift and lateness of its sensor."""
-        found = []
-        for number, one, each, noise, sizes, left in self._left:
+        found, metrics = [], iter(self.problem.metrics)
+        for number, one, each, noise in self.problem.seen:
+            if not isinstance(one.drive, Voltage):
+                continue
+            model = self.predicted[number][one.seen.index(each)]
+            sizes, left = next(metrics).of_sensor(model.values - each.values)
             zero, drift, late_s, _ = sizes.tolist()
             sensor = {
                 'noise': noise,
@@ -248,18 +239,6 @@ class FitResult:
             is_most = drifted_m > _DRIFT_SHARE * float(np.ptp(each.values))
             if each.unit == 'm' and is_most and drift_m_per_s > _DRIFT_M_PER_S:
                 found.append((one, sensor['drift_per_s']))
-        return found
-
-    @cached_property
-    def hums(self) -> list[tuple[Experiment, Seen, float, float]]:
-        """Recordings of which most that is left swings at one frequency, Hz, and by how much."""
-        found = []
-        for _, one, each, _, _, left in self._left:
-            assert isinstance(one.drive, Voltage)
-            waves = waves_of(one.drive.rows)
-            lengths_s = (wave[0].length_s for wave in waves if len(wave) > 1)
-            hum = hum_in(each.time_s, left, [1.0 / length_s for length_s in lengths_s])
-            found += [(one, each, *hum)] if hum else []
         return found
 
     @property

@@ -19,7 +19,6 @@ from stickslip_ros.lab.experiments.reading import LEAD_S, DriveSource, read_expe
 from stickslip_ros.lab.experiments.sensor_clock import lateness_of
 from stickslip_ros.lab.fitting.fit import fit
 from stickslip_ros.lab.fitting.free import choose_free
-from stickslip_ros.lab.fitting.hum import hum_in
 from stickslip_ros.lab.fitting.problem import pose
 from stickslip_ros.lab.fitting.report import Fit, warnings_of
 from stickslip_ros.lab.fitting.result import P_VALUE_MIN
@@ -107,27 +106,10 @@ def test_a_fit_that_takes_most_of_a_motion_for_a_drift_does_not_hold():
     assert fitted(frame()).holds
 
 
-def test_hum_is_named_where_it_spoils_a_fit():
+def test_a_hum_makes_a_fit_that_does_not_hold():
     table = frame()
     hum_m = 3e-9 * np.sin(2.0 * np.pi * 100.0 * table['time_s'])
-    found = fitted(table.assign(position_m=table['position_m'] + hum_m))
-    assert not found.holds
-    [(_, _, hz, amplitude_m)] = found.hums
-    assert hz == pytest.approx(100.0, rel=0.1)  # from three periods, beside a drift
-    assert amplitude_m == pytest.approx(3e-9, rel=0.2)
-    assert any('position_m swings at' in text for text in warnings_of(found))
-
-
-@pytest.mark.parametrize('hertz', [47.0, 330.0])
-def test_a_hum_is_a_line_that_is_none_of_the_waves(hertz: float):
-    time_s = np.delete(np.arange(5000) / 5e4, slice(700, 800))
-    noise = np.random.default_rng(1).normal(0.0, 1e-9, len(time_s))
-    line = 2e-9 * np.sin(2.0 * np.pi * hertz * time_s)
-    found = hum_in(time_s, line + noise, [200.0, 300.0])
-    assert found == pytest.approx((hertz, 2e-9), rel=0.1)
-    assert hum_in(time_s, line + noise, [hertz / 3.0]) is None
-    assert hum_in(time_s, noise, [200.0]) is None
-    assert hum_in(time_s, np.zeros_like(noise), [200.0]) is None
+    assert not fitted(table.assign(position_m=table['position_m'] + hum_m)).holds
 
 
 @pytest.mark.parametrize('noise_m', [0.0, 1e-9])
