@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, WrongKind
 
-RATE_MOST_HZ = 1e5
-"""Of faster samples every so many are looked at: more say nothing new of what is straight."""
+RATE_MOST_HZ = 4e5
+"""Faster samples are thinned to this rate: more of them say nothing new of straight lines."""
 SEEN_FALL_SHARE = 1.0 / 3.0
 """Share of a fall between two samples up to which they show the fall itself."""
 _SAMPLES_MIN = 12
