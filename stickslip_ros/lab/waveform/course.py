@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The course of a voltage through its pieces: where they meet, and its corners."""
+"""Join pieces to the course of a voltage: where they meet, and its corners."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -24,22 +24,22 @@ from stickslip_ros.lab.waveform.wave_piece import WavePiece
 NEAR_MOST = 64
 """Samples on either side of a boundary among which two pieces may both explain the samples."""
 JUMP_COST = 25.0
-"""What a jump costs against squares of standard deviations: a wave jumps only within its falls."""
+"""Cost of a jump, in squares of standard deviations: a wave jumps only within its falls."""
 ALIKE_COST = 9.0
-"""Meeting points that cost no more than the best one and this are as good: three deviations."""
+"""Cost, above that of the best meeting point, up to which others are as good: 3 deviations."""
 JUMP_UNSURE = 0.02
-"""Share of a jump by which the voltage may change from sample to sample on either side of it: so
-much of it is unknown, for when it happened between two samples was not seen."""
+"""Share of a jump by which the voltage may change between two samples beside it. The moment of the
+jump between its samples is not seen, so the height is unsure by as much."""
 MISSING_MOST = 3.5  # periods between samples that are played as they are
 
 
 @dataclass(frozen=True)
 class Meeting:
-    """Where one piece ends and the next begins."""
+    """The point at which a piece ends and the next begins."""
 
     time_s: float
-    unsure_s: float  # by how much it may be off, where the voltage jumps
-    jump_v: float  # what the voltage jumps there; 0 where both pieces meet
+    unsure_s: float  # error of the time, where the voltage jumps
+    jump_v: float  # height of the jump; 0 where both pieces meet
     others_s: tuple[float, ...]  # times that are as good
 
 
@@ -53,16 +53,16 @@ class CoursePart:
     rows: Array  # its corners, shape (n, 2), s and V
     before: Meeting | None = None
     after: Meeting | None = None
-    rough_v: float = 0.0  # of samples as they are: how far one is off its neighbours
+    rough_v: float = 0.0  # of samples as they are: largest distance from the neighbours
 
 
 def settled(pieces: Sequence[WavePiece], finder: Finder) -> list[WavePiece]:
     """
-    Return pieces in their places: holds without slope, saw-teeth with a base.
+    Return pieces with holds without slope, and saw-teeth with a base.
 
-    A slope of less than four standard errors is none. Samples of a saw-tooth leave its base free
-    as far as they leave out the ends of the cycle; a hold that near is its base, or its top. It
-    keeps within the rails.
+    A slope of less than four standard errors counts as 0. Where no sample lies at the ends of a
+    cycle, the base of a saw-tooth is free within bounds. A hold within these bounds is the base or
+    the top; otherwise the base is in the middle, within the rails.
 
     """
     found, holds_v = list[WavePiece](), list[float]()
@@ -97,8 +97,8 @@ def meeting(a: WavePiece, b: WavePiece, finder: Finder) -> Meeting:
     """
     Return where two pieces meet: between the last sample of A alone and the first of B alone.
 
-    There a corner of either, or a crossing, costs what it leaves over of the samples, and more
-    where the voltage jumps.
+    Candidates are corners of both pieces and their crossings. Each costs the squares of the
+    deviations of the samples, and more where the voltage jumps.
 
     """
     times_s, limits_v = finder.times_s, [finder.reach_v(each) for each in (a, b)]
@@ -139,7 +139,7 @@ def parts_of(pieces: Sequence[WavePiece], finder: Finder) -> list[CoursePart]:
     """
     Return the parts of a course, one after another, from the first sample to the last.
 
-    A line of few samples that ends in a jump says nothing: they may be any samples.
+    A line of few samples that ends in a jump is left out: any few samples make a line.
 
     """
     known = dict[tuple[WavePiece, WavePiece], Meeting]()

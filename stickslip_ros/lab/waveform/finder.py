@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The pieces of a wave are found in samples: from the left, each as long as it explains them."""
+"""Find the pieces of a wave in samples: from the left, each as long as it explains them."""
 
 import math
 from dataclasses import replace
@@ -15,41 +15,41 @@ from stickslip_ros.lab.waveform.monitor import GAUSSIAN, Monitor
 from stickslip_ros.lab.waveform.wave_piece import WavePiece
 
 OUT = 4.5
-"""A sample further off than this many standard deviations is not explained: 7 of a million are."""
+"""Standard deviations beyond which a piece does not explain a sample: 7 of a million lie there."""
 LINE_MIN, SAW_MIN = 3, 8
-"""Samples of the shortest line and saw-tooth: one, and five more than they have unknowns."""
+"""Samples of the shortest line, and of the shortest piece whose scatter is trusted."""
 LINE_SURE = 5
-"""Samples of a line that says something alone: fewer, after or before a jump, fit by chance."""
+"""Samples of a line that counts beside a jump: fewer fit by chance."""
 _CLEAR = 24.0
-"""Height of a saw-tooth in standard deviations of what it leaves over. Eight random samples come
-that near to one by chance once in 2e5 times: each with probability 2/12, five of them."""
+"""Least height of a saw-tooth, in standard deviations of its samples. Eight random samples come
+that near by chance once in 2e5 times: each with probability 2/12, five of them."""
 LOUD, UNLIKE = 2.0, 0.01
-"""Most scatter, in that of the noise and as a share of a fall: late stamps add to the noise."""
+"""Most scatter about a piece, in that of the noise and as a share of a fall."""
 NOISE_AGREES = 1.6
 """Factor by which a scatter may exceed the noise."""
 STRAYS = 0.1
-"""Share of samples, such as those within falls, that the first look at a saw-tooth leaves out."""
+"""Share of samples, as those within falls, that may lie off two cycles of a saw-tooth."""
 STRAYS_IN_A_ROW = 2
-"""So many samples that follow nothing are strays; more are a stretch of their own."""
+"""Most samples in a row that are strays; more are a stretch of their own."""
 SAW_CYCLES_MIN = 1.6
-"""Cycles of the shortest saw-tooth: fewer may be any two lines."""
+"""Cycles of the shortest saw-tooth: any two lines may make fewer."""
 FALL_TAIL = 3.0
 """Time of a fall and of what rings and settles after it, in falls at the slew rate."""
 SMOOTH_SHARE = 0.01
-"""A sample is smooth where it is so near to the straight line between its neighbours, as a share
-of the range: then the voltage between them is as near."""
+"""Largest distance of a smooth sample from the straight line between its neighbours, as a share of
+the range: the voltage between them is as near to the line."""
 WEAK, WEAK_MOST = 128, 32
 """Lines shorter than WEAK samples follow each other WEAK_MOST times: a curve, if it is smooth."""
 ENDS, ENDS_FROM = (0.02, 0.98), 50
 """Quantiles between which samples are no strays, where there are so many."""
 _GAIN = 25.0
-"""Two pieces are two if they lower the sum of squares by so many variances of the noise."""
+"""Variances of the noise by which two pieces must lower the sum of squares against one."""
 PIECES_MOST = 10_000  # a minute of a processor
 REFITS = 4
 
 
 class Finder:
-    """Looks for pieces in the samples of a monitor whose amplifier falls at a slew rate."""
+    """Finds pieces in the samples of a monitor whose amplifier falls at a slew rate."""
 
     def __init__(self, monitor: Monitor, slew_v_per_s: float) -> None:
         self.times_s, self.volts_v = monitor.times_s, monitor.volts_v
@@ -59,7 +59,7 @@ class Finder:
 
     @property
     def smooth_v(self) -> float:
-        """How far a sample may lie off its neighbours, V; any way where falls are seen."""
+        """Largest distance of a sample from its neighbours, V; infinite where falls are seen."""
         share_v = SMOOTH_SHARE * float(np.ptp(self.volts_v))
         return math.inf if self.shows_falls else max(share_v, OUT * self.noise_v)
 
@@ -67,7 +67,7 @@ class Finder:
         """
         Return the pieces in their order; between them may be samples that follow none.
 
-        They are looked for again if saw-teeth scatter more than the noise: hum has added to it.
+        If saw-teeth scatter more than the noise, by a hum, the search is repeated with more noise.
 
         """
         found = [] if self.shows_falls else self._pieces()
@@ -90,10 +90,7 @@ class Finder:
                 lost += 1 + lost // 4
                 first += 1 + lost // 4
                 continue
-            before = found[-1].last if found else 0
-            off = self.misfits(best, before, best.first, self.tolerance_v(best))
-            before += int(np.max(np.flatnonzero(off), initial=-1)) + 1
-            found.append(replace(best, first=before))
+            found.append(best)
             lost = 0 if best.last - best.first >= LINE_SURE else lost
             first = best.last + lost // 4
             if len(found) > PIECES_MOST:
@@ -111,16 +108,16 @@ class Finder:
         return math.hypot(self.noise_v, self.jitter_s * piece.slope_v_per_s)
 
     def tolerance_v(self, piece: WavePiece) -> float:
-        """Return how far a sample may be from a piece that explains it, V."""
+        """Return the largest distance of a sample from the piece that explains it, V."""
         return OUT * max(self.noise_of(piece), min(piece.scatter_v, self.most_v(piece)))
 
     def most_v(self, piece: WavePiece) -> float:
-        """Return how much the samples of a piece may scatter about it, V."""
+        """Return the largest scatter of samples about their piece, V."""
         return max(LOUD * self.noise_of(piece), UNLIKE * piece.height_v)
 
     def reach_v(self, piece: WavePiece) -> float:
         """
-        Return the same for the samples beside a piece.
+        Return the tolerance for the samples beside a piece, V.
 
         A straight line through n samples is known to sigma sqrt(28/n) n samples behind them.
 
@@ -212,7 +209,7 @@ class Finder:
         return piece
 
     def _holds(self, off: NDArray[np.bool_], piece: WavePiece) -> int:
-        """Return how many samples a piece explains, of which single ones may be off its falls."""
+        """Return how many samples a piece explains; single samples may lie off, in its falls."""
         if piece.height_v:
             fall_s = FALL_TAIL * piece.height_v / self.slew_v_per_s
             run = 2 + int(fall_s / self.period_s)
@@ -226,13 +223,11 @@ class Finder:
         for _ in range(REFITS):
             index = 0
             while index < len(pieces) - 1:
-                a, b, *c = around = tuple(pieces[index : index + 3])
+                a, b = around = tuple(pieces[index : index + 2])
                 if b.first - a.last > STRAYS_IN_A_ROW or around in settled:
                     index += 1
                 elif one := self._one(a, b):
                     pieces[index : index + 2] = [one]
-                elif c and c[0].first - b.last <= STRAYS_IN_A_ROW and self._spare(a, b, c[0]):
-                    pieces[index : index + 3] = self._met(a, c[0])
                 else:
                     pieces[index : index + 2] = self._met(a, b)
                     settled |= {around} if pieces[index] is a else set()
@@ -240,9 +235,11 @@ class Finder:
         return pieces
 
     def _one(self, a: WavePiece, b: WavePiece) -> WavePiece | None:
-        """Return the piece that explains the samples of two hardly worse than both do."""
+        """Return the piece that explains the samples of two as well as both do, or None."""
         long, short = (a, b) if a.last - a.first > b.last - b.first else (b, a)
-        if (short.height_v and not long.height_v) or not self._may_explain((long,), short):
+        rest_v = long.rest_v(self.times_s[short.samples], self.volts_v[short.samples])
+        is_off = float(np.median(np.abs(rest_v))) >= 2.0 * self.tolerance_v(long)
+        if (short.height_v and not long.height_v) or is_off:
             return None
         one = self.fitted(replace(long, first=a.first, last=b.last))
         if one is None:
@@ -251,19 +248,6 @@ class Finder:
         same = [replace(each, scatter_v=scatter_v) for each in (a, b, one)]
         costs = [float(self._cost(each, each.first, each.last)[-1]) for each in same]
         return one if costs[2] < costs[0] + costs[1] + _GAIN else None
-
-    def _spare(self, a: WavePiece, b: WavePiece, c: WavePiece) -> bool:
-        """Return whether the pieces around another explain its samples hardly worse."""
-        if not self._may_explain((a, c), b):
-            return False
-        b = replace(b, scatter_v=min(a.scatter_v, c.scatter_v))
-        apart = sum(self._cost(each, each.first, each.last)[-1] for each in (a, b, c))
-        return bool(self._split(a, c)[1] < apart + _GAIN)
-
-    def _may_explain(self, pieces: tuple[WavePiece, ...], other: WavePiece) -> bool:
-        times_s, volts_v = self.times_s[other.samples], self.volts_v[other.samples]
-        rests = [np.abs(x.rest_v(times_s, volts_v)) / self.tolerance_v(x) for x in pieces]
-        return bool(np.median(np.min(rests, axis=0)) < 2.0)
 
     def _met(self, a: WavePiece, b: WavePiece) -> tuple[WavePiece, WavePiece]:
         """Return two pieces that meet where they explain the samples best."""
@@ -281,7 +265,7 @@ class Finder:
         return np.cumsum((OUT * np.where(off, 1.0, rest_v / limit_v)) ** 2)
 
     def _split(self, a: WavePiece, b: WavePiece) -> tuple[int, float]:
-        """Return the first sample of B where both explain all best, and what they cost."""
+        """Return the first sample of B at the best division of all samples, and its cost."""
         costs = [self._cost(each, a.first, b.last) for each in (a, b)]
         total = costs[0] + costs[1][-1] - costs[1]  # all up to a sample on a, those behind it on b
         low, high = LINE_MIN - 1, len(total) - LINE_MIN
@@ -292,7 +276,7 @@ class Finder:
 
 
 def off_course_v(times_s: Array, volts_v: Array, rows: Array, near_s: float) -> Array:
-    """Return how far samples lie off what corners, shape (n, 2), go through within a time, V."""
+    """Return how far samples lie off a course, corners of shape (n, 2), within a time, V."""
     corners_s = np.concatenate(([-math.inf], rows[:, 0], [math.inf]))
     behind = np.searchsorted(rows[:, 0], times_s) + 1
     low_s, high_s = times_s - near_s, times_s + near_s

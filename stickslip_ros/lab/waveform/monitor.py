@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Samples of a voltage monitor: sorted, with the even clock behind them, and their noise."""
+"""Sort the samples of a voltage monitor, and estimate their rate and noise."""
 
 import math
 from dataclasses import dataclass
@@ -15,11 +15,11 @@ from stickslip_ros.errors import OutOfRange, WrongKind
 RATE_MOST_HZ = 4e5
 """Faster samples are thinned to this rate: more of them say nothing new of straight lines."""
 SEEN_FALL_SHARE = 1.0 / 3.0
-"""Share of a fall between two samples up to which they show the fall itself."""
+"""Largest share of a fall between two samples of a monitor that shows the fall itself."""
 _SAMPLES_MIN = 12
 """Fewer samples show no wave: a saw-tooth has four unknowns, and is tested by as many again."""
 RAIL_SHARE = 0.01
-"""Noise reaches so far beyond a rail, as a share of the range; so many samples may lie further."""
+"""Reach of noise beyond a rail, as a share of the range; share of samples that may lie further."""
 GAUSSIAN = 1.4826
 """Standard deviation of normal noise whose median deviation from the median is one."""
 NOISE_MOST, NOISE_LEAST = 0.015, 2e-4
@@ -41,8 +41,8 @@ class Monitor:
     period_s: float  # of the clock
     jitter_s: float  # standard deviation of the time stamps
     noise_v: float  # standard deviation of the volts about the wave
-    shows_falls: bool  # whether they are fast enough for that
-    left_out: int  # samples that were not finite, came twice, or lay beyond the rails
+    shows_falls: bool  # whether the samples are that fast
+    left_out: int  # samples not finite, repeated, or beyond the rails
     rails_v: tuple[float, float]  # of the amplifier
 
 
@@ -50,11 +50,11 @@ def monitor_of(
     times_s: ArrayLike, voltage_v: ArrayLike, low_v: float, high_v: float, slew_v_per_s: float
 ) -> Monitor:
     """
-    Return samples, shapes (n,), sorted and without those that say nothing.
+    Return samples, shapes (n,), sorted and cleaned.
 
-    These are what is not finite, what has the time of another sample, and what lies further
-    beyond the rails ``low_v`` and ``high_v`` than noise does. Raises WrongKind of arrays that do
-    not belong together, OutOfRange of too few samples or too many beyond the rails.
+    Samples are left out if they are not finite, have the time of another sample, or lie further
+    beyond the rails ``low_v`` and ``high_v`` than noise does. Raises WrongKind of arrays of
+    different lengths, OutOfRange of too few samples or too many beyond the rails.
 
     """
     times, volts = np.asarray(times_s, np.float64), np.asarray(voltage_v, np.float64)

@@ -38,7 +38,7 @@ class WavePiece:
 
     @property
     def samples(self) -> slice:
-        """Where its samples are."""
+        """Slice of its samples."""
         return slice(self.first, self.last)
 
     @property
@@ -48,7 +48,7 @@ class WavePiece:
 
     @property
     def amplitude_v(self) -> float:
-        """Way of a fall: it lasts A/S while the ramp would have gone on, so A = H/(1 + |s|/S)."""
+        """Height of a fall: it lasts A/S while the ramp goes on, so A = H/(1 + |s|/S)."""
         return self.height_v / (1.0 + abs(self.slope_v_per_s) / self.slew_v_per_s)
 
     @property
@@ -58,7 +58,7 @@ class WavePiece:
         return self.origin_s + (begin_v - self.level_v) / self.slope_v_per_s
 
     def line_v(self, times_s: Array) -> Array:
-        """Return the line on which it would be without falls."""
+        """Return the line that it follows without falls."""
         return self.level_v + self.slope_v_per_s * (times_s - self.origin_s)
 
     def falls(self, times_s: Array, volts_v: Array) -> Array:
@@ -68,7 +68,7 @@ class WavePiece:
         return np.asarray(np.rint((self.line_v(times_s) - volts_v) / self.height_v))
 
     def rest_v(self, times_s: Array, volts_v: Array) -> Array:
-        """Return by how much each sample lies above it."""
+        """Return the distance of each sample above it."""
         return volts_v - self.line_v(times_s) + self.height_v * self.falls(times_s, volts_v)
 
     def corners(self, start_s: float, end_s: float) -> Array:
@@ -91,10 +91,10 @@ class WavePiece:
 
     def least_squares(self, times_s: Array, volts_v: Array) -> 'WavePiece | None':
         """
-        Return the piece with the level, slope and height that leave least over of samples.
+        Return the piece with the level, slope and height of the least squares; None without one.
 
-        Falls and volts are freed of their straight lines first: what is left of both gives the
-        height, however many falls there are, then level and slope follow (Frisch and Waugh).
+        The straight lines of falls and volts are subtracted first: the rests give the height, then
+        level and slope follow (Frisch and Waugh).
 
         """
         count, falls = len(times_s), self.falls(times_s, volts_v)
