@@ -1,9 +1,11 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Steps of the Gymnasium environment, against the bench that it steps."""
+"""Steps of the Gymnasium environment of docs/examples/learn.py, against the bench in it."""
 
+import sys
 from functools import partial
+from pathlib import Path
 
 import gymnasium
 import numpy as np
@@ -13,18 +15,18 @@ from benchmarks.outcome import Outcome, Row
 from benchmarks.sizes import Sizes
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.lab.gym import VOLTAGE_ACTIONS, StickSlipEnv
 
 BLOCKS = 200
-NAME = 'stickslip_ros.lab.gym:StickSlip-v0'
+EXAMPLES = Path(__file__).parents[1] / 'docs' / 'examples'
 ACTION, COMMAND = np.array([0.5]), Request('voltage', (150.0,))
 
 
 def run(sizes: Sizes) -> Outcome:
     """Blocks per second of the bench alone, and of the environment around it."""
-    env = gymnasium.make(NAME, actions=VOLTAGE_ACTIONS, disable_env_checker=True)
+    sys.path.append(str(EXAMPLES))
+    env = gymnasium.make('learn:StickSlip-v0', disable_env_checker=True)
     programs = [
-        Program(partial(_update, Bench(StickSlipEnv().parameters)), BLOCKS),
+        Program(partial(_update, Bench(env.get_wrapper_attr('parameters'))), BLOCKS),
         Program(partial(_step, env), BLOCKS),
     ]
     env.reset(seed=1)
