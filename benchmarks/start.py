@@ -46,7 +46,8 @@ def run_python(code: str, cache: Path | None) -> float:
     """Run a program, with a kernel cache of its own if one is named; return processor seconds."""
     environment = os.environ if cache is None else os.environ | {'NUMBA_CACHE_DIR': str(cache)}
     before_s = _processor_s_of_children()
-    subprocess.run([sys.executable, '-c', code], cwd=ROOT, env=environment, check=True)
+    command = [sys.executable, '-c', code]
+    subprocess.run(command, cwd=ROOT, env=environment, check=True, stdout=subprocess.DEVNULL)
     return _processor_s_of_children() - before_s
 
 
