@@ -97,7 +97,8 @@ def open_whole(path: Path, *, checks_data: bool = False) -> Iterator[ChunkReader
         except StickSlipError:
             raise
         except DAMAGE as error:
-            problem = f'it is damaged ({type(error).__name__} {error})'
+            kind = '' if isinstance(error, ValueError) else f'{type(error).__name__} '
+            problem = f'it is damaged ({kind}{error})'
             raise RecordingError(path, problem, recover_hint(path)) from error
 
 

@@ -239,8 +239,8 @@ def test_damage_loses_what_it_hits_and_says_so(files: dict, place: Path, name: s
             assert (loss.first_ns, loss.last_ns) == (gone[0][1], gone[-1][1])
     if lost == {2}:
         gaps = {each.topic: each.gaps for each in recovery.topics}
-        gone = [topic for (topic, *_), each in zip(expected, is_lost, strict=True) if each]
-        assert gaps['/stand/position'] == gone.count('/stand/position') > 0
+        topics = [topic for (topic, *_), each in zip(expected, is_lost, strict=True) if each]
+        assert gaps['/stand/position'] == topics.count('/stand/position') > 0
         assert recovery.last_ns == 19 * MS_NS
     if name == 'in an attachment':
         assert Recording(place / 'output.mcap').attachments == {}
