@@ -133,7 +133,6 @@ setup(
         # And slippy, which asks for numpy below 1.21: `make foreign` adds it to its last two.
         'evidence': ['ContactMechanics', 'SurfaceTopography', 'tamaas', 'pyfftw', 'tinydb'],
         'formats': ['h5py', 'npTDMS', 'openpyxl'],
-        'gym': ['gymnasium'],
         'panel': ['tornado>=6.2'],
         'parquet': ['pyarrow'],
         'units': ['pint'],

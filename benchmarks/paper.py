@@ -16,7 +16,7 @@ from benchmarks.case import (
     worst_error,
 )
 from benchmarks.clock import Program, in_turn
-from benchmarks.outcome import Outcome, Row, Verdict
+from benchmarks.outcome import Outcome, Row
 from benchmarks.rival import HALVES, SIX, Grid, Loop, Rival, Springs
 from benchmarks.sizes import Sizes
 from stickslip_ros.arrays import Array
@@ -25,7 +25,6 @@ from stickslip_ros.parameters import Parameters
 OURS, COMPILED, SIMD = 'ours', 'numba', 'numba, SIMD'
 FINE = Grid(springs=1600, step_s=0.25e-6, fall_steps=64)
 """The paper's algorithm where it has converged: what ours must agree with."""
-TARGET, LINE_TARGET = 10.0, 100.0
 
 Contestant = tuple[str, str, Loop, Springs]
 
@@ -56,7 +55,6 @@ def run_equivalent(sizes: Sizes) -> Outcome:
     return Outcome(
         'The algorithm of the paper, equivalent rough profile',
         rows,
-        _verdicts(rows, TARGET),
         [*_notes(sizes), agreement],
     )
 
@@ -78,7 +76,6 @@ def run_line(sizes: Sizes) -> Outcome:
     return Outcome(
         'The algorithm of the paper, six different rough lines',
         rows,
-        _verdicts(rows, LINE_TARGET),
         [*_notes(sizes), f'{len(springs.limit_n)} springs in contact, all six lines together'],
     )
 
@@ -125,17 +122,6 @@ def _race(
 
 def _words(grid: Grid) -> str:
     return f'{grid.step_s * 1e6:g} us, {grid.fall_steps} a fall'
-
-
-def _verdicts(rows: list[Row], target: float) -> list[Verdict]:
-    return [
-        Verdict(
-            f'times faster than {row["program"]}, {row["springs_stepped"]} springs',
-            target,
-            float(row['ratio']),
-        )
-        for row in rows[1:]
-    ]
 
 
 def _notes(sizes: Sizes) -> list[str]:

@@ -9,9 +9,7 @@ import math
 import os
 import platform
 import subprocess
-from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +20,7 @@ from rich.console import Console
 from rich.table import Table
 
 import stickslip_ros
-from benchmarks.against import git
-from benchmarks.outcome import Outcome, Row, Verdict
+from benchmarks.outcome import Outcome, Row
 from benchmarks.wishes import wishes_of
 
 FOLDER = Path(__file__).resolve().parent
@@ -60,8 +57,6 @@ def show(outcome: Outcome, console: Console) -> None:
         console.print(outcome.title)
     for note in outcome.notes:
         console.print(f'  {note}', style='dim', highlight=False)
-    for verdict in outcome.verdicts:
-        console.print(f'  {_words_of(verdict)}')
 
 
 def circumstances() -> dict[str, Any]:
@@ -86,7 +81,6 @@ def entry_of(outcome: Outcome, seconds: float) -> dict[str, Any]:
         'title': outcome.title,
         'seconds': seconds,
         'rows': [_without_nan(row) for row in outcome.rows],
-        'verdicts': [asdict(v) | {'met': v.met} for v in outcome.verdicts],
         'notes': outcome.notes,
     }
 
@@ -105,20 +99,13 @@ def write_readme(results: Mapping[str, Any], path: Path = README) -> None:
 
 
 def markdown_of(results: Mapping[str, Any]) -> str:
-    """Return a table of what users want, and the targets that are missed, as Markdown."""
-    entries = results['benchmarks'].items()
-    targets = [(name, verdict) for name, entry in entries for verdict in entry['verdicts']]
-    missed = Counter(name for name, verdict in targets if not verdict['met'])
-    return '\n'.join(
-        [
-            *_markdown_table(list(wishes_of(results))),
-            _heading(results),
-            '',
-            f'Missed are {missed.total()} of {len(targets)} targets that the project sets itself: '
-            + ', '.join(f'{name} {number}' for name, number in missed.items()),
-            '',
-        ]
-    )
+    """Return a table of what users want, and when and where it was measured, as Markdown."""
+    rows = [*wishes_of(results)]
+    cells = [map(text_of, row.values()) for row in rows]
+    head = [key.replace('_', ' ') for key in rows[0]]
+    marks = ['---' if isinstance(value, str) else '--:' for value in rows[0].values()]
+    table = [f'| {" | ".join(line)} |' for line in (head, marks, *cells)]
+    return '\n'.join([*table, '', _heading(results), ''])
 
 
 def _heading(results: Mapping[str, Any]) -> str:
@@ -134,21 +121,6 @@ def _without_nan(row: Row) -> dict[str, str | float | None]:
     return {key: value if known[key] else None for key, value in row.items()}
 
 
-def _markdown_table(rows: Sequence[Mapping[str, Any]]) -> list[str]:
-    if not rows:
-        return []
-    cells = [['-' if v is None else text_of(v) for v in row.values()] for row in rows]
-    head = [key.replace('_', ' ') for key in rows[0]]
-    marks = ['---' if isinstance(value, str) else '--:' for value in rows[0].values()]
-    return [f'| {" | ".join(line)} |' for line in (head, marks, *cells)] + ['']
-
-
-def _words_of(verdict: Verdict) -> str:
-    sign, state = '<=' if verdict.at_most else '>=', 'met' if verdict.met else 'MISSED'
-    wanted, found = text_of(verdict.wanted), text_of(verdict.found)
-    return f'{state}: {verdict.target}: {found} (wanted {sign} {wanted})'
-
-
 def _machine() -> dict[str, str | float | None]:
     return {
         'processor': _processor(),
@@ -161,10 +133,13 @@ def _machine() -> dict[str, str | float | None]:
 def _commit() -> str:
     """Return the commit that was run; a tree with changes is marked."""
     try:
-        head = git(FOLDER, 'rev-parse', '--short=12', 'HEAD')
-        return head + (' with changes' if git(FOLDER, 'status', '--porcelain') else '')
+        head, changes = (
+            subprocess.check_output(['git', *words], cwd=FOLDER, text=True).strip()
+            for words in (['rev-parse', '--short=12', 'HEAD'], ['status', '--porcelain'])
+        )
     except (OSError, subprocess.CalledProcessError):
         return 'unknown'
+    return head + (' with changes' if changes else '')
 
 
 def _processor() -> str:

@@ -13,7 +13,6 @@ class Sizes:
     """How long and how often the programs run."""
 
     cycles: int = 200  # of the standard case
-    scipy_cycles: int = 20  # of it by scipy, whose time is then taken per simulated second
     rounds: int = 9  # turns A B A B ... over which medians are taken
     least_s: float = 0.03  # of one turn of one program: quick ones are repeated; 0 repeats none
     converged_s: float = 0.25 * MICRO  # longest step of the run that others are measured against
@@ -24,20 +23,16 @@ class Sizes:
         x * MICRO for x in (1, 1.2, 1.5, 1.75, 2, 2.25, 2.5, 3, 4)
     )
     fall_steps: tuple[int, ...] = (4, 8, 16)
-    tolerances: tuple[float, ...] = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)  # that scipy is tried with
-    evaluations: int = 49  # of a search for a wave
     cold: bool = True  # whether kernels are compiled in a fresh process
     node_rounds: int = 3  # turns of the node and of bare loops
     settle_s: float = 0.4  # before such a turn is measured
     turn_s: float = 2.0
-    commands: int = 201  # whose latency is measured, all turns together
     lockstep_s: float = 0.5  # of a turn of round trips
 
 
 FULL = Sizes()
 TINY = Sizes(
     cycles=20,
-    scipy_cycles=3,
     rounds=1,
     least_s=0.0,
     converged_s=1.0 * MICRO,
@@ -45,12 +40,9 @@ TINY = Sizes(
     springs=(80,),
     rival_steps_s=(1.5 * MICRO,),
     fall_steps=(8,),
-    tolerances=(1e-4,),
-    evaluations=3,
     cold=False,
     node_rounds=1,
     settle_s=0.05,
     turn_s=0.2,
-    commands=4,
     lockstep_s=0.1,
 )

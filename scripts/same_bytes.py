@@ -17,6 +17,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from itertools import product, zip_longest
 from pathlib import Path
 from typing import Any
@@ -100,13 +101,27 @@ def record_node(folder: Path) -> None:
     stand.close()
 
 
+def git(*words: str) -> str:
+    """Return what git says about this tree."""
+    done = subprocess.run(['git', *words], cwd=ROOT, check=True, capture_output=True, text=True)
+    return done.stdout.strip()
+
+
+@contextmanager
+def tree_of(commit: str, folder: Path) -> Iterator[Path]:
+    """Give the files of a commit, in a worktree that git forgets afterwards."""
+    tree = folder / 'tree'
+    git('worktree', 'add', '--detach', '--force', str(tree), commit)
+    try:
+        yield tree
+    finally:
+        git('worktree', 'remove', '--force', str(tree))
+
+
 def compare_with(commit: str, folder: Path, *, with_node: bool) -> int:
     """Record with both trees, one after the other; tell where they part."""
-    sys.path.insert(0, str(ROOT))
-    from benchmarks.against import commit_of, tree_of  # noqa: PLC0415
-
-    commit = commit_of(commit)
-    with tree_of(ROOT, commit, folder) as other:
+    commit = git('rev-parse', '--short=12', '--verify', f'{commit}^{{commit}}')
+    with tree_of(commit, folder) as other:
         for tree, name in zip((other, ROOT), TREES, strict=True):
             print(f'recording with {tree}', flush=True)
             record_all(tree, folder / name, with_node=with_node)

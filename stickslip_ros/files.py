@@ -59,14 +59,15 @@ def prepare_output(path: Path, *, is_new: bool = False) -> None:
 
 @contextlib.contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Give a file beside a path to write to, which takes its place when it is complete."""
+    """Give a file beside a path to write to, which takes its place if nothing is raised."""
     part = path.with_name(f'{path.name}.part')
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         yield part
         part.replace(path)
     except OSError as error:
-        with contextlib.suppress(OSError):
-            part.unlink()
         problem = f'cannot be written ({error.strerror or error})'
         raise RecordingError(path, problem, 'choose another place') from None
+    finally:
+        with contextlib.suppress(OSError):
+            part.unlink()

@@ -4,9 +4,9 @@
 """
 A bare rclpy program with the outer shape of the node: an executor, and a thread that ticks.
 
-It publishes what the node publishes, and answers ``command/voltage`` at its next tick; nothing is
-simulated. As the node does, it asks for timely wake-ups and keeps its objects from garbage
-collection. ``python -m benchmarks.node.bare_loop`` is started by the benchmarks.
+It publishes what the node publishes; nothing is simulated. As the node does, it asks for timely
+wake-ups and keeps its objects from garbage collection. ``python -m benchmarks.node.bare_loop`` is
+started by the benchmarks.
 
 """
 
@@ -19,7 +19,7 @@ from typing import Any
 
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
-from std_msgs.msg import Float64, Float64MultiArray
+from std_msgs.msg import Float64MultiArray
 
 from benchmarks.node.lateness import Window, windows_of
 from benchmarks.node.process import serve
@@ -29,7 +29,6 @@ from stickslip_ros.runtime.pacing import wake_in_time
 from stickslip_ros.units import NS_PER_S
 
 PERIOD_S = BLOCK_NS / NS_PER_S
-METRES_PER_VOLT = 1e-9
 
 
 class Loop:
@@ -87,15 +86,9 @@ def main() -> None:
     wake_in_time()
     with ros():
         node = Node('bare_loop')
-        traffic = Traffic(node)
-        loop = Loop(traffic)
-
-        def on_voltage(message: Any) -> None:
-            traffic.reading_m = METRES_PER_VOLT * message.data
-
-        profile = QoSProfile(depth=DEPTH)
-        node.create_subscription(Float64, 'command/voltage', on_voltage, profile)
+        loop = Loop(Traffic(node))
         if '--granted' in sys.argv:  # tick when told to
+            profile = QoSProfile(depth=DEPTH)
             node.create_subscription(Float64MultiArray, 'command/grant', loop.take_grant, profile)
         gc.freeze()
         with spinning(node):

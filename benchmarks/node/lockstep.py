@@ -42,7 +42,6 @@ def run(sizes: Sizes) -> Outcome:
     return Outcome(
         'Lockstep: round trips per second, one block of 1 ms each, between two processes',
         rows,
-        [],
         [
             (
                 f'{sizes.node_rounds} turns of {sizes.lockstep_s:g} s; a round trip is a position '

@@ -85,13 +85,11 @@ class Program(ABC):
 
 
 class Drive(Program):
-    """The node, as its executable, with parameters by name; it may move from its first start."""
+    """The node, as its executable, with parameters by name; it moves from its first start on."""
 
-    def __init__(
-        self, name: str, parameters: Mapping[str, object] | None = None, *, moves: bool = True
-    ) -> None:
+    def __init__(self, name: str, parameters: Mapping[str, object] | None = None) -> None:
         super().__init__(name)
-        self._moves = moves
+        self._moves = False
         words = ['-m', 'stickslip_ros.ros.node', *self.lane.ros_arguments]
         for parameter, value in {'autostart': 'false', **(parameters or {})}.items():
             words += ['-p', f'{parameter}:={value}']
@@ -106,9 +104,9 @@ class Drive(Program):
         """Activate the drive."""
         self.listener.ask('reset')
         self._change_state(ACTIVATE)
-        if self._moves:
+        if not self._moves:
             self.listener.ask('move', values=MOVE)
-            self._moves = False
+            self._moves = True
 
     def reset(self) -> None:
         """Begin to count anew, after a first report."""

@@ -40,12 +40,9 @@ class Traffic:
     """
     Message objects, made once; a tick sets the stamp and the values, and publishes them.
 
-    Nothing is computed: the trace comes from tables made beforehand; ``position`` says what
-    ``reading_m`` is.
+    Nothing is computed: the trace comes from tables made beforehand.
 
     """
-
-    reading_m = 0.0
 
     def __init__(self, node: Node) -> None:
         profile = QoSProfile(depth=DEPTH)
@@ -80,13 +77,11 @@ class Traffic:
         for message in (position, force, joint):
             message.header.stamp.sec = seconds
             message.header.stamp.nanosec = nanoseconds
-        position.point.x = self.reading_m
-        force.wrench.force.x = self.reading_m
+        position.point.x = force.wrench.force.x = 0.0
         self._publishers['position'].publish(position)
         self._publishers['force'].publish(force)
         if tick % TRACE_BLOCKS == 0:
-            joint.position[0] = joint.effort[0] = self.reading_m
-            voltage.data = self.reading_m
+            joint.position[0] = joint.effort[0] = voltage.data = 0.0
             trace.data = array('d', next(self._tables))
             self._publishers['joint_states'].publish(joint)
             self._publishers['voltage'].publish(voltage)

@@ -21,7 +21,7 @@ from stickslip_ros.files import read_bytes, readable
 from stickslip_ros.recording.chunks import MAGIC, ChunkReader
 from stickslip_ros.recording.layout import SUFFIX
 
-SQLITE_MAGIC: Final = b'SQLite format 3\0'
+_SQLITE_MAGIC: Final = b'SQLite format 3\0'
 PROFILE: Final = 'ros2'
 CRC_BYTES: Final = 4
 
@@ -79,40 +79,45 @@ def open_whole(path: Path, *, checks_data: bool = False) -> Iterator[ChunkReader
     try:
         stream = readable(path).open('rb')
     except (OSError, ValueError) as error:
-        problem = error.strerror if isinstance(error, OSError) else str(error)
-        raise RecordingError(
-            path, f'it cannot be opened ({problem})', 'check the name and its permissions'
-        ) from error
+        problem = f'it cannot be opened ({getattr(error, "strerror", error)})'
+        raise RecordingError(path, problem, 'check the name and its permissions') from error
     with stream:
         try:
-            summary_start = _check_ends(path, stream)
+            summary_start, size_bytes = _check_ends(path, stream), stream.seek(0, os.SEEK_END)
             if checks_data:
                 end = summary_start - _DATA_END.size
                 stream.seek(end)
                 opcode, _, expected = _DATA_END.unpack(stream.read(_DATA_END.size))
                 if opcode != Opcode.DATA_END:
-                    raise _damaged(path, 'its data and its summary do not meet')
-                if expected and expected != _checksum(stream, 0, end):
-                    raise _damaged(path, 'the checksum of its data is wrong')
-            size_bytes = stream.seek(0, os.SEEK_END)
+                    raise ValueError('its data and its summary do not meet')
+                if expected not in {0, _checksum(stream, 0, end) if expected else 0}:
+                    raise ValueError('the checksum of its data is wrong')
             stream.seek(0)
             yield ChunkReader(stream, size_bytes, summary_start)
         except StickSlipError:
             raise
         except DAMAGE as error:
-            raise _damaged(path, f'{type(error).__name__} {error}') from error
+            kind = '' if isinstance(error, ValueError) else f'{type(error).__name__} '
+            problem = f'it is damaged ({kind}{error})'
+            raise RecordingError(path, problem, recover_hint(path)) from error
+
+
+def refuse_foreign(path: Path, stream: BinaryIO) -> None:
+    """Refuse a file that does not begin as an MCAP file does."""
+    stream.seek(0)
+    begin = stream.read(len(_SQLITE_MAGIC))
+    if begin == _SQLITE_MAGIC:
+        raise sqlite_refusal(path)
+    if not begin:
+        raise RecordingError(path, 'it is not an MCAP file: it is empty', 'name another recording')
+    if not begin.startswith(MAGIC):
+        hint = 'name a recording that ends in .mcap'
+        raise RecordingError(path, 'it is not an MCAP file', hint)
 
 
 def _check_ends(path: Path, stream: BinaryIO) -> int:
     """Look at both ends of a file; give where its summary begins."""
-    begin = stream.read(len(SQLITE_MAGIC))
-    if begin == SQLITE_MAGIC:
-        raise sqlite_refusal(path)
-    if not begin.startswith(MAGIC):
-        problem, hint = 'it is not an MCAP file', 'name a recording that ends in .mcap'
-        if not begin:
-            problem, hint = f'{problem}: it is empty', 'name another recording'
-        raise RecordingError(path, problem, hint)
+    refuse_foreign(path, stream)
     end_bytes = _FOOTER.size + len(MAGIC)
     tail_start = max(stream.seek(0, os.SEEK_END) - end_bytes, 0)
     stream.seek(tail_start)
@@ -124,8 +129,8 @@ def _check_ends(path: Path, stream: BinaryIO) -> int:
     if summary_start == 0:
         raise RecordingError(path, 'it has no summary', recover_hint(path))
     checked_bytes = tail_start + _FOOTER.size - CRC_BYTES - summary_start
-    if expected not in (0, _checksum(stream, summary_start, checked_bytes)):
-        raise _damaged(path, 'the checksum of its summary is wrong')
+    if expected not in {0, _checksum(stream, summary_start, checked_bytes)}:
+        raise ValueError('the checksum of its summary is wrong')
     return int(summary_start)
 
 
@@ -137,7 +142,3 @@ def _checksum(stream: BinaryIO, start: int, size_bytes: int) -> int:
         crc = zlib.crc32(block, crc)
         size_bytes -= len(block)
     return crc
-
-
-def _damaged(path: Path, problem: str) -> RecordingError:
-    return RecordingError(path, f'it is damaged ({problem})', recover_hint(path))

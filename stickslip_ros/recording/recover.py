@@ -1,30 +1,27 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Makes the rest of an unfinished, cut or damaged recording readable: a new file beside it."""
+"""Copies what is whole of an unfinished or damaged recording to a new, finished file."""
 
 import json
 import os
 import shutil
-from bisect import bisect_right
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass, field
+import zlib
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field, replace
 from io import BytesIO
 from pathlib import Path
-from typing import Any, BinaryIO, Final
+from typing import BinaryIO, Final
 
 import numpy as np
 from mcap import records as r
-from mcap.data_stream import RecordBuilder
-from mcap.exceptions import EndOfFile
 from mcap.opcode import Opcode
 from mcap.stream_reader import StreamReader
 from mcap.summary import Summary
 from mcap.writer import Writer
 
 from stickslip_ros.errors import RecordingError
-from stickslip_ros.files import readable
+from stickslip_ros.files import prepare_output, readable, replacing
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.bag import bag_parts, files_of_a_bag, refuse_sqlite, write_metadata
 from stickslip_ros.recording.chunks import (
@@ -34,14 +31,7 @@ from stickslip_ros.recording.chunks import (
     find_messages,
     unpack_chunk,
 )
-from stickslip_ros.recording.integrity import (
-    CRC_BYTES,
-    DAMAGE,
-    PROFILE,
-    SQLITE_MAGIC,
-    open_whole,
-    sqlite_refusal,
-)
+from stickslip_ros.recording.integrity import DAMAGE, PROFILE, open_whole, refuse_foreign
 from stickslip_ros.recording.layout import SUFFIX, Layout
 from stickslip_ros.recording.reader import ChannelSummary
 from stickslip_ros.recording.run_file import RUN_RECORD, TIME_ORIGIN, to_time_ns
@@ -54,7 +44,7 @@ _KINDS: Final = {int(each): each.name.lower().replace('_', ' ') for each in Opco
 
 @dataclass(frozen=True)
 class Loss:
-    """Bytes that cannot be read, what is wrong with them, and their times if the index has any."""
+    """Bytes that cannot be read, what is wrong with them, and their times if they are a chunk."""
 
     offset: int
     size_bytes: int
@@ -82,36 +72,34 @@ class Recovery:
 
 def recover(path: Path, output: Path | None = None) -> tuple[list[Recovery], Path | None]:
     """Make a recording readable beside the original; return what became of its files and where."""
-    is_bag = path.is_dir()
+    is_bag, hint = path.is_dir(), 'name the directory of a bag'
     if is_bag:
         refuse_sqlite(path)
-        path = path if path.name else path.resolve()  # the directory in which one is
+        path = path if path.name else path.resolve()  # the directory in which the user is
         if not path.name:
-            raise RecordingError(path, 'it is no bag', 'name the directory of a bag')
+            raise RecordingError(path, 'it is no bag', hint)
     layout = Layout.plan(path, bag=is_bag, split=True)
     parts = [] if path.is_file() else layout.parts()
     if is_bag and not (parts := parts or files_of_a_bag(path)):
-        raise RecordingError(path, 'there is no MCAP file in it', 'name the directory of a bag')
+        raise RecordingError(path, 'there is no MCAP file in it', hint)
     name = f'{path.name}{MARK}' if is_bag else f'{layout.stem}{MARK}{SUFFIX}'
-    target = output or path.with_name(name)
-    if not parts:
-        recovery = recover_file(path, target)
-        return [recovery], None if recovery.is_whole else target
-    copy = Layout.plan(target, bag=is_bag, split=True)
+    copy = Layout.plan(output or path.with_name(name), bag=is_bag, split=bool(parts))
     copy.refuse_existing()
-    recoveries = [recover_file(part, copy.part(n), is_part=True) for n, part in enumerate(parts)]
-    if all(recovery.is_whole for recovery in recoveries):
-        written = None
+    recoveries = [
+        recover_file(each, copy.part(number), is_part=bool(parts))
+        for number, each in enumerate(parts or [path])
+    ]
+    if all(each.is_whole for each in recoveries):
         if is_bag:
             try:
                 bag_parts(path)
             except RecordingError:
-                written = write_metadata(path, parts)
-        return recoveries, written
-    for number, recovery in enumerate(recoveries):
-        if recovery.is_whole:
-            with _new_file(copy.part(number)) as new, Path(recovery.source).open('rb') as old:
-                shutil.copyfileobj(old, new)
+                return recoveries, write_metadata(path, parts)
+        return recoveries, None
+    for number, each in enumerate(recoveries):
+        if each.is_whole:
+            with replacing(copy.part(number)) as new:
+                shutil.copyfile(each.source, new)
     if is_bag:
         write_metadata(copy.folder, copy.parts())
     return recoveries, copy.path
@@ -125,17 +113,15 @@ def recover_file(source: Path, output: Path, *, is_part: bool = False) -> Recove
             if (messages := _messages_if_whole(source)) is not None:
                 result.messages = messages
                 return result
-            with _new_file(output) as target:
-                result.is_whole, result.output = False, str(output)
-                if not Copy(source, stream, target, result).write() and not is_part:
-                    stream.seek(0)
-                    begin = stream.read(len(SQLITE_MAGIC))
-                    if begin == SQLITE_MAGIC:
-                        raise sqlite_refusal(source)
-                    problem = 'it is not an MCAP file' if begin else 'it is empty'
-                    if begin.startswith(MAGIC):
-                        problem = 'it ends before its first record'
+            result.is_whole, result.output = False, str(output)
+            prepare_output(output, is_new=True)
+            with replacing(output) as part, part.open('wb') as target:
+                if not _copy(stream, target, result) and not is_part:
+                    refuse_foreign(source, stream)
+                    problem = 'it ends before its first record'
                     raise RecordingError(source, problem, 'there is nothing in it to recover')
+                target.flush()
+                os.fsync(target.fileno())
             return result
     except OSError as error:
         problem = f'it cannot be read ({error.strerror})'
@@ -155,181 +141,124 @@ def _messages_if_whole(path: Path) -> int | None:
     return messages if said is None or said.message_count == messages else None
 
 
-@contextmanager
-def _new_file(path: Path) -> Iterator[BinaryIO]:
-    """Make a file that does not exist yet; one that cannot be completed is taken away again."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        stream = path.open('xb')
+def _copy(stream: BinaryIO, target: BinaryIO, result: Recovery) -> bool:
+    """Copy record by record, up to where none begins; return whether there was any."""
+    summary, header, at, size = Summary(), None, len(MAGIC), result.size_bytes
+    with suppress(RecordingError), open_whole(Path(result.source)) as reader:
+        summary = reader.get_summary()
+    with suppress(*DAMAGE):
+        header = _parse(_content(stream, at, size))
+    writer = Writer(target, enable_data_crcs=True)
+    writer.start(getattr(header, 'profile', PROFILE))
+    copy = _Copy(writer)
+    for each in (*summary.schemas.values(), *summary.channels.values()):
+        copy.add(each)
+    while at < size:
+        stop_if_asked()
+        end, record = size, None
         try:
-            with stream:
-                yield stream
-                stream.flush()
-                os.fsync(stream.fileno())
-        except BaseException:
-            path.unlink()
-            raise
-    except FileExistsError as error:
-        problem, hint = 'it exists and is not overwritten', 'choose another name with -o'
-        raise RecordingError(path, problem, hint) from error
-    except OSError as error:
-        problem = f'it cannot be written ({error.strerror})'
-        raise RecordingError(path, problem, 'choose another place with -o') from error
+            content = _content(stream, at, size)
+            end = at + len(content)
+            record = _parse(content)
+            if isinstance(record, r.DataEnd):
+                break
+            copy.add(record)
+        except DAMAGE as error:
+            loss = Loss(at, end - at, str(error))
+            if isinstance(record, r.Chunk):
+                first_ns = record.message_start_time - copy.origin_ns
+                last_ns = record.message_end_time - copy.origin_ns
+                loss = replace(loss, first_ns=first_ns, last_ns=last_ns)
+            result.losses.append(loss)
+        at = end
+    result.topics = [each for _, each in copy.channels.values()]
+    result.unchecked = copy.unchecked
+    result.lost_bytes = sum(each.size_bytes for each in result.losses)
+    result.messages = sum(each.messages for each in result.topics)
+    lasts_ns = [each.last_ns for each in result.topics if each.last_ns is not None]
+    result.last_ns = max(lasts_ns, default=None)
+    if said := summary.statistics:
+        lost = said.message_count - result.messages
+        result.notes.append(f'{lost} of {said.message_count} messages are lost')
+    stream.seek(max(size - len(MAGIC), 0))
+    if stream.read() != MAGIC:
+        result.notes.append(
+            'it was not finished: what came after its last chunk was never written'
+        )
+    elif not result.losses:
+        note = (
+            'every chunk is whole; its index, its metadata or a name may be damaged: look at them'
+        )
+        result.notes.append(note)
+    account = {**asdict(result), 'source': Path(result.source).name, 'output': ''}
+    writer.add_metadata(RECOVERY_RECORD, {key: json.dumps(each) for key, each in account.items()})
+    writer.finish()  # type: ignore[no-untyped-call]
+    return header is not None or result.messages > 0
 
 
-class Copy:
-    """
-    A new file with what is whole in another one.
+def _content(stream: BinaryIO, at: int, size: int) -> bytes:
+    """Return the record that begins here; ValueError if none does, or if its end is missing."""
+    stream.seek(at)
+    head = stream.read(RECORD_HEAD.size)
+    opcode, length = RECORD_HEAD.unpack(head.ljust(RECORD_HEAD.size, b'\xff'))
+    kind = _KINDS.get(opcode, 'bytes')
+    if opcode not in _KINDS or length > min(CHUNK_MAX_BYTES, size - stream.tell()):
+        raise ValueError(f'{kind} cut off, or a length in it is wrong')
+    content, behind = head + stream.read(length), stream.read(1)
+    if opcode == Opcode.MESSAGE and behind and behind[0] not in _KINDS:  # it has no checksum
+        raise ValueError('a message with a wrong length')
+    return content
 
-    That is what stands before the first damage and, where the index at the end is whole, each
-    chunk, attachment and metadata record that it lists behind the damage.
 
-    """
+def _parse(content: bytes) -> r.McapRecord:
+    record = next(StreamReader(BytesIO(content), skip_magic=True, emit_chunks=True).records)
+    said = int.from_bytes(content[-4:], 'little')
+    if isinstance(record, r.Attachment) and said not in {0, zlib.crc32(content[9:-4])}:
+        raise ValueError('an attachment whose checksum is wrong')
+    return record
 
-    def __init__(self, source: Path, stream: BinaryIO, target: BinaryIO, result: Recovery) -> None:
-        self._stream, self._result = stream, result
-        self._index, header = Summary(), None
-        with suppress(RecordingError), open_whole(source) as reader:
-            self._index = reader.get_summary()
-        with suppress(*DAMAGE):
-            header, _ = self._read(len(MAGIC))
-        self._header = header if isinstance(header, r.Header) else None
-        self._writer = Writer(target, enable_data_crcs=True)
-        self._writer.start(self._header.profile if self._header else PROFILE)
+
+class _Copy:
+    """Adds records of a file to a new one, which gives its own numbers to schemas and channels."""
+
+    def __init__(self, writer: Writer) -> None:
+        self._writer = writer
         self._schemas: dict[int, tuple[int, str]] = {}  # number in the copy, and name
-        self._channels: dict[int, tuple[int, ChannelSummary]] = {}
-        self._origin_ns = 0
-        for each in (*self._index.schemas.values(), *self._index.channels.values()):
-            self._add(each)
+        self.channels: dict[int, tuple[int, ChannelSummary]] = {}
+        self.origin_ns = self.unchecked = 0
 
-    def write(self) -> bool:
-        """Write what is whole, and say what is lost; return whether there was anything."""
-        chunks = {each.chunk_start_offset: each for each in self._index.chunk_indexes}
-        listed: list[Any] = [*self._index.attachment_indexes, *self._index.metadata_indexes]
-        size = self._result.size_bytes
-        places = {*chunks, *(at + each.chunk_length for at, each in chunks.items())}
-        places |= {each.offset for each in listed}
-        starts = sorted({size, *(each for each in places if each < size)})
-        at, record, is_empty = len(MAGIC), None, True
-        while at < size and not isinstance(record, r.DataEnd):
-            stop_if_asked()
-            try:
-                record, end = self._read(at)
-                self._add(record)
-                is_empty = False
-            except DAMAGE as error:
-                is_cut, index = isinstance(error, EndOfFile), chunks.get(at)
-                ends = (index.message_start_time, index.message_end_time) if index else ()
-                kind = _KINDS.get(self._bytes(at, 1)[0], 'bytes')
-                problem = 'cut off, or a length in it is wrong' if is_cut else f'damaged ({error})'
-                end = starts[bisect_right(starts, at)]
-                times_ns = (each - self._origin_ns for each in ends)
-                self._result.losses.append(Loss(at, end - at, f'{kind} {problem}', *times_ns))
-            at = end
-        self._account()
-        self._writer.finish()  # type: ignore[no-untyped-call]
-        return not is_empty
-
-    def _bytes(self, start: int, size_bytes: int) -> bytes:
-        """Return bytes of the original; fewer at its end."""
-        self._stream.seek(start)
-        return self._stream.read(size_bytes)
-
-    def _end_of(self, start: int) -> int:
-        """Return where the record that begins here ends; ValueError if none can begin here."""
-        head = self._bytes(start, RECORD_HEAD.size)
-        opcode, length = RECORD_HEAD.unpack(head.ljust(RECORD_HEAD.size, b'\1'))
-        if len(head) == RECORD_HEAD.size and (opcode not in _KINDS or length > CHUNK_MAX_BYTES):
-            raise ValueError('no record begins here')
-        return start + RECORD_HEAD.size + int(length)
-
-    def _read(self, start: int) -> tuple[r.McapRecord, int]:
-        """
-        Return the record that begins here, and where it ends; DAMAGE if it is not whole.
-
-        It is if writing it again gives the same bytes: then every length inside it agrees with
-        every other one, and the checksum of an attachment is right, unless it has none. Behind a
-        message, which has none, another record must begin.
-
-        """
-        if (end := self._end_of(start)) > self._result.size_bytes:
-            raise EndOfFile
-        content = self._bytes(start, end - start)
-        record, builder = _parse(content), RecordBuilder()
-        record.write(builder)
-        written = bytes(builder.end())  # type: ignore[no-untyped-call]
-        if isinstance(record, r.Attachment) and not any(content[-CRC_BYTES:]):
-            content, written = content[:-CRC_BYTES], written[:-CRC_BYTES]
-        if written != content:
-            raise ValueError('its lengths or its checksum are wrong')
-        if isinstance(record, r.Message):
-            self._end_of(end)
-        return record, end
-
-    def _add(self, record: r.McapRecord) -> None:
+    def add(self, record: r.McapRecord) -> None:
         """Write a record; of two descriptions of one thing the first one counts."""
         match record:
             case r.Chunk():
                 piece = find_messages(unpack_chunk(record), 0)
                 for each in piece.descriptions():
-                    self._add(_parse(each))
-                unknown = {*map(int, np.unique(piece.channels))} - self._channels.keys()
-                if unknown:
-                    raise ValueError(f'nothing says what its channel {min(unknown)} is')
+                    self.add(_parse(each))
+                if unknown := {*map(int, np.unique(piece.channels))} - self.channels.keys():
+                    raise ValueError(f'nothing says what channel {min(unknown)} is')
                 for place in range(len(piece.starts)):
-                    self._add(piece.message(place))
-                self._result.unchecked -= len(piece.starts) if record.uncompressed_crc else 0
+                    self.add(piece.message(place))
+                self.unchecked -= len(piece.starts) if record.uncompressed_crc else 0
             case r.Message():
-                number, summary = self._channels[record.channel_id]
+                number, summary = self.channels[record.channel_id]
                 self._writer.add_message(
                     number, record.log_time, record.data, record.publish_time, record.sequence
                 )
-                summary.add(record.log_time - self._origin_ns, record.sequence)
-                self._result.unchecked += 1
+                summary.add(record.log_time - self.origin_ns, record.sequence)
+                self.unchecked += 1
             case r.Schema() if record.id not in self._schemas:
                 number = self._writer.register_schema(record.name, record.encoding, record.data)
                 self._schemas[record.id] = number, record.name
-            case r.Channel() if record.id not in self._channels:
+            case r.Channel() if record.id not in self.channels:
                 schema, name = self._schemas.get(record.schema_id, (0, ''))
-                number = self._writer.register_channel(
-                    record.topic, record.message_encoding, schema, record.metadata
-                )
-                self._channels[record.id] = number, ChannelSummary(record.topic, name)
+                said = record.topic, record.message_encoding, schema, record.metadata
+                summary = ChannelSummary(record.topic, name)
+                self.channels[record.id] = self._writer.register_channel(*said), summary
             case r.Metadata():
                 self._writer.add_metadata(record.name, record.metadata)
                 if record.name == RUN_RECORD:
                     with suppress(KeyError, ValueError):
-                        self._origin_ns = to_time_ns(record.metadata[TIME_ORIGIN])
+                        self.origin_ns = to_time_ns(record.metadata[TIME_ORIGIN])
             case r.Attachment():
-                said = record.name, record.media_type, record.data
-                self._writer.add_attachment(record.create_time, record.log_time, *said)
-
-    def _account(self) -> None:
-        """Say in the copy, and to who asked for it, what was read and what is lost."""
-        result = self._result
-        result.topics = [each for _, each in self._channels.values()]
-        result.lost_bytes = sum(each.size_bytes for each in result.losses)
-        result.messages = sum(each.messages for each in result.topics)
-        lasts_ns = [each.last_ns for each in result.topics if each.last_ns is not None]
-        result.last_ns = max(lasts_ns, default=None)
-        is_indexed = bool(self._index.statistics or self._index.chunk_indexes)
-        is_finished = self._bytes(max(result.size_bytes - len(MAGIC), 0), len(MAGIC)) == MAGIC
-        notes = {
-            'it was not finished: what came after its last chunk was never written': (
-                not is_finished
-            ),
-            'its index is missing or damaged, and was made anew': is_finished and not is_indexed,
-            'every chunk is whole, but a byte outside of them is wrong: look at metadata and '
-            'names': is_indexed and not result.losses,
-            'its header is lost: ROS 2 is assumed': self._header is None,
-        }
-        result.notes = [note for note, applies in notes.items() if applies]
-        said = {**asdict(result), 'source': Path(result.source).name, 'output': ''}
-        account = {name: json.dumps(each) for name, each in said.items()}
-        self._writer.add_metadata(RECOVERY_RECORD, account)
-
-
-def _parse(content: bytes) -> r.McapRecord:
-    stream = BytesIO(content)
-    reader = StreamReader(stream, skip_magic=True, emit_chunks=True, record_size_limit=None)
-    return next(reader.records)
+                times_ns, named = (record.create_time, record.log_time), record.media_type
+                self._writer.add_attachment(*times_ns, record.name, named, record.data)

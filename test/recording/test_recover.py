@@ -1,10 +1,11 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Whatever happened to a file: what is whole before it comes back, and behind it by the index."""
+"""Whatever happened to a file: what is whole of it comes back, and what is lost is told."""
 
 import dataclasses
 import json
+import re
 from collections.abc import Callable, Iterator
 from io import BytesIO
 from pathlib import Path
@@ -132,30 +133,19 @@ def test_a_cut_in_any_record_saves_every_chunk_before_it(whole: Path, place: Pat
     assert seen >= set(Opcode) - {Opcode.HEADER, Opcode.MESSAGE}
 
 
-@settings(derandomize=True, deadline=None, max_examples=60)
-@given(data=st.data())
-def test_a_cut_anywhere_saves_every_chunk_before_it(files: dict, place: Path, data):
-    whole = files[data.draw(st.sampled_from(COMPRESSIONS))]
-    content, expected = whole.read_bytes(), rows_of(whole)
-    cut = data.draw(st.integers(min_value=len(MAGIC) + 60, max_value=len(content) - 1))
-    _, rows = recover_bytes(content[:cut], place)
-    safe = sum(messages for _, end, messages in chunks_of(content) if end <= cut)
-    assert rows == expected[: len(rows)]
-    assert len(rows) >= safe
-
-
 @settings(derandomize=True, deadline=None, max_examples=200)
 @given(data=st.data())
 def test_flipped_bits_lose_their_chunk_and_change_nothing(files: dict, place: Path, data):
     """
     Each row that comes back is one that was put, and what was not hit comes back.
 
-    Where the index was hit too, that holds for what stands before the first hit.
+    Where a length or a kind of record was hit, that holds for what stands before it, and where
+    the first chunk and the index were hit, which describe the topics, for nothing.
 
     """
     whole = files[data.draw(st.sampled_from(COMPRESSIONS))]
     content, expected = bytearray(whole.read_bytes()), rows_of(whole)
-    chunks = chunks_of(bytes(content))
+    chunks, records = chunks_of(bytes(content)), [*records_of(bytes(content))]
     hits = data.draw(st.lists(st.integers(0, len(content) - 1), min_size=1, max_size=3))
     for hit in hits:
         content[hit] ^= data.draw(st.integers(1, 255))
@@ -163,10 +153,14 @@ def test_flipped_bits_lose_their_chunk_and_change_nothing(files: dict, place: Pa
         _, rows = recover_bytes(bytes(content), place)
     except RecordingError:
         rows = []
-    places = records_of(whole.read_bytes())
-    index_start = next(start for start, _, kind in places if kind == Opcode.DATA_END)
-    is_index_whole = len(MAGIC) <= min(hits) and max(hits) < index_start
-    until = len(content) if is_index_whole else min(hits)
+    heads = [start for start, _, _ in records if any(start <= hit < start + 9 for hit in hits)]
+    until = min(heads, default=len(content))
+    index_start = next(start for start, _, kind in records if kind == Opcode.DATA_END)
+    first_start, first_end, _ = chunks[0]
+    if any(first_start <= hit < first_end for hit in hits) and (
+        min(hits) < len(MAGIC) or max(hits) >= index_start
+    ):
+        until = 0
     done = 0
     for start, end, messages in chunks:
         if end <= until and not any(start <= hit < end for hit in hits):
@@ -176,86 +170,80 @@ def test_flipped_bits_lose_their_chunk_and_change_nothing(files: dict, place: Pa
     assert rows == sorted(rows, key=expected.index)
 
 
-def test_a_damaged_chunk_is_named_with_its_times_and_the_gaps_it_leaves(files: dict, place: Path):
-    content = bytearray(files['zstd'].read_bytes())
-    expected = rows_of(files['zstd'])
-    [(_, _, first), (_, _, second), (start, end, messages), *_] = chunks_of(bytes(content))
-    content[end - 10] ^= 0x01
-    recovery, rows = recover_bytes(bytes(content), place)
-    [loss] = recovery.losses
-    assert (loss.offset, loss.size_bytes) == (start, end - start)
-    lost = expected[first + second :][:messages]
-    assert (loss.first_ns, loss.last_ns) == (lost[0][1], lost[-1][1])
-    assert 'chunk damaged' in loss.problem
-    assert rows == [row for row in expected if row not in lost]
-    gaps = {each.topic: each.gaps for each in recovery.topics}
-    assert gaps['/stand/position'] == [topic for topic, *_ in lost].count('/stand/position') > 0
-    assert recovery.last_ns == 19 * MS_NS
+def flipped(content: bytes, at: int, bit: int = 0x01) -> bytes:
+    return content[:at] + bytes([content[at] ^ bit]) + content[at + 1 :]
 
 
-@pytest.mark.parametrize('compression', COMPRESSIONS)
-def test_a_wrong_length_of_a_chunk_loses_this_chunk_alone(
-    files: dict, place: Path, compression: str
-):
-    content = bytearray(files[compression].read_bytes())
-    expected = rows_of(files[compression])
-    chunks = chunks_of(bytes(content))
-    for index in range(1, len(chunks)):
-        damaged = bytearray(content)
-        damaged[chunks[index][0] + 2] ^= 0x10
-        _, rows = recover_bytes(bytes(damaged), place)
-        assert len(expected) - len(rows) == chunks[index][2]
-        assert set(rows) < set(expected)
+def in_chunks(*numbers: int) -> Callable[[bytes], bytes]:
+    """Give the damage of a bit near the end of chunks."""
+
+    def damage(content: bytes) -> bytes:
+        for _, end, _ in [chunks_of(content)[number] for number in numbers]:
+            content = flipped(content, end - 10)
+        return content
+
+    return damage
 
 
-def test_topics_survive_the_loss_of_the_chunk_that_announced_them(files: dict, place: Path):
-    """The summary at the end repeats them."""
-    content = bytearray(files['zstd'].read_bytes())
-    [(_, end, messages), *_] = chunks_of(bytes(content))
-    content[end - 10] ^= 0x01
-    recovery, rows = recover_bytes(bytes(content), place)
-    assert len(rows_of(files['zstd'])) - len(rows) == messages
-    assert {each.topic for each in recovery.topics} > {topic for topic, *_ in rows}
+def unfinished(content: bytes, whole: bytes) -> bytes:
+    return content[: chunks_of(whole)[-1][1]]
 
 
-def test_an_index_whose_checksum_is_wrong_is_not_believed(files: dict, place: Path):
-    """Its names of topics may be wrong: better no topic than another one."""
-    content = bytearray(files['zstd'].read_bytes())
-    [(_, end, _), *_] = chunks_of(bytes(content))
-    content[end - 10] ^= 0x01
-    content[content.rindex(b'/stand/position') + 8] ^= 0x01
-    recovery, rows = recover_bytes(bytes(content), place)
-    assert rows == []
-    [note] = recovery.notes
-    assert 'was made anew' in note
+DAMAGES: dict[str, tuple[Callable[[bytes], bytes], set[int] | None, str, str]] = {
+    # what is done to the file, lost chunks (None: from the fourth one on), the problem, the note
+    'in a chunk': (in_chunks(2), {2}, '', 'messages are lost'),
+    'in two chunks': (in_chunks(2, 4), {2, 4}, '', 'messages are lost'),
+    'in the chunk that announces the topics': (in_chunks(0), {0}, '', 'messages are lost'),
+    'in the length of a chunk': (
+        lambda each: flipped(each, chunks_of(each)[2][0] + 2, 0x10),
+        None, 'chunk cut off, or a length in it is wrong|bytes cut off', 'messages are lost',
+    ),
+    'in a chunk of an unfinished file': (
+        lambda each: unfinished(in_chunks(2)(each), each), {2}, '', 'it was not finished',
+    ),
+    'in an attachment': (
+        lambda each: flipped(each, each.index(b'seed: 7')),
+        set(), 'an attachment whose checksum is wrong', '0 of',
+    ),
+    'in metadata': (lambda each: flipped(each, each.index(b'seed\x01'), 0x02), set(), '', '0 of'),
+    'in the index': (
+        lambda each: flipped(each, each.rindex(b'/stand/position') + 8),
+        set(), '', 'every chunk is whole; its index',
+    ),
+    'in the index and in the chunk that announces the topics': (
+        lambda each: flipped(in_chunks(0)(each), each.rindex(b'/stand/position') + 8),
+        {*range(99)}, 'nothing says what channel', '',
+    ),
+}  # fmt: skip
 
 
-def test_behind_the_damage_of_an_unfinished_file_nothing_is_looked_for(files: dict, place: Path):
-    content = bytearray(files['zstd'].read_bytes())
-    (_, _, first), (start, end, _), *_, (_, last_end, _) = chunks_of(bytes(content))
-    content[end - 10] ^= 0x01
-    recovery, rows = recover_bytes(bytes(content[:last_end]), place)
-    assert rows == rows_of(files['zstd'])[:first]
-    [loss] = recovery.losses
-    assert (loss.offset, loss.size_bytes, loss.first_ns) == (start, last_end - start, None)
-
-
-def test_an_attachment_whose_checksum_is_wrong_is_left_out(files: dict, place: Path):
-    content = bytearray(files['zstd'].read_bytes())
-    content[content.index(b'seed: 7')] ^= 0x01
-    recovery, rows = recover_bytes(bytes(content), place)
-    assert rows == rows_of(files['zstd'])
-    assert Recording(place / 'output.mcap').attachments == {}
-    assert recovery.lost_bytes > 0
-
-
-def test_a_wrong_byte_that_only_the_whole_checksum_sees_is_told(files: dict, place: Path):
-    content = bytearray(files['zstd'].read_bytes())
-    content[content.index(b'seed\x01')] ^= 0x02
-    recovery, rows = recover_bytes(bytes(content), place)
-    assert rows == rows_of(files['zstd'])
-    [note] = recovery.notes
-    assert 'a byte outside of them is wrong: look at metadata' in note
+@pytest.mark.parametrize('name', DAMAGES)
+def test_damage_loses_what_it_hits_and_says_so(files: dict, place: Path, name: str):
+    damage, lost, problem, note = DAMAGES[name]
+    whole = files['zstd']
+    chunks, expected = chunks_of(whole.read_bytes()), rows_of(whole)
+    recovery, rows = recover_bytes(damage(whole.read_bytes()), place)
+    numbers = [number for number, (*_, count) in enumerate(chunks) for _ in range(count)]
+    is_lost = [each >= 3 if lost is None else each in lost for each in numbers]
+    kept = [row for row, gone in zip(expected, is_lost, strict=True) if not gone]
+    assert rows == kept
+    assert recovery.lost_bytes == sum(each.size_bytes for each in recovery.losses)
+    assert bool(recovery.losses) == (bool(lost) or lost is None or bool(problem))
+    assert re.search(problem, ''.join(each.problem for each in recovery.losses))
+    assert note in ' '.join(recovery.notes)
+    if lost is not None and rows:
+        for loss, number in zip(recovery.losses, sorted(lost), strict=False):
+            start, end, _ = chunks[number]
+            assert (loss.offset, loss.size_bytes) == (start, end - start)
+            gone = [row for row, each in zip(expected, numbers, strict=True) if each == number]
+            assert (loss.first_ns, loss.last_ns) == (gone[0][1], gone[-1][1])
+    if lost == {2}:
+        gaps = {each.topic: each.gaps for each in recovery.topics}
+        topics = [topic for (topic, *_), each in zip(expected, is_lost, strict=True) if each]
+        assert gaps['/stand/position'] == topics.count('/stand/position') > 0
+        assert recovery.last_ns == 19 * MS_NS
+    if name == 'in an attachment':
+        assert Recording(place / 'output.mcap').attachments == {}
 
 
 def test_a_recovered_file_is_a_recording_that_says_what_became_of_it(whole: Path, place: Path):
@@ -354,7 +342,7 @@ def test_a_file_without_index_gets_one(place: Path):
     path = foreign_numbers(place / 'foreign.mcap', [(1, 0, 1.5)], **WITHOUT_INDEX)
     recovery, _ = recover_bytes(path.read_bytes(), place)
     [note] = recovery.notes
-    assert 'was made anew' in note
+    assert 'every chunk is whole; its index' in note
     assert list(Recording(place / 'output.mcap').messages()) == [('/u', 1, 1.5)]
 
 
@@ -373,7 +361,7 @@ def test_a_file_in_which_nothing_can_be_read_is_refused(
 ):
     with pytest.raises(RecordingError, match=refusal):
         recover_bytes(content, tmp_path)
-    assert not (tmp_path / 'output.mcap').exists()
+    assert [each.name for each in tmp_path.iterdir()] == ['source.mcap']
 
 
 def test_random_bytes_are_refused_and_never_crash(tmp_path: Path):
@@ -400,7 +388,7 @@ def test_a_copy_that_does_not_fit_on_the_disk_is_taken_away(
     small_disk(1000)
     with pytest.raises(RecordingError, match='File too large'):
         recover_file(source, output)
-    assert not output.exists()
+    assert [*tmp_path.iterdir()] == [source]
 
 
 @pytest.mark.parametrize('compression', COMPRESSIONS)

@@ -2,14 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The drawing of the stand, whatever its parameters; as a program: docs/images/stand.svg.
+The drawing of the stand, whatever its parameters, and the example that writes a film.
 
-    python test/lab/drawing/test_picture.py
+    python docs/examples/film.py    # and copy runs/film.svg to docs/images/stand.svg
 
 """
 
 import re
+import runpy
 import xml.etree.ElementTree as ET
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -17,20 +19,24 @@ import pytest
 from stickslip_ros import Parameters, draw_stand, simulate
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.lab.cli.main import main
+from stickslip_ros.lab.drawing.film import FRAMES
 
-PICTURE = Path(__file__).resolve().parents[3] / 'docs' / 'images' / 'stand.svg'
+DOCS = Path(__file__).resolve().parents[3] / 'docs'
+PICTURE = DOCS / 'images' / 'stand.svg'
 NUMBER = re.compile(r'-?\d+\.?\d*')
 PIXELS = 0.5
 """Between two machines: the places of a curve are rounded to a tenth."""
 
 
-def film() -> str:
-    """Draw the first cycles of the default stand, in which the spring of its cell is pressed."""
-    return draw_stand(simulate(Parameters(), amplitude_m=160e-9, steps=8))
+@pytest.fixture(scope='module')
+def film() -> Callable[..., Path]:
+    return runpy.run_path(str(DOCS / 'examples' / 'film.py'))['main']
 
 
-def test_the_drawing_of_the_documentation_is_that_of_this_version():
-    kept, now = PICTURE.read_text(encoding='utf-8'), film()
+def test_the_drawing_of_the_documentation_is_the_film_of_the_example(
+    film: Callable[..., Path], tmp_path: Path
+):
+    kept, now = PICTURE.read_text(encoding='utf-8'), film(film=tmp_path / 'film.svg').read_text()
     assert NUMBER.split(kept) == NUMBER.split(now)
     numbers = ([float(each) for each in NUMBER.findall(text)] for text in (kept, now))
     assert next(numbers) == pytest.approx(next(numbers), abs=PIXELS)
@@ -72,16 +78,19 @@ def test_a_run_without_cycles_or_without_a_trace_is_refused():
         draw_stand(run)
 
 
-def test_the_verb_writes_drawing_film_and_description(tmp_path: Path):
-    run, film, stand = (tmp_path / name for name in ('run.mcap', 'film.svg', 'stand.urdf'))
+def test_the_example_draws_a_recording_up_to_a_time(film: Callable[..., Path], tmp_path: Path):
+    run, path = tmp_path / 'run.mcap', tmp_path / 'new' / 'film.svg'
     simulate(Parameters(), amplitude_m=100e-9, steps=8, path=run)
-    assert main(['draw', str(run), '-o', str(film)]) == 0
-    assert film.read_text(encoding='utf-8').count('<animate') > 10
+    moving = [each for each in ET.parse(film(run, path)).iter() if 'animate' in each.tag]
+    assert len(moving) > 10
+    assert {len(each.attrib['values'].split(';')) for each in moving} == {2, FRAMES}
+    assert path.read_text() != film(run, path, end_s=0.006).read_text()
+
+
+def test_the_verb_writes_drawing_and_description(tmp_path: Path):
+    drawn, stand = tmp_path / 'stand.svg', tmp_path / 'stand.urdf'
+    assert main(['draw', '-o', str(drawn)]) == 0
+    assert 'animate' not in drawn.read_text(encoding='utf-8')
     assert main(['draw', '--set', 'runner.mass=6g', '-o', str(stand)]) == 0
     assert '<mass value="0.006"/>' in stand.read_text(encoding='utf-8')
-    assert main(['draw', str(run), '--set', 'runner.mass=6g', '-o', str(film)]) == 2
     assert main(['draw', '-o', str(tmp_path / 'stand.png')]) == 2
-
-
-if __name__ == '__main__':
-    PICTURE.write_text(film(), encoding='utf-8')

@@ -173,12 +173,10 @@ DATA = (
     ),
     verb(
         'draw',
-        'draw the stand; of a recording, a film of its last cycles',
-        'Draw a stand to scale, as SVG; of a recording, its last cycles as a film that any '
-        'browser plays. As URDF: frames and bodies for RViz and other programs.',
-        file('a recording (default: the stand of --params and --set)', nargs='?'),
+        'draw the stand',
+        'Draw a stand to scale, as SVG. As URDF: frames and bodies for RViz and other programs. '
+        'docs/examples/film.py draws a recording as a film.',
         output('.svg or .urdf to write', required=True),
-        *of_function('drawing.picture.draw_stand', 'end_s'),
         *PARAMETERS,
     ),
     verb(
