@@ -27,11 +27,11 @@ from stickslip_ros.units import NS_PER_S
 
 _HEADER: Final = b'\x00\x01\x00\x00'
 LONGEST_TAIL_BYTES: Final = 3
-"""Some serialisers fill the last word, so a message may be this much longer than its fields."""
+"""Largest padding behind the last field: some serialisers fill the last word."""
 JOINT_TAIL_BYTES: Final = 12
-"""Fast CDR sets more aside than joints with an empty array take: so much at most is left over."""
+"""Largest padding behind joints with an empty array, as Fast CDR writes it."""
 CACHED_HEADS: Final = 64
-"""Distinct frames and array layouts that are kept packed."""
+"""Number of frames and array layouts that stay packed."""
 
 _pack_float64: Final = struct.Struct('<4sd').pack
 _pack_int32: Final = struct.Struct('<4si').pack
@@ -75,7 +75,7 @@ def pack_float64_array(
         One label per axis of `values`; the stride of an axis is the product of its size and all
         later sizes.
     front : tuple of (str, int)
-        Labels and sizes of further axes in front, along which nothing changes: of stride 0.
+        Labels and sizes of further axes in front, of stride 0: nothing changes along them.
 
     Raises
     ------
@@ -112,7 +112,7 @@ def pack_stamp(stamp_ns: int) -> bytes:
 
 @lru_cache(maxsize=CACHED_HEADS)
 def frame_field(frame_id: str) -> bytes:
-    """Give the frame of a ``std_msgs/msg/Header`` behind its stamp, and the padding of numbers."""
+    """Pack the frame of a ``std_msgs/msg/Header``, with the padding that numbers need."""
     text = _text_field(frame_id)
     return text + _padding(8 + len(text), 8)
 
@@ -144,7 +144,7 @@ def unpack(type_name: str, data: bytes) -> m.Message:
     Returns
     -------
     float, int, str, ArrayMessage, StampedMessage or JointMessage
-        What the message says.
+        The content of the message.
 
     Raises
     ------
@@ -172,9 +172,9 @@ def unpack(type_name: str, data: bytes) -> m.Message:
 
 class ArrayReader:
     """
-    Reads arrays one after the other, as ``unpack`` does, but as views of their bytes.
+    Reads arrays as ``unpack`` does, but as views of their bytes.
 
-    What stands before the numbers is read anew only where it is not that of the array before.
+    The head of an array is read again only if it differs from that of the array before.
 
     """
 
@@ -199,9 +199,9 @@ class ArrayReader:
 
 def _text_field(text: str) -> bytes:
     """
-    Give a string as CDR does: its length with the closing zero, the text, a zero.
+    Pack a string: its length with the closing zero, the text, a zero.
 
-    One with a zero inside is refused: whoever reads it in C would see it cut off there.
+    A zero inside is refused: programs in C would cut the string there.
 
     """
     encoded = text.encode()
@@ -220,10 +220,10 @@ def _array_head(
     sizes: tuple[int, ...], labels: tuple[str, ...], front: tuple[tuple[str, int], ...]
 ) -> bytes:
     """
-    Give all of a Float64MultiArray that stands in front of its numbers.
+    Pack the head of a Float64MultiArray: all that stands in front of its numbers.
 
-    Where there are none, nothing is padded for them: Fast CDR does so nevertheless, other readers
-    take it for bytes that are left over, and all agree on a message without.
+    An array without numbers gets no padding. Fast CDR adds some, other readers refuse it, and
+    all of them read a message without.
 
     """
     if len(sizes) != len(labels):
@@ -239,7 +239,7 @@ def _array_head(
 
 
 class _Cursor:
-    """Takes the fields off a message one after the other; ValueError where they are not there."""
+    """Reads the fields of a message in order; ValueError if a field is missing."""
 
     def __init__(self, data: bytes) -> None:
         if data[:2] != _HEADER[:2] or len(data) < len(_HEADER):
@@ -269,7 +269,7 @@ class _Cursor:
         return self.float64s(1)[0]
 
     def float64s(self, count: int) -> tuple[float, ...]:
-        """Take `count` numbers; nothing is aligned for none."""
+        """Take `count` numbers; 0 numbers need no alignment."""
         if not count:
             return ()
         return struct.unpack(f'<{count}d', self._claim(8 * count, 8))
@@ -310,7 +310,7 @@ class _Cursor:
             raise ValueError(f'{left_bytes} of them are left over')
 
     def _claim(self, size_bytes: int, alignment_bytes: int) -> memoryview:
-        """Give the bytes of a field and step behind it."""
+        """Return the bytes of a field and move behind it."""
         start = self._at + -self._at % alignment_bytes
         missing_bytes = start + size_bytes - len(self._body)
         if missing_bytes > 0:

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a recording says of a topic before its first message: name, type, quality of service."""
+"""Topics as a recording declares them: name, type, quality of service."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -16,14 +16,14 @@ class Qos:
 
     depth: int  # messages kept for a late reader
     reliable: bool = True  # whether lost messages are sent again
-    latched: bool = False  # whether a subscriber that comes late still gets the last messages
+    latched: bool = False  # whether a late subscriber gets the last messages
 
     def to_yaml(self) -> str:
         """
-        Give the profile as a recording stores it: a YAML sequence of one complete entry.
+        Return the profile as a recording stores it: a YAML sequence of one complete entry.
 
-        The numbers are those of ``rmw/types.h``; every distribution reads them, whereas names
-        are read by the later ones only.
+        The numbers are those of ``rmw/types.h``. Every distribution reads numbers; only later
+        ones read names.
 
         """
         fields = {

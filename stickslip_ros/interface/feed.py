@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""From the bench's output to packed messages: the same bytes go to a topic and to a file."""
+"""Packs the bench's output once: the same bytes go to a topic and to a file."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -35,7 +35,7 @@ class Packed(NamedTuple):
 
 
 class Feed:
-    """What a bench reports, packed in the order of time."""
+    """Packs the reports of a bench in the order of time."""
 
     def __init__(self, parameters: Parameters) -> None:
         self._period_ns = parameters.trace_period_ns
@@ -63,7 +63,7 @@ class Feed:
     def resume(
         self, pending: list[Array], status: Status | None, joint: tuple[int, float]
     ) -> None:
-        """Go on with samples that no message has held yet; status and joint are of the last."""
+        """Continue with unsent samples, and with status and joint of the last message."""
         self.pending, self.status, self.joint = list(pending), status, joint
 
     def pack(self, output: Output, time_origin_ns: int = 0) -> Iterator[Packed]:

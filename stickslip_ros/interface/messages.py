@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a recorded message says, without ROS: one small record per kind of message."""
+"""Recorded messages without ROS: one small record per kind of message."""
 
 from typing import Final, NamedTuple, TypeAlias
 
@@ -113,7 +113,7 @@ class Quantity(NamedTuple):
     place: int
 
     def of(self, message: Message) -> float:
-        """Return the number; refuse joints of which there are several."""
+        """Return the number; refuse a message of several joints."""
         if isinstance(message, JointMessage):
             numbers = message.arrays[self.place]
             if len(numbers) != 1:

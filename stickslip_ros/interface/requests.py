@@ -42,18 +42,18 @@ _NAME_MAX = 1000
 JOINTS_MAX = 1000
 """Joints of a message."""
 BY_TOPIC = {topic.request: topic for topic in COMMAND_TOPICS if topic.recorded}
-"""Topic of each request that comes over one."""
+"""Topic of each request that has a topic."""
 CYCLE = 'cycle'
-"""Label of a first axis of a table, whose size is how often it is played."""
+"""Label of a table's first axis; its size is the number of cycles to play."""
 TAG = '#'
-"""What follows it in the frame of a header, or in the label of a first axis, is a tag."""
+"""Separator in front of a tag, in the frame of a header or the label of a first axis."""
 NOTES = 'request'
 """Key of the topic that reports every other request."""
 INT32_MAX, UINT32_MAX = 2**31 - 1, 2**32 - 1
 
 
 def pack_request(request: Request, time_ns: int) -> Packed:
-    """Return a request as the message of its topic, at the time at which it takes effect."""
+    """Pack a request as the message of its topic, at the time when it takes effect."""
     topic = BY_TOPIC.get(request.name)
     if topic is not None:
         if topic.type_name == JOINT_STATE:
@@ -100,23 +100,23 @@ def pack_command(
     topic : Topic
         A command topic.
     values : float, int or sequence of float
-        The number, or the numbers in their order; rows for a waveform; of a load or a position
-        its x alone will do, of a joint its position; not a number is not commanded.
+        The number, or the numbers in order; rows for a waveform. For a load or a position, x
+        alone is enough; for a joint, its position. NaN means "not commanded".
     stamp_ns : int
-        Stamp, where the message has one; 0 is none.
+        Stamp, if the message has one; 0 means none.
     frame_id : str
-        Frame, where the message has one; empty is none.
+        Frame, if the message has one; empty means none.
     cycles : int
-        Of a table: how often it is played; 0 repeats until replaced.
+        Number of times that a table is played; 0 repeats until replaced.
     tag : str
-        Word that comes back in its events, where the message has a header or a layout.
+        Word that comes back in its events, if the message has a header or a layout.
 
     Raises
     ------
     WrongKind
-        If these are no numbers, the message has not as many, or no room for a tag.
+        If a value is no number, their count is wrong, or the message has no room for a tag.
     OutOfRange
-        If one is not whole, or too large, where the message holds 32 bits.
+        If a number for a field of 32 bits is not whole, or too large.
 
     """
     wanted = f'send {", ".join(topic.numbers)}'
@@ -151,7 +151,7 @@ def pack_command(
 
 
 def _whole(name: str, value: Any, low: int, high: int) -> int:
-    """Return a number as its field of 32 bits holds it; refuse a fraction, and one beyond."""
+    """Return a number for a field of 32 bits; refuse a fraction or a number out of range."""
     try:
         if low <= float(value) <= high and float(value).is_integer():
             return int(float(value))
@@ -163,7 +163,7 @@ def _whole(name: str, value: Any, low: int, high: int) -> int:
 
 def typed_numbers(command: Command, words: Sequence[str]) -> list[float]:
     """
-    Return the numbers of a command as they are typed: in their order, or by name.
+    Parse the numbers of a command as a user types them: in order, or by name.
 
     A comma between digits is a decimal point.
 
@@ -191,7 +191,7 @@ def typed_numbers(command: Command, words: Sequence[str]) -> list[float]:
 
 
 def _typed_number(name: str, text: str, unit: str) -> float:
-    """Return a number as it is typed; what has no unit is a count, or a choice of ``0 or 1``."""
+    """Parse a typed number; a number without unit is a count, or a choice of ``0 or 1``."""
     if unit and not unit[0].isdigit():
         return to_si(name, text, unit)
     number = quantity(text, '')
@@ -210,7 +210,7 @@ def _column(label: str) -> str:
 
 def read_request(topic: Topic, data: bytes) -> Request:
     """
-    Return what a message on a command topic asks for.
+    Return the request in a message on a command topic.
 
     Raises
     ------
@@ -250,7 +250,7 @@ def read_request(topic: Topic, data: bytes) -> Request:
 
 def receive_request(topic: Topic, data: bytes) -> Request:
     """
-    Return what a message asks for that came over the network, where waveforms have an end.
+    Return the request in a message from the network, where waveforms have a largest size.
 
     Raises
     ------
@@ -278,7 +278,7 @@ def receive_request(topic: Topic, data: bytes) -> Request:
 
 
 def _checked_stamp_ns(topic: Topic, stamp_ns: int) -> int:
-    """Return a stamp; a second of more than 1e9 ns may have made one that no header holds."""
+    """Return a stamp; refuse a stamp that no header holds (more than 1e9 ns in a second)."""
     if stamp_ns // NS_PER_S > INT32_MAX:
         limit = f'above the {INT32_MAX} s of a header'
         hint = 'send a stamp of this time, with nanoseconds below 1e9, or none'
@@ -287,10 +287,10 @@ def _checked_stamp_ns(topic: Topic, stamp_ns: int) -> int:
 
 
 def _check_layout(topic: Topic, message: m.ArrayMessage, first: int) -> None:
-    """Refuse a table whose layout, from a first axis on, is not that of rows in order."""
+    """Refuse a table whose layout, from axis `first` on, is not that of rows in order."""
     count, width = message.data.size, len(topic.numbers)
     sizes, strides = list(message.sizes[first:]), list(message.strides[first:])
-    # What is not made of rows may say so: whoever counts the numbers refuses it.
+    # A count that gives no whole rows may be declared: the check of the numbers refuses it.
     fits = sizes == [count // width, width] if count % width == 0 else sizes == [count]
     in_order = all(
         given in (0, meant) for given, meant in zip(strides, (count, width), strict=False)

@@ -28,19 +28,19 @@ TRACE = 'trace'
 
 COMMAND = Qos(depth=100)
 STREAM = Qos(depth=100)
-"""What a subscriber of ours asks for, and the least that is kept for one that is held up."""
+"""Requested by our subscribers, and the least that a stream keeps for a slow subscriber."""
 KEPT_S = 1.0
-"""Simulated time of a stream that is kept for it, if that is more."""
+"""Simulated time that a stream keeps for a slow subscriber, if that is more."""
 LONG_COMMAND = Qos(depth=2)
-"""Of messages of megabytes: what waits in a queue of the network is memory of the node."""
+"""For messages of megabytes: each queued message takes memory of the node."""
 LATCHED = Qos(depth=1, latched=True)
 EVENTS = Qos(depth=100)
 SELDOM = Qos(depth=10)
 
 STREAMED = ('depth', 'reliability')
-"""Policies that may be overridden where the next message makes up for a lost one."""
+"""Policies that a user may override on a topic that may lose messages."""
 QUEUED = ('depth',)
-"""Those where none may be lost."""
+"""Policies that a user may override on a topic that may lose none."""
 _SET_POINTS = (FLOAT64, POINT_STAMPED, WRENCH_STAMPED, JOINT_STATE)
 """Types of the commands that may be streamed."""
 
@@ -57,22 +57,22 @@ class Topic:
     type_name : str
         Message type.
     qos : Qos
-        Quality of service that the node offers or asks for; of a stream, the least that it offers.
+        Quality of service that the node offers or requests; for a stream, the least offered.
     text : str
         Meaning, unit and rate.
     recorded : bool
         Whether recordings hold it.
     pace : str
-        Of a stream: parameter that is its period, s, or its rate, Hz.
+        Parameter that gives the period, s, or the rate, Hz, of a stream.
     switches : tuple of str
-        Parameters of which none is false or 0 where the topic exists; none for one that always
-        does.
+        Parameters that must all be true or above 0 for the topic to exist; empty: it always
+        exists.
     numbers : tuple of str
-        Of a command: its numbers and their units; of a table, those of a row.
+        Numbers of a command and their units; for a table, those of a row.
     is_table : bool
-        Of a command: whether it has any count of rows.
+        Whether a command has any count of rows.
     overridable : tuple of str
-        Policies of its quality of service that may be overridden at the start.
+        Policies of its quality of service that a user may override at the start.
 
     """
 
@@ -112,7 +112,7 @@ class Topic:
         return self.recorded and is_wanted and self.exists(parameters)
 
     def offered_qos(self, parameters: Parameters) -> Qos:
-        """Return the quality of service under these parameters: a stream keeps `KEPT_S`."""
+        """Return the quality of service under these parameters; a stream keeps `KEPT_S`."""
         if not self.pace:
             return self.qos
         pace = float(parameters.flat()[self.pace])
@@ -140,7 +140,7 @@ def _topic_of(command: Command) -> Topic:
 
 
 READING_TYPES = {'m': (POINT_STAMPED, 'point.x'), 'N': (WRENCH_STAMPED, 'wrench.force.x')}
-"""Type of the readings in a unit, and which of its numbers is the reading; the rest is 0."""
+"""Message type of the readings in a unit, and the field of the reading; other fields are 0."""
 
 
 def _reading_topic(row: Sensor, name: str, text: str, *switches: str) -> Topic:
@@ -161,7 +161,7 @@ def _reading_topic(row: Sensor, name: str, text: str, *switches: str) -> Topic:
 TOPICS = (
     *(_topic_of(command) for command in COMMANDS.values() if command.has_topic),
     Topic('command/grant', FLOAT64_ARRAY, COMMAND,
-          '[until s, commands]: lockstep; run to this simulated time once so many commands came',
+          '[until s, commands]: lockstep; run to this simulated time after this many commands',
           recorded=False, switches=('sim.lockstep',), numbers=('until s', 'commands')),
     *(_reading_topic(
         row, row.reading, row.text + ': {field}; once per sim.block; stamp is the sample time'
@@ -183,19 +183,19 @@ TOPICS = (
           pace='sim.joint_states_rate', switches=('sim.joint_states_rate',), overridable=STREAMED),
     Topic('~/status', UINT32, LATCHED, 'status bits, when they change'),
     Topic('~/event', STRING, EVENTS,
-          "JSON: a command's end and its result; stamp_ns and tag if its sender gave them, step_m "
-          'of steps',
+          'JSON: the end of a command and its result; stamp_ns and tag if the sender gave them; '
+          'step_m of steps',
           overridable=QUEUED),
     Topic('~/request', STRING, EVENTS,
-          'JSON: what came by service, parameter or schedule, when it took effect',
+          'JSON: a request that came by service, parameter or schedule, at the time of its effect',
           overridable=QUEUED),
     Topic('~/info', STRING, LATCHED,
-          'JSON: parameters, units, versions, time origin; anew when a live parameter that is no '
-          'fault is set'),
+          'JSON: parameters, units, versions, time origin; again when a live parameter other than '
+          'a fault is set'),
     Topic('/diagnostics', 'diagnostic_msgs/msg/DiagnosticArray', SELDOM,
-          'real-time factor, lateness, overruns and why (computing, waiting for a processor or '
-          'the interpreter; nan where Linux does not tell), refusals, recorder, faults; in every '
-          'state, 1 Hz of wall-clock time, and at once when a fault comes or goes',
+          'real-time factor, lateness, overruns and cause (computing, waiting for a processor '
+          'or the interpreter; nan if Linux does not report it), refusals, recorder, faults; in '
+          'every state, at 1 Hz of wall-clock time, and at once when a fault begins or ends',
           recorded=False),
     Topic('/clock', 'rosgraph_msgs/msg/Clock', SELDOM,
           'simulated time, once per sim.block', recorded=False, switches=('sim.publish_clock',),
@@ -208,7 +208,7 @@ READINGS = tuple(topic for topic in TOPICS if not topic.is_command)
 
 @dataclass(frozen=True)
 class Service:
-    """A service of the node beside those of its lifecycle."""
+    """A service of the node other than those of its lifecycle."""
 
     name: str
     type_name: str
@@ -235,20 +235,20 @@ SERVICES = (
 
 
 class Action(Service):
-    """An action of the node, which is offered where its type is installed."""
+    """An action of the node, offered if its type is installed."""
 
 
 TRAJECTORY_ACTION = Action(
     '~/follow_joint_trajectory',
     'control_msgs/action/FollowJointTrajectory',
-    'closed loop along a trajectory of sim.joint_name; offered where control_msgs is installed',
+    'closed loop along a trajectory of sim.joint_name; offered if control_msgs is installed',
 )
 
 
 def recorded_channels(
     parameters: Parameters, namespace: str = '/', node_name: str = NODE_NAME
 ) -> dict[str, Channel]:
-    """Return the channel of each topic that is recorded under these parameters, by its key."""
+    """Return the channels of the topics recorded under these parameters, by key."""
     return {
         topic.key: Channel(
             topic.full_name(namespace, node_name), topic.type_name, topic.offered_qos(parameters)

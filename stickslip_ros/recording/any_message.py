@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Numbers of messages of any type, read by the definition that a recording carries of it."""
+"""Reads numbers from messages of any type, by the definition that a recording carries."""
 
 import re
 from collections.abc import Sequence
@@ -43,16 +43,16 @@ from stickslip_ros.recording.integrity import open_whole
 from stickslip_ros.units import NS_PER_S
 
 PART: Final = re.compile(r'([^\W\d]\w*)((?:\[\d+\])*)')
-"""A name in the path of a field, and the places in the arrays behind it: ``position[0]``."""
+"""A name in the path of a field, with indices of arrays: ``position[0]``."""
 ORDERS: Final = {0: '>', 1: '<'}
-"""What numpy calls the byte orders of plain CDR, by the first two bytes of a message."""
+"""numpy's names for the byte orders of plain CDR, by the first two bytes of a message."""
 _HEAD_BYTES: Final = 4
 LENGTHS_MAX: Final = 100_000
-"""Lengths that a message may say of itself before the number; each is a step for all messages."""
+"""Largest number of lengths read before the number; each takes a step for all messages."""
 BLOCK: Final = 1 << 18
-"""Messages that are read side by side: so many bound the memory that it takes."""
+"""Messages that are read at once; this bounds the memory."""
 LISTED, LEAVES = 20, 1000
-"""Numbers of a message that a refusal names, and fields among which it looks for them."""
+"""Largest count of numbers that a refusal lists, and of fields that it searches for them."""
 
 
 def numbers_of(
@@ -68,10 +68,10 @@ def numbers_of(
     """
     Return the time, ns, and one number of each message of a topic, in the order of time.
 
-    The time is the stamp of the header where the message has one and it is asked for, else that of
-    the file. A field is a path such as ``point.x``, ``wrench.force.x``, ``data`` or
-    ``position[0]``; the definition is that of the file, if none is given. What parts of a run
-    repeat counts once. Of a window all chunks are read that may hold messages of these log times.
+    The time is the stamp of the header if the message has one and it is requested, else the log
+    time. A field is a path such as ``point.x``, ``wrench.force.x``, ``data`` or ``position[0]``;
+    the definition comes from the file unless it is given. Messages that parts of a run repeat
+    count once. For a window, all chunks that may hold messages of these log times are read.
     RecordingError: a message is damaged, or of unknown definition;
     UnknownName: no such field, or it is no number.
 
@@ -104,7 +104,7 @@ def numbers_of(
 
 
 class Field:
-    """A number of the messages of a channel, and their stamp if they have one."""
+    """A number in the messages of a channel, and their stamp if they have one."""
 
     def __init__(
         self, file: Path, channel: Channel, schema: Schema | None, field: str, *, by_stamp: bool
@@ -172,10 +172,10 @@ class Field:
 
 class Bodies:
     """
-    What several messages of one type and byte order hold, read side by side.
+    The bodies of several messages of one type and byte order, read at once.
 
-    Places are counted from behind the head of a message, as alignment is. What a message is too
-    short for is a ValueError.
+    Places are counted from behind the head of a message, as alignment is. Raises ValueError for a
+    message that is too short.
 
     """
 
@@ -184,7 +184,7 @@ class Bodies:
         self._at = np.zeros_like(starts)
 
     def number(self, before: Sequence[Kind | int], dtype: str) -> NDArray[Any]:
-        """Return a number behind what stands before it; IndexError if an array is too short."""
+        """Return a number behind the fields before it; IndexError if an array is too short."""
         self._at, self._lengths_left = np.zeros_like(self._starts), LENGTHS_MAX
         for each in before:
             if isinstance(each, Kind):
@@ -217,7 +217,7 @@ class Bodies:
             self._advance(self._length())
 
     def _length(self) -> Places:
-        """Read a length, of which there may not be too many: each is a step for all messages."""
+        """Read a length; refuse more than LENGTHS_MAX of them."""
         stop_if_asked()
         self._lengths_left -= 1
         if self._lengths_left < 0:
@@ -227,7 +227,7 @@ class Bodies:
         return self._read('u4').astype(np.int64)
 
     def _skip_each(self, element: Kind, counts: Places) -> None:
-        """Pass over as many of a kind as each message has."""
+        """Skip an array of a kind whose length each message gives."""
         if element.width is not None:
             at, power = self._at, element.width
             for bit in range(int(counts.max()).bit_length()):

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A bag directory: its ``metadata.yaml``, as rosbag2 of Jazzy and later writes it, and read."""
+"""A bag directory: reads and writes ``metadata.yaml`` as rosbag2 of Jazzy and later does."""
 
 import os
 import re
@@ -28,7 +28,7 @@ METADATA_FILE: Final = 'metadata.yaml'
 _NUMBER: Final = re.compile(r'_\d{1,4}$')  # of a part; longer ones are times of the day
 METADATA_ROOT: Final = 'rosbag2_bagfile_information'
 _VERSION: Final = 9
-"""Of the form of the file; Jazzy and Kilted write this one, and read all earlier ones."""
+"""Version of the file's form; Jazzy and Kilted write it, and read all earlier ones."""
 
 _STORAGE: Final = 'mcap'
 #: Words of ``rmw/qos_string_conversions.h``, in the order of the numbers of ``rmw/types.h``.
@@ -43,7 +43,7 @@ _WORDS: Final = {
 
 
 def write_metadata(folder: Path, parts: Sequence[Path]) -> Path:
-    """Describe a bag of finished files, in the order in which they are played, for rosbag2."""
+    """Write the description of a bag of finished files, in the order of playing."""
     content = yaml.safe_dump({METADATA_ROOT: _describe(parts)}, sort_keys=False)
     path = folder / METADATA_FILE
     try:
@@ -58,10 +58,10 @@ def write_metadata(folder: Path, parts: Sequence[Path]) -> Path:
 
 def file_metadata() -> dict[str, dict[str, str]]:
     """
-    Return the record from which rosbag2 learns the ROS distribution of a file that stands alone.
+    Return the record that tells rosbag2 the ROS distribution of a single file.
 
-    rosbag2_storage_mcap (``read_metadata``) decodes it as it does a ``metadata.yaml``, and counts
-    topics and messages by itself. Empty where the distribution is not known.
+    rosbag2_storage_mcap (``read_metadata``) decodes it like a ``metadata.yaml``, and counts topics
+    and messages by itself. Empty if the distribution is not known.
 
     """
     if not os.environ.get('ROS_DISTRO'):
@@ -70,7 +70,7 @@ def file_metadata() -> dict[str, dict[str, str]]:
 
 
 def _describe(paths: Sequence[Path]) -> dict[str, Any]:
-    """Say what the files hold, from their summaries; each topic once."""
+    """Describe the content of the files from their summaries; each topic once."""
     topics: dict[str, dict[str, Any]] = {}
     files: list[dict[str, Any]] = []
     times_ns: list[int] = []
@@ -113,7 +113,7 @@ def _describe(paths: Sequence[Path]) -> dict[str, Any]:
 
 
 def _topic(channel: Channel, schema: Schema | None) -> dict[str, Any]:
-    """Describe a topic of which no message is counted yet."""
+    """Describe a topic, before its messages are counted."""
     profiles: Any = None
     with suppress(RecordingError):
         text = channel.metadata.get('offered_qos_profiles', '')
@@ -138,7 +138,7 @@ def _topic(channel: Channel, schema: Schema | None) -> dict[str, Any]:
 
 
 def bag_parts(path: Path) -> list[Path]:
-    """Return the files that the description of a bag lists; they always stand beside it."""
+    """Return the files that the description of a bag lists, all in its folder."""
     if not (path / METADATA_FILE).is_file():
         refuse_sqlite(path)
         problem, hint = 'it is a directory without a recording', 'name a file or a bag directory'
@@ -179,6 +179,6 @@ def files_of_a_bag(path: Path) -> list[Path]:
 
 
 def refuse_sqlite(path: Path) -> None:
-    """Refuse a directory that is a bag of rosbag2's other storage."""
+    """Refuse a bag of rosbag2's other storage, sqlite3."""
     if list(path.glob('*.db3*')):
         raise sqlite_refusal(path)

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Messages of an MCAP file, chunk by chunk, in a memory that the file cannot choose."""
+"""Messages of an MCAP file, chunk by chunk, in bounded memory."""
 
 import heapq
 import struct
@@ -35,7 +35,7 @@ from numpy.typing import NDArray
 Places = NDArray[np.int64]
 
 CHUNK_MAX_BYTES: Final = 1 << 30
-"""Of a chunk, and of those that are open at once; what is larger is refused before it is read."""
+"""Largest size of a chunk, and of all open chunks; a larger one is refused before it is read."""
 TIME_MAX_NS: Final = (1 << 63) - 1
 ALL_TIMES_NS: Final = 0, (1 << 64) - 1  # log times, ns; those above TIME_MAX_NS are refused
 RECORD_HEAD: Final = struct.Struct('<BQ')  # opcode and length
@@ -48,14 +48,14 @@ CHANNELS: Final = 1 << 16  # numbers that a channel may have
 MAGIC: Final = b'\x89MCAP0\r\n'
 _NO_PLACES: Final[Places] = np.empty(0, np.int64)
 SUMMARIES_KEPT: Final = 4
-"""Of files that are opened again and again, as for each stretch of a long recording: to read the
-20,000 numbers of an hour's takes half a second."""
+"""Summaries of files that are opened again for each stretch of a long recording: the summary of
+an hour has 20,000 numbers and takes half a second to read."""
 WHOLE_FILE: Final = ChunkIndex(0, 0, '', 0, 0, 0, {}, 0, 0)
 """Stands for the messages of a file without chunks."""
 
 
 class ChunkMessages(NamedTuple):
-    """Records that were unpacked, and the messages among them that are wanted."""
+    """Unpacked records, and the wanted messages among them."""
 
     offset: int  # of the chunk in the file
     data: bytes
@@ -65,7 +65,7 @@ class ChunkMessages(NamedTuple):
     described: Places  # starts of schemas and channels
 
     def by_time(self) -> Iterator['Row']:
-        """Give log time, chunk, place of each message and this piece, in the order of times."""
+        """Give log time, chunk and place of each message, and this object, in order of time."""
         for place in np.argsort(self.times_ns, kind='stable'):
             yield int(self.times_ns[place]), self.offset, int(place), self
 
@@ -88,14 +88,14 @@ Row = tuple[int, int, int, ChunkMessages]
 
 
 def gather(data: bytes, places: Places, kind: str) -> NDArray[Any]:
-    """Return the numbers of a numpy type that begin at some places, all of them in the data."""
+    """Return the numbers of a numpy type that begin at some places of the data."""
     width = np.dtype(kind).itemsize
     everywhere = max(len(data) - width + 1, 0)
     return np.ndarray((everywhere,), kind, data, strides=(1,))[places]
 
 
 def unpack_chunk(chunk: Chunk) -> bytes:
-    """Return the records of a chunk; ValueError if they are not those that it announces."""
+    """Return the records of a chunk; ValueError if size or checksum is wrong."""
     size = chunk.uncompressed_size
     if size > CHUNK_MAX_BYTES:
         raise ValueError(f'a chunk of {size} bytes is above the limit of {CHUNK_MAX_BYTES}')
@@ -117,7 +117,7 @@ def unpack_chunk(chunk: Chunk) -> bytes:
 def find_messages(
     data: bytes, offset: int, wanted: Collection[int] | None = None
 ) -> ChunkMessages:
-    """Return the messages of some channels, or all; ValueError if the data are no records."""
+    """Return the messages of some channels, or of all; ValueError if the data are no records."""
     starts, described, at, end = array('q'), array('q'), 0, len(data)
     while at < end:
         opcode, length = RECORD_HEAD.unpack_from(data, at)
@@ -163,7 +163,7 @@ class ChunkReader(SeekingReader):
     """
     Reads the messages of a finished file, of some topics or all.
 
-    A file that is not what it says of itself is a ValueError, a LookupError or a struct.error.
+    A file that contradicts itself raises ValueError, LookupError or struct.error.
 
     """
 
@@ -172,7 +172,7 @@ class ChunkReader(SeekingReader):
         self._summary_start = summary_start
 
     def get_summary(self) -> Summary:
-        """Return what stands at the end of the file."""
+        """Return the summary at the end of the file."""
         if self._summary is None:
             self._stream.seek(self._summary_start)
             self._summary = _summary_of(self._stream.read())
@@ -181,7 +181,7 @@ class ChunkReader(SeekingReader):
     def pieces(
         self, topics: Collection[str] | None = None, window_ns: tuple[int, int] = ALL_TIMES_NS
     ) -> Iterator[ChunkMessages]:
-        """Give messages chunk by chunk, in the order of the file; chunks of a window are whole."""
+        """Give messages chunk by chunk, in the order of the file; a window takes whole chunks."""
         indexes, wanted = self._select(topics, window_ns)
         for index in indexes:
             yield self._read(index, wanted)
@@ -222,7 +222,7 @@ class ChunkReader(SeekingReader):
     def _by_time(
         self, topics: Collection[str] | None, window_ns: tuple[int, int]
     ) -> Iterator[tuple[int, ChunkMessages]]:
-        """Open each chunk when its first message is due; of one time the order of the file."""
+        """Open each chunk when its first message is due; keep the order of equal times."""
         indexes, wanted = self._select(topics, window_ns)
         later = sorted(indexes, key=_begin, reverse=True)
         due: list[tuple[Row, Iterator[Row]]] = []
@@ -284,7 +284,7 @@ class ChunkReader(SeekingReader):
         return find_messages(data, index.chunk_start_offset, wanted)
 
     def _indexed(self, index: ChunkIndex, wanted: set[int], data: bytes) -> Places | None:
-        """Return the places of messages in a chunk as its index has them, None if it is wrong."""
+        """Return the places of messages in a chunk by its index; None if the index is wrong."""
         found: list[NDArray[Any]] = [_NO_PLACES]
         for channel in wanted & index.message_index_offsets.keys():
             self._stream.seek(index.message_index_offsets[channel])
@@ -307,9 +307,9 @@ class ChunkReader(SeekingReader):
 @lru_cache(maxsize=SUMMARIES_KEPT)
 def _summary_of(data: bytes) -> Summary:
     """
-    Return the summary that the end of a file is, its chunks in order; not to be written.
+    Return the summary at the end of a file, with its chunks in order; do not change it.
 
-    That of the library would unpack a chunk that stands there, however large.
+    The library's own reader would unpack a chunk that stands there, however large.
 
     """
     summary = Summary()

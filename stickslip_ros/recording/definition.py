@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Definitions of messages, as recordings carry them, and the lengths of what they define in CDR.
+Definitions of messages, as recordings carry them, and the lengths of their fields in CDR.
 
 A definition is the text of a .msg file and of those that it needs (``ros2msg``), its layout that
 of the OMG's DDS-XTypes 1.3, Section 7.4.1 (plain CDR, version 1): each number is aligned to its
-own size. Where a field ends depends on where it begins, modulo eight; such a table of eight
-lengths is a Width here, and tables of what follows each other are one table.
+own size. The length of a field depends on its start, modulo eight. A table of these eight
+lengths is a Width; the Widths of successive fields combine into one Width.
 
 """
 
@@ -32,14 +32,14 @@ _NUMBERS: Final = {
         for size in (1, 2, 4, 8)
     },
 }
-"""Types of numbers, and what numpy calls them."""
+"""Types of numbers, with numpy's names."""
 SEPARATOR: Final = re.compile(r'={3,}')
 NAMED: Final = re.compile(r'MSG:\s*(\S+)')
 FIELD: Final = re.compile(r'([\w/]+)(?:<=\d+)?(?:\[(<=)?(\d*)\])?\s+([^\W\d]\w*)\s*(=)?')
 """Type, whether the length of an array is a bound, the length, name, and whether a constant."""
 _TIME: Final = ['int32 sec', 'uint32 nanosec']
 _USUAL: Final = {f'builtin_interfaces/{name}': _TIME for name in ('Time', 'Duration')}
-"""What some programs leave out."""
+"""Definitions that some programs leave out."""
 DEPTH_MAX: Final = 64
 ALIGNMENT: Final = 8
 
@@ -49,7 +49,7 @@ _NOTHING: Final[Width] = (0,) * ALIGNMENT
 
 @dataclass(frozen=True)
 class Kind:
-    """The type of a field. Width is None where the length differs between messages."""
+    """The type of a field; Width is None if the length differs between messages."""
 
     width: Width | None
 
@@ -63,12 +63,12 @@ class Number(Kind):
 
 @dataclass(frozen=True)
 class Text(Kind):
-    """A string, whose length each message says."""
+    """A string, whose length each message gives."""
 
 
 @dataclass(frozen=True)
 class ArrayOf(Kind):
-    """Several of a kind; count None: as many as each message says."""
+    """An array of a kind; count None: each message gives the length."""
 
     element: Kind
     count: int | None
@@ -82,12 +82,12 @@ class Struct(Kind):
 
 
 def then(first: Width, second: Width) -> Width:
-    """Return the lengths of two things one behind the other."""
+    """Return the Width of two successive fields."""
     return tuple(each + second[(at + each) % ALIGNMENT] for at, each in enumerate(first))
 
 
 def repeated(width: Width, count: int) -> Width:
-    """Return the lengths of so many of a thing."""
+    """Return the Width of `count` equal successive fields."""
     total, power = _NOTHING, width
     while count:
         total = then(total, power) if count & 1 else total
@@ -96,7 +96,7 @@ def repeated(width: Width, count: int) -> Width:
 
 
 class Definitions:
-    """The types of a text: that of the message of this name, and those that it needs."""
+    """The types that a definition's text declares: the message of this name, and its parts."""
 
     def __init__(self, name: str, text: str) -> None:
         self._lines: dict[str, list[str]] = {**_USUAL}
@@ -150,7 +150,7 @@ class Definitions:
 
 
 def array(element: Kind, count: int | None) -> ArrayOf:
-    """Return several of a kind, one behind the other; None: as many as each message says."""
+    """Return an array of a kind; count None: each message gives the length."""
     width = _NOTHING if count == 0 else None
     if count and element.width is not None:
         width = repeated(element.width, count)
@@ -165,7 +165,7 @@ def number(dtype: str) -> Number:
 
 
 PLACEHOLDER: Final = ('structure_needs_at_least_one_member', number('u1'))
-"""What stands where a message has no field."""
+"""The field that stands for none in an empty message."""
 
 
 def _short(name: str) -> str:
@@ -181,7 +181,7 @@ def _bounded(width: Width | None) -> Width | None:
 
 
 def leaves(kind: Kind, name: str = '') -> Iterator[tuple[str, Kind]]:
-    """Yield the paths of fields that have none; of an array those of the first."""
+    """Yield the paths of fields without parts; for an array, those of its first element."""
     if isinstance(kind, Struct):
         for each, inner in kind.fields:
             yield from leaves(inner, f'{name}.{each}' if name else each)
@@ -193,9 +193,9 @@ def leaves(kind: Kind, name: str = '') -> Iterator[tuple[str, Kind]]:
 
 def way_to(kind: Kind, path: Sequence[str | int]) -> tuple[list[Kind | int], str]:
     """
-    Return what stands before a field, and its type in numpy; LookupError if it is no number.
+    Return the fields before a field, and its type in numpy; LookupError if it is no number.
 
-    What stands before are kinds, and places in arrays whose length a message says at that point.
+    The fields before it are kinds, and indices of arrays whose length a message gives there.
 
     """
     before: list[Kind | int] = []
@@ -218,7 +218,7 @@ def way_to(kind: Kind, path: Sequence[str | int]) -> tuple[list[Kind | int], str
 
 
 def _joined(before: Sequence[Kind | int]) -> Iterator[Kind | int]:
-    """Yield the same with neighbours of fixed length as one."""
+    """Yield the same fields, with neighbours of fixed length joined."""
     width = _NOTHING
     for each in before:
         if isinstance(each, Kind) and each.width is not None:

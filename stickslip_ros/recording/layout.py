@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Where a run goes and in what form: the names of its files, chunks, parts, bag."""
+"""Place and form of a run: the names of its files, chunks, parts, bag."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,11 +14,11 @@ SUFFIX: Final = '.mcap'
 
 @dataclass(frozen=True)
 class FileForm:
-    """In what form a run is written."""
+    """Form in which a run is written."""
 
     compression: str = 'zstd'  # of the chunks; or lz4, none
     chunk_size_bytes: int = 512 * 1024  # before compression; a chunk ends sooner by the clock
-    flush_period_s: float = 1.0  # what is older than this, by the clock, is on the disk
+    flush_period_s: float = 1.0  # messages older than this, by the clock, are on the disk
     in_parts: bool = False  # whether a run can have several files
     keep_parts: int = 0  # how many of these are kept; 0 is all
     bag: bool = False  # whether to make a directory with metadata.yaml, as rosbag2 does
@@ -28,15 +28,15 @@ class FileForm:
 class Layout:
     """The files of one run."""
 
-    path: Path  # what the user is shown: a file, a bag's directory, or the name that parts share
+    path: Path  # shown to the user: a file, a bag's directory, or the common name of parts
     folder: Path  # where the files stand
-    stem: str  # what the names of the files begin with
+    stem: str  # common start of the files' names
     numbered: bool  # whether they are parts: stem_0.mcap, stem_1.mcap ...
     bag: bool  # whether the folder is a bag with a metadata.yaml
 
     @classmethod
     def plan(cls, path: Path, *, bag: bool = False, split: bool = False) -> 'Layout':
-        """Lay out a run that is to be kept under a path, with or without ``.mcap`` behind it."""
+        """Lay out a run under a path, with or without ``.mcap`` at its end."""
         stem = path.name.removesuffix(SUFFIX)
         if bag:
             folder = path.with_name(stem)
@@ -50,7 +50,7 @@ class Layout:
         return self.folder / f'{self.stem}_{number}{SUFFIX}'
 
     def parts(self) -> list[Path]:
-        """List the numbered files that are there, in the order of their numbers."""
+        """List the existing numbered files in order."""
         if not self.folder.is_dir():
             return []
         ends = [path.stem.removeprefix(f'{self.stem}_') for path in self.folder.iterdir()]
@@ -58,7 +58,7 @@ class Layout:
         return [self.part(number) for number in sorted(numbers) if self.part(number).exists()]
 
     def refuse_existing(self) -> None:
-        """Refuse a run in parts that exists; one file by itself is refused when it is made."""
+        """Refuse an existing run in parts; an existing single file is refused when it is made."""
         found = [path for path in (self.path, *self.parts()) if path.exists()]
         if found and self.numbered:
             raise RecordingError(

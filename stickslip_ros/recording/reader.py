@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Opens a recording and gives what is in it: messages, descriptions, quantities over time."""
+"""Reads a recording: messages, descriptions, quantities over time."""
 
 import hashlib
 import json
@@ -52,14 +52,14 @@ from stickslip_ros.units import NANO, NS_PER_S
 INFO_ENDING: Final = '/info'
 _SEQUENCE_NUMBERS: Final = 1 << 32
 TRACE_ROWS_MAX: Final = 10_000_000
-"""Rows of a trace that are held at once unless a stretch is asked for: 200 s at 50 kHz, 0.4 GB."""
+"""Largest number of trace rows read without a window: 200 s at 50 kHz, 0.4 GB."""
 FRONTS: Final = {POINT_STAMPED: 'point.', WRENCH_STAMPED: 'wrench.'}
-"""What stands in front of a number's name in its definition."""
+"""Start of a number's line in a definition, in front of its name."""
 
 
 @dataclass
 class ChannelSummary:
-    """What a topic of a recording holds, counted message by message in the order of the file."""
+    """Content of a topic, counted message by message in the order of the file."""
 
     topic: str = ''
     type_name: str = ''
@@ -106,12 +106,12 @@ class Recording:
     """
     A finished MCAP recording: one file, numbered parts of a run, or a bag directory.
 
-    Files are opened for each question and closed behind it. Wherever a topic is asked for, the end
-    of its name is enough: ``position`` is ``/stand/position``, the shortest that ends so. A bag
-    that rosbag2 made has neither parameters nor sequence numbers, but its topics are read. All
-    times are simulated time: those in the file less the time origin. Raises RecordingError if the
-    recording is not there, is no MCAP file of ROS 2, is cut off, has no summary or is damaged; the
-    last can also show itself later, where the damaged part is read.
+    Files are opened for each question and closed after it. The end of a topic's name is enough:
+    ``position`` finds ``/stand/position``, the shortest name with this end. A bag by rosbag2 has
+    neither parameters nor sequence numbers, but its topics are read. All times are simulated
+    time: log time less the time origin. Raises RecordingError if the recording is missing, no MCAP
+    file of ROS 2, cut off, damaged, or without a summary; damage may be found only when that part
+    is read.
 
     """
 
@@ -139,12 +139,12 @@ class Recording:
             raise _missing_part(self.files[-1].with_name(follower))
 
     def _describe(self, file: Path) -> dict[str, dict[str, str]]:
-        """Take in what a file says beside its messages; give its metadata."""
+        """Read a file's summary, attachments and metadata; return the metadata."""
         with open_whole(file, checks_data=True) as reader:
             summary = reader.get_summary()
             profile = reader.get_header().profile
             encodings = {each.encoding for each in summary.schemas.values()}
-            # Some programs name no profile; the schemas tell.
+            # Some programs name no profile; then the schemas decide.
             if profile != PROFILE and (profile or 'ros2msg' not in encodings):
                 raise RecordingError(
                     file,
@@ -176,7 +176,7 @@ class Recording:
 
     @cached_property
     def time_origin_ns(self) -> int:
-        """Time origin of the run; 0 where neither metadata nor a recorded ``~/info`` tell it."""
+        """Time origin of the run; 0 if neither metadata nor a recorded ``~/info`` give it."""
         said = self.metadata.get(RUN_RECORD, {}).get(TIME_ORIGIN)
         if said is None:  # somebody else may have recorded the first ~/info
             texts = [name for name, kind in self.types.items() if kind == STRING]
@@ -193,7 +193,7 @@ class Recording:
 
     @cached_property
     def span_s(self) -> tuple[float, float]:
-        """First and last time of all messages, s; not numbers where there are none."""
+        """First and last time of all messages, s; NaN if there are none."""
         spans_ns = [each for each in self._spans_ns if each]
         if not spans_ns:
             return math.nan, math.nan
@@ -203,9 +203,9 @@ class Recording:
 
     def within(self, start_s: float, end_s: float) -> 'Recording':
         """
-        Give the recording with ``series`` and ``trace`` of a stretch alone, both ends included.
+        Return the recording with ``series`` and ``trace`` of a window, both ends included.
 
-        Of a recording of this package no more is read of the file than that takes.
+        From a recording of this package only the chunks of that window are read.
 
         """
         part = copy(self)
@@ -218,7 +218,7 @@ class Recording:
         return RUN_RECORD in self.metadata
 
     def _window_ns(self, *, is_open: bool) -> tuple[int, int]:
-        """Return the log times of messages of the stretch; or from its start on."""
+        """Return the range of log times of messages in the window."""
         start_s, end_s = self._window_s
         if not self.is_ours:  # its messages are placed at their stamps
             return ALL_TIMES_NS
@@ -237,10 +237,10 @@ class Recording:
     @cached_property
     def channels(self) -> list[ChannelSummary]:
         """
-        What each topic holds, in the order of the file.
+        Content of each topic, in the order of the file.
 
-        That of a run of this package is told by the first and the last message, other recordings
-        cost one pass over all.
+        For a run of this package the first and the last message are enough; another recording
+        takes one pass over all messages.
 
         """
         summaries = {topic: ChannelSummary(topic, kind) for topic, kind in self.types.items()}
@@ -264,11 +264,11 @@ class Recording:
 
     def series(self, topic: str, field: str = '') -> Series:
         """
-        Give one quantity over time: that of the recording for a run of this package.
+        Give one quantity over time, by log time for a run of this package.
 
-        In a recording of another program, messages are placed at their own stamps, where they have
-        one: it may have been written long after they were sent. Raises UnknownName if the topic or
-        the field is not known.
+        In a recording of another program the time of a message is its stamp, if it has one: the
+        file may have been written long after the message was sent. Raises UnknownName if the topic
+        or the field is not known.
 
         """
         name = self.find(topic)
@@ -308,7 +308,7 @@ class Recording:
         """
         Give all columns of a trace, by name: ``voltage``, ``foot``, ``position``, ``force``.
 
-        RecordingError: they have more than TRACE_ROWS_MAX rows, and no stretch was asked for.
+        RecordingError: they have more than TRACE_ROWS_MAX rows, and there is no window.
 
         """
         name = self.find(topic)
@@ -328,7 +328,7 @@ class Recording:
         return {key: each.window(*self._window_s) for key, each in joined.items()}
 
     def _rows_ahead(self, topic: str, block_rows: int) -> int:
-        """Return about how many rows a trace has within the stretch; refuse too many of all."""
+        """Estimate the rows of a trace in the window; without a window, refuse too many."""
         rows = block_rows * sum(each.get(topic, 0) for each in self._counts)
         if self._window_s != (-math.inf, math.inf):
             (first_s, last_s), (start_s, end_s) = self.span_s, self._window_s
@@ -344,7 +344,7 @@ class Recording:
         return rows
 
     def find(self, name: str) -> str:
-        """Give the full name of a topic; refuse a name with which none, or more than one, ends."""
+        """Return the full name of a topic by its end; refuse an unknown or ambiguous end."""
         if name in self.types:
             return name
         ending = '/' + name.lstrip('/')
@@ -378,7 +378,7 @@ class Recording:
         *,
         in_time_order: bool,
     ) -> Iterator[tuple[str, str, Stored]]:
-        """Give type, topic and message, file by file, without what a part only repeats."""
+        """Give type, topic and message, file by file, without a part's repetitions."""
         last: dict[str, int] = {}
         for file in self._files_within(window_ns):
             before = dict(last) if self._repeats else {}
@@ -397,7 +397,7 @@ class Recording:
 
 
 def _find_parts(path: Path) -> list[Path]:
-    """Return the files of a recording, in the order of time; what is missing is refused."""
+    """Return the files of a recording in the order of time; refuse a missing file."""
     if path.is_dir():
         return bag_parts(path)
     if path.exists():

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Records messages while an experiment runs, without ever holding it up."""
+"""Records messages during an experiment, without holding it up."""
 
 import atexit
 from collections import deque
@@ -30,12 +30,11 @@ class Recorder:
     """
     An MCAP recording in progress: a bounded queue with one writing thread behind it.
 
-    Equal messages put in equal order stand equal in the file; its chunks end by the clock. What
-    was put longer ago than the flush period is on the disk, also when the process is killed or the
-    power fails; ``stickslip recover`` then repairs a file that was not finished. A recorder that
-    nobody closed is finished when the interpreter ends. Raises RecordingError if the file exists
-    or cannot be written, or a topic is named twice, UnknownName if a type or the compression is
-    not known.
+    Equal messages in equal order give equal messages in the file; its chunks end by the clock.
+    Messages older than the flush period are on the disk, even if the process is killed or the
+    power fails; ``stickslip recover`` then makes a whole file of them. A recorder that is not
+    closed is finished when the interpreter ends. Raises RecordingError if the file exists, cannot
+    be written, or a topic is named twice; UnknownName if a type or the compression is not known.
 
     """
 
@@ -91,7 +90,7 @@ class Recorder:
 
     @property
     def place(self) -> str:
-        """What there is on the disk: a file, the directory of a bag, or the parts of a run."""
+        """Place of the run in words: a file, the directory of a bag, or the parts of a run."""
         parts = [path for path in self.files if path.exists()]
         if self._layout.bag or not parts:
             return str(self.path)
@@ -99,7 +98,7 @@ class Recorder:
 
     @property
     def size_bytes(self) -> int:
-        """Size of these files so far, as far as they are there."""
+        """Present size of the existing files."""
         size = 0
         for path in self.files:
             with suppress(OSError):
@@ -128,17 +127,17 @@ class Recorder:
 
     @property
     def queued(self) -> int:
-        """Messages that wait for the writer; it is woken by a batch, not by every message."""
+        """Messages waiting for the writer, which wakes up for a batch of them."""
         return len(self._queue)
 
     def put(self, name: str, time_ns: int, data: bytes, *, wait: bool = False) -> bool:
-        """Hand over a message, or wait for room; return whether it was taken; else it counts."""
+        """Queue a message, or wait for room; return whether it was taken; count it if not."""
         return self.put_all([(name, time_ns, data)], wait=wait) == 1
 
     def put_all(
         self, messages: Iterable[tuple[str, int, bytes]], origin_ns: int = 0, *, wait: bool = False
     ) -> int:
-        """Do the same with several messages, timed from an origin; return how many were taken."""
+        """Queue several messages, timed from an origin; return the number taken."""
         taken, queue, ids = 0, self._queue, self._ids
         with self._lock:
             for name, since_ns, data in messages:
@@ -156,7 +155,7 @@ class Recorder:
                     self._dropped[channel_id - 1] += 1
                     continue
                 message = Stored(channel_id, time_ns, data, sequence)
-                # Before it is so long: nobody sees a queue above its peak.
+                # Before the queue is so long: no reader sees a queue above its peak.
                 self.queue_peak = max(self.queue_peak, length)
                 queue.append(message)
                 if channel_id in self._latches:
@@ -168,10 +167,9 @@ class Recorder:
 
     def begin_part(self, time_ns: int, attachments: Attachments | None = None) -> None:
         """
-        Begin the next file, or say what the first one has attached, before its first message.
+        Begin the next file; before the first message, set the attachments of the first file.
 
-        It begins with what is latched: the last message of each such topic once more, under its
-        old sequence number.
+        The file begins with the last message of each latched topic, under its old sequence number.
 
         """
         with self._lock:
@@ -181,16 +179,16 @@ class Recorder:
                 self._queue.append(PartMark(attachments or {}, repeated))
 
     def continue_numbers(self, sequences: Mapping[str, int]) -> None:
-        """Set the number of the next message of each channel: of a run that goes on."""
+        """Set the number of the next message of each channel, for a run that goes on."""
         with self._lock:
             for name, sequence in sequences.items():
                 self._sequences[self._ids[name] - 1] = sequence
 
     def close(self) -> None:
         """
-        Write what is queued, finish the file and end the thread; the second time, nothing.
+        Write the queue, finish the file and end the thread; a second call does nothing.
 
-        A disk that fails does not raise here: `error` says what it was.
+        A failed disk raises no error here: it stands in `error`.
 
         """
         with self._lock:
@@ -219,7 +217,7 @@ class Recorder:
         return self._closed or self.error is not None
 
     def _run(self) -> None:
-        """Be the writing thread: every failure ends here and is kept to be read."""
+        """Run the writing thread; a failure ends it and is kept in `error`."""
         try:
             while self._await_work():
                 # A message leaves the queue when it is written.
@@ -232,8 +230,8 @@ class Recorder:
                     self._queue.popleft()
                 self._files.keep()
             self._files.finish()
-        except Exception as error:  # noqa: BLE001 - a thread has nobody to raise to
-            with self._lock:  # what waits is lost, and nobody waits for room any more
+        except Exception as error:  # noqa: BLE001 - kept in `error`: a thread has no caller
+            with self._lock:  # the queue is lost; no caller waits for room any more
                 self.error = error
                 for lost in self._queue:
                     if isinstance(lost, Stored):
@@ -252,6 +250,6 @@ class Recorder:
             return bool(self._queue) or not self._closed
 
     def _losses(self) -> dict[str, str]:
-        """Say what of each topic was lost on the way here."""
+        """Return the number of lost messages by topic, for the closing record."""
         counts = zip(self._topics, self._dropped, strict=True)
         return {f'dropped {topic}': str(count) for topic, count in counts}

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The requests of a recorded run, in the order in which they were carried out."""
+"""The requests of a recorded run, in the order of their execution."""
 
 import json
 from collections.abc import Iterator
@@ -34,7 +34,7 @@ def channels_of(recording: Recording) -> dict[str, Channel]:
 
 
 def recorded_requests(recording: Recording) -> Iterator[TimedRequest]:
-    """Give every request of a run of this package, in the order in which they were carried out."""
+    """Give every request of a run of this package, in the order of their execution."""
     channels = channels_of(recording)
     commands = {channels[each.key].topic: each for each in COMMAND_TOPICS if each.key in channels}
     notes = channels[NOTES].topic

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""One run: a bench, and the outputs of its requests and readings: a file, a publisher."""
+"""One run: a bench whose requests and readings go to a file and to a publisher."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping
@@ -24,7 +24,7 @@ from stickslip_ros.parameters import Parameters, to_nanoseconds
 from stickslip_ros.recording.run_file import CHECKPOINT_FILE, info_json, open_recorder
 
 _PENDING, _STATUS, _JOINT = 'pending', 'status', 'joint'
-"""Names of what a checkpoint has attached."""
+"""Names of a checkpoint's attachments."""
 
 Publish = Callable[[Packed], None]
 
@@ -33,9 +33,9 @@ class RunWriter:
     """
     The new file of a run; as a context it is finished at the end.
 
-    It holds the parameters; log times are the time origin plus simulated time. Where its queue is
-    full, it waits for the disk, or drops and counts. Raises RecordingError if the file exists or
-    cannot be written; at the end of a context, if it was not.
+    The file holds the parameters; log times are the time origin plus simulated time. If the queue
+    is full, the writer waits for the disk, or drops and counts. Raises RecordingError if the file
+    exists or cannot be written; at the end of a context, if writing has failed.
 
     """
 
@@ -60,7 +60,7 @@ class RunWriter:
         self.recorder = open_recorder(path, parameters, channels, time_origin_ns)
 
     def begin(self, time_ns: int, status: Status, checkpoint: bytes = b'') -> None:
-        """Write what is latched, and a state that is not rest: the recording starts now."""
+        """Start the recording: write the latched topics, and the state if it is not rest."""
         self.begun_ns = time_ns
         self._begin_part(time_ns, checkpoint)
         packed = pack_uint32(int(status))
@@ -68,7 +68,7 @@ class RunWriter:
         self._part_bytes = 0
 
     def split_if_full(self, time_ns: int, save: Callable[[], bytes]) -> None:
-        """Begin the next part, with the state that is saved now, if the present one is full."""
+        """Begin the next part, with the present state, if this one is full."""
         is_full = (
             0 < self._split_ns <= time_ns - self._part_start_ns
             or 0 < self._record.split_size <= self._part_bytes
@@ -82,13 +82,13 @@ class RunWriter:
         self._part_start_ns, self._part_bytes = time_ns, 0
 
     def write(self, *packed: Packed) -> None:
-        """Hand over those messages that the recording holds."""
+        """Queue the messages of recorded topics."""
         held = [each for each in packed if each.key in self._held]
         self._part_bytes += sum([len(each.data) for each in held])
         self.recorder.put_all(held, self._time_origin_ns, wait=self.waits)
 
     def check(self) -> None:
-        """Raise the error that has ended the writing, such as a full disk, if any."""
+        """Raise the error that has ended the writing, such as a full disk; else do nothing."""
         error = self.recorder.error
         if isinstance(error, OSError):
             problem = f'cannot be written on ({error.strerror})'
@@ -97,7 +97,7 @@ class RunWriter:
             raise error
 
     def close(self) -> None:
-        """Write what is queued and finish the file."""
+        """Write the queue and finish the file."""
         self.recorder.close()
 
     def __enter__(self) -> 'RunWriter':
@@ -111,11 +111,11 @@ class RunWriter:
 
 class ReportingBench:
     """
-    A bench whose requests and reports are packed once, for a file and for who publishes.
+    A bench whose requests and reports are packed once, for a file and for a publisher.
 
-    `publish` receives every packed message but the requests that came over a topic. A writer that
-    is given holds the run from its start; a bench that is given was restored and goes on. Stamps
-    are the time origin, which may be set before the first update, plus simulated time.
+    `publish` receives every packed message except requests that came over a topic. A given writer
+    holds the run from its start; a given bench was restored and goes on. Stamps are the time
+    origin, which may be set before the first update, plus simulated time.
 
     """
 
@@ -138,7 +138,7 @@ class ReportingBench:
         self.record(writer)
 
     def _resume(self) -> None:
-        """Go on with what was attached to the checkpoint, if anything."""
+        """Continue from the attachments of the checkpoint, if there are any."""
         time_ns, block_ns = self.bench.time_ns, self.bench.parameters.block_ns
         if not self.bench.attached:
             self._feed.resume([], self.bench.status, (time_ns, math.nan))
@@ -155,11 +155,11 @@ class ReportingBench:
 
     @property
     def status(self) -> Status:
-        """Status of the drive as last published; that of now before the first."""
+        """Status of the drive as last published; before that, the present status."""
         return self.bench.status if self._feed.status is None else self._feed.status
 
     def record(self, writer: RunWriter | None) -> RunWriter | None:
-        """Record into another file, or none, from now on; return the one so far, still open."""
+        """Record into another file, or none, from now on; return the previous file, still open."""
         previous, self.writer = self.writer, writer
         if writer is not None:
             checkpoint = b'' if self.bench.is_at_start else self.save()
@@ -167,14 +167,14 @@ class ReportingBench:
         return previous
 
     def save(self) -> bytes:
-        """Return a checkpoint of the bench, with what was reported and what not yet."""
+        """Return a checkpoint of the bench, with the state of its reports."""
         feed = self._feed
         pending = np.concatenate([np.empty((0, self._columns)), *feed.pending])
         joint = dict(zip(('time_ns', 'position_m'), feed.joint, strict=True))
         return self.bench.save({_PENDING: pending, _STATUS: feed.status, _JOINT: joint})
 
     def update(self, until_ns: int, requests: Iterable[Request] = ()) -> Output:
-        """Do what ``Bench.update`` does, publish and write it; raise what has ended the file."""
+        """Run ``Bench.update``, publish and write its output; raise an error of the file."""
         for request in requests:
             self.accept(request)
         output = self.advance_bench(until_ns)
@@ -199,13 +199,13 @@ class ReportingBench:
             self._tell(Packed('info', self.bench.time_ns, info))
 
     def advance_bench(self, until_ns: int) -> Output:
-        """Advance without a report; a recording whose part is full first goes on in the next."""
+        """Advance without a report; if the part of the recording is full, begin the next first."""
         if self.writer is not None:
             self.writer.split_if_full(self.bench.time_ns, self.save)
         return self.bench.update(until_ns)
 
     def report(self, output: Output) -> None:
-        """Publish and write what an update of the bench has given."""
+        """Publish and write the output of an update."""
         self._tell(*self._feed.pack(output, self.time_origin_ns))
 
     def _tell(self, *packed: Packed) -> None:

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The file of a run: its name, and what it says of itself."""
+"""The file of a run: its name and its metadata."""
 
 import json
 import platform
@@ -32,21 +32,20 @@ this plus simulated time."""
 RUN_RECORD = 'stickslip_run'
 """Name of the metadata record of a run; it alone holds wall-clock time."""
 TOPICS_RECORD = 'stickslip_topics'
-"""Name of the metadata record that says under which name and quality of service each topic of
-docs/reference/interface.md was recorded, as JSON by its name in files; only in a run that holds
-its requests."""
+"""Name of the metadata record with the recorded name and quality of service of each topic of
+docs/reference/interface.md, as JSON by its name in files; only in a run with its requests."""
 PARAMETERS_FILE = 'parameters.yaml'  # name of the attachment with every parameter
 CHECKPOINT_FILE = 'checkpoint.bin'
-"""Name of the attachment with the state in which a recording begins, unless it is rest."""
+"""Name of the attachment with the initial state of a recording, unless it is rest."""
 EXPERIMENT_FILE = 'experiment.csv'
-"""Name of the attachment under which a recording carries its experiment."""
+"""Name of the attachment with the experiment of a recording."""
 NAME_MAX_BYTES = 200
 """Leaves room for the number of a part, ``.recovered`` and the suffix within the usual 255."""
 WALL_TIME = '%Y-%m-%dT%H:%M:%S.%fZ'
 
 
 def info_json(parameters: Parameters, time_origin_ns: int) -> str:
-    """Return the text of ``~/info``: everything that a recording needs to explain itself."""
+    """Return the text of ``~/info``: parameters, units, versions, time origin."""
     return json.dumps(
         {
             'versions': versions(),
@@ -60,7 +59,7 @@ def info_json(parameters: Parameters, time_origin_ns: int) -> str:
 
 
 def to_time_ns(said: object) -> int:
-    """Return a time that a file gives as a whole number of ns; ValueError if it is none."""
+    """Return a time from a file, a whole number of ns; ValueError for anything else."""
     time_ns = int(str(said))
     if not 0 <= time_ns <= TIME_MAX_NS:
         raise ValueError(f'{said} ns is outside of 0 to {TIME_MAX_NS} ns')
@@ -68,7 +67,7 @@ def to_time_ns(said: object) -> int:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions on which the numbers of a run depend."""
+    """Return the versions of the packages on which the numbers of a run depend."""
     return {
         'stickslip_ros': stickslip_ros.__version__,
         'python': platform.python_version(),
@@ -78,7 +77,7 @@ def versions() -> dict[str, str]:
 
 
 def run_path(parameters: Parameters, namespace: str = '') -> Path:
-    """Return the path of a new recording: the given name, or date, time and namespace."""
+    """Return the path of a new recording: its given name, or date, time and namespace."""
     name = parameters.record.name
     if not name:
         drive = namespace.rstrip('/').replace('/', '_')
@@ -100,7 +99,7 @@ def run_path(parameters: Parameters, namespace: str = '') -> Path:
 
 
 def save_checkpoint(checkpoint: bytes, parameters: Parameters) -> Path:
-    """Write a checkpoint into the folder of recordings; return its path, after date and time."""
+    """Write a checkpoint, named by date and time, beside the recordings; return its path."""
     folder = Path(parameters.record.directory)
     path = folder / f'checkpoint_{datetime.now(timezone.utc):%Y%m%dT%H%M%S_%f}.bin'
     try:
@@ -115,7 +114,7 @@ def save_checkpoint(checkpoint: bytes, parameters: Parameters) -> Path:
 def open_recorder(
     path: Path, parameters: Parameters, channels: Mapping[str, Channel], time_origin_ns: int = 0
 ) -> Recorder:
-    """Start the recording of a run, with its parameters, under the keys of its channels."""
+    """Start the recording of a run with its parameters and channels."""
     heading = 'Parameters of the recorded run; SI units.'
     run = {
         **versions(),

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A quantity over time: the one type of measured and of simulated runs; columns of a trace."""
+"""A quantity over time, measured or simulated; columns of a trace."""
 
 import re
 from collections.abc import Iterable
@@ -84,9 +84,9 @@ class Series:
 
 class Columns:
     """
-    The blocks of a trace, labelled ``t[s],voltage[V]``, joined as they come.
+    Joins the blocks of a trace, labelled ``t[s],voltage[V]``.
 
-    There is room for some rows; more than these take time to make it wider.
+    ``rows`` are allocated at first; the arrays grow if there are more.
 
     """
 
@@ -97,7 +97,7 @@ class Columns:
         self._table, self._rows = np.empty((0, 0)), 0
 
     def add(self, block: ArrayMessage) -> None:
-        """Take in a block; WrongKind if it is not laid out as one table like those before."""
+        """Add a block; WrongKind if its layout differs from that of the blocks before."""
         if not self._labels:
             self._labels = block.labels
             names = block.labels[1].split(',') if len(block.labels) == 2 else []
@@ -122,7 +122,7 @@ class Columns:
         self._table[:, begin : self._rows] = block.data.T
 
     def series(self) -> dict[str, Series]:
-        """Give the columns by their bare names; none without blocks."""
+        """Return the columns by their bare names; none without blocks."""
         if not self._units:
             return {}
         columns = dict(zip(self._units, self._table[:, : self._rows], strict=True))

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The files of a run: MCAP containers as ROS 2 tools expect them, one part after the other."""
+"""The files of a run: MCAP files as ROS 2 tools expect them, one part after the other."""
 
 import os
 import time
@@ -21,14 +21,14 @@ from stickslip_ros.recording.integrity import PROFILE
 from stickslip_ros.recording.layout import FileForm, Layout
 
 CLOSING_RECORD: Final = 'stickslip_recorder'
-"""Metadata record with which a finished file says what it holds and what was lost."""
-PART_RECORD: Final = 'stickslip_part'  # metadata record in which a part says which one it is
+"""Metadata record of a finished file: its content and its losses."""
+PART_RECORD: Final = 'stickslip_part'  # metadata record with the number of a part
 FIRST_PART: Final = 'first'
 """Entry of that record: number of the oldest part that is kept beside it."""
 FOLLOWED_BY: Final = 'followed_by'
 """Entry of a part's closing record: the file in which the run goes on, or nothing."""
 SECURE_AFTER: Final = 1 / 2
-"""Share of the flush period, by the clock, after which a chunk ends and is brought to the disk."""
+"""Share of the flush period, by the clock, after which a chunk is written to the disk."""
 COMPRESSIONS: Final = {
     'zstd': CompressionType.ZSTD,
     'lz4': CompressionType.LZ4,
@@ -40,7 +40,7 @@ Metadata = Mapping[str, Mapping[str, str]]
 
 
 class Stored(NamedTuple):
-    """A message as it stands in a file; channels are numbered from 1, as they are announced."""
+    """A message as stored in a file; channels are numbered from 1 in the order of declaration."""
 
     channel_id: int
     time_ns: int
@@ -49,14 +49,14 @@ class Stored(NamedTuple):
 
 
 class PartMark(NamedTuple):
-    """Where a file begins: what it alone has attached, and the messages that it repeats."""
+    """Start of a file: its own attachments, and the messages that it repeats."""
 
     attachments: Attachments
     repeated: Sequence[Stored]
 
 
 class McapFile:
-    """A new MCAP file, in a folder that is made where it is missing."""
+    """A new MCAP file; makes its folder if it is missing."""
 
     def __init__(
         self,
@@ -127,9 +127,9 @@ class McapFile:
 
     def write(self, message: Stored) -> None:
         """
-        Add a message to the chunk in progress; its time must not be before the last one's.
+        Add a message to the present chunk; its time must not be before that of the last one.
 
-        The first one ends it: damage to further ones does not take the topics away.
+        The first message ends the first chunk: damage to later chunks leaves the topics readable.
 
         """
         channel_id, time_ns, data, sequence = message
@@ -139,7 +139,7 @@ class McapFile:
             self._is_empty = False
 
     def secure(self) -> None:
-        """End the chunk in progress and bring all that was written to the disk."""
+        """End the present chunk, and sync the file to the disk."""
         self._writer.flush()  # type: ignore[no-untyped-call]
         self._sync()
 
@@ -152,7 +152,7 @@ class McapFile:
         self._stream.close()
 
     def abandon(self) -> None:
-        """Close the file as it is, with what fits on the disk."""
+        """Close the unfinished file, with all that fits on the disk."""
         with suppress(OSError):
             self._stream.close()
 
@@ -172,9 +172,9 @@ class RunFiles:
     """
     The files of one run; one caller at a time.
 
-    Every file begins with the metadata and the attachments; `losses` gives what its closing record
-    says of messages that never came here. Raises RecordingError if the run exists or cannot be
-    begun, UnknownName if the compression is not known.
+    Every file begins with the metadata and the attachments; `losses` returns the lost messages for
+    its closing record. Raises RecordingError if the run exists or cannot be begun, UnknownName if
+    the compression is not known.
 
     """
 
@@ -227,11 +227,11 @@ class RunFiles:
         self.written += 1
 
     def begin_part(self, mark: PartMark) -> None:
-        """Begin the next file; as long as there is no message, the first is that."""
+        """Begin the next file; before the first message, the first file is the next."""
         if not self.written:
             self._file.attach(mark.attachments)
         else:
-            # Before the last one ends: a file that says that it goes on does go on.
+            # Before the last file ends: so a file that names its successor has one.
             try:
                 following = self._begin({**self._attachments, **mark.attachments})
             except BaseException:
@@ -250,7 +250,7 @@ class RunFiles:
             self.stored += 1
 
     def keep(self) -> None:
-        """Bring to the disk what came since, if the last time is long ago by the clock."""
+        """Sync new messages to the disk, if the last sync is old by the clock."""
         if self.secured < self.written and time.monotonic() >= self._due_s:
             self._file.secure()
             self.secured = self.written
@@ -263,7 +263,7 @@ class RunFiles:
             write_metadata(self._layout.folder, self._layout.parts())
 
     def abandon(self) -> None:
-        """Close what is open as it is."""
+        """Close the open file, unfinished."""
         self._file.abandon()
 
     def _end_file(self, next_name: str) -> None:

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The client of a drive that panel, tests and controllers share, its handshake, lockstep."""
+"""The client of a drive for panel, tests and controllers: handshake, commands, lockstep."""
 
 import json
 from collections.abc import Callable, Iterable, Sequence
@@ -27,7 +27,7 @@ from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
 from stickslip_ros.units import NANO, NS_PER_S
 
 RETRY_S = 0.2
-"""Wall-clock time after which a call without an answer is made again."""
+"""Wall-clock time after which an unanswered call is repeated."""
 BEGIN_PERIOD_S = 0.02
 """Wall-clock time after which the first grant is sent again, until a position arrives."""
 
@@ -39,7 +39,7 @@ _TOPICS = {topic.key: topic for topic in TOPICS}
 
 
 def command_topic(name: str, *, but: str = '') -> Topic:
-    """Return the topic of a command, by what follows ``command/``; refuse an unknown one."""
+    """Return the topic ``command/NAME``; refuse an unknown name."""
     if name not in _COMMANDS or name == but:
         known = ', '.join(each for each in _COMMANDS if each != but)
         raise UnknownName('command', name, f'use {known}')
@@ -82,12 +82,12 @@ def open_context(
 
 class Handshake:
     """
-    A call to a drive, made again until it is answered; without it a first command may be lost.
+    A call to a drive, repeated until it is answered, so that no first command is lost.
 
-    DDS tells the two ends of a topic of each other one after the other, under load seconds apart.
-    What a publisher sends before the drive knows of it is lost, although the publisher already
-    counts a subscriber. A node announces what it offers in order, so once a service has answered
-    a client of it, the drive knows all that the node has offered before that client.
+    DDS informs the two ends of a topic one after the other, under load seconds apart. A message
+    that a publisher sends before the drive knows of it is lost, although the publisher already
+    counts a subscriber. A node announces its endpoints in order. So once a service has answered
+    a client, the drive knows every endpoint that the node made before that client.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ class Handshake:
     Attributes
     ----------
     state : str
-        What the drive answered: the state of its lifecycle; empty before.
+        Answer of the drive, the state of its lifecycle; empty before the answer.
 
     """
 
@@ -110,7 +110,7 @@ class Handshake:
         self.state = ''
 
     def is_done(self) -> bool:
-        """Call, unless that was done just now; tell whether an answer has come."""
+        """Call if the last call is old; return whether an answer has come."""
         now_s = monotonic()
         is_due = now_s - self._asked_s >= RETRY_S
         if not self.state and is_due and self._client.service_is_ready():
@@ -119,7 +119,7 @@ class Handshake:
         return bool(self.state)
 
     def close(self) -> None:
-        """Take the client away."""
+        """Destroy the client."""
         self._node.destroy_client(self._client)
 
     def _take_answer(self, answer: Any) -> None:
@@ -128,11 +128,11 @@ class Handshake:
 
 class DriveClient:
     """
-    Publishers of a drive's commands, and what else of it is asked for, on an ordinary node.
+    Publishers of a drive's commands, with subscriptions and services on request, on any node.
 
-    Whoever has the node spins it. The drive is the name of its node, with its namespace if that is
-    not the one of ``node``; ``commands`` are those that can be sent. Before the first command a
-    `Handshake` that was made after the client must be done.
+    The owner of the node spins it. ``drive`` is the name of the drive's node, with its namespace
+    if that differs from the one of ``node``; ``commands`` are the commands that can be sent. Make
+    a `Handshake` after the client, and wait until it is done before the first command.
 
     """
 
@@ -157,14 +157,14 @@ class DriveClient:
         Parameters
         ----------
         name : str
-            What follows ``command/`` in the name of its topic.
+            Name of its topic behind ``command/``.
         value : float, int or sequence of float
             Its number or numbers in SI units, in the order of docs/reference/interface.md:
             ``('voltage', 150.0)``, ``('sawtooth', (300.0, 500.0, 10.0))``, ``('waveform', rows)``.
         cycles : int
-            How often a waveform is played; 0 repeats until replaced.
+            Number of times that a waveform is played; 0 repeats until replaced.
         tag : str
-            Word that comes back in its events, of a command with a header or a layout.
+            Word that comes back in its events, for a command with a header or a layout.
 
         Raises
         ------
@@ -175,7 +175,7 @@ class DriveClient:
         self.send(name, pack_command(command_topic(name), value, cycles=cycles, tag=tag))
 
     def send(self, name: str, message: Any) -> None:
-        """Send any message on ``command/NAME``: for example one that the drive must refuse."""
+        """Send any message on ``command/NAME``, even a message that the drive must refuse."""
         self._publishers[name].publish(message)
         self.sent += 1
 
@@ -183,9 +183,9 @@ class DriveClient:
         self, key: str, take: Callable[[Any], None], *, depth: int = 0, raw: bool = False
     ) -> None:
         """
-        Take the messages of a topic, by its key, from now on; if ``raw``, as bytes.
+        Subscribe to a topic by its key; with ``raw`` the messages come as bytes.
 
-        As many may wait as the topic says, or ``depth``; of a latched topic it is the last.
+        The queue is as deep as the topic declares, or ``depth``; for a latched topic, 1.
 
         """
         topic = _TOPICS[key]
@@ -196,23 +196,23 @@ class DriveClient:
         self._subscriptions.append((topic, made))
 
     def service(self, service_type: Any, name: str) -> Client:
-        """Return the client of a service of the drive; it is made once."""
+        """Return the client of a service of the drive; made at the first call."""
         if name not in self._services:
             self._services[name] = self.node.create_client(service_type, f'{self.drive}/{name}')
         return self._services[name]
 
     def take_info(self, message: Any) -> None:
-        """Take ``~/info`` of a drive, latched, which comes as soon as it is active; no other."""
+        """Subscribe to ``~/info`` of the drive, which is latched from its activation on."""
         with suppress(ValueError, RecursionError, TypeError, KeyError):
             said = json.loads(message.data)
             self.info = {**said, TIME_ORIGIN: to_time_ns(said[TIME_ORIGIN])}
 
     def simulated_ns(self, message: Any) -> int:
-        """Return the simulated time of a message with a stamp, ns; the drive's info has come."""
+        """Return the simulated time of a stamped message, ns; needs the drive's info."""
         return stamp_ns(message) - int(self.info[TIME_ORIGIN])
 
     def is_connected(self) -> bool:
-        """Return whether each topic that a drive has in any case has its other end."""
+        """Return whether each topic that every drive has is connected."""
         heard = (made for topic, made in self._subscriptions if not topic.switches)
         obeyed = (made for name, made in self._publishers.items() if not _COMMANDS[name].switches)
         return all(each.get_publisher_count() for each in heard) and all(
@@ -229,7 +229,7 @@ class DriveClient:
             self.node.destroy_client(client)
 
     def _ends_of(self, topic: Topic) -> tuple[Any, str]:
-        """Return what the ends of a topic have in common: type and name."""
+        """Return type and name of a topic, as both of its ends have them."""
         namespace, slash, node_name = self.drive.rpartition('/')
         name = topic.name.replace('~', node_name)
         is_absolute = name.startswith('/')
@@ -252,7 +252,7 @@ class LockstepClient(DriveClient):
     block_s : float
         Time from one answer to the next: ``sim.block`` of the drive, or a multiple of it, s.
     on_position : callable
-        Receives simulated time (s) and position (m); returns what to command next.
+        Receives simulated time (s) and position (m); returns the next commands.
     first : iterable of (str, value)
         Commands for the time before the first position.
     namespace : str
@@ -298,17 +298,17 @@ class LockstepClient(DriveClient):
         super().command(command_topic(name, but='grant').request, value, cycles, tag)
 
     def is_connected(self) -> bool:
-        """Return whether each topic of a drive in lockstep has its other end."""
+        """Return whether each topic of a drive in lockstep is connected."""
         return super().is_connected() and self._publishers['grant'].get_subscription_count() > 0
 
     def close(self) -> None:
-        """Leave the drive, which waits from now on."""
+        """Leave the drive; it waits from now on."""
         self.node.destroy_timer(self._timer)
         self._handshake.close()
         super().close()
 
     def _begin(self) -> None:
-        """Ask for the first block until it comes; the same grant twice is the same as once."""
+        """Grant the first block again until it comes; a repeated grant changes nothing."""
         if self._has_begun:
             self._timer.cancel()
         elif self._first is None:

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The topics and services that a node offers; what is declared of a topic may be overridden."""
+"""The topics and services that a node offers, with overrides of their quality of service."""
 
 from collections import Counter
 from collections.abc import Callable, Mapping
@@ -31,20 +31,20 @@ from stickslip_ros.runtime.session import Session, await_reply
 from stickslip_ros.units import NANO
 
 POLICIES = {'depth': QoSPolicyKind.DEPTH, 'reliability': QoSPolicyKind.RELIABILITY}
-"""What ``qos_overrides.<topic>.<publisher or subscription>.*`` may change."""
+"""Policies for ``qos_overrides.<topic>.<publisher or subscription>.*``."""
 REFUSALS = (RuntimeError, ValueError, TypeError, ParameterException, InvalidQosOverridesError)
-"""What rclpy raises when it does not take an override."""
+"""Errors of rclpy when it refuses an override."""
 SHARED = ('diagnostics', 'joint_states')
 """Keys of the topics on which every node may publish."""
 ALWAYS = 'diagnostics'
 """Key of the topic on which a node publishes in every state."""
 ATTEMPTS = 2
-"""How often a message is given to the network, which may give up in a process that is held up."""
+"""Attempts to send a message; the network may give up in a process that is held up."""
 
 OnMessage = Callable[[Topic, bytes], None]
-"""Receives the topic of a command and the message that came on it, not yet opened."""
+"""Receives the topic of a command and a message on it, as bytes."""
 Act = Callable[[Session, Any], str]
-"""Does what a service is for, given its request, and returns the message of its answer."""
+"""Carries out a service request, and returns the message of its answer."""
 
 
 class Connections:
@@ -54,24 +54,24 @@ class Connections:
         self._node = node
         self._on_message = on_message
         self._overrides = overrides
-        # Endpoints of others with which a quality of service did not agree, by topic.
+        # Foreign endpoints of incompatible quality of service, by topic.
         self.incompatible: Counter[str] = Counter()
-        # Messages since the configuration that the network did not take, by key of the topic.
+        # Messages since the configuration that the network refused, by key of the topic.
         self.unsent: Counter[str] = Counter()
-        # Who else has the name of the node or publishes its readings, in words.
+        # Other nodes with the name of this node, or with publishers of its readings, in words.
         self.conflicts: list[str] = []
         [always] = [topic for topic in TOPICS if topic.key == ALWAYS]
         self._offered: dict[str, Any] = {ALWAYS: self._open(always, Parameters())}
 
     def fit(self, parameters: Parameters) -> bool:
-        """Return whether exactly the topics that exist under these parameters are offered."""
+        """Return whether the offered topics are those of these parameters."""
         return {t.key for t in TOPICS if t.exists(parameters)} == self._offered.keys()
 
     def offer(self, parameters: Parameters) -> None:
         """
         Offer every topic that exists under these parameters, and no other.
 
-        An override of quality of service that is not allowed, or belongs to no topic, is refused.
+        Refuses an override of quality of service that is not allowed or belongs to no topic.
 
         """
         self.release()
@@ -86,7 +86,7 @@ class Connections:
                 raise UnknownName('override', name, hint)
 
     def release(self) -> None:
-        """Take every topic away but one."""
+        """Remove all topics but the diagnostics."""
         for topic in TOPICS:
             if topic.key == ALWAYS or topic.key not in self._offered:
                 continue
@@ -97,7 +97,7 @@ class Connections:
                 self._node.destroy_lifecycle_publisher(entity)
 
     def publish(self, packed: Packed) -> None:
-        """Publish a packed message, if its topic is offered and the state allows it."""
+        """Publish a packed message if its topic is offered and the state allows it."""
         publisher = self._offered.get(packed.key)
         if publisher is None:
             return
@@ -110,7 +110,7 @@ class Connections:
         self.unsent[packed.key] += 1
 
     def check_graph(self) -> None:
-        """Ask the graph for who else has a name of this node, and warn of conflicts."""
+        """Look for conflicts of names in the graph, and warn of them."""
         node = self._node
         own = (node.get_name(), node.get_namespace())
         seen = []
@@ -137,7 +137,7 @@ class Connections:
         self.conflicts = seen
 
     def channels(self, parameters: Parameters) -> dict[str, Channel]:
-        """Return what a recording holds: names and quality of service as they are, by key."""
+        """Return the channels of a recording by key: actual names and quality of service."""
         return {
             topic.key: Channel(
                 str(self._node.resolve_topic_name(topic.name)),
@@ -203,10 +203,10 @@ def offer_services(
     acts: Mapping[str, Act],
 ) -> list[Service]:
     """
-    Offer every declared service on a node, and return them.
+    Offer every declared service on a node, and return the services.
 
     ``get_session`` returns the running drive, or refuses; ``on_refusal`` receives the name of a
-    service and why it was refused; ``acts`` are the services that only the node can do.
+    service and the reason of a refusal; ``acts`` are the services that only the node can do.
 
     """
 
@@ -231,7 +231,7 @@ def offer_services(
 
 
 def _ask_bench(name: str, session: Session, request: Any) -> str:
-    """Let the bench carry out a command; a switch is its only number."""
+    """Pass a command to the bench; a switch is its only number."""
     values = (float(request.data),) if COMMANDS[name].interface == SET_BOOL else ()
     await_reply(session.submit(Request(name, values), AT_ONCE))
     return ''

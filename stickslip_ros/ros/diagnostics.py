@@ -22,14 +22,14 @@ from stickslip_ros.units import MICRO, MILLI, NANO
 FACTOR_SHARE = 0.9
 """Share of the wanted real-time factor below which a report is an error."""
 MISSING_BLOCKS = 2.0
-"""Blocks that must be missing as well: a slow pace has few in a report."""
+"""Smallest number of missing blocks for an error: a slow pace has few blocks in a report."""
 BLOCK_MAX_S = 1.0
-"""Wall-clock time above which a block of the drive is an error, while it lasts."""
+"""Wall-clock time of a block above which it is an error, while it lasts."""
 STAMPS_OFF_MAX_S = 0.5
-"""Distance of stamps from the system's time above which a report is a warning."""
+"""Difference of stamps and system time above which a report is a warning."""
 FULL_SOON_S, RATE_OVER_S = 3600.0, 10.0
-"""Time that a disk has room for, below which a report is a warning, at the rate over at least so
-long: a file begins with its parameters."""
+"""Time until the disk is full, below which a report is a warning; and the shortest time over which
+the rate is averaged, since a file begins with its parameters."""
 QUEUE_SHARE = 0.5
 """Share of the recorder's queue above which a report is a warning."""
 
@@ -38,7 +38,7 @@ _OK, _WARN, _ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatu
 
 class Refusals:
     """
-    What was refused: counted, and logged once per name and report.
+    Refusals: counted, and logged once per name and report.
 
     ``on_line`` is called, in any thread, when there are lines for the log.
 
@@ -53,12 +53,12 @@ class Refusals:
         self._lock = threading.Lock()
 
     def refuse(self, name: str, line: str) -> None:
-        """Note that the node has refused a message or a call of this name."""
+        """Count a message or a call that the node has refused."""
         self.messages += 1
         self._log(name, line)
 
     def note(self, event: Event) -> None:
-        """Note the end of a command that the drive has refused, or that has failed."""
+        """Count a command that the drive has refused, or that has failed."""
         start = f'{event.command} (command {event.number})'
         self._log(event.command, f'{start} {event.result.name}: {event.message}')
 
@@ -71,7 +71,7 @@ class Refusals:
             self._on_line()
 
     def begin_report(self) -> None:
-        """Log how many were held back since the last call; the next of each name is logged."""
+        """Log the number of refusals since the last call that were only counted."""
         with self._lock:
             held_back, self._held_back = self._held_back, {}
         self.lines.extend(
@@ -83,14 +83,14 @@ class Refusals:
             self._on_line()
 
     def news(self, commands: int) -> int:
-        """Return how many refusals were not reported before, with those of the drive itself."""
+        """Return the number of unreported refusals, with those of the drive itself."""
         total = self.messages + commands
         news, self._reported = max(0, total - self._reported), total
         return news
 
 
 def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticStatus:
-    """Return how well real time was kept since the last report."""
+    """Return the status of the pace since the last report."""
     wanted = session.pacer.real_time_factor
     kept = f'{report.real_time_factor:.4f}'
     values = {
@@ -141,7 +141,7 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
 
 
 def drive_status(name: str, session: Session, refusals: Refusals) -> DiagnosticStatus:
-    """Return the state of the drive and what was refused."""
+    """Return the status of the drive, with its refusals."""
     news = refusals.news(session.bench.refused)
     values = {
         'simulated_s': f'{session.bench.time_ns * NANO:.3f}',
@@ -160,7 +160,7 @@ def drive_status(name: str, session: Session, refusals: Refusals) -> DiagnosticS
 
 
 def long_block(session: Session) -> str:
-    """Say how long the present block of a drive has lasted, if that is too long."""
+    """Return a warning if the present block of a drive lasts too long; else nothing."""
     at_s, busy_s = session.bench.time_ns * NANO, session.busy_s
     if busy_s <= BLOCK_MAX_S:
         return ''
@@ -168,14 +168,14 @@ def long_block(session: Session) -> str:
 
 
 def fault_status(name: str, faults: Faults) -> DiagnosticStatus:
-    """Return what is broken."""
+    """Return the present faults as a status."""
     values = {fault: str(value) for fault, value in faults.items()}
     message = ', '.join(faults) or 'none'
     return _status(name, 'faults', _WARN if faults else _OK, message, values)
 
 
 def connection_status(name: str, connections: Connections) -> DiagnosticStatus:
-    """Return what is wrong with the endpoints of others, and what the network did not take."""
+    """Return the status of connections: foreign endpoints, messages that were not sent."""
     incompatible, unsent = connections.incompatible, connections.unsent
     values = {topic: str(count) for topic, count in incompatible.items()}
     values.update({f'{topic} not sent': str(count) for topic, count in unsent.items()})
@@ -190,7 +190,7 @@ def connection_status(name: str, connections: Connections) -> DiagnosticStatus:
 
 
 def recorder_status(name: str, session: Session) -> DiagnosticStatus:
-    """Return the state of the recording."""
+    """Return the status of the recording."""
     writer = session.worker.writer or session.worker.failed_writer
     if writer is None:
         return _status(name, 'recorder', _OK, 'not recording', {})
@@ -225,13 +225,13 @@ def recorder_status(name: str, session: Session) -> DiagnosticStatus:
 
 
 def idle_status(name: str, state: str, trouble: str) -> DiagnosticStatus:
-    """Return the state of a node whose drive does not run, and the trouble that is why, if any."""
+    """Return the status of a node without a running drive, with the cause if there is one."""
     level, message = (_ERROR, f'{state}; {trouble}') if trouble else (_OK, state)
     return _status(name, 'drive', level, message, {})
 
 
 def compiling_status(name: str, line: str) -> DiagnosticStatus:
-    """Return how far the kernels of a drive are."""
+    """Return the progress of the kernels' compilation."""
     return _status(name, 'drive', _WARN, line, {})
 
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What both executables do: discovery on this host, services that answer, an end in order."""
+"""Start and end of the executables: discovery on this host, guarded services, cleanup."""
 
 import gc
 import os
@@ -39,13 +39,13 @@ DISCOVERY_VARIABLE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 
 
 def stay_on_this_host() -> None:
-    """Limit discovery to this host, unless the user has chosen a range; an empty one is none."""
+    """Limit discovery to this host unless the user has chosen a range; empty means no choice."""
     if not os.environ.get(DISCOVERY_VARIABLE):
         os.environ[DISCOVERY_VARIABLE] = 'LOCALHOST'
 
 
 def describe_node(node: Node) -> str:
-    """Return the first line of a node's log: version, name, and where it can be found."""
+    """Return the first line of a node's log: version, name, domain, discovery range."""
     wheels = Path(rclpy.__file__).parents[1].glob('ros_*_rclpy-*.dist-info')
     named = os.environ.get('ROS_DISTRO') or next((each.name for each in wheels), '')
     distribution = named.removeprefix('ros_').partition('_')[0] or 'of unknown name'
@@ -57,11 +57,11 @@ def describe_node(node: Node) -> str:
 
 def guard_services(node: Node) -> None:
     """
-    Have every service that a node offers by now refuse what rclpy does not expect.
+    Make every present service of a node refuse requests for which rclpy raises an error.
 
-    What rclpy raises in a service of its own, such as for a parameter of a type that does not
-    exist or for a transition that does not fit the state, would end the executor, and with it
-    the process; whoever asked would wait for ever.
+    An error that rclpy raises in its own services, such as for a parameter of an unknown type or
+    for a transition that does not fit the state, would end the executor and so the process. The
+    client would wait for ever.
 
     """
     for service in node.services:
@@ -70,11 +70,11 @@ def guard_services(node: Node) -> None:
 
 def _call_guarded(node: Node, service: Service, callback: Any, request: Any, response: Any) -> Any:
     """
-    Answer a request; of what rclpy raises the answer is that nothing has succeeded.
+    Answer a request; if rclpy raises an error, answer that nothing has succeeded.
 
-    rclpy sets parameters one after the other, so values that only fit together would be refused or
-    half taken, by their order. So all of a request are tried together first; where that is
-    refused, each is set or refused by itself.
+    rclpy sets parameters one after the other, so that values which only fit together would be
+    refused, or half of them taken. So all values of a request are tried together first. If that
+    is refused, each value is set or refused by itself.
 
     """
     if isinstance(request, SetParameters.Request) and request.parameters:
@@ -85,7 +85,7 @@ def _call_guarded(node: Node, service: Service, callback: Any, request: Any, res
                 return SetParameters.Response(results=[result] * len(together))
     try:
         return callback(request, response)
-    except Exception as error:  # noqa: BLE001 - rclpy may raise what it likes
+    except Exception as error:  # noqa: BLE001 - rclpy may raise anything
         node.get_logger().warning(f'{service.srv_name.rpartition("/")[2]} refused: {error}')
         result = SetParametersResult(reason=str(error))
     if isinstance(request, SetParameters.Request):  # what was set before the bad one stays so
@@ -99,11 +99,11 @@ def _call_guarded(node: Node, service: Service, callback: Any, request: Any, res
 
 def run_node(name: str, make: Callable[[], Node], arguments: Sequence[str] | None) -> int:
     """
-    Run a node until somebody asks work to end; the process, see `process`, is to end with it.
+    Run a node until a signal or a request ends work; the process (see `process`) ends with it.
 
-    Return its exit status: ENDED, REFUSED or CUT. ``make`` makes the node, in the default context;
-    ``name`` is that of the executable, for messages. Without ROS arguments those of the command
-    line are taken.
+    Return its exit status: ENDED, REFUSED or CUT. ``make`` makes the node in the default context;
+    ``name`` is the name of the executable, for messages. Without ROS arguments, those of the
+    command line count.
 
     """
     begin()
@@ -133,7 +133,7 @@ def run_node(name: str, make: Callable[[], Node], arguments: Sequence[str] | Non
 
 
 def _refuse_others(words: list[str]) -> None:
-    """Refuse words that ROS would leave to the program, which heeds none, or cannot read."""
+    """Refuse arguments that are not for ROS, or that ROS cannot read."""
     hint = 'parameters and names stand behind --ros-args, see --help'
     try:
         [_, *others] = remove_ros_args(words)
@@ -149,15 +149,15 @@ def end_node(executor: Executor, *nodes: Node) -> None:
     """
     End an executor that no thread spins any more, and its nodes, in the order that is safe.
 
-    The executor forgets the nodes first, and with ``shutdown`` what it still holds of its last
-    wait; only then do they go. Not to be called, nor ``shutdown`` alone, while another thread
-    spins: rclpy takes the guard condition from a wait that is about to begin. Of 480 executors
-    that were shut down while they spun 35 raised InvalidHandle in their thread and 5 to 8 never
-    ended (rclpy 7.1.6 and 9.1.2). So whoever spins looks at a flag, and is joined first.
+    The executor first removes the nodes, and with ``shutdown`` the rest of its last wait; then
+    the nodes are destroyed. Do not call this, nor ``shutdown`` alone, while another thread spins:
+    rclpy destroys the guard condition of a wait that is about to begin. Of 480 executors that
+    were shut down while they spun, 35 raised InvalidHandle in their thread and 5 to 8 never ended
+    (rclpy 7.1.6 and 9.1.2). So the spinning thread looks at a flag, and is joined first.
 
-    rclpy leaves the services of a lifecycle node in the graph until it is collected, or for ever
-    where a traceback holds it. They go here: a node that comes after it would have a double, and a
-    client that hears of half of the double's end never finds its own service ready.
+    rclpy leaves the services of a lifecycle node in the graph until the node is collected, or for
+    ever if a traceback holds it. They are destroyed here. Otherwise the next node would have a
+    double, and a client that misses half of the double's end never finds its own service ready.
 
     """
     for node in nodes:
@@ -171,10 +171,10 @@ def end_node(executor: Executor, *nodes: Node) -> None:
 
 def spin_until_stopped(node: Node, executor: Executor) -> None:
     """
-    Run a node until somebody asks work to end, then destroy it; the executor remains.
+    Run a node until work is asked to end, then destroy the node; the executor remains.
 
-    Without work it sleeps, also after ``wake()``: so who asks for the end gives it some. What a
-    callback raises, or the node when it is destroyed, is raised here.
+    Without work the executor sleeps, even after ``wake()``: so a request to end gives it some
+    work. Errors of callbacks, and of the node's destruction, are raised here.
 
     """
     executor.add_node(node)
@@ -189,15 +189,15 @@ def spin_until_stopped(node: Node, executor: Executor) -> None:
 
 class GarbageFreezer(ManagedEntity):  # type: ignore[misc]
     """
-    Exempts from garbage collection what a lifecycle node consists of once it is configured.
+    Exempts the objects of a configured lifecycle node from garbage collection.
 
-    A full collection looks at every object, of which the compiled kernels have more than 100 000:
-    without this the drive stands still for 40 to 90 ms, some ten seconds after its start.
+    A full collection looks at every object, and the compiled kernels have more than 100 000.
+    Without the exemption the drive stands still for 40 to 90 ms about ten seconds after its start.
 
     """
 
     def on_configure(self, _: LifecycleState) -> TransitionCallbackReturn:
-        """Collect what the last configuration has left behind, and exempt the rest."""
+        """Collect the garbage of the last configuration, and exempt all other objects."""
         gc.unfreeze()
         gc.collect()
         gc.freeze()

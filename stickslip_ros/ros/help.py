@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The help of the executable, before anything is imported that takes long."""
+"""The help text of the executable, without slow imports."""
 
 from stickslip_ros.parameters import describe, format_value, specs
 
@@ -23,7 +23,7 @@ parameters, with their defaults:
 
 
 def help_text() -> str:
-    """Return it."""
+    """Return the help text."""
     return HELP + ''.join(
         f'  {each}:={format_value(spec.default)}\n      {describe(spec)}\n'
         for each, spec in specs().items()

@@ -34,7 +34,7 @@ def to_profile(qos: Qos) -> QoSProfile:
 
 
 def to_qos(profile: QoSProfile) -> Qos:
-    """Return what a recording keeps of a ROS profile."""
+    """Return the recorded policies of a ROS profile."""
     return Qos(
         depth=profile.depth,
         reliable=profile.reliability == ReliabilityPolicy.RELIABLE,

@@ -64,7 +64,7 @@ Transition = Callable[[Any, LifecycleState], TransitionCallbackReturn]
 
 
 def logs_failure(transition: Transition) -> Transition:
-    """Log why a transition failed that was not refused: rclpy takes it for an error in silence."""
+    """Log an error in a transition, which rclpy would turn into a failure without a word."""
 
     @wraps(transition)
     def run(node: Any, state: LifecycleState) -> TransitionCallbackReturn:
@@ -82,10 +82,10 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
     """
     The virtual test stand as a ROS 2 lifecycle node.
 
-    With the parameter ``autostart`` (the default) it configures and activates itself; where that
-    is refused, it says why and stays as it is, for a lifecycle manager to try again.
-    Keyword arguments are those of ``rclpy.node.Node``: ``namespace``, ``context``,
-    ``parameter_overrides`` and so on; a parameter that is not known or not allowed is refused.
+    With the parameter ``autostart`` (the default) the node configures and activates itself. If
+    that is refused, it logs the reason and keeps its state, so that a lifecycle manager can try
+    again. Keyword arguments are those of ``rclpy.node.Node``: ``namespace``, ``context``,
+    ``parameter_overrides`` and so on. Unknown parameters and values out of range are refused.
 
     """
 
@@ -107,7 +107,7 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
         self._topics = Connections(self, self._on_message, overrides)
         self._offered_services: list[Service] = []
         self._action: TrajectoryAction | None = None
-        self._trouble = ''  # why the drive does not run, unless nobody wants it to
+        self._trouble = ''  # cause for which the drive does not run, if there is one
         clock = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(DIAGNOSTICS_PERIOD_S, self._publish_diagnostics, clock=clock)
         self._failed = self.create_guard_condition(self._leave_active)
@@ -121,7 +121,7 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
 
     @property
     def session(self) -> Session:
-        """The running drive; refused while the node is not active."""
+        """The running drive; raises StickSlipError while the node is not active."""
         return require(self._active, self._state_machine.current_state[1])
 
     @logs_failure
@@ -145,7 +145,7 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
 
     @logs_failure
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Start the drive, and the recording if ``record.on_start`` says so."""
+        """Start the drive, and a recording if ``record.on_start`` is true."""
         try:
             session = self._up_to_date()
         except StickSlipError as error:
@@ -167,7 +167,7 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
         return result
 
     def _refuse(self, why: str) -> TransitionCallbackReturn:
-        """Refuse a transition, in the log now and in the diagnostics from now on."""
+        """Refuse a transition; put the reason into the log and the diagnostics."""
         self.get_logger().error(why)
         self._trouble = why
         return FAILURE
@@ -189,7 +189,7 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
             return Session(parameters, self._topics.publish, callbacks)
 
     def _up_to_date(self) -> Session:
-        """Return the drive, built anew if its parameters were changed while it was inactive."""
+        """Return the drive, rebuilt if its parameters have changed while it was inactive."""
         check_clock(self)
         parameters = read_parameters(self)
         old = self._session
@@ -202,32 +202,32 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
 
     @logs_failure
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Stop the drive and finish its recording; its state stays, unless it has failed."""
+        """Stop the drive and finish its recording; its state stays unless it has failed."""
         return super().on_deactivate(state) if self._halt() else ERROR
 
     @logs_failure
     def on_cleanup(self, _: LifecycleState) -> TransitionCallbackReturn:
-        """Give up the drive, its topics and its services."""
+        """Discard the drive, its topics and its services."""
         self._release()
         return SUCCESS
 
     @logs_failure
     def on_shutdown(self, _: LifecycleState) -> TransitionCallbackReturn:
-        """Stop whatever runs, finish the recording."""
+        """Stop the drive and finish its recording."""
         self._halt()
         self._release()
         return SUCCESS
 
     @logs_failure
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Return to the unconfigured state after a failed transition, or a failed drive."""
+        """Return to the unconfigured state after a failed transition or a failed drive."""
         return self.on_shutdown(state)
 
     def destroy_node(self) -> None:
         """
-        Finish the recording before the node goes, whatever state it is in.
+        Finish the recording, then destroy the node, from any state.
 
-        If a block of the drive has never ended, StillBusy is raised when the node is gone.
+        Raises StillBusy after the destruction if a block of the drive has not ended.
 
         """
         self._halt()
@@ -245,7 +245,7 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
             self._action = None
 
     def _halt(self) -> bool:
-        """Stop the drive, finish its recording; return whether the drive was well."""
+        """Stop the drive, finish its recording; return whether neither has failed."""
         session = self._active
         if session is None:
             return True
@@ -266,7 +266,7 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
         return session.failure is None
 
     def _on_failure(self) -> None:
-        """Report at once that the drive has failed, on its thread; the executor does the rest."""
+        """Report a failure of the drive, on its thread; the executor leaves the active state."""
         session = self._session
         if session is not None:
             self._trouble = f'the drive has stopped: {session.failure}'
@@ -277,19 +277,19 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
         self._failed.trigger()
 
     def _on_end(self, event: Event) -> None:
-        """Take the end of a command, on the thread of the drive."""
+        """Handle the end of a command, on the thread of the drive."""
         if event.result not in UNTROUBLED:
             self._refusals.note(event)
         if self._action is not None:
             self._action.on_event(event)
 
     def _leave_active(self) -> None:
-        """Leave the active state by its error transition: rclpy has no other way into it."""
+        """Leave the active state through its error transition, by the only way rclpy has."""
         if self._active is not None and self._active.failure is not None:
             self.trigger_deactivate()
 
     def _on_message(self, topic: Topic, data: bytes) -> None:
-        """Hand a message to the drive; one that makes no sense counts as received."""
+        """Pass a message to the drive; a message without meaning counts as received."""
         try:
             session = self.session
             if topic.request == 'grant':
@@ -305,13 +305,13 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
             self._refusals.refuse(topic.name, f'{topic.name} refused: {error}')
 
     def _log_refusals(self) -> None:
-        """Write what was refused into the log, in a thread that may wait for it."""
+        """Log the refusals, in a thread that may wait for the log."""
         lines = self._refusals.lines
         while lines:
             self.get_logger().warning(lines.popleft())
 
     def _after_parameters(self, changes: list[Parameter]) -> None:
-        """Hand live ones to the drive; faults put back by ~/clear_faults are known to it."""
+        """Pass live parameters to the drive, except faults that ~/clear_faults has reset."""
         session = self._session
         if session is None:
             return
@@ -337,7 +337,7 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
         return session.end_recording(self.get_logger())
 
     def _recorded(self, session: Session) -> tuple[dict[str, Channel], str]:
-        """Return what a recording of this node holds, and its namespace."""
+        """Return the channels of a recording of this node, and its namespace."""
         return self._topics.channels(session.parameters), self.get_namespace()
 
     def _on_lost_recording(self, writer: RunWriter) -> None:
@@ -381,7 +381,7 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
 
 
 def _describe_run(node: Node, parameters: Parameters, bench: Bench) -> str:
-    """Return a line for the log: how the drive runs, and a command that it takes as it is."""
+    """Return a line for the log: rate, pace, preload and a command to try."""
     factor = parameters.sim.real_time_factor
     pace = 'in real time' if factor == 1.0 else f'{factor:g} times real time'
     if parameters.sim.lockstep:
@@ -400,7 +400,7 @@ def _describe_run(node: Node, parameters: Parameters, bench: Bench) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the drive until somebody asks for its end, see `run_node`; return its exit status."""
+    """Run the drive by `run_node`; return its exit status."""
 
     def make() -> StickSlipDrive:
         node = StickSlipDrive()

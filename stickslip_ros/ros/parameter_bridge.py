@@ -54,10 +54,10 @@ def descriptor_of(spec: Spec) -> ParameterDescriptor:
 
 def declare_parameters(node: Node) -> Parameters:
     """
-    Declare every parameter of the package on a node; a value that is not allowed is refused.
+    Declare every parameter of the package on a node; refuse a value that is not allowed.
 
-    It was made with ``automatically_declare_parameters_from_overrides=True``, so that a misspelt
-    name is seen instead of ignored, and a whole number does for a decimal one.
+    The node was made with ``automatically_declare_parameters_from_overrides=True``: so a misspelt
+    name is refused instead of ignored, and a whole number is taken for a decimal one.
 
     """
     parameters = Parameters().updated(given_values(node))
@@ -66,14 +66,14 @@ def declare_parameters(node: Node) -> Parameters:
 
 
 def given_values(node: Node) -> dict[str, Any]:
-    """Return what was given to a node at its start, but for what belongs to rclpy."""
+    """Return the values given to a node at its start, without rclpy's own parameters."""
     names = node.get_parameters_by_prefix('')
     own = [n for n in names if n not in FOREIGN and not n.startswith(QOS_PREFIX)]
     return {name: node.get_parameter(name).value for name in own}
 
 
 def declare(node: Node, declared: Mapping[str, Spec], values: Mapping[str, Scalar]) -> None:
-    """Declare parameters with these values, which have been checked."""
+    """Declare parameters with checked values."""
     for name, value in values.items():
         if node.has_parameter(name):
             node.undeclare_parameter(name)
@@ -84,8 +84,8 @@ def hand_over_overrides(node: Node) -> list[str]:
     """
     Return the given overrides of quality of service, and leave their declaration to rclpy.
 
-    It declares them read-only with the topic to which they belong; what is then still not
-    declared belongs to no topic.
+    rclpy declares an override read-only, with its topic. Overrides that are still undeclared
+    after that belong to no topic.
 
     """
     names = [n for n in node.get_parameters_by_prefix('') if n.startswith(QOS_PREFIX)]
@@ -95,12 +95,12 @@ def hand_over_overrides(node: Node) -> list[str]:
 
 
 def read_parameters(node: Node) -> Parameters:
-    """Return the present values of a node's parameters; refuse what does not fit together."""
+    """Return the present values of a node's parameters; refuse contradictions."""
     return Parameters().updated({name: node.get_parameter(name).value for name in specs()})
 
 
 def check_clock(node: Node, changes: Mapping[str, object] = MappingProxyType({})) -> None:
-    """Refuse a node that would follow the clock which it publishes, after these changes."""
+    """Refuse changes after which the node would follow the clock that it publishes."""
     now = {name: node.get_parameter(name).value for name in (_CLOCK, SIM_TIME)} | dict(changes)
     if now[_CLOCK] and now[SIM_TIME]:
         limit = f'not possible while {_CLOCK} is true: the node would follow its own clock'
@@ -108,7 +108,7 @@ def check_clock(node: Node, changes: Mapping[str, object] = MappingProxyType({})
 
 
 def judge_changes(node: Node, changes: list[Parameter], *, runs: bool) -> SetParametersResult:
-    """Accept or refuse a change of parameters; of a drive that runs only live ones change."""
+    """Accept or refuse a change of parameters; a running drive takes only live ones."""
     new: dict[str, object] = {p.name: p.value for p in changes}
     wanted = {name: value for name, value in new.items() if name in specs()}
     fixed = [name for name in wanted if not spec_of(name).live]
@@ -127,13 +127,13 @@ def judge_changes(node: Node, changes: list[Parameter], *, runs: bool) -> SetPar
 
 
 class ReloadableNode(Node):
-    """A node whose parameters, once dumped, can be loaded back, also those that are read-only."""
+    """A node that can load a dump of its parameters, including the read-only ones."""
 
     def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
         """
-        Set parameters that differ from the present ones: the same value again is no change.
+        Set the parameters that differ from the present ones; an equal value is no change.
 
-        A live one is set in any case: that ends a fault which came by schedule.
+        A live parameter is always set, which ends a fault of the schedule.
 
         """
         changes = [
@@ -150,10 +150,10 @@ class ReloadableNode(Node):
 
 def with_number(change: Parameter) -> Parameter:
     """
-    Return a text that is a number as one, where a number is declared.
+    Return a parameter with its text turned into a number, if a number is declared.
 
-    ``ros2 param load`` and ``set`` make a text of 1e-8, whose exponent YAML 1.1 does not read
-    without a point; load reads 1.0e-8, writes it as Python does, 1e-08, and reads that.
+    ``ros2 param load`` and ``set`` send 1e-8 as text, since YAML 1.1 wants a point before an
+    exponent. ``load`` also turns 1.0e-8 into text: it writes 1e-08, as Python does.
 
     """
     is_text = change.type_ == Parameter.Type.STRING
@@ -166,7 +166,7 @@ def with_number(change: Parameter) -> Parameter:
 
 
 def is_live(name: str) -> bool:
-    """Return whether a running drive takes a parameter: a fault, or one of its moves."""
+    """Return whether a running drive takes a parameter: a fault, or a limit of its moves."""
     return name in specs() and spec_of(name).live
 
 
@@ -175,14 +175,14 @@ Settings = tuple[tuple[str, Scalar], ...]
 
 
 def live_settings(changes: list[Parameter]) -> tuple[Settings, Settings]:
-    """Return those of some changes that a running drive takes: faults, and others."""
+    """Return the live parameters among some changes: faults, and others."""
     live = [(p.name, spec_of(p.name).check(p.name, p.value)) for p in changes if is_live(p.name)]
     faults = tuple(each for each in live if is_fault(each[0]))
     return faults, tuple(each for each in live if each not in faults)
 
 
 def fault_defaults(node: Node) -> list[Parameter]:
-    """Return the faults of a node that are not at their defaults, put back to these."""
+    """Return the defaults of the faults that a node has set."""
     return [
         Parameter(name, value=spec.default)
         for name, spec in specs().items()
@@ -191,6 +191,6 @@ def fault_defaults(node: Node) -> list[Parameter]:
 
 
 def differ_when_built(one: Parameters, other: Parameters) -> bool:
-    """Return whether two sets of parameters make different drives: live ones do not."""
+    """Return whether two sets of parameters differ in more than live ones."""
     values = other.flat()
     return any(value != values[n] for n, value in one.flat().items() if not spec_of(n).live)

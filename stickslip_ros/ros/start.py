@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The node as an executable: it heeds Ctrl-C, and answers --help, before it imports rclpy."""
+"""The executable of the node: it handles Ctrl-C and --help before it imports rclpy."""
 
 import gc
 import sys

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The action ``~/follow_joint_trajectory``, offered where its type is installed."""
+"""The action ``~/follow_joint_trajectory``, offered if its type is installed."""
 
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -30,14 +30,14 @@ from stickslip_ros.runtime.session import Session, await_reply
 from stickslip_ros.units import NANO, NS_PER_S
 
 FEEDBACK_RATE_HZ = 20.0
-"""Of wall-clock time: `action_monitor_rate` of joint_trajectory_controller."""
+"""Rate of feedback in wall-clock time: `action_monitor_rate` of joint_trajectory_controller."""
 CODES = {
     Result.DONE: 'SUCCESSFUL',
     Result.FOLLOWING_LIMIT_REACHED: 'PATH_TOLERANCE_VIOLATED',
     Result.END_STOP_REACHED: 'PATH_TOLERANCE_VIOLATED',
     Result.TIMEOUT: 'GOAL_TOLERANCE_VIOLATED',
 }
-"""Codes of the results of a trajectory; of any other it is INVALID_GOAL."""
+"""Codes of the results of a trajectory; any other result is INVALID_GOAL."""
 
 
 class TooLate(StickSlipError):
@@ -45,7 +45,7 @@ class TooLate(StickSlipError):
 
 
 def installed_types() -> tuple[Any, Any] | None:
-    """Return the types of the action and of a point of a trajectory, where they are installed."""
+    """Return the types of the action and of a trajectory's point, if they are installed."""
     try:
         action, points = import_module('control_msgs.action'), import_module('trajectory_msgs.msg')
     except ImportError:
@@ -55,16 +55,16 @@ def installed_types() -> tuple[Any, Any] | None:
 
 def read_goal(goal: Any, parameters: Parameters, now_ns: int, time_origin_ns: int) -> Request:
     """
-    Return the command that carries out a goal; now is simulated time.
+    Return the command that carries out a goal; ``now`` is simulated time.
 
     Raises
     ------
     UnknownName
-        If it is for another joint than that of the drive.
+        If the goal names another joint than that of the drive.
     TooLate
         If its end is past.
     StickSlipError
-        If it makes no sense, or the drive does not take it.
+        If the goal is malformed, or the drive refuses it.
 
     """
     trajectory, own = goal.trajectory, parameters.sim.joint_name
@@ -127,17 +127,17 @@ def _tolerances(name: str, tolerances: Any, own: str) -> Iterator[float]:
 
 class _Server(ActionServer):  # type: ignore[misc]
     """
-    An action server whose goals are executed by others.
+    An action server without a coroutine for each goal.
 
-    rclpy would have a coroutine that waits take a whole processor: it is called again and again.
+    rclpy calls a waiting coroutine again and again, which would take a whole processor.
 
     """
 
     def notify_execute(self, goal_handle: Any, execute_callback: Any) -> None:
-        """Leave a goal EXECUTING until it is answered."""
+        """Leave a goal in the state EXECUTING until it is answered."""
 
     def answer(self, goal: ServerGoalHandle, conclude: Callable[[ServerGoalHandle], Any]) -> None:
-        """Let a goal end as ``conclude`` says, which returns its result."""
+        """End a goal by ``conclude``, which returns its result."""
         with suppress(StopIteration):
             self._execute_goal(conclude, goal).send(None)
 
@@ -146,7 +146,7 @@ class TrajectoryAction:
     """
     The goals of a drive, each carried out as one of its commands.
 
-    A goal that makes no sense is accepted and aborted: only a result can say why.
+    A malformed goal is accepted and aborted: only a result can give the reason.
 
     Parameters
     ----------
@@ -157,7 +157,7 @@ class TrajectoryAction:
     get_session : callable
         Returns the running drive, or refuses.
     on_refusal : callable
-        Receives the name of the action and why a goal was refused.
+        Receives the name of the action and the reason of a refusal.
 
     """
 
@@ -172,7 +172,7 @@ class TrajectoryAction:
         self._type, self._point = types
         self._get_session = get_session
         self._on_refusal = on_refusal
-        # Those that run, the newest last, and the reply to their commands, by the tags of these.
+        # Running goals, the newest last, and the replies to their commands, by tag.
         self._goals: dict[str, tuple[ServerGoalHandle, Future[None]]] = {}
         self._ended: deque[Event] = deque()
         self._is_closing = False
@@ -191,24 +191,24 @@ class TrajectoryAction:
         )
 
     def on_event(self, event: Event) -> None:
-        """Take the end of a command; in any thread."""
+        """Handle the end of a command, on any thread."""
         if event.command == TRAJECTORY and event.tag in self._goals:
             self._ended.append(event)
             self._wake.trigger()
 
     def stop(self, session: Session) -> None:
-        """Stop what moves, before the drive is halted: it would go on at the next activation."""
+        """Stop the motion before the drive is halted: it would go on at the next activation."""
         if self._goals and session.failure is None:
             with suppress(StickSlipError):
                 await_reply(session.submit(Request('stop'), AT_ONCE))
 
     def give_up(self, why: str) -> None:
-        """Abort the goals whose end will not come."""
+        """Abort the goals whose commands will not end."""
         self._ended.extend(_aborted(tag, why) for tag in self._goals)
         self._answer_ended()
 
     def close(self) -> None:
-        """Offer the action no longer, once the executor has sent the results that are due."""
+        """Withdraw the action after the executor has sent the results that are due."""
         self._is_closing = True
         self._wake.trigger()
 
@@ -225,7 +225,7 @@ class TrajectoryAction:
         self._on_refusal(name, f'{name} refused: {error}')
 
     def _begin(self, goal: ServerGoalHandle) -> None:
-        """Hand a goal to the drive, where it replaces what moves; or abort it."""
+        """Pass a goal to the drive, where it replaces the present motion; or abort it."""
         goal.execute()
         code = 'INVALID_GOAL'
         try:
@@ -243,7 +243,7 @@ class TrajectoryAction:
         self._timer.reset()
 
     def _cancel(self, goal: ServerGoalHandle) -> CancelResponse:
-        """Stop what moves, or take back what still waits; its end answers the goal."""
+        """Stop the motion, or withdraw the pending command; its end answers the goal."""
         tag = bytes(goal.goal_id.uuid).hex()
         if tag in self._goals and self._goals[tag][1].cancel():
             self._ended.append(_aborted(tag, 'cancelled before it had begun'))
@@ -255,7 +255,7 @@ class TrajectoryAction:
         return CancelResponse.ACCEPT
 
     def _answer_ended(self) -> None:
-        """Answer the goals whose commands have ended; then close, if that was asked for."""
+        """Answer the goals whose commands have ended; then close if asked to."""
         while self._ended:
             event = self._ended.popleft()
             if event.tag in self._goals:
@@ -284,7 +284,7 @@ class TrajectoryAction:
         self._server.answer(goal, conclude)
 
     def _send_feedback(self) -> None:
-        """Tell the newest goal where the runner shall be, and where it is."""
+        """Send the desired and the actual position of the runner to the newest goal."""
         session = self._get_session()
         followed = session.bench.motion.followed
         if followed is None or not self._goals:

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Orders that a drive has not carried out yet, grants of simulated time, and its pause."""
+"""Pending orders of a drive, grants of simulated time, and its pause."""
 
 import math
 from collections import deque
@@ -19,11 +19,11 @@ from stickslip_ros.recording.run import RunWriter
 from stickslip_ros.units import NANO
 
 AT_ONCE = -2
-"""Due time of what waits for no block: it is done even while simulated time is held."""
+"""Due time of an order that waits for no block: it runs even while simulated time is held."""
 NEXT_BLOCK = -1
-"""Due time of what shall happen with the next block."""
+"""Due time of an order for the next block."""
 LEAST_NUMBERS = 100
-"""Numbers whose memory an order takes besides its own."""
+"""Memory of an order without its numbers, counted in numbers."""
 
 _RANKS = {topic.request: rank for rank, topic in enumerate(COMMAND_TOPICS)}
 
@@ -32,7 +32,7 @@ _RANKS = {topic.request: rank for rank, topic in enumerate(COMMAND_TOPICS)}
 class Order:
     """Something to do at a block."""
 
-    due_ns: int  # simulated time from which on it is carried out, or AT_ONCE, or NEXT_BLOCK
+    due_ns: int  # earliest simulated time to carry it out, or AT_ONCE, or NEXT_BLOCK
     request: Request | None = None  # for the bench; None exchanges the recording, or saves
     writer: RunWriter | None = None  # the new recording; None ends the present one
     saves: bool = False  # whether a checkpoint is asked for
@@ -50,21 +50,21 @@ class Order:
 
     @property
     def numbers(self) -> int:
-        """How much of what may wait the order takes."""
+        """Size of the order in the queue, in numbers."""
         return LEAST_NUMBERS + (0 if self.request is None else self.request.size)
 
     @property
     def rank(self) -> int:
-        """The place of its topic among the command topics; an order without topic comes first."""
+        """Place of its topic among the command topics; an order without topic comes first."""
         return -1 if self.request is None else _RANKS.get(self.request.name, -1)
 
 
 class Orders:
     """
-    Orders that wait, in the order in which they came.
+    Pending orders in the sequence of their arrival.
 
-    With ``by_topic`` those of one block are sorted by their topics, so that it does not matter in
-    which order the network delivered them.
+    With ``by_topic`` the orders of one block are sorted by topic, so that the sequence of their
+    delivery by the network does not matter.
 
     """
 
@@ -83,7 +83,7 @@ class Orders:
         return order
 
     def take(self, now_ns: int) -> list[Order]:
-        """Take what is due at a simulated time and was not withdrawn."""
+        """Take the orders that are due at a simulated time and were not withdrawn."""
         if not self._waiting:
             return []
         due: list[Order] = []
@@ -97,7 +97,7 @@ class Orders:
         return [order for order in due if order.reply.set_running_or_notify_cancel()]
 
     def withdraw_all(self) -> None:
-        """Cancel everything; recordings that were to begin are closed."""
+        """Cancel all orders, and close the recordings that were to begin."""
         while self._waiting:
             order = self._waiting.popleft()
             self.numbers -= order.numbers
@@ -107,14 +107,14 @@ class Orders:
 
 
 class Grant(NamedTuple):
-    """How far the drive may go in lockstep."""
+    """A limit of simulated time in lockstep."""
 
     until_ns: int  # simulated time that it may reach
     commands: int  # messages on command topics that must have come before
 
 
 def read_grant(topic: Topic, data: bytes) -> Grant:
-    """Return what a message on ``command/grant`` allows; refuse what is no time and count."""
+    """Read a grant from ``command/grant``; refuse anything but a time and a count."""
     values = list(read_request(topic, data).values[:3])
     if len(values) != 2 or not all(map(math.isfinite, values)):
         raise WrongKind('grant', values, 'a list of 2 finite numbers', 'send [until s, commands]')
@@ -136,25 +136,25 @@ class TimeControl:
         self.restart()
 
     def restart(self) -> None:
-        """Begin as after an activation: not paused, nothing granted, no command received."""
+        """Reset to the state after an activation: not paused, no grant, no command."""
         self.is_paused = False
         self.received = 0  # messages on command topics
         self._grant = Grant(0, 0)
 
     def extend(self, grant: Grant) -> None:
-        """Take a grant; one that goes less far than an earlier one changes nothing."""
+        """Take a grant; ignore it if an earlier grant goes further."""
         if grant.until_ns >= self._grant.until_ns:
             self._grant = grant
 
     def is_granted(self, now_ns: int) -> bool:
-        """Return whether the block that begins now was granted, and its commands have come."""
+        """Return whether the next block was granted and its commands have come."""
         if not self._lockstep:
             return True
         reached = now_ns + self._block_ns <= self._grant.until_ns
         return reached and self.received >= self._grant.commands
 
     def state(self, now_ns: int) -> str:
-        """Say what holds simulated time, if anything does."""
+        """Return 'running', or the cause that holds simulated time."""
         until_ns, commands = self._grant
         if self.is_paused or self.is_granted(now_ns):
             return 'paused' if self.is_paused else 'running'
@@ -164,5 +164,5 @@ class TimeControl:
         return f'lockstep, {far}'
 
     def allows(self, now_ns: int) -> bool:
-        """Return whether the block that begins now may be simulated."""
+        """Return whether the next block may be simulated."""
         return not self.is_paused and self.is_granted(now_ns)

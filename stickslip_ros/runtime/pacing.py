@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A loop keeps absolute deadlines, and its threads wake up in time to meet them."""
+"""Absolute deadlines for a loop, and threads that wake up in time to meet them."""
 
 import ctypes
 import math
@@ -22,16 +22,16 @@ import numpy as np
 from stickslip_ros.units import NS_PER_S
 
 TICKS_KEPT = 100_000
-"""Ticks that a report looks back on, at most."""
+"""Largest number of ticks in a report."""
 SCHEDSTAT = '/proc/thread-self/schedstat'
-"""Where Linux tells of a thread, in ns: its time on a processor, its waiting for one; slices."""
+"""Linux's account of a thread: ns on a processor, ns waiting for a processor; slices."""
 
 SWITCH_S: Final = 5e-5
 """Longest time that a callback may hold the interpreter while the drive's tick is due."""
 SLICE_S: Final = 3e-4
-"""Slice that is asked of Linux: longer than a tick computes, shorter than what others have."""
+"""Slice requested from Linux: longer than a tick computes, shorter than the default slice."""
 SLACK_S: Final = 1e-9
-"""By how much Linux may let a sleep last longer."""
+"""Largest delay that Linux may add to a sleep."""
 
 THIS_THREAD: Final = 0
 _SET_ATTRIBUTES, _GET_ATTRIBUTES = 314, 315
@@ -44,7 +44,7 @@ _SET_TIMER_SLACK: Final = 29
 
 
 class Stalls(NamedTuple):
-    """Where the time of ticks that began too late went; not a number where Linux does not tell."""
+    """Causes of late ticks; NaN if Linux keeps no account."""
 
     work_s: float = math.nan  # the thread computed
     processor_s: float = math.nan  # it waited for a processor
@@ -52,27 +52,27 @@ class Stalls(NamedTuple):
 
     @property
     def most(self) -> str:
-        """In words what took most of it; empty where nothing did, or nobody knows."""
+        """Main cause in words; empty if there is none or Linux keeps no account."""
         words = 'computing', 'waiting for a processor', 'waiting for the interpreter'
         return f', mostly {words[int(np.argmax(self))]}' if sum(self) > 0.0 else ''
 
 
 @dataclass(frozen=True)
 class PaceReport:
-    """How well the deadlines were met since the last report."""
+    """Deadlines met and missed since the last report."""
 
-    # Simulated time per wall-clock time; time in which the loop was held does not count.
+    # Simulated time per wall-clock time, without the time in which the loop was held.
     real_time_factor: float
-    lateness_mean_s: float  # how long after its deadline a tick began
+    lateness_mean_s: float  # delay of a tick's begin after its deadline
     lateness_p99_s: float
     lateness_max_s: float
     overruns: int  # ticks that began more than a period late
     ticks: int
     overruns_total: int  # since the start
-    lag_s: float  # how late the next tick is by now; it is being made up
-    given_up_s: float  # lag that is not made up, being above the largest one
-    behind_s: float  # all that was given up since the start
-    missing_s: float  # simulated time that there would be more at the wanted pace; not below 0
+    lag_s: float  # present delay of the next tick; it is being made up
+    given_up_s: float  # lag above lag_max_s, which is not made up
+    behind_s: float  # sum of given_up_s since the start
+    missing_s: float  # simulated time missing against the wanted pace; at least 0
     stalls: Stalls  # of the overruns
 
 
@@ -80,8 +80,8 @@ class Pacer:
     """
     Holds a loop to absolute deadlines; the real-time factor 0 is as fast as possible.
 
-    A lag is made up: the next ticks begin at once. One above ``lag_max_s``, or two ticks if that
-    is longer, is given up: deadlines begin anew.
+    A lag is made up: the next ticks begin at once. A lag above ``lag_max_s`` (at least two ticks)
+    is given up: deadlines begin again from now.
 
     """
 
@@ -98,7 +98,7 @@ class Pacer:
         self.start()
 
     def start(self) -> None:
-        """Begin to count deadlines now."""
+        """Set the first deadline to now."""
         with self._lock:
             self._held_since_s: float | None = None
             self._deadline_s = self._report_s = time.monotonic()
@@ -107,7 +107,7 @@ class Pacer:
 
     @contextmanager
     def accounted(self) -> Iterator[None]:
-        """Meanwhile note, in the thread that waits, where the time of late ticks goes."""
+        """Account for the time of late ticks in the calling thread, as a context."""
         try:
             self._schedstat = os.open(SCHEDSTAT, os.O_RDONLY)
         except OSError:
@@ -122,11 +122,11 @@ class Pacer:
             os.close(closed)
 
     def _account(self, now_s: float, pause_s: float, *, is_late: bool) -> None:
-        """Note what the thread has done since the tick before: ``rest_s`` is all time but that."""
+        """Account for the time since the tick before; ``rest_s`` is the remainder."""
         if self._schedstat is None:
             return
         if pause_s <= 0.0:
-            time.thread_time()  # Linux counts up to now where this is asked, or the thread sleeps
+            time.thread_time()  # makes Linux count up to now; a sleep does so too
         before, self._noted = self._noted, (os.pread(self._schedstat, 64, 0), now_s)
         if is_late and before is not None:
             counts = [[int(ns) for ns in each[0].split()[:2]] for each in (before, self._noted)]
@@ -135,13 +135,13 @@ class Pacer:
             self._stalls = Stalls(*np.add(self._stalls, (work_s, processor_s, rest_s)).tolist())
 
     def hold(self) -> None:
-        """Note that the loop stands still on purpose from now on; the second time, nothing."""
+        """Mark the begin of an intended standstill; a second call does nothing."""
         with self._lock:
             if self._held_since_s is None:
                 self._held_since_s = time.monotonic()
 
     def resume(self) -> None:
-        """Move deadlines by a hold, which is no lateness; without one, do nothing."""
+        """End a standstill and move the deadlines by its length; else do nothing."""
         if self._held_since_s is None:
             return
         with self._lock:
@@ -151,7 +151,7 @@ class Pacer:
             self._held_since_s = self._noted = None
 
     def wait(self, sleep: Callable[[float], None] = time.sleep) -> None:
-        """Sleep until the next deadline, unless ``sleep`` ends early; note how late it is then."""
+        """Sleep until the next deadline, and note the lateness; ``sleep`` may end early."""
         if self._period_s == 0.0:
             self._lateness_s.append(0.0)
             return
@@ -169,7 +169,7 @@ class Pacer:
             self._behind_s += late_s
 
     def report(self) -> PaceReport:
-        """Summarise the ticks since the last report, and begin a new one."""
+        """Summarise the ticks since the last report, and begin the next report."""
         with self._lock:
             now_s = time.monotonic()
             elapsed_s = now_s - self._report_s
@@ -219,16 +219,16 @@ class SchedulingAttributes(ctypes.Structure):
 
 def wake_in_time() -> None:
     """
-    Have the threads of this process, and of those that it starts, wake up when they are due.
+    Make the threads of this process, and of its children, wake up in time.
 
-    To be called before threads start: they inherit it. Where Linux knows only a part of it, the
-    rest is done.
+    Call it before threads start: they inherit the settings. Settings unknown to this Linux are
+    left out.
 
     - The interpreter changes threads after `SWITCH_S`.
-    - Linux lets a sleep last 50 us longer than asked for, to wake up seldom; now it does not.
-    - From Linux 6.12 on, a thread with a short slice that wakes up takes the processor from one
-      with a long slice, instead of waiting for the end of that (2.8 ms on two cores). Its share of
-      the processor stays the same.
+    - Linux extends a sleep by up to 50 us, to wake up less often; the extension is switched off.
+    - From Linux 6.12 on, a waking thread with a short slice takes the processor from a thread with
+      a long slice, instead of waiting for the end of that slice (2.8 ms on two cores). Its share
+      of the processor stays the same.
 
     """
     sys.setswitchinterval(SWITCH_S)
@@ -241,7 +241,7 @@ def wake_in_time() -> None:
 
 
 def scheduling(thread: int) -> SchedulingAttributes | None:
-    """Return how Linux schedules a thread; None where it does not tell, or knows no slices."""
+    """Return the scheduling of a thread; None if Linux does not report it or has no slices."""
     if not KNOWS_SLICES:
         return None
     attributes = SchedulingAttributes()

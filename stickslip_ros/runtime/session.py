@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A running drive: its own thread does the work; other threads only queue orders."""
+"""A running drive: its own thread does the work, other threads queue orders."""
 
 import threading
 import time
@@ -22,22 +22,22 @@ from stickslip_ros.recording.run import Publish, RunWriter
 from stickslip_ros.recording.run_file import run_path
 from stickslip_ros.runtime.orders import AT_ONCE, NEXT_BLOCK, Grant, Order, Orders, TimeControl
 from stickslip_ros.runtime.pacing import Pacer
-from stickslip_ros.runtime.worker import NOBODY, Callbacks, Worker
+from stickslip_ros.runtime.worker import NO_CALLBACKS, Callbacks, Worker
 from stickslip_ros.units import NANO
 
 LONG_PAUSE_S = 0.2
-"""A longer pause ends at once when the drive is stopped or held; sleeping is more exact."""
+"""Longest pause spent asleep, which is exact; a longer pause can be ended at once."""
 HOLD_TIMEOUT_S = 10.0
 REPLY_TIMEOUT_S = 10.0
 WAITING_MAX = 2_000_000
-"""Numbers that commands may hold while they wait: those of ten of the longest waveforms."""
+"""Largest sum of numbers in pending commands: ten of the longest waveforms."""
 STOP_TIMEOUT_S = 5.0
 
 T = TypeVar('T')
 
 
 class Turn(Enum):
-    """What the thread of a session does next."""
+    """Next action of a session's thread."""
 
     ADVANCE = auto()
     STEP = auto()
@@ -49,7 +49,7 @@ class Session:
     """The drive as a thread that ticks once per block."""
 
     def __init__(
-        self, parameters: Parameters, publish: Publish, callbacks: Callbacks = NOBODY
+        self, parameters: Parameters, publish: Publish, callbacks: Callbacks = NO_CALLBACKS
     ) -> None:
         self.parameters = parameters
         lockstep = parameters.sim.lockstep
@@ -83,28 +83,28 @@ class Session:
 
     @property
     def state(self) -> str:
-        """How far simulated time has come, and what holds it."""
+        """Simulated time, and the cause that holds it."""
         now_ns = self.bench.time_ns
         return f'simulated time {now_ns * NANO:.9g} s; {self._time_control.state(now_ns)}'
 
     @property
     def busy_s(self) -> float:
-        """How long the present block lasts by now, s; 0 between two blocks."""
+        """Wall-clock time since the present block began, s; 0 between two blocks."""
         since_s = self._busy_since_s
         return 0.0 if since_s is None else time.monotonic() - since_s
 
     @property
     def stamps_behind_s(self) -> float | None:
-        """By how much stamps lag the system's time, s; None where they do not follow it."""
+        """Lag of the stamps behind the system's time, s; None if they do not follow it."""
         origin_ns = self.worker.time_origin_ns
         return (time.time_ns() - origin_ns - self.bench.time_ns) * NANO if origin_ns else None
 
     def fix_time_origin(self, *, follows_clock: bool) -> None:
         """
-        Let stamps begin now, as `has_system_time` says.
+        Set the origin of the stamps, as `has_system_time` decides.
 
-        A reading is published when its block begins: its stamp, the end of the block, shall not
-        lie in the future.
+        A reading is published when its block begins. Its stamp is the end of the block, and must
+        not lie in the future.
 
         """
         self.worker.time_origin_ns = 0
@@ -113,7 +113,7 @@ class Session:
             self.worker.time_origin_ns = time.time_ns() - ahead_ns
 
     def start(self) -> None:
-        """Begin to tick, neither paused nor granted anything."""
+        """Start to tick, not paused and without a grant."""
         self._is_ending = False
         self._time_control.restart()
         self.pacer.start()
@@ -122,10 +122,10 @@ class Session:
 
     def stop(self) -> RunWriter | None:
         """
-        End the thread after its present tick; return the recording, still to be closed.
+        End the thread after its present tick; return the recording, which is still open.
 
-        A tick that does not end is left alone: it hangs in a kernel, which nothing can interrupt.
-        `failure` says so then.
+        A tick that does not end hangs in a kernel and cannot be interrupted: it is left alone, and
+        `failure` says so.
 
         """
         self._is_ending = True
@@ -144,13 +144,13 @@ class Session:
         return writer
 
     def submit(self, request: Request, due_ns: int = NEXT_BLOCK) -> 'Future[None]':
-        """Ask the bench for something, at the first tick from ``due_ns`` on."""
+        """Queue a request for the bench, due at the first tick from ``due_ns`` on."""
         return self._put(Order(due_ns, request=request))
 
     def exchange_recording(
         self, writer: RunWriter | None, due_ns: int = AT_ONCE
     ) -> 'Future[RunWriter | None]':
-        """Record into ``writer`` from a tick on; the reply is the recording so far."""
+        """Record into ``writer`` from the next tick on; the reply is the previous recording."""
         return self._put(Order(due_ns, writer=writer))
 
     def save(self) -> 'Future[bytes]':
@@ -159,9 +159,9 @@ class Session:
 
     def receive(self, request: Request | None) -> None:
         """
-        Take what came on a command topic; None for a message that made no sense.
+        Take a request from a command topic; None stands for a message without meaning.
 
-        It is refused if too much waits already: time is held, or the drive cannot follow.
+        Refused if too many numbers are pending: time is held, or the drive cannot follow.
 
         """
         with self._changed:
@@ -182,14 +182,14 @@ class Session:
             self._changed.notify_all()
 
     def await_time(self, time_ns: int, timeout_s: float) -> bool:
-        """Wait until a block is over, all of it published; return whether it is, in time."""
+        """Wait for the end and publication of a block; return whether it came in time."""
         with self._changed:
             return self._changed.wait_for(
                 lambda: self.bench.time_ns >= time_ns and self._busy_since_s is None, timeout_s
             )
 
     def set_paused(self, wanted: bool) -> None:
-        """Hold simulated time, from the end of the present tick on, or let it run on."""
+        """Hold simulated time from the end of the present tick on, or let it run."""
         with self._changed:
             self._time_control.is_paused = wanted
             self._changed.notify_all()
@@ -202,7 +202,7 @@ class Session:
                 raise StickSlipError(f'the present block has not ended in {HOLD_TIMEOUT_S:g} s')
 
     def step(self) -> 'Future[None]':
-        """Advance by one block; this is refused if time is not held, or the block not granted."""
+        """Advance by one block; refused if time is not held or the block is not granted."""
         with self._changed:
             if not self._time_control.is_paused:
                 raise StickSlipError('simulated time runs; call ~/set_paused with true first')
@@ -215,9 +215,9 @@ class Session:
 
     def open_recording(self, channels: Mapping[str, Channel], namespace: str = '') -> RunWriter:
         """
-        Start the file of a recording; one whose drive need not keep a pace loses nothing.
+        Start the file of a recording; without a pace to keep, the drive waits for the disk.
 
-        Its path is absolute: whoever asks for a recording may be in another folder.
+        The path is absolute: the client may run in another folder.
 
         """
         return RunWriter(
@@ -250,9 +250,9 @@ class Session:
 
     def close_recording(self, writer: RunWriter, logger: Any) -> str:
         """
-        Finish a file; the drive does not wait for the disk, the caller does. Return its path.
+        Finish a file while the drive goes on; return its path.
 
-        A recording that has failed is refused, and the drive says so too.
+        Refused if the recording has failed; the drive reports that too.
 
         """
         writer.close()
@@ -312,7 +312,7 @@ class Session:
                 self.pacer.wait(self._sleep)
 
     def _fail(self, error: BaseException) -> None:
-        """Answer every order that will never be carried out, and report the failure."""
+        """Refuse all pending orders, and report the failure."""
         self.failure = error
         why = StickSlipError(f'the drive has stopped: {error}')
         with self._changed:
@@ -325,7 +325,7 @@ class Session:
         self.worker.report_failure(error)
 
     def _next_turn(self) -> Turn | None:
-        """Say what is to be done now, and take the orders for it."""
+        """Return the next action, and take its orders."""
         now_ns = self.bench.time_ns
         if self._is_ending:
             return Turn.END
@@ -351,7 +351,7 @@ class Session:
 
 
 def has_system_time(parameters: Parameters, *, follows_clock: bool) -> bool:
-    """Return whether stamps begin at the system's time; a node may follow ``/clock`` instead."""
+    """Return whether stamps begin at the system's time, not at that of ``/clock``."""
     sim = parameters.sim
     if sim.time_origin != 'auto':
         return sim.time_origin == 'system'
@@ -360,7 +360,7 @@ def has_system_time(parameters: Parameters, *, follows_clock: bool) -> bool:
 
 
 def await_reply(reply: 'Future[T]') -> T:
-    """Wait for a tick to carry out an order; one that does not come is withdrawn and refused."""
+    """Wait for the reply to an order; withdraw and refuse it if no tick comes."""
     try:
         return reply.result(REPLY_TIMEOUT_S)
     except NoReply:
@@ -371,12 +371,12 @@ def await_reply(reply: 'Future[T]') -> T:
 
 
 def why_lost(writer: RunWriter) -> str:
-    """Return which recording has failed, and why."""
+    """Return the path of a failed recording and its error, in words."""
     return f'{writer.recorder.path} has stopped: {writer.recorder.error}'
 
 
 def require(session: Session | None, state: str) -> Session:
-    """Return a session that runs; refuse none, with the node's state, and one that has failed."""
+    """Return a running session; refuse None and a failed session."""
     if session is None:
         raise StickSlipError(f'the node is {state}, not active; activate it first')
     if session.failure is not None:

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The work of a drive, block by block: orders, bench, topics and recording; without threads."""
+"""The work of a drive, block by block: orders, bench, topics and recording; no threads."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -20,14 +20,14 @@ from stickslip_ros.runtime.orders import Order
 
 _PRELOADING = int(Status.PRELOADING)
 UNTROUBLED = (Result.DONE, Result.ABORTED)
-"""Results of commands that neither were refused nor have failed."""
+"""Results of commands that were neither refused nor failed."""
 Faults = dict[str, Scalar]
-"""Values of the faults that there are, by name."""
+"""Values of the present faults, by name."""
 
 
 @dataclass(frozen=True)
 class Callbacks:
-    """Listeners to what happens in a drive, called on its thread; by default none."""
+    """Listeners to events of a drive, called on its thread; by default none."""
 
     on_faults: Callable[[Faults], None] = lambda _: None  # the faults whenever they change
     on_lost_recording: Callable[[RunWriter], None] = lambda _: None  # one that has just failed
@@ -35,17 +35,17 @@ class Callbacks:
     on_failure: Callable[[], None] = lambda: None  # the drive itself has failed
 
 
-NOBODY = Callbacks()
+NO_CALLBACKS = Callbacks()
 
 
 class Worker(ReportingBench):
-    """A run under orders and a schedule of faults, which reports what goes wrong."""
+    """A run under orders and a schedule of faults, which reports failures."""
 
     def __init__(self, parameters: Parameters, publish: Publish, callbacks: Callbacks) -> None:
         path = parameters.fault.schedule
         self._schedule = read_schedule(Path(path)) if path else FaultSchedule()
         bench = start_bench(parameters)
-        self._schedule.due(bench.time_ns - 1)  # what was due before a checkpoint has been done
+        self._schedule.due(bench.time_ns - 1)  # skips faults of the time before a checkpoint
         super().__init__(parameters, publish, bench=bench)
         self._block_ns = parameters.block_ns
         self._keeps_clock = parameters.sim.publish_clock
@@ -57,18 +57,18 @@ class Worker(ReportingBench):
 
     @property
     def faults(self) -> Faults:
-        """The faults of the moment."""
+        """Present faults."""
         faults = self.bench.faults
         return {name: getattr(faults, name) for name in faults.names}
 
     def serve(self, orders: list[Order]) -> None:
-        """Carry out orders at the present time, which stands still."""
+        """Carry out orders while simulated time stands still."""
         self._carry_out(orders)
         for order in orders:
             order.answer()
 
     def advance(self, orders: list[Order]) -> None:
-        """Carry out orders and what is scheduled, advance by one block, publish what was seen."""
+        """Carry out orders and scheduled faults, advance by one block, publish the readings."""
         now_ns = self.bench.time_ns
         self._carry_out(orders, self._schedule.due(now_ns))
         output = self.advance_bench(now_ns + self._block_ns)
@@ -86,7 +86,7 @@ class Worker(ReportingBench):
             order.answer()
 
     def report_failure(self, error: BaseException) -> None:
-        """Say, on the topic of events and in the recording, that the drive has stopped."""
+        """Report that the drive has stopped, as an event and in the recording."""
         event = Event(self.bench.time_ns, 0, 'drive', Result.DRIVE_FAILED, message=str(error))
         packed = Packed('event', event.time_ns, pack_string(event.to_json()))
         if self.writer is not None:
@@ -94,7 +94,7 @@ class Worker(ReportingBench):
         self._publish(packed)
 
     def lose_recording(self, writer: RunWriter) -> None:
-        """Say that the disk has ended a recording; nothing else changes."""
+        """Report that the disk has ended a recording; the drive goes on."""
         self.failed_writer = writer
         why = str(writer.recorder.error)
         event = Event(self.bench.time_ns, 0, 'recording', Result.RECORDING_FAILED, message=why)
@@ -102,7 +102,7 @@ class Worker(ReportingBench):
         self._callbacks.on_lost_recording(writer)
 
     def _carry_out(self, orders: list[Order], scheduled: Iterable[Request] = ()) -> None:
-        """Do what is due at the present time: recordings first, then the schedule's faults."""
+        """Carry out recordings first, then scheduled faults, then the other orders."""
         for order in orders:
             if order.saves:
                 order.outcome = self.save()

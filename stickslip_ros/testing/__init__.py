@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""For tests of controllers: a drive beside the test, an operator, lockstep, pytest fixtures."""
+"""Helpers for tests of controllers: a drive, an operator, lockstep, pytest fixtures."""
 
 from stickslip_ros.extras import needs_ros
 

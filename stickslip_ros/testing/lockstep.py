@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A node of a user and a drive in lockstep: simulated time goes on when its callbacks are done."""
+"""A user's node and a drive in lockstep: simulated time advances after the callbacks."""
 
 import sys
 import threading
@@ -28,24 +28,24 @@ from stickslip_ros.runtime.orders import Grant
 from stickslip_ros.testing.operator import settle
 
 WAIT_S = 0.02
-"""Wall-clock time after which a thread that waits looks round."""
+"""Wall-clock time between two checks of a waiting thread."""
 LEAVE_S = 1.0
-"""Wall-clock time that a callback has to return when the test no longer waits for it."""
+"""Wall-clock time for a callback to return after the test has given up waiting."""
 OURS = (
     *(f'{each.__path__[0]}/' for each in (rclpy, stickslip_ros)),
     threading.__file__,
 )
-"""Beginnings of the paths of files in which no callback of a user stands."""
+"""Folders without callbacks of a user."""
 
 
 class Lockstep:
     """
-    A drive in lockstep and the node that controls it, until a simulated time.
+    Runs a drive in lockstep with the node that controls it, until a simulated time.
 
-    The work is done on a thread of its own, so that a callback that never returns can be told.
-    Inside a process DDS delivers a message before ``publish`` returns: what a block has published
-    waits in the node when the block is over. Only the other way it is counted: the executor of the
-    drive takes commands when it comes to them, and a grant says how many there are.
+    The work is done on a separate thread, so that a callback which never returns is noticed.
+    Inside a process DDS delivers a message before ``publish`` returns: the messages of a block
+    wait in the node when the block is over. Commands are counted: the executor of the drive takes
+    them later, and a grant says their number.
 
     """
 
@@ -65,7 +65,7 @@ class Lockstep:
         self._refuse()
 
     def run(self, end_ns: int, check: Callable[[], None], timeout_s: float) -> None:
-        """Run until a simulated time; refuse to wait longer than a time-out for its progress."""
+        """Run until a simulated time; give up after a time-out without progress."""
         thread = Thread(target=self._work, args=(end_ns,), name='lockstep', daemon=True)
         seen, since_s = '', monotonic()
         with self._counted_commands():
@@ -87,7 +87,7 @@ class Lockstep:
             raise self._error
 
     def _refuse(self) -> None:
-        """Refuse what would make the outcome depend on the wall clock, or time stand still."""
+        """Refuse settings by which the result depends on the wall clock, or time stands still."""
         node, name = self._node, self._node.get_fully_qualified_name()
         if not self._session.parameters.sim.lockstep:
             raise StickSlipError("the drive has a pace; start it with {'sim.lockstep': True}")
@@ -108,7 +108,7 @@ class Lockstep:
 
     @contextmanager
     def _counted_commands(self) -> Iterator[None]:
-        """Count what anybody in this process sends to the drive."""
+        """Count the commands to the drive from any node of this process."""
         publish = Publisher.publish
 
         def count(publisher: Any, message: Any) -> None:
@@ -144,11 +144,11 @@ class Lockstep:
 
     def _connect(self) -> None:
         """
-        Wait until node and drive know each other, and what was sent until now has come.
+        Wait until node and drive know each other and all messages sent so far have come.
 
-        A helper on a node of its own shakes hands, later than the node was made: nothing of the
-        node is called meanwhile. Of two answers that follow each other, the second comes after
-        all that waited with the drive when it was asked for.
+        A helper node, made later than the user's node, shakes hands; no callback of the user's
+        node runs meanwhile. The second of two successive answers comes after all messages that
+        waited at the drive when it was requested.
 
         """
         helper = Node('lockstep', context=self._node.context)
@@ -171,7 +171,7 @@ class Lockstep:
             end_node(executor, helper)
 
     def _loose_end(self) -> str:
-        """Return a topic or service that node and drive have, and that does not join them yet."""
+        """Return a shared topic or service that is not connected yet."""
         heard = {each.topic_name for each in self._drive.publishers}
         answered = {each.service_name for each in self._drive.services}
         node = self._node
@@ -186,7 +186,7 @@ class Lockstep:
         return next((name for name, is_there in ends if not is_there), '')
 
     def _await_callbacks(self) -> None:
-        """Run the callbacks of the node, also those that wait for an answer of the drive."""
+        """Run the callbacks of the node, including those that wait for the drive's answer."""
         settle(self._executor, 0.0, lambda: self._is_ending)
         answered = {each.service_name for each in self._drive.services}
         while not self._is_ending:
@@ -201,7 +201,7 @@ class Lockstep:
             settle(self._executor, WAIT_S, lambda: self._is_ending)
 
     def _why_stuck(self, thread: Thread, timeout_s: float) -> str:
-        """Return what the node does, in which of its lines, and where simulated time stands."""
+        """Return the node's present action and line, and the simulated time, in words."""
         frame = sys._current_frames().get(thread.ident or 0)  # noqa: SLF001
         calls = [] if frame is None else traceback.extract_stack(frame)
         own = [each for each in calls if not each.filename.startswith(OURS)]

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A client of the virtual stand that waits, with a time limit, and keeps what it hears."""
+"""A client of the virtual stand that waits with a time limit and keeps all messages."""
 
 import json
 import time
@@ -37,10 +37,10 @@ LISTEN_DEPTH = 10_000
 
 def deep_queues(*topics: str) -> dict[str, int]:
     """
-    Return parameters with which a drive keeps all that an operator hears of some topics.
+    Return parameters for a deep queue of some topics, so that an operator misses no message.
 
-    By default those of a second wait for whoever listens: on a machine that is busy more may pass
-    in which DDS delivers nothing, and there is a hole.
+    By default a stream keeps one second of messages. On a busy machine DDS may deliver nothing
+    for longer than that, and messages are lost.
 
     """
     return {f'qos_overrides./{topic}.publisher.depth': LISTEN_DEPTH for topic in topics}
@@ -52,9 +52,10 @@ def settle(
     is_ending: Callable[[], bool] = lambda: False,
 ) -> None:
     """
-    Run callbacks until none is ready, and within ``wait_s`` of wall-clock time none becomes so.
+    Run callbacks until none is ready, and none becomes ready within ``wait_s`` of wall-clock time.
 
-    rclpy takes a coroutine that waits for ready at any time: where only such ran, none is.
+    rclpy takes a waiting coroutine for ready at any time: a round of coroutines alone counts as
+    no callback.
 
     """
     unfinished: set[Any] = set()
@@ -87,7 +88,7 @@ class Operator(DriveClient):
     Attributes
     ----------
     received : Counter
-        Messages by the key of their topic; of commands, those that were sent.
+        Number of messages by key of topic; for a command, the number sent.
     positions : dict of int to float
         Interferometer readings in m by simulated time in ns.
     time_ns : int
@@ -103,9 +104,9 @@ class Operator(DriveClient):
     diagnostics : list of dict
         Decoded ``/diagnostics`` messages: values by the name of the part.
     tell : callable
-        Returns what stands in the message of a wait that was in vain: the state of the drive.
+        Returns the state of the drive, for the error of a wait that fails.
     check : callable
-        Called before every message that is waited for; may raise what ends the wait.
+        Called before every awaited message; may raise an error that ends the wait.
 
     """
 
@@ -129,19 +130,19 @@ class Operator(DriveClient):
             self.subscribe(topic.key, partial(self._take, topic.key), depth=LISTEN_DEPTH)
 
     def add_node(self, node: Node) -> None:
-        """Handle the messages of another node, such as a controller, whenever this one waits."""
+        """Handle the messages of another node, such as a controller, during waits."""
         self._executor.add_node(node)
 
     def spin_until(
         self, condition: Callable[[], bool], what: str, timeout_s: float = TIMEOUT_S
     ) -> None:
         """
-        Handle messages until a condition holds, which is tested after every one.
+        Handle messages until a condition holds; it is tested after every message.
 
         Raises
         ------
         StickSlipError
-            If it does not come true in time; ``what`` was waited for.
+            If the condition does not hold in time; ``what`` names it.
 
         """
         end_s = time.monotonic() + timeout_s
@@ -159,7 +160,7 @@ class Operator(DriveClient):
         self.spin_until(lambda: self.time_ns >= end_ns, 'position')
 
     def catch_up(self) -> None:
-        """Handle all that has been heard by now."""
+        """Handle all messages that have arrived."""
         settle(self._executor)
 
     def wait_for_drive(self, timeout_s: float = TIMEOUT_S) -> None:
@@ -170,12 +171,12 @@ class Operator(DriveClient):
         )
 
     def wait_for_topics(self, timeout_s: float = TIMEOUT_S) -> None:
-        """Wait until every topic is connected, both ways, that a drive has in any case."""
+        """Wait until every topic that all drives have is connected, both ways."""
         self.spin_until(self.is_connected, 'the drive', timeout_s)
         self.shake_hands(timeout_s)
 
     def shake_hands(self, timeout_s: float = TIMEOUT_S) -> str:
-        """Wait until the drive knows all that this node has; return the state that it answers."""
+        """Wait until the drive knows all endpoints of this node; return the drive's state."""
         handshake = Handshake(self.node, self.drive)
         self.spin_until(handshake.is_done, 'an answer of the drive', timeout_s)
         handshake.close()
@@ -196,13 +197,13 @@ class Operator(DriveClient):
         return found()[0]
 
     def listen(self, key: str) -> list[Any]:
-        """Collect the messages of a topic, by its key, that come from now on."""
+        """Collect future messages of a topic, by its key."""
         heard: list[Any] = []
         self.subscribe(key, heard.append, depth=LISTEN_DEPTH)
         return heard
 
     def listen_to_log(self) -> list[str]:
-        """Collect what all nodes write into their logs from now on."""
+        """Collect future log messages of all nodes."""
         lines: list[str] = []
 
         def take(entry: Any) -> None:
@@ -230,7 +231,7 @@ class Operator(DriveClient):
         return self.call(SetParameters, 'set_parameters', request).results[0]
 
     def change_state(self, transition: str) -> bool:
-        """Ask for ``configure``, ``activate`` and so on; return whether the drive has done it."""
+        """Request ``configure``, ``activate`` and so on; return whether it succeeded."""
         request = ChangeState.Request(transition=Transition(label=transition))
         before = self.info
         if transition == 'activate':
@@ -260,9 +261,9 @@ class Operator(DriveClient):
 
     def ask(self, service_type: Any, name: str, request: Any) -> Future:
         """
-        Call a service of the drive; return what will hold its answer.
+        Call a service of the drive; return the future of its answer.
 
-        Before a service is first called, hands are shaken: DDS drops an answer to a client that
+        A handshake comes before the first call of a service: DDS drops an answer to a client that
         the drive does not know yet.
 
         """

@@ -25,14 +25,14 @@ NO_SIGNALS = SignalHandlerOptions.NO
 
 @pytest.fixture(scope='session')
 def ros_domain() -> Iterator[int]:
-    """Give a ROS domain that no other test process of this machine has, on this host only."""
+    """Give a ROS domain that no other test process of this machine uses, on this host only."""
     with reserve_domain() as number:
         yield number
 
 
 @pytest.fixture(scope='session')
 def compiled_kernels(pytestconfig: pytest.Config) -> None:
-    """Compile what is not kept yet before the first drive, and so before any time limit."""
+    """Compile missing kernels before the first drive, and so before any time limit."""
     # Tests without a drive do without the kernels.
     from stickslip_ros.instrument.compilation import compile_kernels  # noqa: PLC0415
     from stickslip_ros.kernels.kernel import compilation_reported  # noqa: PLC0415
@@ -54,14 +54,14 @@ def start_drive(
     compiled_kernels: None,  # noqa: ARG001 - before any time limit
 ) -> Iterator[Callable[..., Stand]]:
     """
-    Give a function that starts a drive, which ends with the test and records into ``tmp_path``.
+    Give a function that starts a drive; it ends with the test and records into ``tmp_path``.
 
-    It takes parameters, as ``{'stand.preload': 0.3}``, and ``namespace`` and ``remaps`` of Stand.
-    With ``wait``, the default, the operator hears the drive when the function returns. A drive
-    with ``sim.lockstep`` publishes ``/clock`` unless told otherwise; nodes that are made later
-    without a context are in its domain, and follow that clock. Between two drives of one test,
-    close the first and call ``rclpy.try_shutdown``: a node that outlives a drive hears of the next
-    one up to 3 s later, and one in fifty never does (Fast DDS forgets to tell it).
+    The function takes parameters, as ``{'stand.preload': 0.3}``, and ``namespace`` and ``remaps``
+    of Stand. With ``wait``, the default, the operator hears the drive when the function returns.
+    A drive with ``sim.lockstep`` publishes ``/clock`` unless told otherwise; nodes made later
+    without a context are in its domain and follow that clock. Between two drives of one test,
+    close the first and call ``rclpy.try_shutdown``: a node that outlives a drive discovers the
+    next one up to 3 s later, and one node in fifty never does (a fault of Fast DDS).
 
     """
     with ExitStack() as stack:

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A drive that runs beside a test, in a ROS domain of its own, and an operator who commands it."""
+"""A drive beside a test, in a separate ROS domain, and an operator who commands it."""
 
 import fcntl
 import gc
@@ -28,8 +28,7 @@ from stickslip_ros.units import NS_PER_S
 DOMAINS = range(1, 21)
 _SPIN_S = 0.02
 HEARD_MAX = LISTEN_DEPTH // 2
-"""Blocks after which the operator handles what it has heard: more than one message of a topic may
-come in one."""
+"""Blocks after which the operator handles its messages: a topic may have several in one block."""
 
 
 @contextmanager
@@ -64,10 +63,10 @@ def reserve_domain() -> Iterator[int]:
 
 class Stand:
     """
-    A drive, its executor on a thread of its own, and an operator that a test spins.
+    A drive, its executor on a separate thread, and an operator that a test spins.
 
-    The operator lives in a context of its own, as it would in a process of its own. What ends the
-    executor of the drive is raised where the operator waits, or by ``close``, once.
+    The operator has a separate context, as it would in a separate process. An error that ends the
+    executor of the drive is raised once, in a wait of the operator or in ``close``.
 
     Parameters
     ----------
@@ -85,7 +84,7 @@ class Stand:
     drive : StickSlipDrive
         The node.
     operator : Operator
-        Who commands it.
+        Client that commands the drive.
     context : Context
         That of the operator, for other nodes of the test: ``operator.add_node`` spins them.
 
@@ -104,7 +103,7 @@ class Stand:
         namespace: str = '',
         remaps: Sequence[str] = (),
     ) -> None:
-        # Whoever needs an operator only does without the kernels that a drive loads.
+        # An operator alone needs no kernels, which a drive loads.
         from stickslip_ros.ros.node import StickSlipDrive  # noqa: PLC0415
 
         self.domain = domain
@@ -128,12 +127,12 @@ class Stand:
         self, node: Node, simulated_s: float, *, timeout_s: float = TIMEOUT_S
     ) -> None:
         """
-        Run a node, as it is, beside the drive for so much simulated time.
+        Run an unmodified node beside the drive for some simulated time.
 
-        The drive, which has ``sim.lockstep``, gets its next block when all callbacks of the node
-        have returned and the services of the drive that it has called have answered. So the
-        outcome depends on neither the machine nor its load: two runs give the same bytes. Nobody
-        else sends commands or grants meanwhile; what the operator has heard is there in the end.
+        The drive, which has ``sim.lockstep``, gets its next block after all callbacks of the node
+        have returned and all its service calls to the drive were answered. So the result depends
+        on neither the machine nor its load: two runs give the same bytes. No other node may send
+        commands or grants meanwhile. The messages for the operator are handled at the end.
 
         Parameters
         ----------
@@ -143,12 +142,12 @@ class Stand:
         simulated_s : float
             Simulated time from now on, up to the end of a block, s.
         timeout_s : float
-            Wall-clock time without progress after which it is given up, s.
+            Wall-clock time without progress after which the run is given up, s.
 
         Raises
         ------
         StickSlipError
-            If there was no progress, with what the node did, and where; or if the outcome would
+            If there was no progress, with the node's action and line; or if the result would
             depend on the wall clock.
 
         """
@@ -168,7 +167,7 @@ class Stand:
             self.operator.catch_up()
 
     def close(self) -> None:
-        """End the drive as its executable does, then leave; the second time, nothing."""
+        """End the drive as its executable does, then leave; a second call does nothing."""
         if self._ended.is_set():
             return
         self._ended.set()
@@ -185,7 +184,7 @@ class Stand:
         self._check()
 
     def _tell(self) -> str:
-        """Return how far the drive has come, or why it does not go on."""
+        """Return the state of the drive, or its failure, in words."""
         try:
             return self.drive.session.state
         except StickSlipError as error:
