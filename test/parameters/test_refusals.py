@@ -155,7 +155,7 @@ def test_an_empty_voltage_range_is_refused(maximum_v):
     assert f'amplifier.voltage_min 100 V is not below amplifier.voltage_max, {maximum_v:g} V' in (
         message
     )
-    assert message.endswith('; lower it or raise the other')
+    assert message.endswith('; lower it or raise amplifier.voltage_max')
 
 
 @pytest.mark.parametrize('initial_v', [-1.0, 301.0])

@@ -158,13 +158,13 @@ def test_a_text_on_which_the_reader_stumbles_is_refused_too(text):
     [
         (
             _under_node('    stand:\n      preload: 0.1\n    stand:\n      preload: 0.2\n'),
-            "run.yaml: line 5: 'stand' stands in line 3 too; keep one of the two",
+            "run.yaml: line 5: 'stand' is already in line 3; keep one of the two",
         ),
         (
             _under_node('    stand: {preload: 0.1, preload: 0.2}\n'),
-            "line 3: 'preload' stands in line 3 too; keep one of the two",
+            "line 3: 'preload' is already in line 3; keep one of the two",
         ),
-        ('/**: {}\n/**: {}\n', "line 2: '/**' stands in line 1 too; keep one of the two"),
+        ('/**: {}\n/**: {}\n', "line 2: '/**' is already in line 1; keep one of the two"),
         (
             _under_node('    stand.preload: 0.1\n    stand:\n      preload: 0.1\n'),
             'run.yaml: gives stand.preload twice; keep one of the two',
