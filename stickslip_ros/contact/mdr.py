@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The contact of two elastic bodies at constant load, by the method of dimensionality reduction.
+Contact of two elastic bodies at constant load, by the method of dimensionality reduction.
 
 Effective moduli (Eqs 5 and 6), the normal problem (Eqs 24 and 25), and the tangential problem in
 closed form (Jaeger, Ciavarella; Eq. 22).
@@ -20,7 +20,7 @@ from stickslip_ros.contact.profile import Profile
 from stickslip_ros.errors import OutOfRange
 
 INDENTATIONS_KEPT = 64
-"""Solutions kept for the next drive: a sweep over friction has two for each preload."""
+"""Solutions kept for the next drive; a sweep over friction needs two for each preload."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ def normal_force(profile: Profile, elasticity: Elasticity, depth_m: Array | floa
 @lru_cache(maxsize=INDENTATIONS_KEPT, typed=True)
 def indent(profile: Profile, elasticity: Elasticity, normal_force_n: float) -> Indentation:
     """
-    Solve the normal problem for a given force; the last few solutions are kept.
+    Solve the normal problem for a given force.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ def indent(profile: Profile, elasticity: Elasticity, normal_force_n: float) -> I
     Raises
     ------
     OutOfRange
-        If the force does not press, or the profile is too short for it.
+        If the force is not positive and finite, or the profile is too short for it.
 
     """
     if not normal_force_n > 0.0:
@@ -151,7 +151,7 @@ def indent(profile: Profile, elasticity: Elasticity, normal_force_n: float) -> I
 @dataclass(frozen=True, repr=False)
 class Presliding:
     """
-    A contact that is pulled sideways under a constant normal force.
+    A contact under a tangential force and a constant normal force.
 
     Attributes
     ----------
@@ -179,7 +179,7 @@ class Presliding:
 
     @property
     def max_displacement_m(self) -> float:
-        """u_max = mu C_M d: the displacement at which the whole contact slips, m (Eq. 22)."""
+        """Displacement at which the whole contact slips, u_max = mu C_M d, m (Eq. 22)."""
         return self.friction * self.elasticity.cattaneo_mindlin * self.indentation.depth_m
 
     @property
@@ -203,7 +203,7 @@ class Presliding:
 
         Notes
         -----
-        g(c) = d - u / (mu C_M): what sticks is what a lesser indentation would touch.
+        g(c) = d - u / (mu C_M): the core is the contact area at this smaller indentation.
 
         """
         return self.profile.half_width(self._depth_of_core(displacement_m))
@@ -255,7 +255,7 @@ def presliding(
     Raises
     ------
     OutOfRange
-        If the force does not press.
+        If the force is not positive and finite.
 
     """
     return Presliding(profile, elasticity, friction, indent(profile, elasticity, normal_force_n))

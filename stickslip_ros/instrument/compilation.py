@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.kernels.cache import why_not_kept
+from stickslip_ros.kernels.cache import cache_problem
 from stickslip_ros.parameters import SENSORS, Parameters
 
 KERNELS = 177 + 3 * len(SENSORS)
@@ -53,7 +53,7 @@ def progress_reporter(
     """
 
     def report(done: int) -> None:
-        if done == 0 and (why := why_not_kept()):
+        if done == 0 and (why := cache_problem()):
             say(why)
         if done % REPORT_EVERY == 0:
             say(f'compiling kernels, once: {done} of {max(kernels, done)}')
