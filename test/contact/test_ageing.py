@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Friction that ages: velocity steps, holds and their energy, as rate and state foresee them."""
+"""Ageing friction: velocity steps, holds and energy against the rate-and-state law."""
 
 import math
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Where machine code is kept, and whose: a folder per version of the sources, closed to others."""
+"""Cache of machine code: a folder for each version of the sources, closed to others."""
 
 import importlib
 import os
@@ -37,7 +37,7 @@ KEPT = '*.twice-*.nbc'
 
 
 def fresh_folders() -> Folders:
-    """Ask again for what a program asks once."""
+    """Return the folders again, although a program asks once."""
     sources_digest.cache_clear()
     folders: Folders = cache_folders.__wrapped__()
     return folders
@@ -325,7 +325,7 @@ def test_a_run_over_damaged_kernels_says_so_and_the_next_one_compiles_nothing(tm
     kept = sorted((tmp_path / folder.name).glob('*.advance.*-entry-*.nbc'))
     for damage, file in zip(cycle(DAMAGES), kept, strict=False):
         damage(file)
-    told = [
+    lines = [
         subprocess.run(
             [BIN / 'stickslip', 'simulate', '--voltage', '150', '--steps', '1'],
             env={**os.environ, 'NUMBA_CACHE_DIR': str(tmp_path)},
@@ -336,9 +336,9 @@ def test_a_run_over_damaged_kernels_says_so_and_the_next_one_compiles_nothing(tm
         for _ in range(2)
     ]
     assert re.fullmatch(
-        r'compiled kernel /.*; it is compiled anew, with others like it\n', told[0]
+        r'compiled kernel /.*; it is compiled anew, with others like it\n', lines[0]
     )
-    assert told[1] == ''
+    assert lines[1] == ''
 
 
 AS_ANOTHER_USER = """

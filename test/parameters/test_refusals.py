@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What an update of parameters refuses, and what the refusal says."""
+"""Refusals of an update of parameters, and their messages."""
 
 import math
 

@@ -94,7 +94,7 @@ def test_a_description_gives_unit_bounds_and_source():
     assert compression.endswith('of the chunks; zstd | lz4 | none (assumed)')
 
 
-def test_a_description_for_who_shows_limits_beside_it_leaves_them_out():
+def test_a_description_without_limits():
     preload = describe(spec_of('stand.preload'), limits=False)
     assert preload.endswith('in the paper [N] (Section 2)')
     compression = describe(spec_of('record.compression'), limits=False)
