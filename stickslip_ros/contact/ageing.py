@@ -81,27 +81,8 @@ def slide(
     """
     Move the runner against a spring, which may slip, stick, and slip again.
 
-    Parameters
-    ----------
-    ageing : record of AGEING
-        Constants.
-    age_s : float
-        Age of the spring.
-    force_n : float
-        Force of the spring.
-    limit_n : float
-        mu0 times the normal force of the spring.
-    n_per_m : float
-        Stiffness of the spring, above 0.
-    way_m : float
-        Way of the runner, at a constant velocity.
-    time_s : float
-        Duration, above 0.
-
-    Returns
-    -------
-    tuple of float
-        Force, N, age, s, and friction loss, J, of the spring.
+    The limit is mu0 times the normal force of the spring; stiffness and time are above 0, and the
+    velocity is constant. Returns force, N, age, s, and friction loss, J, of the spring.
 
     """
     v, left_s, slid_m, lost_j = way_m / time_s, time_s, 0.0, 0.0

@@ -67,14 +67,7 @@ def elasticity_of(contact: ContactParameters) -> Elasticity:
 @lru_cache(maxsize=PROFILES_KEPT)
 def profile_of(contact: ContactParameters, index: int = 0) -> Profile:
     """
-    Return the profile that ``contact.profile`` names.
-
-    Parameters
-    ----------
-    contact : ContactParameters
-        The hemisphere.
-    index : int
-        Number of the hemisphere, whose rough line has the seed line_seed + index.
+    Return the profile that ``contact.profile`` names; the seed of a rough line adds ``index``.
 
     Raises
     ------
@@ -119,20 +112,7 @@ def rough_line_profile(
     spectrum: Spectrum, radius_m: float, length_m: float, points: int, seed: int
 ) -> LineProfile:
     """
-    Return one rough parabola g(x) = x^2/R + h(x) (Eq. 14).
-
-    Parameters
-    ----------
-    spectrum : Spectrum
-        Spectrum of the random line h.
-    radius_m : float
-        Radius R of the sphere, m.
-    length_m : float
-        Length of the line, m, centred below the sphere.
-    points : int
-        Number of springs.
-    seed : int
-        Seed of the line.
+    Return a rough parabola g(x) = x^2/R + h(x) (Eq. 14), centred below the sphere.
 
     Raises
     ------

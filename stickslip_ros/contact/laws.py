@@ -70,23 +70,10 @@ def deflect(
     law: Record, coulomb_n: float, z_m: float, du_m: float, dt_s: float
 ) -> tuple[float, float, float]:
     """
-    Drag the bristles for one step.
+    Move the bristles of Dahl, LuGre or EPM by du in a step of dt.
 
-    Parameters
-    ----------
-    law : record of LAW
-        Dahl, LuGre or EPM.
-    coulomb_n : float
-        Fc, N.
-    z_m : float
-        Deflection before, m.
-    du_m, dt_s : float
-        Relative displacement in the step, and its time.
-
-    Returns
-    -------
-    tuple of float
-        Deflection after (m), friction force that opposes du (N), friction loss (J).
+    Returns the deflection after the step (m), the friction force against du (N) and the friction
+    loss (J).
 
     """
     if du_m == 0.0:

@@ -59,15 +59,6 @@ def effective_elasticity(
     """
     Return the effective moduli of two isotropic bodies.
 
-    Parameters
-    ----------
-    young_1_pa, young_2_pa : float
-        Young's moduli, Pa.
-    poisson_1, poisson_2 : float
-        Poisson's ratios.
-
-    Notes
-    -----
     1/E* = sum (1 - nu_i^2)/E_i (Eq. 5) and 1/G* = sum (2 - nu_i)/(4 G_i) (Eq. 6).
 
     """
@@ -101,35 +92,14 @@ class Indentation:
 
 
 def normal_force(profile: Profile, elasticity: Elasticity, depth_m: Array | float) -> Array:
-    """
-    Return the normal force at an indentation depth, N (Eq. 24); any shape.
-
-    Parameters
-    ----------
-    profile : Profile
-        The indenter.
-    elasticity : Elasticity
-        Effective moduli.
-    depth_m : array or float
-        Indentation d >= 0, m.
-
-    """
+    """Return the normal force at an indentation depth d >= 0, N (Eq. 24); any shape."""
     return 2.0 * elasticity.normal_pa * profile.pressed_area_at(depth_m)
 
 
 @lru_cache(maxsize=INDENTATIONS_KEPT, typed=True)
 def indent(profile: Profile, elasticity: Elasticity, normal_force_n: float) -> Indentation:
     """
-    Solve the normal problem for a given force.
-
-    Parameters
-    ----------
-    profile : Profile
-        The indenter.
-    elasticity : Elasticity
-        Effective moduli.
-    normal_force_n : float
-        F_n > 0, N.
+    Solve the normal problem for a force F_n > 0.
 
     Raises
     ------
@@ -239,18 +209,7 @@ def presliding(
     profile: Profile, elasticity: Elasticity, friction: float, normal_force_n: float
 ) -> Presliding:
     """
-    Prepare the tangential problem under a constant normal force.
-
-    Parameters
-    ----------
-    profile : Profile
-        The indenter.
-    elasticity : Elasticity
-        Effective moduli.
-    friction : float
-        Friction coefficient mu > 0.
-    normal_force_n : float
-        F_n > 0, N.
+    Prepare the tangential problem under a constant normal force F_n > 0, with mu > 0.
 
     Raises
     ------

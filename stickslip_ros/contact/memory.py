@@ -74,19 +74,7 @@ def set_memory(
 
 @kernel
 def move(curve: Record, memory: Record, u_m: float) -> None:
-    """
-    Move a contact monotonically to u_m; O(1) amortised.
-
-    Parameters
-    ----------
-    curve : record of CURVE
-        The operator.
-    memory : record of MEMORY
-        Changed in place.
-    u_m : float
-        New displacement, m.
-
-    """
+    """Move a contact monotonically to u_m; O(1) amortised."""
     if (u_m - memory.u_m) * memory.sense < 0.0:
         reverse(curve, memory, u_m)
     while memory.depth > 0 and memory.sense * (u_m - memory.turns[memory.depth, U]) >= loop_length(

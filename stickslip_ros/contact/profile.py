@@ -110,14 +110,7 @@ def rough_profile(radius_m: float, prefactor: float, hurst: float) -> PowerProfi
     """
     Return the equivalent rough profile x^2/R + Q_1D |x|^H (Eq. 18).
 
-    Parameters
-    ----------
-    radius_m : float
-        Radius R of the sphere, m.
-    prefactor : float
-        Q_1D, m^(1-H); 0 gives the smooth sphere.
-    hurst : float
-        Hurst exponent H, in (0, 1].
+    Q_1D is in m^(1-H), and 0 gives the smooth sphere; H is in (0, 1].
 
     """
     if prefactor == 0.0:
@@ -220,14 +213,9 @@ class LineProfile:
 
 def line_profile(heights_m: Array, spacing_m: float) -> LineProfile:
     """
-    Return the profile of a measured or computed line.
+    Return the profile of a measured or computed line of heights, shape (springs,).
 
-    Parameters
-    ----------
-    heights_m : array, shape (springs,)
-        Heights, m, above any zero; larger heights are farther from the other body.
-    spacing_m : float
-        Distance of the springs, m.
+    Heights have any zero; larger heights are farther from the other body.
 
     """
     return LineProfile(spacing_m, heights_m - np.min(heights_m))

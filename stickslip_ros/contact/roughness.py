@@ -193,15 +193,8 @@ def _check_positive(name: str, value: float, unit: str) -> None:
 
 def hess_factor(exponent: float) -> float:
     """
-    Return Hess's factor kappa(n) from the profile Q r^n to the one-dimensional profile.
+    Return Hess's factor kappa(n), n > 0, from the profile Q r^n to the one-dimensional profile.
 
-    Parameters
-    ----------
-    exponent : float
-        n > 0.
-
-    Notes
-    -----
     g(x) = |x| int_0^|x| f'(r) / sqrt(x^2 - r^2) dr of f = Q r^n is kappa(n) Q |x|^n with
     kappa(n) = (sqrt(pi)/2) n Gamma(n/2) / Gamma((n+1)/2); kappa(1) = pi/2, kappa(2) = 2.
 
@@ -212,21 +205,9 @@ def hess_factor(exponent: float) -> float:
 
 def rough_prefactor_3d(rms_height_m: float, hurst: float, radius_m: float) -> float:
     """
-    Return Q_3D of the axisymmetric body Q_3D r^H that is equivalent to a rough surface (Eq. 16).
+    Return Q_3D, m^(1-H), of the axisymmetric body Q_3D r^H of a rough surface (Eq. 16).
 
-    Parameters
-    ----------
-    rms_height_m : float
-        Root mean square of the heights h, m.
-    hurst : float
-        Hurst exponent H, in (0, 1].
-    radius_m : float
-        Radius R of the sphere, m; the system length is L = 2 R.
-
-    Returns
-    -------
-    float
-        Q_3D, m^(1-H).
+    H is in (0, 1]; the system length is L = 2 R, with the radius R of the sphere.
 
     """
     length_m = 2.0 * radius_m
@@ -235,17 +216,5 @@ def rough_prefactor_3d(rms_height_m: float, hurst: float, radius_m: float) -> fl
 
 
 def rough_prefactor_1d(rms_height_m: float, hurst: float, radius_m: float) -> float:
-    """
-    Return Q_1D = kappa(H) Q_3D of the one-dimensional profile Q_1D |x|^H (Eq. 17), m^(1-H).
-
-    Parameters
-    ----------
-    rms_height_m : float
-        Root mean square of the heights h, m.
-    hurst : float
-        Hurst exponent H, in (0, 1].
-    radius_m : float
-        Radius R of the sphere, m.
-
-    """
+    """Return Q_1D = kappa(H) Q_3D of the one-dimensional profile Q_1D |x|^H, m^(1-H) (Eq. 17)."""
     return hess_factor(hurst) * rough_prefactor_3d(rms_height_m, hurst, radius_m)

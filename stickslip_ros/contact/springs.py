@@ -120,20 +120,9 @@ def spring_bank(
     springs: int = SPRINGS,
 ) -> Record:
     """
-    Choose the springs of a drive.
+    Choose the springs of a drive for preloads up to the largest, a number for each group.
 
-    Parameters
-    ----------
-    groups : sequence of Group
-        The contacts.
-    elasticity : Elasticity
-        Effective moduli.
-    friction : float
-        Friction coefficient mu.
-    preload_max_n : float
-        Largest preload that the bank can carry, N.
-    springs : int
-        Springs per group; a record of BANK has room for SPRINGS_IN_ALL.
+    A record of BANK has room for SPRINGS_IN_ALL.
 
     Raises
     ------
@@ -263,23 +252,9 @@ def move_springs(
     bank: Record, springs: Record, du_m: float, before_n: float, after_n: float
 ) -> tuple[float, float]:
     """
-    Move the runner against all springs, while the preload goes from one value to another.
+    Move the runner by du against all springs, while the preload changes from before to after.
 
-    Parameters
-    ----------
-    bank : record of BANK
-        Constants.
-    springs : record of SPRINGS_STATE
-        Changed in place.
-    du_m : float
-        Change of the relative displacement, m.
-    before_n, after_n : float
-        Preload at the beginning and at the end, N.
-
-    Returns
-    -------
-    tuple of float
-        Sum of the tangential forces, N, and friction loss, J.
+    Returns the sum of the tangential forces, N, and the friction loss, J.
 
     """
     total_n = 0.0
@@ -335,20 +310,9 @@ def move_group(
     bank: Record, springs: Record, own: slice, du_m: float, old_m: float, new_m: float
 ) -> None:
     """
-    Move against the springs of a group, without sums, so a processor does several at a time.
+    Move against the springs of a group, up to the highest pressed one, while its depth changes.
 
-    Parameters
-    ----------
-    bank : record of BANK
-        Constants.
-    springs : record of SPRINGS_STATE
-        Forces and losses are changed in place.
-    own : slice
-        Springs of the group up to the highest pressed one.
-    du_m : float
-        Change of the relative displacement, m.
-    old_m, new_m : float
-        Depth of the group before and after, m.
+    It has no sums, so a processor does several springs at a time.
 
     """
     heights_m, limit_n_per_m = bank.heights_m[own], bank.limit_n_per_m[own]
@@ -412,23 +376,9 @@ def load_springs(
     """
     Set the spring forces from the turning points, with the same total force.
 
-    Parameters
-    ----------
-    bank : record of BANK
-        Constants.
-    compliance : float
-        mu C_M: presliding per depth.
-    memory : record of MEMORY
-        The turning points.
-    preload_n : float
-        Present preload, N.
-    springs : record of SPRINGS_STATE
-        Receives the tangential forces.
-
-    Notes
-    -----
-    The force of the bank differs from the continuum's by up to BANK_ERROR. A common displacement
-    of all springs, found by bisection, removes the difference, so the force does not jump.
+    The compliance is mu C_M, presliding per depth. The force of the bank differs from the
+    continuum's by up to BANK_ERROR. A common displacement of all springs, found by bisection,
+    removes the difference, so the force does not jump.
 
     """
     forces_n = springs.forces_n

@@ -271,24 +271,10 @@ def tabulate_feet(
     place: int,
 ) -> None:
     """
-    Tabulate the virgin curve of some feet at a place of their windows.
+    Tabulate the virgin curve of the feet from ``first`` to before ``last`` at a place of windows.
 
-    Parameters
-    ----------
-    track : record of TRACK
-        Lines and windows.
-    bank : record of BANK
-        Bank of all feet, for load shares and friction.
-    compliance : float
-        mu C_M: presliding per depth.
-    preload_n : float
-        Preload, N.
-    curve : record of CURVE
-        Receives the curve.
-    first, last : int
-        Index of the first foot, and the index after the last.
-    place : int
-        Displacement of the runner, in springs.
+    ``bank`` is that of all feet, for load shares and friction; the compliance is mu C_M,
+    presliding per depth; the place is the displacement of the runner, in springs.
 
     """
     counts, cells = track.counts, curve.cells

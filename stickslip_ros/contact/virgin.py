@@ -49,15 +49,8 @@ CURVE = kind(
 
 def tabulate(contacts: Sequence[Presliding]) -> Record:
     """
-    Return the virgin curve of contacts that share one displacement.
+    Return the virgin curve of contacts that share one displacement, at constant normal forces.
 
-    Parameters
-    ----------
-    contacts : sequence of Presliding
-        The contacts, at constant normal forces; equal ones may be repeated.
-
-    Notes
-    -----
     The node stiffnesses are the exact 2 G* c of the contacts. The first cell is linear, with its
     exact mean stiffness. The table is scaled, by less than TABLE_ERROR, so that the force of full
     slip is exactly sum(mu F_n).
@@ -71,15 +64,9 @@ def tabulate_each(contacts: Sequence[Presliding]) -> list[Record]:
     """
     Return the virgin curves of single contacts, whose sum is ``tabulate`` of all of them.
 
-    Parameters
-    ----------
-    contacts : sequence of Presliding
-        The contacts; equal objects share a curve.
-
-    Notes
-    -----
-    The tables have the grid and the scale of the common table. The limit of each is that of the
-    contact that slips last; a contact that slips earlier has a flat table from there on.
+    Identical objects share a curve. The tables have the grid and the scale of the common table.
+    The limit of each is that of the contact that slips last; a contact that slips earlier has a
+    flat table from there on.
 
     """
     _, each, scale, cell_m = _stiffnesses(contacts)

@@ -185,7 +185,10 @@ def test_the_lines_take_as_much_memory_for_a_millimetre_as_at_rest():
     [
         ({'contact.profile': 'rough'}, r'contact\.travel 1 is used only on a rough line'),
         ({'contact.law': 'lugre'}, r'contact\.travel 1 is used only .* under the law mdr'),
-        ({'contact.friction_ageing': 0.01}, r'contact\.travel 1 is used only .* constant friction'),
+        (
+            {'contact.friction_ageing': 0.01},
+            r'contact\.travel 1 is used only .* constant friction',
+        ),
         ({'stand.preload_end': 0.6}, r'stand\.preload_end 0\.6 N is a ramp'),
     ],
 )
