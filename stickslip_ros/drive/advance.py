@@ -64,8 +64,8 @@ in a step: an eighth of it at the default of 5 us."""
 CROSSING_STEPS_MIN = 2.0
 """Least number of steps in which such feet cross the presliding range."""
 SETTLING, RINGING = 2.0, 6.0
-"""Length of a smooth step, in which the way of the feet is a parabola, for each such share of the
-presliding range: in time constants of the low-pass, and in inverse angular frequencies of the
+"""Length of a step in which the feet move on a parabola, per share of the presliding range that a
+step may cross: in time constants of the low-pass, and in inverse angular frequencies of the
 resonance."""
 LAW_REFINEMENT = 4
 """Factor by which steps of a rival law are shorter, as its stiffness is not known beforehand."""
