@@ -124,8 +124,8 @@ MUTATIONS = (
     ),
     Mutation(
         'friction of one upper contact 10 % lower', 'drive/build.py',
-        '        contacts += [one] * group.contacts\n',
-        '        contacts += [one] * group.contacts\n'
+        '        contacts += [solved] * group.contacts\n',
+        '        contacts += [solved] * group.contacts\n'
         '    group, few = groups_of(contact, weight_n)[0], 0.9 * contact.friction\n'
         '    contacts[0] = presliding(group.profile, elasticity, few, group.share * preload_n)\n',
     ),
@@ -231,8 +231,8 @@ MUTATIONS = (
     ),
     Mutation(
         'feet take no recoil from the recoil', 'drive/stacks.py',
-        'return (own - share * pull / len(moving(plant))) / (1.0 - share)',
-        'return own - share * pull / len(moving(plant))',
+        'return (own - share * pull / len(active_contacts(plant))) / (1.0 - share)',
+        'return own - share * pull / len(active_contacts(plant))',
     ),
     Mutation(
         'energy of stacks with that of their centre of mass', 'drive/stacks.py',

@@ -4,8 +4,8 @@
 """
 A virtual stick-slip microdrive for ROS 2, computed from rough-contact mechanics.
 
-What is named here is the public interface for Python, docs/reference/python.md; what else the
-package holds may change with any version. A name is imported when it is first used.
+PUBLIC is the interface for Python (docs/reference/python.md); all other names may change with any
+version. A name is imported at its first use.
 
 """
 
@@ -44,7 +44,7 @@ PUBLIC = {
     'sweep': 'lab.runs.sweep',
     'zero_amplitude': 'lab.runs.zero_amplitude',
 }
-"""Public names and the modules that they come from; type checkers read them in __init__.pyi."""
+"""Public names and their modules; type checkers read them in __init__.pyi."""
 __all__ = [*PUBLIC]  # noqa: PLE0604 - all are strings
 
 
@@ -56,5 +56,5 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    """List the public names, whatever is loaded."""
+    """List the public names, loaded or not."""
     return sorted([*PUBLIC, '__version__'])

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The kind of array that everything here computes with."""
+"""Type of the arrays that the package computes with."""
 
 import numpy as np
 from numpy.typing import NDArray

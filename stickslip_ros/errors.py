@@ -1,14 +1,14 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Errors of the package: each builds its message from value, unit, limit and a hint what to do."""
+"""Errors of the package: a message gives value, unit, limit and a hint what to do."""
 
 QUOTED, PROBLEM, MESSAGE = 60, 300, 2000
-"""Characters of a value that a message quotes, of a problem, which may quote a file, of it all."""
+"""Longest quoted value, problem (which may quote a file) and message, characters."""
 
 
 class StickSlipError(Exception):
-    """Base of every error that this package raises on purpose; a long text loses its middle."""
+    """Base of the errors that this package raises; a long text loses its middle."""
 
     def __init__(self, text: str = '') -> None:
         if len(text) > MESSAGE:
@@ -17,7 +17,7 @@ class StickSlipError(Exception):
 
 
 def quoted(value: object) -> str:
-    """Give a value as Python writes it, of a long one the beginning."""
+    """Return the repr of a value, cut to QUOTED characters."""
     return _begin(repr(value), QUOTED)
 
 
@@ -27,10 +27,10 @@ def _begin(text: str, length: int) -> str:
 
 class OutOfRange(StickSlipError, ValueError):
     """
-    A value is outside the limit that it must keep.
+    A value is outside its limit.
 
-    The name is as the user wrote it (``stand.preload``), the unit SI or empty, the limit the
-    broken one in words with its number and unit (``above the maximum 1 N``), the hint what to do.
+    The name is as the user wrote it (``stand.preload``), the unit is SI or empty, the limit has
+    words, number and unit (``above the maximum 1 N``), and the hint says what to do.
 
     """
 
@@ -45,19 +45,19 @@ class OutOfRange(StickSlipError, ValueError):
 
 
 class UnknownName(StickSlipError, KeyError):
-    """A name is not one of its kind (``parameter``, ``topic``); the hint lists or shows some."""
+    """A name of a kind (``parameter``, ``topic``) is not known; the hint names some that are."""
 
     def __init__(self, kind: str, name: str, hint: str) -> None:
         super().__init__(f'{kind} {quoted(name)} is not known; {hint}')
         self.name = name
 
     def __str__(self) -> str:
-        """Give the message itself: a KeyError would show it in quotes."""
+        """Return the message without the quotes of a KeyError."""
         return str(self.args[0])
 
 
 class WrongKind(StickSlipError, TypeError):
-    """A value is not of the kind that its name asks for, such as ``a finite number``."""
+    """A value is not of the expected kind, such as ``a finite number``."""
 
     def __init__(self, name: str, value: object, expected: str, hint: str) -> None:
         super().__init__(f'{name} {quoted(value)} is not {expected}; {hint}')
@@ -66,7 +66,7 @@ class WrongKind(StickSlipError, TypeError):
 
 
 class RecordingError(StickSlipError):
-    """A file cannot be written or read: what is wrong with it, and what the user can do."""
+    """A file cannot be written or read; the message gives the problem and a hint what to do."""
 
     def __init__(self, path: object, problem: str, hint: str) -> None:
         super().__init__(f'{path}: {_begin(problem, PROBLEM)}; {hint}')

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Optional packages: imported when needed; a missing one is named with the command to install."""
+"""Import optional packages on demand; an error names the command that installs a missing one."""
 
 import importlib
 import re
@@ -11,11 +11,11 @@ from typing import Any
 
 from stickslip_ros.errors import StickSlipError
 
-OF_ROS = re.compile(r'rclpy|\w+_(msgs|srvs|interfaces)\b')
+ROS_MODULES = re.compile(r'rclpy|\w+_(msgs|srvs|interfaces)\b')
 
 
 class MissingExtra(StickSlipError):
-    """A package that the request needs is not installed; the purpose begins a sentence."""
+    """An optional package is not installed; ``purpose`` is the subject of the message."""
 
     def __init__(self, purpose: str, module: str) -> None:
         hint = f'install it with: pip install {module}'
@@ -23,7 +23,7 @@ class MissingExtra(StickSlipError):
 
 
 def load_extra(purpose: str, module: str) -> Any:
-    """Import a package that is an optional dependency; MissingExtra if it is not installed."""
+    """Import an optional package; MissingExtra if it is not installed."""
     try:
         return importlib.import_module(module)
     except ModuleNotFoundError as error:
@@ -36,11 +36,11 @@ class MissingRos(StickSlipError, ImportError):
 
 @contextmanager
 def needs_ros(what: str) -> Iterator[None]:
-    """Say of what is imported or run within that it needs ROS 2, where that is missing."""
+    """Raise MissingRos for ``what`` if the code within fails to import a module of ROS 2."""
     try:
         yield
     except ModuleNotFoundError as error:
-        if not OF_ROS.match(error.name or ''):
+        if not ROS_MODULES.match(error.name or ''):
             raise
         hint = "source its setup.bash, or take the wheels: pip install 'stickslip_ros[jazzy]'"
         raise MissingRos(f'{what} needs ROS 2, but {error.name} is missing; {hint}') from None

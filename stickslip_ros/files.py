@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Checks of input and output files, made before the work begins."""
+"""Check input and output files before the work begins."""
 
 import contextlib
 import os
@@ -12,14 +12,14 @@ from stickslip_ros.errors import RecordingError
 
 
 def readable(path: Path) -> Path:
-    """Return a path; refuse a device, a pipe or a socket, whose reading may never end."""
+    """Return a path; refuse a device, a pipe or a socket, which may never end."""
     if path.exists() and not path.is_file() and not path.is_dir():
         raise RecordingError(path, 'is a device or a pipe, not a file', 'copy it to a file first')
     return path
 
 
 def read_bytes(path: Path, hint: str, length: int = -1) -> bytes:
-    """Return what a file holds, or its first ``length`` bytes; refuse with the hint if not."""
+    """Return a file's content, or its first ``length`` bytes; RecordingError gives the hint."""
     try:
         with readable(path).open('rb') as file:
             return file.read(length)
@@ -28,7 +28,7 @@ def read_bytes(path: Path, hint: str, length: int = -1) -> bytes:
 
 
 def read_text(path: Path, hint: str, form: str) -> str:
-    """Return the text of a file as ``read_bytes`` does; refuse what is not UTF-8 with the form."""
+    """Return the text of a file; if it is not UTF-8, RecordingError tells the expected form."""
     try:
         return read_bytes(path, hint).decode()
     except UnicodeDecodeError:
@@ -36,7 +36,7 @@ def read_text(path: Path, hint: str, form: str) -> str:
 
 
 def make_folder(folder: Path) -> None:
-    """Make sure that files can be written to a folder, which is made if it is not there."""
+    """Create a folder if needed, and check that files can be written to it."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -47,7 +47,7 @@ def make_folder(folder: Path) -> None:
 
 
 def prepare_output(path: Path, *, is_new: bool = False) -> None:
-    """Make sure that a file, if it ``is_new`` no older one, can be written; its folder is made."""
+    """Check that a file can be written, and create its folder; ``is_new``: it must not exist."""
     if path.is_dir():
         raise RecordingError(path, 'is a folder', 'choose another name')
     if is_new and path.exists():
@@ -59,15 +59,14 @@ def prepare_output(path: Path, *, is_new: bool = False) -> None:
 
 @contextlib.contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Give a file beside a path to write to, which takes its place if nothing is raised."""
+    """Yield a temporary file to write to; when complete, it replaces the file at the path."""
     part = path.with_name(f'{path.name}.part')
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         yield part
         part.replace(path)
     except OSError as error:
-        problem = f'cannot be written ({error.strerror or error})'
-        raise RecordingError(path, problem, 'choose another place') from None
-    finally:
         with contextlib.suppress(OSError):
             part.unlink()
+        problem = f'cannot be written ({error.strerror or error})'
+        raise RecordingError(path, problem, 'choose another place') from None

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Names of the types of messages and services, as ROS 2 writes them."""
+"""Names of message and service types in ROS 2."""
 
 from typing import Final
 

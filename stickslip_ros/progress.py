@@ -1,23 +1,23 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""How far long work has come: a bar on a terminal or in a notebook."""
+"""Progress bar for long work, on a terminal or in a notebook."""
 
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 
 Show = Callable[..., None]
-"""Receives how much is done, and of how much, 0 of an unknown amount; and a note, if it likes."""
+"""Receives the amount done, the total (0 if unknown), and a note where one is given."""
 
 
 @contextmanager
 def shown_progress(what: str, *, quiet: bool, resumes: bool = False) -> Iterator[Show]:
     """
-    Show a progress bar while work is done; give what is to be called at every progress.
+    Show a progress bar; yield the function that updates it.
 
-    ``what`` is counted, as ``runs``. If the work ``resumes``, what is done at the first call was
-    done before, and is no part of the rate.
+    ``what`` names the counted things, as ``runs``. If the work ``resumes``, the amount of the
+    first call was done earlier and does not count towards the rate.
 
     """
     from rich import progress as r  # noqa: PLC0415 - most work shows none, and it takes long
@@ -54,7 +54,7 @@ def shown_progress(what: str, *, quiet: bool, resumes: bool = False) -> Iterator
 
 
 def progress_of(wanted: bool | Show, what: str) -> AbstractContextManager[Show]:
-    """Give what is to be called at every progress: the caller's own, or a bar if one is wanted."""
+    """Return the caller's own function, a progress bar if ``wanted`` is true, or neither."""
     if callable(wanted):
         return nullcontext(lambda done, total, _note='': wanted(done, total))
     return shown_progress(what, quiet=False) if wanted else nullcontext(lambda *_: None)

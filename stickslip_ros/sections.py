@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a result says, in sections: one description for a screen, a notebook and a page."""
+"""Sections of a result: one description for a screen, a notebook and a page."""
 
 import dataclasses
 import math
@@ -13,7 +13,7 @@ from stickslip_ros.units import FACTORS, display_unit, unit_of
 
 
 class Section(NamedTuple):
-    """A table under its title, sentences below it, and what a page draws above it."""
+    """A title, a table, sentences below it, and a function that draws a figure above it."""
 
     title: str = ''
     rows: Sequence[Sequence[object]] = ()
@@ -23,10 +23,10 @@ class Section(NamedTuple):
 
 
 class Shown:
-    """A result that says itself in sections, which a notebook shows."""
+    """Base of results that a notebook shows as sections."""
 
     def sections(self) -> Iterable[Section]:
-        """Return what is to be said."""
+        """Return the sections of the result."""
         raise NotImplementedError
 
     def _repr_html_(self) -> str:
@@ -34,7 +34,7 @@ class Shown:
 
 
 def html_of(section: Section, heading: str = 'h4', picture: str = '') -> str:
-    """Return a section as HTML; whatever its cells hold is shown as text."""
+    """Return a section as HTML with escaped cells."""
     lines = [f'<{heading}>{_text(section.title)}</{heading}>{picture}']
     if section.rows:
         head = [_row(section.header, 'th')] if section.header else []
@@ -43,17 +43,17 @@ def html_of(section: Section, heading: str = 'h4', picture: str = '') -> str:
 
 
 def number(name: str, value: float, digits: str, unit: str = '') -> tuple[str, str, str]:
-    """Return the row of a number in SI, shown in one of FACTORS with digits such as ``.4f``."""
+    """Return the row of an SI number in a unit of FACTORS, with a format such as ``.4f``."""
     return name, f'{value * FACTORS[unit]:{digits}}', unit
 
 
 def said(words: str, digits: str, **default: Any) -> Any:
-    """Return a field of a dataclass that is a number, named with its SI unit, for ``rows_of``."""
+    """Return a dataclass field that ``rows_of`` prints; its name ends with its SI unit."""
     return dataclasses.field(**default, metadata={'words': words, 'digits': digits})
 
 
 def rows_of(result: Any) -> list[tuple[str, str, str]]:
-    """Return rows of the ``said`` fields of a dataclass."""
+    """Return the rows of the fields that ``said`` declares."""
     rows = []
     for each in dataclasses.fields(result):
         if each.metadata:
@@ -64,7 +64,7 @@ def rows_of(result: Any) -> list[tuple[str, str, str]]:
 
 
 def plain(value: Any) -> Any:
-    """Return what JSON can hold: records as objects, None of what is infinite or no number."""
+    """Convert a value for JSON: records to objects, numbers that are not finite to None."""
     if dataclasses.is_dataclass(value):
         value = {each.name: getattr(value, each.name) for each in dataclasses.fields(value)}
     elif isinstance(value, tuple) and hasattr(value, '_asdict'):

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Which sources decide the numbers of a run: other ones may round differently."""
+"""Digest of the sources that decide the numbers of a run."""
 
 import hashlib
 from functools import cache
@@ -14,7 +14,7 @@ PACKAGE: Final = Path(__file__).resolve().parent
 
 @cache
 def sources_digest(package: Path = PACKAGE) -> str:
-    """Return a digest of these sources, 16 hexadecimal digits."""
+    """Return a digest of the sources in FOLDERS, 16 hexadecimal digits."""
     digest = hashlib.sha256()
     for folder in FOLDERS:
         for source in sorted((package / folder).rglob('*.py')):

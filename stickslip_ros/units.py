@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Powers of ten, units as they are typed and displayed, and the nanoseconds of ROS."""
+"""Powers of ten, units as typed and as displayed, and nanoseconds per second."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -28,7 +28,7 @@ _PREFIXES: Final[Mapping[str, int]] = {
     'M': 6,
     'G': 9,
 }
-"""Powers of ten before a unit."""
+"""Powers of ten of the prefixes of units."""
 TYPED: Final[Mapping[str, str]] = {
     'm': 'nm, um, mm or m',
     'N': 'uN, mN, N or kN',
@@ -38,7 +38,7 @@ TYPED: Final[Mapping[str, str]] = {
     'm/s': 'nm/s, um/s, mm/s or m/s',
     'V/s': 'V/us, V/ms or V/s',
 }
-"""SI units of what people type most, and the units of the same kind that a refusal names."""
+"""SI units that people type most, and the alternatives that a refusal lists."""
 _PARTS = re.compile(r'[^\W\d_]+|[^\s*·]')
 _QUANTITY = re.compile(r'([-+]?(?:\d+\.?\d*|\.\d+))(?:e([-+]?\d{1,9}))?\s*(.*)', re.IGNORECASE)
 
@@ -54,7 +54,7 @@ FACTORS: Final[Mapping[str, float]] = {
     'um/s': 1e6,
     'mJ/m': 1e3,
 }
-"""Units in which people read, and how many of each make the SI unit of the quantity."""
+"""Displayed units, and how many of each make the SI unit."""
 _UNITS: Final[Mapping[str, str]] = {
     '_n_per_m': 'N/m',
     '_pa': 'Pa',
@@ -66,7 +66,7 @@ _UNITS: Final[Mapping[str, str]] = {
     '_s': 's',
     '_v': 'V',
 }
-"""SI units by the ends of the names of quantities."""
+"""SI units by the suffix of a quantity's name."""
 DISPLAY: Final[Mapping[str, str]] = {
     'N': 'mN',
     'm': 'nm',
@@ -74,28 +74,28 @@ DISPLAY: Final[Mapping[str, str]] = {
     'm/s': 'um/s',
     'J/m': 'mJ/m',
 }
-"""The one of them that stands for an SI unit; topics and files are in SI."""
+"""Displayed unit for an SI unit; topics and files keep SI."""
 
 
 def unit_of(name: str) -> str:
-    """Return the SI unit that the end of a name says, ``N`` of ``force_n``; empty if none."""
+    """Return the SI unit of a name's suffix, ``N`` for ``force_n``; empty without a suffix."""
     return next((unit for end, unit in _UNITS.items() if name.endswith(end)), '')
 
 
 def display_unit(unit: str) -> tuple[float, str]:
-    """Return factor and name of the unit in which pictures and tables show an SI unit."""
+    """Return factor and name of the displayed unit for an SI unit."""
     name = DISPLAY.get(unit, unit)
     return FACTORS.get(name, 1.0), name
 
 
 def with_unit(value: float, unit: str) -> str:
-    """Return a number in SI as people read it, with its unit."""
+    """Return an SI value as text in its displayed unit."""
     factor, name = display_unit(unit)
     return f'{factor * value:.5g} {name}'.rstrip()
 
 
 def power_of_ten(unit: str, si_unit: str) -> int | None:
-    """Return 6 for ``V/us`` in ``V/s``, the power of ten between two units; None of others."""
+    """Return the power of ten between two units, 6 for ``V/us`` in ``V/s``; None if unrelated."""
     theirs, ours = (_PARTS.findall(each.removeprefix('1')) for each in (unit, si_unit))
     if theirs == ours:
         return 0
@@ -114,11 +114,11 @@ def power_of_ten(unit: str, si_unit: str) -> int | None:
 
 
 def joined(words: Sequence[str]) -> list[str]:
-    """Return typed words, a unit joined with the number before it: of ``60 nm`` one."""
+    """Join each typed unit to the number before it: ``60``, ``nm`` become ``60nm``."""
     found: list[str] = []
     for word in words:
-        behind = found and quantity(re.split('[=:,@]', found[-1])[-1], '') is not None
-        if behind and any(power_of_ten(word, unit) is not None for unit in TYPED):
+        after_number = found and quantity(re.split('[=:,@]', found[-1])[-1], '') is not None
+        if after_number and any(power_of_ten(word, unit) is not None for unit in TYPED):
             found[-1] += word
         else:
             found.append(word)
@@ -126,7 +126,7 @@ def joined(words: Sequence[str]) -> list[str]:
 
 
 def quantity(text: str, si_unit: str) -> float | None:
-    """Return ``60nm``, ``60 nm`` or ``60e-9`` in the SI unit m; None of anything else."""
+    """Return the SI value of ``60nm``, ``60 nm`` or ``60e-9``; None if the text is no quantity."""
     found = _QUANTITY.fullmatch(text.strip())
     if found is None:
         return None

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from stickslip_ros.extras import OF_ROS
+from stickslip_ros.extras import ROS_MODULES
 
 ROOT = Path(__file__).parents[1]
 TIMEOUT_S = 120.0
@@ -37,7 +37,7 @@ def packages(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Give a folder with what is installed here, but for ROS."""
     folder = tmp_path_factory.mktemp('without_ros')
     for each in Path(sysconfig.get_path('purelib')).iterdir():
-        if not OF_ROS.match(each.name):
+        if not ROS_MODULES.match(each.name):
             (folder / each.name).symlink_to(each)
     return folder
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""From parameters to the contact of one hemisphere."""
+"""Contact of one hemisphere, from parameters."""
 
 from functools import lru_cache
 
@@ -32,7 +32,7 @@ def presliding(parameters: Parameters, *, normal_force_n: float) -> Presliding:
     Parameters
     ----------
     parameters : Parameters
-        The stand, of which ``contact`` counts.
+        The stand; only ``contact`` is used.
     normal_force_n : float
         Normal force F_n > 0, N.
 
@@ -44,7 +44,7 @@ def presliding(parameters: Parameters, *, normal_force_n: float) -> Presliding:
     Raises
     ------
     OutOfRange
-        If the force does not press.
+        If the force is not positive and finite.
 
     Examples
     --------
@@ -67,14 +67,7 @@ def elasticity_of(contact: ContactParameters) -> Elasticity:
 @lru_cache(maxsize=PROFILES_KEPT)
 def profile_of(contact: ContactParameters, index: int = 0) -> Profile:
     """
-    Return the profile that ``contact.profile`` names.
-
-    Parameters
-    ----------
-    contact : ContactParameters
-        The hemisphere.
-    index : int
-        Which hemisphere it is: each has a rough line of its own, of the seed line_seed + index.
+    Return the profile that ``contact.profile`` names; the seed of a rough line adds ``index``.
 
     Raises
     ------
@@ -97,19 +90,19 @@ def profile_of(contact: ContactParameters, index: int = 0) -> Profile:
 
 
 def spectrum_of(contact: ContactParameters) -> Spectrum:
-    """Return the power spectrum of the roughness; OutOfRange if its numbers do not fit."""
+    """Return the power spectrum of the roughness; OutOfRange if it is not possible."""
     return Spectrum(contact.hurst, contact.rms_height, contact.cutoff_lower, contact.cutoff_upper)
 
 
 def lines_of(contact: ContactParameters) -> Record:
-    """Return the lines under the feet of a stand whose roughness travels; not to be written."""
+    """Return the lines under the feet for travelling roughness, read-only."""
     from stickslip_ros.contact.travel import track_of  # noqa: PLC0415 - numba is imported by it
 
     return track_of(contact, spectrum_of(contact), elasticity_of(contact).normal_pa)
 
 
 def prefactor_of(contact: ContactParameters) -> float:
-    """Return Q_1D, m^(1-H): the given one, or that of the rms height (Eqs 16 and 17)."""
+    """Return Q_1D, m^(1-H): as given, or from the rms height (Eqs 16 and 17)."""
     if contact.prefactor:
         return contact.prefactor
     return rough_prefactor_1d(contact.rms_height, contact.hurst, contact.radius)
@@ -119,20 +112,7 @@ def rough_line_profile(
     spectrum: Spectrum, radius_m: float, length_m: float, points: int, seed: int
 ) -> LineProfile:
     """
-    Return one rough parabola g(x) = x^2/R + h(x) (Eq. 14).
-
-    Parameters
-    ----------
-    spectrum : Spectrum
-        Of the random line h.
-    radius_m : float
-        Radius R of the sphere, m.
-    length_m : float
-        Length of the line, m; it is centred below the sphere.
-    points : int
-        Number of springs.
-    seed : int
-        Seed of the line.
+    Return a rough parabola g(x) = x^2/R + h(x) (Eq. 14), centred below the sphere.
 
     Raises
     ------
@@ -148,5 +128,5 @@ def rough_line_profile(
 
 
 def line_places(length_m: float, points: int) -> Array:
-    """Return the places of the springs, m: the middles of equal cells from -L/2 to L/2."""
+    """Return the positions of the springs, m: the centres of equal cells from -L/2 to L/2."""
     return (np.arange(points, dtype=np.float64) + 0.5) * (length_m / points) - 0.5 * length_m

@@ -2,16 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Kernel: the friction laws that the contact model is set against.
+Kernel: rival friction laws, to compare with the contact model.
 
 Coulomb; Dahl (1968); LuGre (Canudas de Wit, Olsson, Astrom, Lischinsky 1995); elasto-plastic,
-EPM (Dupont, Hayward, Armstrong, Altpeter 2002). CEIM (Edeler 2011) is not here: its equations
-are not published where they can be read.
+EPM (Dupont, Hayward, Armstrong, Altpeter 2002). CEIM (Edeler 2011) is missing because its
+equations are not publicly available.
 
 z is the deflection of the bristles, v the sliding velocity, g(v) = [Fc + (Fs - Fc)
-exp(-(v/vs)^2)]/sigma0. Over a step in which v and the coefficient of z are constant,
-z' = v (1 - alpha z sgn(v)/g) has the solution z -> z_ss + (z - z_ss) exp(-alpha |v| dt/g): it is
-taken exactly, so the stiffest bristles cannot make a step unstable.
+exp(-(v/vs)^2)]/sigma0. If v and the coefficient of z are constant in a step,
+z' = v (1 - alpha z sgn(v)/g) has the solution z -> z_ss + (z - z_ss) exp(-alpha |v| dt/g). This
+exact solution is used, so stiff bristles cannot make a step unstable.
 
 """
 
@@ -23,7 +23,7 @@ from stickslip_ros.parameters import LAWS
 
 MDR, COULOMB, DAHL, LUGRE, EPM = range(len(LAWS))
 SHARE_MIN = 1e-6
-"""Plastic share of a step that is elastic up to its middle but ends beyond steady sliding."""
+"""Least plastic share of a step that ends beyond steady sliding."""
 
 
 LAW = kind(
@@ -50,7 +50,7 @@ def steady_deflection(law: Record, coulomb_n: float, v_m_per_s: float) -> float:
 
 @kernel
 def plastic_share(law: Record, z_m: float, v_m_per_s: float, steady_m: float) -> float:
-    """Return alpha: 0 where bristles are elastic, 1 where they slide; 1 but for EPM."""
+    """Return alpha: 0 for elastic bristles, 1 for sliding ones; always 1 except in EPM."""
     if law.number != EPM:
         return 1.0
     if z_m * v_m_per_s <= 0.0:
@@ -70,37 +70,24 @@ def deflect(
     law: Record, coulomb_n: float, z_m: float, du_m: float, dt_s: float
 ) -> tuple[float, float, float]:
     """
-    Drag the bristles for one step.
+    Move the bristles of Dahl, LuGre or EPM by du in a step of dt.
 
-    Parameters
-    ----------
-    law : record of LAW
-        Dahl, LuGre or EPM.
-    coulomb_n : float
-        Fc, N.
-    z_m : float
-        Deflection before, m.
-    du_m, dt_s : float
-        Relative displacement in the step, and its time.
-
-    Returns
-    -------
-    tuple of float
-        Deflection after (m), friction force that opposes du (N), friction loss (J).
+    Returns the deflection after the step (m), the friction force against du (N) and the friction
+    loss (J).
 
     """
     if du_m == 0.0:
         return z_m, law.bristle_n_per_m * z_m, 0.0
     v_m_per_s = du_m / dt_s
     steady_m = steady_deflection(law, coulomb_n, v_m_per_s)
-    # The plastic share at the middle of the elastic motion makes EPM second order.
+    # Second order for EPM: the plastic share at the middle of the elastic motion.
     share = plastic_share(law, z_m + 0.5 * du_m, v_m_per_s, steady_m)
     after_m = z_m + du_m
     if share > 0.0 or abs(after_m) > steady_m:
         share = max(share, SHARE_MIN)
         end_m = math.copysign(steady_m, du_m) / share
         after_m = end_m + (z_m - end_m) * math.exp(-share * abs(du_m) / steady_m)
-        largest_m = max(steady_m, abs(z_m))  # a long step of EPM would shoot past its end
+        largest_m = max(steady_m, abs(z_m))  # a long step of EPM would overshoot
         after_m = min(max(after_m, -largest_m), largest_m)
     rate_m_per_s = (after_m - z_m) / dt_s
     damping_n = law.bristle_n_s_per_m * rate_m_per_s if law.number != DAHL else 0.0

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The contact of two elastic bodies at constant load, by the method of dimensionality reduction.
+Contact of two elastic bodies at constant load, by the method of dimensionality reduction.
 
 Effective moduli (Eqs 5 and 6), the normal problem (Eqs 24 and 25), and the tangential problem in
 closed form (Jaeger, Ciavarella; Eq. 22).
@@ -20,7 +20,7 @@ from stickslip_ros.contact.profile import Profile
 from stickslip_ros.errors import OutOfRange
 
 INDENTATIONS_KEPT = 64
-"""Solutions kept for the next drive: a sweep over friction has two for each preload."""
+"""Solutions kept for the next drive; a sweep over friction needs two for each preload."""
 
 
 @dataclass(frozen=True)
@@ -59,15 +59,6 @@ def effective_elasticity(
     """
     Return the effective moduli of two isotropic bodies.
 
-    Parameters
-    ----------
-    young_1_pa, young_2_pa : float
-        Young's moduli, Pa.
-    poisson_1, poisson_2 : float
-        Poisson's ratios.
-
-    Notes
-    -----
     1/E* = sum (1 - nu_i^2)/E_i (Eq. 5) and 1/G* = sum (2 - nu_i)/(4 G_i) (Eq. 6).
 
     """
@@ -101,40 +92,19 @@ class Indentation:
 
 
 def normal_force(profile: Profile, elasticity: Elasticity, depth_m: Array | float) -> Array:
-    """
-    Return the normal force at an indentation depth, N (Eq. 24); any shape.
-
-    Parameters
-    ----------
-    profile : Profile
-        The indenter.
-    elasticity : Elasticity
-        Effective moduli.
-    depth_m : array or float
-        Indentation d >= 0, m.
-
-    """
+    """Return the normal force at an indentation depth d >= 0, N (Eq. 24); any shape."""
     return 2.0 * elasticity.normal_pa * profile.pressed_area_at(depth_m)
 
 
 @lru_cache(maxsize=INDENTATIONS_KEPT, typed=True)
 def indent(profile: Profile, elasticity: Elasticity, normal_force_n: float) -> Indentation:
     """
-    Solve the normal problem for a given force; the last few solutions are kept.
-
-    Parameters
-    ----------
-    profile : Profile
-        The indenter.
-    elasticity : Elasticity
-        Effective moduli.
-    normal_force_n : float
-        F_n > 0, N.
+    Solve the normal problem for a force F_n > 0.
 
     Raises
     ------
     OutOfRange
-        If the force does not press, or the profile is too short for it.
+        If the force is not positive and finite, or the profile is too short for it.
 
     """
     if not normal_force_n > 0.0:
@@ -151,7 +121,7 @@ def indent(profile: Profile, elasticity: Elasticity, normal_force_n: float) -> I
 @dataclass(frozen=True, repr=False)
 class Presliding:
     """
-    A contact that is pulled sideways under a constant normal force.
+    A contact under a tangential force and a constant normal force.
 
     Attributes
     ----------
@@ -179,7 +149,7 @@ class Presliding:
 
     @property
     def max_displacement_m(self) -> float:
-        """u_max = mu C_M d: the displacement at which the whole contact slips, m (Eq. 22)."""
+        """Displacement at which the whole contact slips, u_max = mu C_M d, m (Eq. 22)."""
         return self.friction * self.elasticity.cattaneo_mindlin * self.indentation.depth_m
 
     @property
@@ -203,7 +173,7 @@ class Presliding:
 
         Notes
         -----
-        g(c) = d - u / (mu C_M): what sticks is what a lesser indentation would touch.
+        g(c) = d - u / (mu C_M): the core is the contact area at this smaller indentation.
 
         """
         return self.profile.half_width(self._depth_of_core(displacement_m))
@@ -239,23 +209,12 @@ def presliding(
     profile: Profile, elasticity: Elasticity, friction: float, normal_force_n: float
 ) -> Presliding:
     """
-    Prepare the tangential problem under a constant normal force.
-
-    Parameters
-    ----------
-    profile : Profile
-        The indenter.
-    elasticity : Elasticity
-        Effective moduli.
-    friction : float
-        Friction coefficient mu > 0.
-    normal_force_n : float
-        F_n > 0, N.
+    Prepare the tangential problem under a constant normal force F_n > 0, with mu > 0.
 
     Raises
     ------
     OutOfRange
-        If the force does not press.
+        If the force is not positive and finite.
 
     """
     return Presliding(profile, elasticity, friction, indent(profile, elasticity, normal_force_n))

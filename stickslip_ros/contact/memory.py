@@ -2,18 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Kernel: the memory of a frictional contact at constant load, as a stack of turning points.
+Kernel: memory of a frictional contact at constant load, as a stack of turning points.
 
-A contact whose normal force is constant remembers only the displacements at which its motion
-turned, and of these only the ones that no larger loop has wiped out (Masing, Madelung). From a
-turning point (u*, T*) the force runs along T* -+ 2 T_v(|u - u*|/2); where a loop closes, the
-older branch goes on as if the loop had never been. This is the exact force of infinitely many
-springs, at a cost that does not depend on how many there are.
+At constant normal force a contact remembers only the displacements at which its motion turned and
+that no larger loop has wiped out (Masing, Madelung). From a turning point (u*, T*) the force
+follows T* -+ 2 T_v(|u - u*|/2). When a loop closes, the older branch continues as if the loop had
+not happened. The result is the exact force of infinitely many springs.
 
-The stack is bounded. When it is full, the pairs of turning points that matter least are
-forgotten; the signed force error of that is known and kept for each turning point, and it is
-steered so that it never exceeds ``error_n``, which starts at zero and grows only when a pair is
-forgotten.
+The stack is bounded. When it is full, the pairs of turning points with the smallest effect are
+forgotten. The signed force error of each turning point is known and kept below ``error_n``, which
+starts at zero and grows only when a pair is forgotten.
 
 """
 
@@ -28,24 +26,24 @@ from stickslip_ros.kernels.record import COUNT, FLOAT, Kind, Record, kind, recor
 CAPACITY = 1024
 """Turning points that a stack holds."""
 FORGET_START = 1e-12
-"""First allowance for a forgotten pair, relative to the maximal force; quadrupled as needed."""
+"""First force error allowed for a forgotten pair, relative to the maximal force; then fourfold."""
 
 U, TURN_FORCE, TURN_ERROR = 0, 1, 2
 """Columns of ``turns``: displacement (m), force (N), known force error (N)."""
 
 
 def memory_kind(capacity: int) -> Kind:
-    """Return the type of a memory that holds so many turning points."""
+    """Return the type of a memory of a number of turning points."""
     return kind(
         u_m=FLOAT,  # Relative displacement of the runner against the feet, m
         force_n=FLOAT,  # Sum of the spring forces T, N; the runner feels -T
         depth=COUNT,  # Turning points on the stack; row 0 of ``turns`` is the virgin origin
-        sense=FLOAT,  # +1 or -1: the direction in which the current branch runs
+        sense=FLOAT,  # +1 or -1: direction of the current branch
         # Friction loss up to the start of the current stretch of the current branch, J
         lost_j=FLOAT,
         # Loss of the current branch from its turning point to the start of that stretch, J
         base_j=FLOAT,
-        error_n=FLOAT,  # Bound of the force error by forgotten turning points, N
+        error_n=FLOAT,  # Bound of the force error from forgotten turning points, N
         turns=(FLOAT, (capacity, 3)),  # The stack
     )
 
@@ -54,7 +52,7 @@ MEMORY = memory_kind(CAPACITY)
 
 
 def fresh_memory(u_m: float = 0.0, capacity: int = CAPACITY) -> Record:
-    """Return the memory of a contact that was brought together at a displacement, m."""
+    """Return the memory of a contact without history at a displacement, m."""
     memory = record(memory_kind(capacity), u_m=u_m, sense=1.0)
     memory.turns[0, U] = u_m
     return memory
@@ -64,7 +62,7 @@ def fresh_memory(u_m: float = 0.0, capacity: int = CAPACITY) -> Record:
 def set_memory(
     memory: Record, u_m: float, force_n: float, sense: float, lost_j: float, base_j: float
 ) -> None:
-    """Let a contact forget all turning points, and be at a place with a force and a loss."""
+    """Clear all turning points, and set displacement, force, direction and losses."""
     memory.u_m = u_m
     memory.force_n = force_n
     memory.depth = 0
@@ -76,19 +74,7 @@ def set_memory(
 
 @kernel
 def move(curve: Record, memory: Record, u_m: float) -> None:
-    """
-    Move a contact monotonically to u_m; O(1) amortised.
-
-    Parameters
-    ----------
-    curve : record of CURVE
-        The operator.
-    memory : record of MEMORY
-        Changed in place.
-    u_m : float
-        New displacement, m.
-
-    """
+    """Move a contact monotonically to u_m; O(1) amortised."""
     if (u_m - memory.u_m) * memory.sense < 0.0:
         reverse(curve, memory, u_m)
     while memory.depth > 0 and memory.sense * (u_m - memory.turns[memory.depth, U]) >= loop_length(
@@ -106,7 +92,7 @@ def move(curve: Record, memory: Record, u_m: float) -> None:
 
 @kernel
 def follow_virgin(curve: Record, memory: Record, u_m: float) -> float:
-    """Return the force on the virgin curve, N: in full slip, past its end, its origin slides."""
+    """Return the force on the virgin curve, N; in full slip its origin moves along."""
     offset_m = u_m - memory.turns[0, U]
     memory.sense = 1.0 if offset_m >= 0.0 else -1.0
     slip_m = max(abs(offset_m) - curve.limit_m, 0.0)
@@ -136,7 +122,7 @@ def branch_loss(curve: Record, depth: int, travel_m: float) -> float:
 
 @kernel
 def reverse(curve: Record, memory: Record, u_m: float) -> None:
-    """Turn round: remember the turning point, unless the branch is still in its linear core."""
+    """Reverse: push a turning point unless the branch is still in its linear core."""
     travel_m = abs(memory.u_m - memory.turns[memory.depth, U])
     core_m = curve.core_m if memory.depth == 0 else 2.0 * curve.core_m
     if travel_m > core_m:
@@ -152,7 +138,7 @@ def reverse(curve: Record, memory: Record, u_m: float) -> None:
 
 @kernel
 def push_turn(curve: Record, memory: Record) -> None:
-    """Put the present point on the stack and start a branch in the other direction."""
+    """Push the present point on the stack and start a branch in the other direction."""
     turns = memory.turns
     if memory.depth + 1 == turns.shape[0]:
         forget_pairs(curve, memory)
@@ -178,7 +164,7 @@ def close_loop(curve: Record, memory: Record) -> None:
 
 @kernel
 def resume_branch(curve: Record, memory: Record, older: int) -> None:
-    """Go on along an older branch, from the turning point after it."""
+    """Continue on an older branch, from the turning point after it."""
     travel_m = abs(memory.turns[older + 1, U] - memory.turns[older, U])
     memory.base_j = branch_loss(curve, older, travel_m)
     memory.depth = older
@@ -186,7 +172,7 @@ def resume_branch(curve: Record, memory: Record, older: int) -> None:
 
 @kernel
 def forget_pairs(curve: Record, memory: Record) -> None:
-    """Halve a full stack by forgetting the pairs of turning points that matter least."""
+    """Halve a full stack by forgetting the pairs of turning points with the smallest effect."""
     turns = memory.turns
     half = turns.shape[0] // 2
     allowance_n = FORGET_START * curve.force_max_n
@@ -203,11 +189,11 @@ def forget_pairs(curve: Record, memory: Record) -> None:
 @kernel
 def _sweep(curve: Record, turns: Array, depth: int, allowance_n: float) -> int:
     """
-    Drop pairs of inner turning points, keeping each known force error within the allowance.
+    Drop pairs of inner turning points while the force errors stay within the allowance.
 
-    Forgetting the points j and j+1 joins the branches j-1 and j+2. The force on the latter
-    changes by an amount that three virgin forces give; a pair is forgotten only if that
-    amount, and the sum of all such amounts up to here, stay within the allowance.
+    Without the points j and j+1 the branches j-1 and j+2 are joined. Virgin forces give the change
+    of the force on the latter. A pair is dropped only if this change, and the sum of all changes
+    so far, are within the allowance.
 
     """
     kept = 1
@@ -243,18 +229,18 @@ def _sweep(curve: Record, turns: Array, depth: int, allowance_n: float) -> int:
 
 class Branch(NamedTuple):
     """
-    A stretch of the force-displacement curve: T = force + sense fold T_v(travel / fold).
+    A branch of the force-displacement curve: T = force + sense fold T_v(travel / fold).
 
     Attributes
     ----------
     origin_m, force_n : float
-        Turning point from which it starts; force 0 on the virgin curve.
+        Turning point at its start; force 0 on the virgin curve.
     sense : float
-        +1 or -1: its direction.
+        Direction, +1 or -1.
     fold, unfold : float
-        2 on a Masing branch, 1 on the virgin curve; and its inverse.
+        2 on a Masing branch, 1 on the virgin curve; and the inverse.
     reach_m : float
-        Travel at which it ends, because a loop closes.
+        Travel at which a loop closes and the branch ends.
 
     """
 
@@ -268,7 +254,7 @@ class Branch(NamedTuple):
 
 @kernel
 def branch_towards(curve: Record, memory: Record, direction: float) -> Branch:
-    """Return the branch along which the contact goes if it moves in a direction now."""
+    """Return the branch of a motion in a direction from the present point."""
     turns, depth, sense = memory.turns, memory.depth, memory.sense
     origin_m, fold = turns[depth, U], 1.0 if depth == 0 else 2.0
     travel_m = abs(memory.u_m - origin_m)
@@ -288,7 +274,7 @@ def stiffness_on(curve: Record, branch: Branch, u_m: float) -> float:
 
 @kernel
 def force_ahead(curve: Record, memory: Record, branch: Branch, u_m: float) -> float:
-    """Return the force at a displacement near the branch, N, as if the contact had gone there."""
+    """Return the force after a motion to a displacement, N, without changing the memory."""
     travel_m = branch.sense * (u_m - branch.origin_m)
     if 0.0 <= travel_m < branch.reach_m:
         folded_n = branch.fold * virgin_force(curve, travel_m * branch.unfold)
@@ -298,7 +284,7 @@ def force_ahead(curve: Record, memory: Record, branch: Branch, u_m: float) -> fl
 
 @kernel
 def force_after_closing(curve: Record, memory: Record, u_m: float) -> float:
-    """Return the force at a displacement that lies beyond the closing of at least one loop, N."""
+    """Return the force after a motion that closes at least one loop, N."""
     direction = 1.0 if u_m > memory.u_m else -1.0
     turns, depth = memory.turns, memory.depth
     if direction != memory.sense:
@@ -325,9 +311,9 @@ def stored_energy(curve: Record, memory: Record) -> float:
 
     Notes
     -----
-    An element that slips at w has the density p(w) = -T_v''(w) and the elongation e(w):
-    the stack says that between two half loop widths e = +-w + (u - u_k), beyond the largest
-    e = u - u_0. The energy is the integral of p e^2 / 2.
+    An element that slips at w has the density p(w) = -T_v''(w) and the elongation e(w). Between
+    two half loop widths e = +-w + (u - u_k); beyond the largest e = u - u_0. The energy is the
+    integral of p e^2 / 2.
 
     """
     turns = memory.turns
@@ -350,7 +336,7 @@ def stored_energy(curve: Record, memory: Record) -> float:
 def _energy_between(
     curve: Record, inner_m: float, outer_m: float, slope: float, shift_m: float
 ) -> float:
-    """Return the energy of the elements inner < w < outer with elongation slope w + shift, J."""
+    """Return the energy of the elements inner < w < outer of elongation slope w + shift, J."""
     moments = _moments(curve, outer_m)
     inner = _moments(curve, inner_m)
     return 0.5 * (
@@ -375,7 +361,7 @@ def _moments(curve: Record, w_m: float) -> tuple[float, float, float]:
 
 @kernel
 def elongation(memory: Record, threshold_m: float) -> float:
-    """Return the elongation that turning points give to a spring which slips at a threshold, m."""
+    """Return the elongation of a spring that slips at a threshold, m, from the turning points."""
     turns, depth, sense = memory.turns, memory.depth, memory.sense
     offset_m = memory.u_m - turns[depth, U]
     half_m = abs(offset_m) if depth == 0 else 0.5 * abs(offset_m)

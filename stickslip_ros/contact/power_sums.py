@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Sums of powers and their roots: of few sums by Newton's method, of many off polynomials."""
+"""Sums of powers and their roots, by Newton's method or, for many sums, by polynomials."""
 
 import math
 from functools import lru_cache, reduce
@@ -16,16 +16,16 @@ NEWTON_ITERATIONS = 60
 NEWTON_TOLERANCE = 1e-8
 """Last change of a logarithm: the next one, about its square, is below rounding."""
 LOG_X: Array = np.linspace(-100.0, 10.0, 2201, dtype=np.float64)
-"""Logarithms of x, m, between which the iteration begins: two steps are then enough."""
+"""Logarithms of x, m, between which the iteration starts; two steps are then enough."""
 OCTAVES = 13
-"""Powers of two below the largest sum that polynomials cover: 4096 equal steps down from it."""
+"""Octaves that the polynomials cover, down from the largest sum."""
 DEGREE = 7
 PIECES = 10
-"""Polynomials per octave where the root rises like the sum; more where it rises like a power of
-it. They then miss the root by 1e-14, at an exponent of 0.3 by 3e-14, little more than Newton."""
+"""Polynomials per octave for exponents from 1 on; smaller exponents have more. The relative error
+is 1e-14, and 3e-14 for an exponent of 0.3: little more than Newton's."""
 TABLES_KEPT = 8
 _NODES: Array = np.cos(np.pi * (np.arange(DEGREE + 1) + 0.5) / (DEGREE + 1))
-"""Chebyshev's places between -1 and 1, the ends of a piece, where a polynomial is exact."""
+"""Chebyshev nodes between -1 and 1, the ends of a piece."""
 _TO_COEFFICIENTS: Array = np.linalg.inv(np.vander(_NODES, increasing=True)).T
 
 
@@ -39,12 +39,12 @@ def solve_power_sum(
     total: Array | float, prefactors: tuple[float, ...], exponents: tuple[float, ...]
 ) -> Array:
     """
-    Return x >= 0 with sum_i Q_i x^n_i = total, of any shape; 0 where the total is not above 0.
+    Return x >= 0 with sum_i Q_i x^n_i = total, of any shape; 0 if the total is not above 0.
 
-    More totals than a table of polynomials takes to be made are read off one.
+    If there are more totals than roots in a table of polynomials, the table is used.
 
     """
-    totals = np.array(total, dtype=float)  # one that is read-only has another type in a kernel
+    totals = np.array(total, dtype=float)  # a copy: numba has another type for read-only arrays
     pieces = math.ceil(PIECES / min(1.0, *exponents))
     if totals.size <= OCTAVES * pieces * len(_NODES) or not 0.0 < totals.max() < math.inf:
         return _by_newton(totals, prefactors, exponents)
@@ -69,7 +69,7 @@ def _by_newton(
 
 @lru_cache(maxsize=64)
 def _log_sums(prefactors: tuple[float, ...], exponents: tuple[float, ...]) -> Array:
-    """Return the logarithm of a sum of powers at LOG_X; not to be written."""
+    """Return the logarithm of a sum of powers at LOG_X, read-only."""
     terms = zip(prefactors, exponents, strict=True)
     return reduce(np.logaddexp, [np.log(q) + n * LOG_X for q, n in terms])
 
@@ -112,10 +112,10 @@ def _table(
     prefactors: tuple[float, ...], exponents: tuple[float, ...], pieces: int, octave: int
 ) -> Array:
     """
-    Return the roots of sums below 2^octave as polynomials, so many for each of OCTAVES.
+    Return polynomials for the roots of sums below 2^octave, read-only.
 
-    A row has the coefficients of the powers of a place that goes from -1 to 1 in its piece, the
-    lowest first; shape (OCTAVES pieces, DEGREE + 1), lowest sums first. Not to be written.
+    Each of OCTAVES has ``pieces`` rows of coefficients, lowest power first, of a variable that
+    goes from -1 to 1 in the piece; shape (OCTAVES pieces, DEGREE + 1), lowest sums first.
 
     """
     shares = (np.arange(pieces)[:, np.newaxis] + 0.5 * (1.0 + _NODES)) / pieces
@@ -126,7 +126,7 @@ def _table(
 
 @entry_point
 def _read_off(totals: Array, table: Array, lowest: int, pieces: int, roots: Array) -> None:
-    """Fill in the roots of all totals from 2^lowest on."""
+    """Fill in the roots of all totals from 2^lowest on, from a table."""
     for i in range(len(totals)):
         half_share, octave = math.frexp(totals[i])
         octave -= 1 + lowest

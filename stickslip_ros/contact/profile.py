@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Profiles on the one-dimensional foundation: what each can tell, power laws, lines of springs."""
+"""Profiles of indenters on the one-dimensional foundation: power laws and lines of springs."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,25 +16,25 @@ from stickslip_ros.errors import OutOfRange
 
 class Profile(Protocol):
     """
-    A rigid indenter on the elastic foundation, as far as the contact needs to know it.
+    A rigid indenter on the elastic foundation.
 
-    Depths count from the first touch. Whatever its shape, a profile is described by how much of
-    it touches at a depth: at constant load the order of the springs does not matter.
+    A profile is described by the part of it that touches at a depth, counted from the first
+    touch; the order of the springs does not matter at constant load.
 
     """
 
     def __hash__(self) -> int:
-        """Return a hash, by which what was solved for a profile is kept."""
+        """Return a hash for caches of solutions."""
 
     def half_width(self, depth_m: Array | float) -> Array:
-        """Return half the length in contact, m, at a depth >= 0 (any shape); a for one patch."""
+        """Return half the length in contact at a depth >= 0, m; any shape."""
 
     def pressed_area_at(self, depth_m: Array | float) -> Array:
-        """Return half the integral of (d - g)+ dx, m^2, at a depth d >= 0 (any shape)."""
+        """Return the pressed area at a depth d >= 0: half the integral of (d - g)+ dx, m^2."""
 
     def depth_for(self, area_m2: float) -> float:
         """
-        Return the depth at which the pressed area has a value > 0, m.
+        Return the depth of a pressed area > 0, m.
 
         Raises
         ------
@@ -62,7 +62,7 @@ class PowerProfile:
     exponents: tuple[float, ...]
 
     def height(self, x_m: Array | float) -> Array:
-        """Return g at the places x, m (any shape); the smallest indentation that reaches x."""
+        """Return g(x), m (any shape): the smallest indentation that reaches x."""
         return power_sum(np.asarray(x_m, dtype=float), self.prefactors, self.exponents)
 
     def radius_at_height(self, height_m: Array | float) -> Array:
@@ -78,22 +78,22 @@ class PowerProfile:
         return self.pressed_area(self.radius_at_height(depth_m))
 
     def depth_for(self, area_m2: float) -> float:
-        """Return the depth at which the pressed area has a value, m."""
+        """Return the depth of a pressed area, m."""
         return float(self.height(self.radius_at_area(area_m2)))
 
     def pressed_area(self, radius_m: Array | float) -> Array:
         """
-        Return int_0^a (g(a) - g(x)) dx, m^2 (any shape); the normal force is 2 E* times it.
+        Return int_0^a (g(a) - g(x)) dx, m^2 (any shape): the normal force over 2 E*.
 
         Notes
         -----
-        With g(a) = d this is the bracket of Eq. 24, sum of n_i/(n_i + 1) Q_i a^(n_i + 1).
+        For g(a) = d it is the bracket of Eq. 24, the sum of n_i/(n_i + 1) Q_i a^(n_i + 1).
 
         """
         return power_sum(np.asarray(radius_m, dtype=float), *self._area_terms())
 
     def radius_at_area(self, area_m2: Array | float) -> Array:
-        """Return the contact radius a with a given pressed area, m: the inverse of Eq. 24."""
+        """Return the contact radius a of a pressed area, m: the inverse of Eq. 24."""
         return solve_power_sum(area_m2, *self._area_terms())
 
     def _area_terms(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -110,14 +110,7 @@ def rough_profile(radius_m: float, prefactor: float, hurst: float) -> PowerProfi
     """
     Return the equivalent rough profile x^2/R + Q_1D |x|^H (Eq. 18).
 
-    Parameters
-    ----------
-    radius_m : float
-        Radius R of the sphere, m.
-    prefactor : float
-        Q_1D, m^(1-H); 0 gives the smooth sphere.
-    hurst : float
-        Hurst exponent H, in (0, 1].
+    Q_1D is in m^(1-H), and 0 gives the smooth sphere; H is in (0, 1].
 
     """
     if prefactor == 0.0:
@@ -128,10 +121,10 @@ def rough_profile(radius_m: float, prefactor: float, hurst: float) -> PowerProfi
 @dataclass(frozen=True, eq=False)
 class LineProfile:
     """
-    Profile given by its height at the place of every spring.
+    Profile given by the height at every spring.
 
-    The order of the springs matters to nothing at constant load, so heights are sorted once,
-    and sums over what is pressed become differences of prefix sums.
+    The order of the springs does not matter at constant load, so the heights are sorted once and
+    sums over pressed springs are prefix sums.
 
     Attributes
     ----------
@@ -147,7 +140,7 @@ class LineProfile:
 
     @cached_property
     def limit_m(self) -> float:
-        """Depth at which the contact reaches an end of the line, m: deeper ones are refused."""
+        """Depth at which the contact reaches an end of the line, m; larger depths are refused."""
         return float(min(self.heights_m[0], self.heights_m[-1]))
 
     @cached_property
@@ -161,7 +154,7 @@ class LineProfile:
 
     @cached_property
     def _totals_m(self) -> Array:
-        """Sum of all compressions when the spring of each sorted height is just touched."""
+        """Sum of all compressions at the depth of each sorted height."""
         return np.arange(len(self._sorted_m)) * self._sorted_m - self._sums_m[:-1]
 
     def springs_in_contact(self, depth_m: Array | float) -> Array:
@@ -179,18 +172,18 @@ class LineProfile:
         return np.asarray(np.searchsorted(self._sorted_m, depth, side='left'), dtype=float)
 
     def half_width(self, depth_m: Array | float) -> Array:
-        """Return half the length of the springs in contact at a depth, m; refuses like above."""
+        """Return half the length in contact at a depth, m; OutOfRange beyond ``limit_m``."""
         return np.asarray(0.5 * self.spacing_m * self.springs_in_contact(depth_m))
 
     def pressed_area_at(self, depth_m: Array | float) -> Array:
-        """Return half the sum of (d - g_i)+ dx at a depth, m^2; refuses like above."""
+        """Return half the sum of (d - g_i)+ dx at a depth, m^2; OutOfRange beyond ``limit_m``."""
         springs = self.springs_in_contact(depth_m)
         sums_m = self._sums_m[springs.astype(np.intp)]
         return np.asarray(0.5 * self.spacing_m * (springs * np.asarray(depth_m) - sums_m))
 
     def depth_for(self, area_m2: float) -> float:
         """
-        Return the depth at which the pressed area has a value, m.
+        Return the depth of a pressed area, m.
 
         Raises
         ------
@@ -199,7 +192,7 @@ class LineProfile:
 
         Notes
         -----
-        The sum of the compressions is linear between two sorted heights: exact to rounding.
+        Exact to rounding, because the sum of compressions is linear between sorted heights.
 
         """
         total_m = 2.0 * area_m2 / self.spacing_m
@@ -220,14 +213,9 @@ class LineProfile:
 
 def line_profile(heights_m: Array, spacing_m: float) -> LineProfile:
     """
-    Return the profile of any line, measured or made.
+    Return the profile of a measured or computed line of heights, shape (springs,).
 
-    Parameters
-    ----------
-    heights_m : array, shape (springs,)
-        Heights, m, from any zero; larger is farther from the other body.
-    spacing_m : float
-        Distance of the springs, m.
+    Heights have any zero; larger heights are farther from the other body.
 
     """
     return LineProfile(spacing_m, heights_m - np.min(heights_m))

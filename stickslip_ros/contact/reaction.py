@@ -2,14 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Kernel: how one contact answers a relative motion, whatever law holds.
+Kernel: reaction of a contact to a relative motion, under any law.
 
-A contact stands for all that share one displacement: the six of an ideal drive together, or that
-of a single foot. With the contact model (MDR) there are two ways. At constant preload the memory
-of turning points is exact and fast. While the preload changes, and until a full slip has wiped out
-what happened meanwhile, a bank of springs is right; it takes over from the turning points with the
-same force, and full slip is the same state for both. A contact that ages stays on its springs. The
-rival laws know only the friction limit.
+A contact stands for all contacts that share one displacement: the six of an ideal drive together,
+or that of a single foot. The contact model (MDR) has two representations. At constant preload the
+memory of turning points is exact and fast. While the preload changes, a bank of springs is used;
+it takes over from the turning points with the same force, and hands back at full slip, which is
+the same state for both. A contact that ages stays on its springs. The rival laws use only the
+friction limit.
 
 """
 
@@ -34,19 +34,19 @@ from stickslip_ros.contact.springs import (
     stored_in_springs,
 )
 from stickslip_ros.contact.virgin import CURVE, virgin_energy
-from stickslip_ros.kernels.kernel import kernel, kernel_apart
+from stickslip_ros.kernels.kernel import kernel, noinline_kernel
 from stickslip_ros.kernels.record import FLAG, FLOAT, Record, kind
 
 ARRIVAL_SLACK = 1e-6
-"""Share of a step by which a preload may miss its end, for the rounding of many steps."""
+"""Rounding of a preload at the end of its ramp, relative to a step."""
 
 CONTACT = kind(
     curve=CURVE,  # Tangential behaviour at the preload ``preload_n``
     bank=BANK,  # Springs for any preload
-    law=LAW,  # Which law holds, and the constants of the rival laws
-    ageing=AGEING,  # How the friction coefficient changes
+    law=LAW,  # Number of the law, and constants of the rival laws
+    ageing=AGEING,  # Change of the friction coefficient
     compliance=FLOAT,  # mu C_M: presliding per depth
-    # Preload to go to, and how fast
+    # Wanted preload, and its rate
     preload_n=FLOAT,
     preload_n_per_s=FLOAT,
 )
@@ -56,18 +56,18 @@ CONTACT_STATE = kind(
     memory=MEMORY,  # Displacement, force, friction loss, and the turning points
     on_springs=FLAG,  # Whether the springs, not the turning points, hold the history
     preload_n=FLOAT,  # Present preload
-    window_m=FLOAT,  # Displacement at which roughness that travels came to rest
+    window_m=FLOAT,  # Displacement at which travelling roughness came to rest
     bristle_m=FLOAT,  # Deflection of the bristles of a rival law
-    slip_m_per_s=FLOAT,  # Mean speed with which the springs of one that ages slipped last
-    # Stiffness with which springs or bristles answered last, N/m
+    slip_m_per_s=FLOAT,  # Mean slip speed of ageing springs in the last step
+    # Stiffness of springs or bristles in the last step, N/m
     answered_n_per_m=FLOAT,
     springs=SPRINGS_STATE,  # Forces of the springs
 )
-"""What a contact remembers."""
+"""State of a contact."""
 
 
 def relax(contacts: Record, preload_n: float) -> Record:
-    """Let new contacts, of zeros and of CONTACT_STATE, be without shear; return them."""
+    """Initialise zeros of CONTACT_STATE as contacts without shear; return them."""
     contacts['memory']['sense'] = 1.0
     contacts['preload_n'] = preload_n
     return contacts
@@ -79,12 +79,12 @@ def remembers_turns(contact: Record, state: Record) -> bool:
     return contact.law.number == MDR and not state.on_springs
 
 
-@kernel_apart
+@noinline_kernel
 def react(contact: Record, state: Record, u_m: float, dt_s: float, holding_n: float) -> None:
     """
-    Move a contact by one step, to a relative displacement of the runner against the feet, u_m.
+    Move a contact in a step to the displacement u_m of the runner against the feet.
 
-    The holding force would keep the contact from sliding: it is for Coulomb's law.
+    The holding force would prevent sliding; only Coulomb's law uses it.
 
     """
     if remembers_turns(contact, state):
@@ -107,7 +107,7 @@ def react(contact: Record, state: Record, u_m: float, dt_s: float, holding_n: fl
 
 @kernel
 def stick_stiffness(contact: Record, state: Record) -> float:
-    """Return the stiffness of springs or bristles of which none slips, N/m."""
+    """Return the stiffness of springs or bristles without slip, N/m."""
     if contact.law.number != MDR:
         return contact.law.bristle_n_per_m
     bank = contact.bank
@@ -119,7 +119,7 @@ def stick_stiffness(contact: Record, state: Record) -> float:
 
 @kernel
 def answer_towards(contact: Record, state: Record, direction: float) -> float:
-    """Return the stiffness with which springs or bristles answer in a direction now, N/m."""
+    """Return the present stiffness of springs or bristles in a direction, N/m."""
     if direction * state.memory.sense >= 0.0:
         return state.answered_n_per_m
     return stick_stiffness(contact, state)
@@ -139,7 +139,7 @@ def next_preload(contact: Record, preload_n: float, dt_s: float) -> float:
 def _react_by_springs(
     contact: Record, state: Record, u_m: float, dt_s: float, preload_n: float
 ) -> None:
-    """Move the springs; hand back to the turning points in the moment of full slip."""
+    """Move the springs; hand back to the turning points at full slip."""
     curve, memory, ageing = contact.curve, state.memory, contact.ageing
     du_m, before_n = u_m - memory.u_m, state.preload_n
     if ageing.on and dt_s > 0.0:
@@ -171,7 +171,7 @@ def _react_by_law(
     holding_n: float,
     preload_n: float,
 ) -> None:
-    """Let a rival law answer."""
+    """Move a contact by a rival law."""
     memory = state.memory
     du_m = u_m - memory.u_m
     limit_n = friction_limit(contact.bank, preload_n)
@@ -186,7 +186,7 @@ def _react_by_law(
 
 @kernel
 def switch_to_springs(contact: Record, state: Record) -> None:
-    """Let the springs take over from the turning points, with the same force; once."""
+    """Let the springs take over from the turning points, with the same force."""
     if not remembers_turns(contact, state):
         return
     memory = state.memory

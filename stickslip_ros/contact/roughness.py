@@ -2,12 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Roughness: random self-affine lines (Eqs 1 and 9 to 13), and the body that presses alike.
+Roughness: random self-affine lines (Eqs 1 and 9 to 13), and the equivalent axisymmetric body.
 
-Two of the printed equations are read as they must have been meant: <h^2> of a line is
-2 int C_1D dq (Eq. 9 has a q too many; only without it does Eq. 10 follow), and the root of
-Eq. 13 covers both factors, B_1D = sqrt((2 pi/L) C_1D). The equivalent axisymmetric body follows
-from Hess's factor and the Pohrt-Popov rule (Eqs 16 and 17).
+Two equations of the paper are corrected. Eq. 9 has a q too many: <h^2> of a line is 2 int C_1D dq,
+from which Eq. 10 follows. The root of Eq. 13 covers both factors: B_1D = sqrt((2 pi/L) C_1D). The
+equivalent body follows from Hess's factor and the Pohrt-Popov rule (Eqs 16 and 17).
 
 """
 
@@ -21,11 +20,11 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange
 
 _ROUNDING = 1e-9
-"""Share by which a cut-off may miss what a grid resolves: it was computed, so it is rounded."""
+"""Relative rounding of a computed cut-off at the resolution of a grid."""
 WAVES_MIN = 2
-"""Fewest waves of a line: one alone has no exponent."""
+"""Least number of waves of a line; a single wave has no exponent."""
 POHRT_POPOV = 1.9412
-"""Number of the Pohrt-Popov rule, Eq. 16."""
+"""Constant of the Pohrt-Popov rule, Eq. 16."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +39,7 @@ class Spectrum:
     rms_height_m : float
         Root mean square of the heights, m.
     lower_cutoff_per_m, upper_cutoff_per_m : float
-        Wave numbers between which there are waves, rad/m.
+        Lowest and highest wave number, rad/m.
     rolloff_per_m : float
         Wave number below which C_2D is constant, rad/m; 0 for none.
 
@@ -58,7 +57,7 @@ class Spectrum:
     rolloff_per_m: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse what is no spectrum."""
+        """Refuse an impossible spectrum."""
         if not 0.0 < self.hurst <= 1.0:
             hint = 'take one such as 0.7'
             raise OutOfRange('Hurst exponent', self.hurst, '', 'outside (0, 1]', hint)
@@ -75,13 +74,13 @@ class Spectrum:
 
     @property
     def knee_per_m(self) -> float:
-        """Wave number q_0 from which the power law holds, rad/m: roll-off or lower cut-off."""
+        """Wave number q_0 above which the power law holds, rad/m: roll-off or lower cut-off."""
         return self.rolloff_per_m or self.lower_cutoff_per_m
 
     @property
     def plateau_m4(self) -> float:
         """
-        C_2D at the knee, m^4, such that 2 pi int q C_2D dq is the square of the rms (Eq. 8).
+        C_2D at the knee, m^4, from 2 pi int q C_2D dq = rms^2 (Eq. 8).
 
         Notes
         -----
@@ -108,13 +107,13 @@ class Spectrum:
 
     def check_grid(self, length_m: float, points: int) -> None:
         """
-        Refuse a grid, of a length in m, that does not resolve the spectrum.
+        Refuse a grid that does not resolve the spectrum.
 
         Raises
         ------
         OutOfRange
-            If the longest wave is longer than the grid, the shortest one shorter than two
-            spacings, or there are no two waves between the cut-offs.
+            If the longest wave is longer than the grid, if the shortest wave is shorter than two
+            spacings, or if there are fewer than two waves between the cut-offs.
 
         """
         _check_positive('length', length_m, 'm')
@@ -144,16 +143,16 @@ def rough_line(spectrum: Spectrum, length_m: float, points: int, seed: int) -> A
     Parameters
     ----------
     spectrum : Spectrum
-        What the line is made of.
+        Spectrum of the line.
     length_m, points : float, int
-        Length L, m, with which the line is periodic, and the number of points along it.
+        Period L of the line, m, and its number of points.
     seed : int
         Seed of the phases, >= 0.
 
     Returns
     -------
     array, shape (points,)
-        Heights, m, of mean zero.
+        Heights, m, with a mean of 0.
 
     Raises
     ------
@@ -162,10 +161,10 @@ def rough_line(spectrum: Spectrum, length_m: float, points: int, seed: int) -> A
 
     Notes
     -----
-    Amplitudes B_1D are fixed and only phases are random. The amplitudes are scaled by one
-    factor such that the sum of their squares, which is finite where Eq. 9 has an integral, is
-    the square of the asked rms: every realisation has exactly this rms, to rounding. The wave
-    at the limit of the grid, two points long, stays empty: its phase could not be free.
+    Amplitudes B_1D are fixed; only phases are random. A common factor scales the amplitudes: the
+    sum of their squares, which replaces the integral of Eq. 9, is the square of the rms. So every
+    realisation has exactly this rms, to rounding. The shortest wave of the grid, two points long,
+    has no amplitude, because its phase is not free.
 
     """
     power = line_power(spectrum, length_m, points)
@@ -174,7 +173,7 @@ def rough_line(spectrum: Spectrum, length_m: float, points: int, seed: int) -> A
 
 
 def line_power(spectrum: Spectrum, length_m: float, points: int) -> Array:
-    """Return the squares of B_1D of `rough_line`, m^2; that refuses what this refuses."""
+    """Return the squares of B_1D of `rough_line`, m^2; OutOfRange like there."""
     spectrum.check_grid(length_m, points)
     power = spectrum.density_1d(wave_numbers(length_m, points))
     power[(points + 1) // 2 :] = 0.0
@@ -183,7 +182,7 @@ def line_power(spectrum: Spectrum, length_m: float, points: int) -> Array:
 
 
 def wave_numbers(length_m: float, points: int) -> Array:
-    """Return q of a real transform, rad/m, shape (points // 2 + 1,)."""
+    """Return the wave numbers of a real transform, rad/m, shape (points // 2 + 1,)."""
     return (2.0 * np.pi / length_m) * np.arange(points // 2 + 1, dtype=np.float64)
 
 
@@ -194,15 +193,8 @@ def _check_positive(name: str, value: float, unit: str) -> None:
 
 def hess_factor(exponent: float) -> float:
     """
-    Return kappa(n), by which Hess's rule stretches the profile Q r^n onto one dimension.
+    Return Hess's factor kappa(n), n > 0, from the profile Q r^n to the one-dimensional profile.
 
-    Parameters
-    ----------
-    exponent : float
-        n > 0.
-
-    Notes
-    -----
     g(x) = |x| int_0^|x| f'(r) / sqrt(x^2 - r^2) dr of f = Q r^n is kappa(n) Q |x|^n with
     kappa(n) = (sqrt(pi)/2) n Gamma(n/2) / Gamma((n+1)/2); kappa(1) = pi/2, kappa(2) = 2.
 
@@ -213,21 +205,9 @@ def hess_factor(exponent: float) -> float:
 
 def rough_prefactor_3d(rms_height_m: float, hurst: float, radius_m: float) -> float:
     """
-    Return Q_3D of the axisymmetric body Q_3D r^H that presses like the rough surface (Eq. 16).
+    Return Q_3D, m^(1-H), of the axisymmetric body Q_3D r^H of a rough surface (Eq. 16).
 
-    Parameters
-    ----------
-    rms_height_m : float
-        Root mean square of the heights h, m.
-    hurst : float
-        Hurst exponent H, in (0, 1].
-    radius_m : float
-        Radius R of the sphere, m; the system length is L = 2 R.
-
-    Returns
-    -------
-    float
-        Q_3D, m^(1-H).
+    H is in (0, 1]; the system length is L = 2 R, with the radius R of the sphere.
 
     """
     length_m = 2.0 * radius_m
@@ -236,17 +216,5 @@ def rough_prefactor_3d(rms_height_m: float, hurst: float, radius_m: float) -> fl
 
 
 def rough_prefactor_1d(rms_height_m: float, hurst: float, radius_m: float) -> float:
-    """
-    Return Q_1D = kappa(H) Q_3D of the one-dimensional profile Q_1D |x|^H (Eq. 17), m^(1-H).
-
-    Parameters
-    ----------
-    rms_height_m : float
-        Root mean square of the heights h, m.
-    hurst : float
-        Hurst exponent H, in (0, 1].
-    radius_m : float
-        Radius R of the sphere, m.
-
-    """
+    """Return Q_1D = kappa(H) Q_3D of the one-dimensional profile Q_1D |x|^H, m^(1-H) (Eq. 17)."""
     return hess_factor(hurst) * rough_prefactor_3d(rms_height_m, hurst, radius_m)

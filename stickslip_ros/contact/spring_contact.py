@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""One hemisphere that remembers how it was pressed and pulled, for scripts."""
+"""One hemisphere under any history of force and displacement, for scripts."""
 
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
 from stickslip_ros.contact.springs import (
@@ -26,14 +26,14 @@ class SpringContact:
     Parameters
     ----------
     parameters : Parameters
-        The stand, of which ``contact`` counts.
+        The stand; only ``contact`` is used.
     normal_force_max_n : float
-        Largest normal force that it will see, N; its 128 springs are chosen for it.
+        Largest normal force, N, for which the 128 springs are chosen.
 
     Raises
     ------
     OutOfRange
-        If the largest force does not press, or the profile is too short for it.
+        If the largest force is not positive, or the profile is too short for it.
 
     Examples
     --------
@@ -61,9 +61,9 @@ class SpringContact:
 
     def move(self, change_m: float, normal_force_n: float) -> float:
         """
-        Slide by ``change_m`` while the normal force goes to a value; return the tangential one, N.
+        Slide by ``change_m`` while the normal force changes; return the tangential force, N.
 
-        Springs that nothing presses any more forget; those that come into contact are unloaded.
+        Springs that lose contact forget their force; springs that come into contact have none.
 
         Raises
         ------

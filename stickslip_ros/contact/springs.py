@@ -5,14 +5,14 @@
 Kernel: a bank of springs with memory (Section 3.4 of the paper), for any history of the load.
 
 Each spring sticks or slips on its own: q <- clip(q + G* dx du, -mu f_z, +mu f_z) with
-f_z = E* dx (d - g). Springs that lose contact forget, springs that come into contact start
-unloaded. This is the reference for the memory of turning points, and the way that the contact
-goes while its normal force changes.
+f_z = E* dx (d - g). Springs that lose contact forget their force; springs that come into contact
+start unloaded. The bank is the reference for the memory of turning points, and it computes the
+contact while the normal force changes.
 
-Few springs are chosen well: their order does not matter, so neighbours in height, not in place,
-are joined. Each joined spring has the stiffness of its class and the mean height of it; with these
-the bank has the exact normal force at every class boundary. At a given preload its depth is solved
-for the bank itself, so that full slip is exactly mu F_n.
+The order of the springs does not matter, so springs of similar height are joined into classes. A
+joined spring has the stiffness of its class and its mean height, so the normal force of the bank
+is exact at every class boundary. The depth at a preload is solved for the bank itself, so full
+slip is exactly mu F_n.
 
 """
 
@@ -28,46 +28,46 @@ from stickslip_ros.contact.ageing import ratio_at_rest, slide
 from stickslip_ros.contact.mdr import Elasticity
 from stickslip_ros.contact.memory import elongation
 from stickslip_ros.contact.profile import Profile
-from stickslip_ros.kernels.kernel import kernel, kernel_apart
+from stickslip_ros.kernels.kernel import kernel, noinline_kernel
 from stickslip_ros.kernels.record import COUNT, FLOAT, Kind, Record, kind, record
 
 SPRINGS_IN_ALL = 128
-"""Springs of all groups together: so many keep real time while the preload changes."""
+"""Springs of all groups together; with this number a changing preload runs in real time."""
 GROUPS_MAX = 6
 SLIP_SLACK = 1e-12
-"""Share of the limit by which a sum of slipping springs may miss it, for rounding."""
+"""Rounding of a sum of slipping springs, relative to the limit."""
 SHIFT_ITERATIONS = 100
 SPRINGS = 64
-"""Springs per group of equal contacts. Against the continuum the force is then exact to
-BANK_ERROR of its maximum, from a twentieth of the largest preload on."""
+"""Springs per group of equal contacts. The force then agrees with the continuum to BANK_ERROR of
+its maximum, from a twentieth of the largest preload on."""
 BANK_ERROR = 2.5e-3
-"""With the 21 springs that each of six different rough lines gets, it is 1.5e-2."""
+"""Error with SPRINGS springs; with 21 springs, for each of six different rough lines, 1.5e-2."""
 GRADING = 2.0
-"""Class boundaries grow like this power of their number: fine where small preloads press."""
+"""Power with which class boundaries grow, so classes are fine for small preloads."""
 CLASSES_KEPT = 32
-"""Groups whose classes are kept for the next drive: they carry any preload up to the largest."""
+"""Groups whose classes are kept for the next drive; they fit any preload up to the largest."""
 
 
 def bank_kind(springs: int) -> Kind:
-    """Return the type of a bank with room for so many springs."""
+    """Return the type of a bank with room for a number of springs."""
     per_spring = (FLOAT, (springs,))
     return kind(
         groups=COUNT,  # Groups of equal contacts, at most 6
-        # Number of the first spring of each group; after the last group, of all springs
+        # Index of the first spring of each group; after the last group, the number of springs
         first=(COUNT, (GROUPS_MAX + 1,)),
         heights_m=per_spring,  # Depth at which a spring begins to press, rising within a group
         # Growth of the friction limit with the depth, mu E* dx, all contacts of a group together
         limit_n_per_m=per_spring,
-        # Tangential stiffness G* dx of them together, and its inverse; 0 where there is no spring
+        # Their tangential stiffness G* dx and its inverse; 0 without a spring
         shear_n_per_m=per_spring,
         per_shear_m_per_n=per_spring,
-        # Normal force of the group when a spring begins to press, and stiffness from there on: a
-        # table of the normal law
+        # Normal law as a table: force of the group when a spring begins to press, and stiffness
+        # from there on
         area_n=per_spring,
         slope_n_per_m=per_spring,
-        # Normal force of a group, all its contacts together, per preload
+        # Normal force of a group: its share of the preload, and its share of the weight
         shares=(FLOAT, (GROUPS_MAX,)),
-        weights_n=(FLOAT, (GROUPS_MAX,)),  # What presses it besides
+        weights_n=(FLOAT, (GROUPS_MAX,)),
         friction=FLOAT,  # Friction coefficient mu
     )
 
@@ -76,13 +76,13 @@ BANK = bank_kind(SPRINGS_IN_ALL)
 
 
 def springs_kind(springs: int) -> Kind:
-    """Return the type of what so many springs remember."""
+    """Return the type of the state of a number of springs."""
     per_spring = (FLOAT, (springs,))
     return kind(
-        forces_n=per_spring,  # Tangential forces. Springs that nothing presses have none.
+        forces_n=per_spring,  # Tangential forces; 0 for springs without a normal force
         losses_j=per_spring,  # Friction losses in the last step
-        ages_s=per_spring,  # Ages, of a contact that ages
-        last=(COUNT, (GROUPS_MAX,)),  # Highest spring of each group that was pressed then
+        ages_s=per_spring,  # Ages, if the contact ages
+        last=(COUNT, (GROUPS_MAX,)),  # Highest spring of each group pressed in the last step
     )
 
 
@@ -91,18 +91,18 @@ SPRINGS_STATE = springs_kind(SPRINGS_IN_ALL)
 
 class Group(NamedTuple):
     """
-    Equal contacts: a profile, how many there are, and their share of the preload.
+    Equal contacts.
 
     Attributes
     ----------
     profile : Profile
         The indenter.
     contacts : int
-        How many.
+        Number of contacts.
     share : float
-        Normal force of one per preload.
+        Normal force of each per preload.
     weight_n : float
-        Normal force of one without a preload, N.
+        Normal force of each without preload, N.
 
     """
 
@@ -120,20 +120,9 @@ def spring_bank(
     springs: int = SPRINGS,
 ) -> Record:
     """
-    Choose the springs of a drive.
+    Choose the springs of a drive for preloads up to the largest, a number for each group.
 
-    Parameters
-    ----------
-    groups : sequence of Group
-        The contacts.
-    elasticity : Elasticity
-        Effective moduli.
-    friction : float
-        Friction coefficient mu.
-    preload_max_n : float
-        Largest preload that the bank can carry, N.
-    springs : int
-        Springs per group; a record of BANK has room for SPRINGS_IN_ALL.
+    A record of BANK has room for SPRINGS_IN_ALL.
 
     Raises
     ------
@@ -203,7 +192,7 @@ def bank_of_rows(
 def _classes(
     group: Group, elasticity: Elasticity, preload_max_n: float, springs: int
 ) -> tuple[Array, Array]:
-    """Return mean height and half width of each class of springs; not to be written."""
+    """Return mean height and half width of each class of springs, read-only."""
     profile = group.profile
     area_m2 = (group.share * preload_max_n + group.weight_n) / (2.0 * elasticity.normal_pa)
     deepest_m = profile.depth_for(area_m2)
@@ -218,7 +207,7 @@ def _classes(
 
 @kernel
 def last_pressed(bank: Record, group: int, preload_n: float, near: int) -> int:
-    """Return the highest spring of a group that a preload presses, looked for near another one."""
+    """Return the highest spring of a group that a preload presses, searching from ``near``."""
     force_n = bank.shares[group] * preload_n + bank.weights_n[group]
     last = min(max(near, bank.first[group]), bank.first[group + 1] - 1)
     while last > bank.first[group] and bank.area_n[last] > force_n:
@@ -230,7 +219,7 @@ def last_pressed(bank: Record, group: int, preload_n: float, near: int) -> int:
 
 @kernel
 def depth_of(bank: Record, group: int, preload_n: float, last: int) -> float:
-    """Return the indentation depth of a group whose highest pressed spring is known, m."""
+    """Return the indentation depth of a group with a known highest pressed spring, m."""
     force_n = bank.shares[group] * preload_n + bank.weights_n[group]
     return bank.heights_m[last] + (force_n - bank.area_n[last]) / bank.slope_n_per_m[last]
 
@@ -247,7 +236,7 @@ def depth_at(bank: Record, group: int, preload_n: float) -> float:
 def _press(
     bank: Record, springs: Record, group: int, before_n: float, after_n: float
 ) -> tuple[int, float, float]:
-    """Note what the preload now presses; return the highest spring moved, and both depths, m."""
+    """Update the highest pressed spring; return the highest one moved, old and new depth, m."""
     last = last_pressed(bank, group, before_n, springs.last[group])
     old_m = new_m = depth_of(bank, group, before_n, last)
     springs.last[group] = last
@@ -263,23 +252,9 @@ def move_springs(
     bank: Record, springs: Record, du_m: float, before_n: float, after_n: float
 ) -> tuple[float, float]:
     """
-    Move the runner against all springs, while the preload goes from one value to another.
+    Move the runner by du against all springs, while the preload changes from before to after.
 
-    Parameters
-    ----------
-    bank : record of BANK
-        Constants.
-    springs : record of SPRINGS_STATE
-        Changed in place.
-    du_m : float
-        Change of the relative displacement, m.
-    before_n, after_n : float
-        Preload at the beginning and at the end, N.
-
-    Returns
-    -------
-    tuple of float
-        Sum of the tangential forces, N, and friction loss, J.
+    Returns the sum of the tangential forces, N, and the friction loss, J.
 
     """
     total_n = 0.0
@@ -294,7 +269,7 @@ def move_springs(
     return total_n, lost_j
 
 
-@kernel_apart
+@noinline_kernel
 def slide_springs(
     bank: Record,
     ageing: Record,
@@ -304,7 +279,7 @@ def slide_springs(
     after_n: float,
     dt_s: float,
 ) -> tuple[float, float]:
-    """Do so in a time, s, with springs that age; one that comes into contact is new."""
+    """Move against springs that age, like ``move_springs``; a new contact has the age 0."""
     total_n = 0.0
     lost_j = 0.0
     for group in range(bank.groups):
@@ -335,20 +310,9 @@ def move_group(
     bank: Record, springs: Record, own: slice, du_m: float, old_m: float, new_m: float
 ) -> None:
     """
-    Move against the springs of a group one by one, without a sum: so several go at a time.
+    Move against the springs of a group, up to the highest pressed one, while its depth changes.
 
-    Parameters
-    ----------
-    bank : record of BANK
-        Constants.
-    springs : record of SPRINGS_STATE
-        Forces and losses are changed in place.
-    own : slice
-        Springs of the group, down to the last that touches.
-    du_m : float
-        Change of the relative displacement, m.
-    old_m, new_m : float
-        Depth of the group before and after, m.
+    It has no sums, so a processor does several springs at a time.
 
     """
     heights_m, limit_n_per_m = bank.heights_m[own], bank.limit_n_per_m[own]
@@ -366,7 +330,7 @@ def move_group(
 
 @kernel
 def _sums(forces_n: Array, losses_j: Array) -> tuple[float, float]:
-    """Return both sums, four springs at a time: in the same order on every processor."""
+    """Return both sums, four springs at a time, in the same order on every processor."""
     a_n = b_n = c_n = d_n = 0.0
     a_j = b_j = c_j = d_j = 0.0
     fours = len(forces_n) // 4
@@ -410,25 +374,11 @@ def load_springs(
     bank: Record, compliance: float, memory: Record, preload_n: float, springs: Record
 ) -> None:
     """
-    Load the springs as the turning points say, with the same sum of forces.
+    Set the spring forces from the turning points, with the same total force.
 
-    Parameters
-    ----------
-    bank : record of BANK
-        Constants.
-    compliance : float
-        mu C_M: presliding per depth.
-    memory : record of MEMORY
-        The turning points.
-    preload_n : float
-        Present preload, N.
-    springs : record of SPRINGS_STATE
-        Receives the tangential forces.
-
-    Notes
-    -----
-    A bank of few springs misses the continuum force by up to BANK_ERROR. A common
-    displacement of all springs, found by bisection, takes that up: the force does not jump.
+    The compliance is mu C_M, presliding per depth. The force of the bank differs from the
+    continuum's by up to BANK_ERROR. A common displacement of all springs, found by bisection,
+    removes the difference, so the force does not jump.
 
     """
     forces_n = springs.forces_n
@@ -451,7 +401,7 @@ def load_springs(
 
 @kernel
 def _shifted_sum(bank: Record, forces_n: Array, preload_n: float, shift_m: float) -> float:
-    """Return what the sum of the forces would be after a common displacement, N."""
+    """Return the sum of the forces after a common displacement, N."""
     total_n = 0.0
     for group in range(bank.groups):
         depth_m = depth_at(bank, group, preload_n)

@@ -2,17 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Roughness that travels: each foot has a window on a rough line that moves with the runner.
+Travelling roughness: each foot has a window on a rough line that moves with the runner.
 
-A foot presses the profile g(y) = y^2/R + h_foot(y) + h_runner(y - X) into the foundation, X the
-place of its window. While all springs slip, each is at its own limit mu f_z, wherever the window
-is: the force is mu F_n, springs that leave the contact fade to nothing, and springs that enter it
-begin with nothing. So X need not follow the slip: it is set to u = x - x_s when a full slip comes
-to rest, where the virgin curve is tabulated anew, and stays until the next one does.
+A foot presses the profile g(y) = y^2/R + h_foot(y) + h_runner(y - X) into the foundation; X is the
+place of its window. While all springs slip, each is at its own limit mu f_z for any X: the force
+is mu F_n, springs leave the contact with a force of zero, and springs enter it with none. So X
+need not follow the slip. It is set to u = x - x_s when a full slip comes to rest, where the virgin
+curve is tabulated again, and stays constant until the next full slip ends.
 
 The line of the runner is a sum of waves of incommensurate lengths, with the power of the periodic
-line of `roughness`: it never repeats, and is evaluated in tiles where a window needs it. What is
-kept of it is as long as the windows, wherever they go, and depends on seed and place alone.
+line of `roughness`. It never repeats, and is evaluated in tiles when a window needs them. The
+evaluated part is as long as a window, and depends only on seed and place.
 
 """
 
@@ -27,7 +27,7 @@ from stickslip_ros.contact.roughness import Spectrum, line_power, rough_line
 from stickslip_ros.contact.springs import GROUPS_MAX
 from stickslip_ros.contact.virgin import CELLS
 from stickslip_ros.errors import OutOfRange
-from stickslip_ros.kernels.kernel import kernel, kernel_apart
+from stickslip_ros.kernels.kernel import kernel, noinline_kernel
 from stickslip_ros.kernels.record import COUNT, FLAG, FLOAT, Record, kind, record
 from stickslip_ros.parameters import ContactParameters
 
@@ -37,57 +37,57 @@ RING = TILES * TILE
 WINDOW_MAX = RING - TILE
 """Springs of the widest window."""
 WAVES = 384
-"""Most waves of the line; the lowest ones, down to a wave for each of `rough_line`, are fewer."""
+"""Largest number of waves of the line; at long wavelengths it has those of `rough_line`."""
 _STREAM = 41
-"""Number of the random stream of the waves, beside those of seeds alone."""
+"""Number of the random stream of the waves."""
 WIDE = 6.0
-"""The parabola rises over half a window by so many standard deviations of the line along it."""
+"""Rise of the parabola over half a window, in standard deviations of the line's change over it."""
 WIDTH_MIN = 0.05
-"""Least half width of a window per radius; a smooth sphere that presses with 2 N has 0.03."""
-FARTHEST = 1 << 50
-"""Springs by which a window moves at most."""
-NOWHERE = -(1 << 62)
+"""Least half width of a window per radius; a smooth sphere has 0.03 under 2 N."""
+PLACE_MAX = 1 << 50
+"""Largest displacement of a window, in springs."""
+NO_PLACE = -(1 << 62)
 _REACH = 1.1
-"""Springs up to so many times the depth before are looked at first."""
+"""Height up to which springs are collected first, relative to the previous depth."""
 PASSES = 100
-"""Newton's steps to a depth end where the number of springs in contact stays: some five."""
+"""Most of Newton's steps to a depth; they end when the springs in contact stay, after about 5."""
 
 AMPLITUDE, ANGLE, COSINE, SINE = range(4)
-"""Columns of ``waves``: amplitude, m; phase from spring to spring, rad, its cosine and sine."""
+"""Columns of ``waves``: amplitude, m; phase from spring to spring, rad; its cosine and sine."""
 
 TRACK = kind(
     on=FLAG,  # Whether windows move
     springs=COUNT,  # Springs of a window
     spacing_m=FLOAT,  # Distance of the springs
-    normal_n_per_m=FLOAT,  # Normal stiffness of one, E* dx
-    waves_in_all=COUNT,  # Rows of ``waves`` that are in use
+    normal_n_per_m=FLOAT,  # Normal stiffness of a spring, E* dx
+    waves_in_all=COUNT,  # Used rows of ``waves``
     waves=(FLOAT, (WAVES, 4)),  # The line of the runner
-    phases=(FLOAT, (GROUPS_MAX, WAVES)),  # Phase of each at spring 0: each foot has its own track
-    fixed_m=(FLOAT, (GROUPS_MAX, WINDOW_MAX)),  # Parabola and roughness that stay with each foot
-    # Heights of the runner's line that are known, by the number of the spring modulo RING; the
-    # first tile of them
+    phases=(FLOAT, (GROUPS_MAX, WAVES)),  # Phases at spring 0, different for each foot
+    fixed_m=(FLOAT, (GROUPS_MAX, WINDOW_MAX)),  # Parabola and roughness of each foot
+    # Evaluated heights of the runner's line, by the number of the spring modulo RING, and the
+    # first of their tiles
     ring_m=(FLOAT, (GROUPS_MAX, RING)),
     tiles=(COUNT, (GROUPS_MAX,)),
-    # Least height in each block of what is fixed, and in each known tile of the runner's line
+    # Lowest height in each block of ``fixed_m``, and in each evaluated tile of the runner's line
     block_lows_m=(FLOAT, (GROUPS_MAX, WINDOW_MAX // TILE)),
     tile_lows_m=(FLOAT, (GROUPS_MAX, TILES)),
-    # Place, in springs, for which the virgin curve of each contact was tabulated
+    # Place, in springs, at which the virgin curve of each contact was tabulated
     laid=(COUNT, (1 + GROUPS_MAX,)),
-    depths_m=(FLOAT, (GROUPS_MAX,)),  # Depth of each foot then
-    # Room for what is computed on the way
+    depths_m=(FLOAT, (GROUPS_MAX,)),  # Depth of each foot there
+    # Work space
     line_m=(FLOAT, (TILE,)),
     touching_m=(FLOAT, (GROUPS_MAX, WINDOW_MAX)),
     touch=(COUNT, (GROUPS_MAX,)),
     counts=(FLOAT, (CELLS + 1,)),
     swings_m=(FLOAT, (2, WAVES)),
 )
-"""Lines under the feet, and where the windows on them are."""
+"""Lines under the feet, and the windows on them."""
 
 
 @lru_cache(maxsize=8)
 def track_of(contact: ContactParameters, spectrum: Spectrum, normal_pa: float) -> Record:
     """
-    Return the lines under six feet, with windows at their start; not to be written.
+    Return the lines under six feet, with windows at their start, read-only.
 
     Raises
     ------
@@ -100,15 +100,15 @@ def track_of(contact: ContactParameters, spectrum: Spectrum, normal_pa: float) -
     waves = waves_of_line(contact.travel * power_m2, contact)
     places_m = spacing_m * (np.arange(contact.line_points // 2) + 0.5)
     rises_m = places_m**2 / contact.radius
-    # Of the spectrum, not of the waves that were drawn: all seeds have windows of one width.
+    # From the spectrum, not from random waves, so the width is the same for all seeds.
     covariance_m2 = contact.line_points * np.fft.irfft(power_m2, contact.line_points)
     change_m = np.sqrt(2.0 * (covariance_m2[0] - covariance_m2[: len(places_m)]))
     is_wide = (rises_m > WIDE * change_m) & (places_m >= WIDTH_MIN * contact.radius)
     half = int(np.argmax(is_wide)) + 1 if is_wide.any() else len(places_m)
     half = TILE // 2 * min(math.ceil(2 * half / TILE), 2 * len(places_m) // TILE)
     if not 0 < 2 * half <= WINDOW_MAX:
-        limit = f'unfit for roughness that travels: a window has {2 * half} springs'
-        hint = f'choose it such that it has {TILE} to {WINDOW_MAX}'
+        limit = f'unfit for travelling roughness: a window has {2 * half} springs'
+        hint = f'change it until a window has {TILE} to {WINDOW_MAX}'
         raise OutOfRange('contact.line_points', contact.line_points, '', limit, hint)
     both_m = np.concatenate((-places_m[half - 1 :: -1], places_m[:half]))
     rng = np.random.default_rng((contact.line_seed, _STREAM, 1))
@@ -119,8 +119,8 @@ def track_of(contact: ContactParameters, spectrum: Spectrum, normal_pa: float) -
         spacing_m=spacing_m,
         normal_n_per_m=normal_pa * spacing_m,
         waves_in_all=len(waves),
-        tiles=NOWHERE,
-        laid=NOWHERE,
+        tiles=NO_PLACE,
+        laid=NO_PLACE,
         depths_m=spacing_m,
     )
     track.waves[: len(waves)] = waves
@@ -137,12 +137,12 @@ def track_of(contact: ContactParameters, spectrum: Spectrum, normal_pa: float) -
 
 def waves_of_line(power_m2: Array, contact: ContactParameters) -> Array:
     """
-    Return the waves of the runner's line of a power, a row of ``waves`` for each.
+    Return the waves of the runner's line, rows of ``waves``, for a power spectrum, m^2.
 
     Notes
     -----
-    Those of `rough_line`, of which neighbours are joined, evenly over the octaves, where they are
-    many. One wave stands for all of a bin, with their power and a random length among theirs.
+    The waves of `rough_line` are sorted into bins of equal width in octaves. One wave stands for
+    a bin, with the total power and a random wavelength within the bin.
 
     """
     modes = np.flatnonzero(power_m2)
@@ -155,7 +155,7 @@ def waves_of_line(power_m2: Array, contact: ContactParameters) -> Array:
 
 
 def window_profile(track: Record, foot: int, place: int = 0) -> LineProfile:
-    """Return what a foot presses into the foundation where the runner has moved some springs."""
+    """Return the profile of a foot after the runner has moved by ``place`` springs."""
     waves, springs = track.waves[: track.waves_in_all], np.arange(track.springs) - place
     phases = track.phases[foot, : len(waves)] + np.outer(springs, waves[:, ANGLE])
     line_m = track.fixed_m[foot, : len(springs)] + np.cos(phases) @ waves[:, AMPLITUDE]
@@ -163,8 +163,8 @@ def window_profile(track: Record, foot: int, place: int = 0) -> LineProfile:
 
 
 @kernel
-def roll_on(track: Record, foot: int, place: int) -> None:
-    """Evaluate what a window at a place needs of the runner's line, and is not known."""
+def extend_line(track: Record, foot: int, place: int) -> None:
+    """Evaluate the missing part of the runner's line for a window at a place."""
     first, last = -place // TILE, (track.springs - 1 - place) // TILE
     known = track.tiles[foot]
     if known <= first and last < known + TILES:
@@ -175,9 +175,9 @@ def roll_on(track: Record, foot: int, place: int) -> None:
     track.tiles[foot] = first
 
 
-@kernel_apart
+@noinline_kernel
 def _evaluate(track: Record, foot: int, tile: int) -> None:
-    """Evaluate a tile of the runner's line: each wave turned on from spring to spring."""
+    """Evaluate a tile of the runner's line; each wave is rotated from spring to spring."""
     waves, cosines_m, sines_m = track.waves, track.swings_m[0], track.swings_m[1]
     start, lowest_m = (tile % TILES) * TILE, math.inf
     for j in range(track.waves_in_all):
@@ -198,19 +198,19 @@ def _evaluate(track: Record, foot: int, tile: int) -> None:
 
 @kernel
 def press_foot(track: Record, foot: int, place: int, normal_n: float) -> float:
-    """Press a foot with a force; return its depth, m, and note the heights of what it touches."""
-    roll_on(track, foot, place)
+    """Press a foot with a force; store the heights that it touches and return its depth, m."""
+    extend_line(track, foot, place)
     blocks = track.springs // TILE
     line_m, touching_m = track.line_m, track.touching_m[foot]
     lowest_m = _heights(track, foot, place, blocks // 2)
     for block in range(blocks):
-        if _floor(track, foot, place, block) < lowest_m:
+        if _lower_bound_m(track, foot, place, block) < lowest_m:
             lowest_m = min(lowest_m, _heights(track, foot, place, block))
     reach_m = _REACH * track.depths_m[foot]
     while True:
         touch = 0
         for block in range(blocks):
-            if _floor(track, foot, place, block) < lowest_m + reach_m:
+            if _lower_bound_m(track, foot, place, block) < lowest_m + reach_m:
                 _heights(track, foot, place, block)
                 for i in range(TILE):
                     touching_m[touch] = line_m[i] - lowest_m
@@ -219,21 +219,21 @@ def press_foot(track: Record, foot: int, place: int, normal_n: float) -> float:
         depth_m = depth_of_sum(touching_m[:touch], total_m, track.depths_m[foot])
         if depth_m < reach_m or touch == track.springs:
             break
-        reach_m = _REACH * depth_m  # which few springs make too large
+        reach_m = _REACH * depth_m  # too large, because some touching springs are missing
     track.touch[foot], track.depths_m[foot] = touch, depth_m
     return depth_m
 
 
-@kernel_apart
-def _floor(track: Record, foot: int, place: int, block: int) -> float:
-    """Return a height below which no spring of a block of a window is, m."""
+@noinline_kernel
+def _lower_bound_m(track: Record, foot: int, place: int, block: int) -> float:
+    """Return a lower bound of the heights in a block of a window, m."""
     tile, lows_m = (block * TILE - place) // TILE, track.tile_lows_m[foot]
     return track.block_lows_m[foot, block] + min(lows_m[tile % TILES], lows_m[(tile + 1) % TILES])
 
 
-@kernel_apart
+@noinline_kernel
 def _heights(track: Record, foot: int, place: int, block: int) -> float:
-    """Put the heights of a block of a window into ``line_m``; return the lowest."""
+    """Store the heights of a block of a window in ``line_m``; return the lowest."""
     start, lowest_m = (block * TILE - place) % RING, math.inf
     for i in range(TILE):
         at = start + i if start + i < RING else start + i - RING
@@ -245,7 +245,7 @@ def _heights(track: Record, foot: int, place: int, block: int) -> float:
 
 @kernel
 def depth_of_sum(heights_m: Array, total_m: float, depth_m: float) -> float:
-    """Return the depth at which the compressions of springs have a sum, from a depth; Newton."""
+    """Return the depth at which the compressions sum to ``total_m``, by Newton from a depth."""
     before = -1
     for _ in range(PASSES):
         count, sum_m = 0, 0.0
@@ -259,8 +259,8 @@ def depth_of_sum(heights_m: Array, total_m: float, depth_m: float) -> float:
     return depth_m
 
 
-@kernel_apart
-def lay(
+@noinline_kernel
+def tabulate_feet(
     track: Record,
     bank: Record,
     compliance: float,
@@ -271,24 +271,10 @@ def lay(
     place: int,
 ) -> None:
     """
-    Tabulate the virgin curve of some feet at a place of their windows.
+    Tabulate the virgin curve of the feet from ``first`` to before ``last`` at a place of windows.
 
-    Parameters
-    ----------
-    track : record of TRACK
-        Lines and windows.
-    bank : record of BANK
-        Of all feet, for the shares of the load and the friction.
-    compliance : float
-        mu C_M: presliding per depth.
-    preload_n : float
-        Preload, N.
-    curve : record of CURVE
-        Receives the curve.
-    first, last : int
-        Number of the first foot, from 0, and the number after the last.
-    place : int
-        Springs by which the runner has moved.
+    ``bank`` is that of all feet, for load shares and friction; the compliance is mu C_M,
+    presliding per depth; the place is the displacement of the runner, in springs.
 
     """
     counts, cells = track.counts, curve.cells
@@ -326,4 +312,4 @@ def lay(
 @kernel
 def place_of(track: Record, window_m: float) -> int:
     """Return the place of a window, in springs."""
-    return int(min(max(round(window_m / track.spacing_m), -FARTHEST), FARTHEST))
+    return int(min(max(round(window_m / track.spacing_m), -PLACE_MAX), PLACE_MAX))

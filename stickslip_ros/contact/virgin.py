@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The virgin curve of the whole drive as a table that kernels read.
+Virgin curve of the whole drive as a table for kernels.
 
-All contacts that share one displacement add up to one Prandtl-Ishlinskii operator, and one
-curve T_v(u) says everything about it: T_v'' is (minus) the density of the elements that slip
-at u. Between the nodes of the table the stiffness T_v' is linear, so T_v is quadratic and its
-integral cubic; as the node stiffnesses fall monotonically, the density is positive, and the
-table is itself a physically admissible friction law: it can never create energy.
+All contacts that share one displacement add up to one Prandtl-Ishlinskii operator. The curve
+T_v(u) describes it completely: -T_v'' is the density of the elements that slip at u. Between the
+nodes of the table the stiffness T_v' is linear, so T_v is quadratic and its integral cubic. The
+node stiffnesses fall monotonically, so the density is positive, and the table is itself a
+physically admissible friction law: it cannot create energy.
 
 """
 
@@ -24,14 +24,14 @@ from stickslip_ros.kernels.kernel import entry_point, kernel
 from stickslip_ros.kernels.record import FLOAT, Record, kind, records
 
 CELLS = 4096
-"""Cells of a table; the force is then exact to TABLE_ERROR of its maximum."""
+"""Cells of a table."""
 TABLE_ERROR = 1.2e-6
-"""Largest error of the table, relative to the maximal force; worst for smooth spheres, whose
-stiffness falls to zero like a square root."""
+"""Largest error of the force in a table, relative to the maximal force; worst for smooth spheres,
+whose stiffness falls to zero like a square root."""
 STIFFNESSES_KEPT = 8
-"""Contacts whose stiffness is kept for their own tables, beside that of all of them."""
+"""Contacts whose stiffness is kept for tables of their own."""
 CELL_STARTS: Array = np.arange(CELLS) / CELLS
-"""As shares of the limit."""
+"""Starts of the cells, relative to the limit."""
 
 
 CURVE = kind(
@@ -39,8 +39,8 @@ CURVE = kind(
     # stiffness (N/m^2), integral of the force up to its start (J)
     cells=(FLOAT, (CELLS, 4)),
     cells_per_m=FLOAT,  # Inverse width of a cell, 1/m
-    core_m=FLOAT,  # Width of the first cell, m: up to it the curve is linear, hence free of loss
-    limit_m=FLOAT,  # Displacement from which the force is constant, m
+    core_m=FLOAT,  # Width of the first cell, m, where the curve is linear and free of loss
+    limit_m=FLOAT,  # Displacement of full slip, m; beyond it the force is constant
     force_max_n=FLOAT,  # Force of full slip, N
     energy_max_j=FLOAT,  # Integral of the force from 0 to limit_m, J
 )
@@ -49,18 +49,11 @@ CURVE = kind(
 
 def tabulate(contacts: Sequence[Presliding]) -> Record:
     """
-    Return the virgin curve of contacts that share one displacement.
+    Return the virgin curve of contacts that share one displacement, at constant normal forces.
 
-    Parameters
-    ----------
-    contacts : sequence of Presliding
-        The contacts, at constant normal forces; equal ones may be repeated.
-
-    Notes
-    -----
-    The node stiffnesses are the exact 2 G* c of the contacts. The first cell is made linear,
-    with its exact mean stiffness, and the whole is scaled (by less than TABLE_ERROR) so that
-    full slip has exactly the force sum(mu F_n).
+    The node stiffnesses are the exact 2 G* c of the contacts. The first cell is linear, with its
+    exact mean stiffness. The table is scaled, by less than TABLE_ERROR, so that the force of full
+    slip is exactly sum(mu F_n).
 
     """
     whole, _, scale, cell_m = _stiffnesses(contacts)
@@ -69,17 +62,11 @@ def tabulate(contacts: Sequence[Presliding]) -> Record:
 
 def tabulate_each(contacts: Sequence[Presliding]) -> list[Record]:
     """
-    Return the virgin curves of single contacts, which add up to ``tabulate`` of them all.
+    Return the virgin curves of single contacts, whose sum is ``tabulate`` of all of them.
 
-    Parameters
-    ----------
-    contacts : sequence of Presliding
-        The contacts; those which are the same object share a curve.
-
-    Notes
-    -----
-    The tables have the grid and the scale of the common one. So the limit of each is that of
-    the contact which slips last; on its own a contact slips before, and its table is flat there.
+    Identical objects share a curve. The tables have the grid and the scale of the common table.
+    The limit of each is that of the contact that slips last; a contact that slips earlier has a
+    flat table from there on.
 
     """
     _, each, scale, cell_m = _stiffnesses(contacts)
@@ -89,13 +76,13 @@ def tabulate_each(contacts: Sequence[Presliding]) -> list[Record]:
 
 def _stiffnesses(contacts: Sequence[Presliding]) -> tuple[Array, dict[int, Array], float, float]:
     """
-    Return what all tables of some contacts are made of.
+    Return the common data of the tables of contacts.
 
     Returns
     -------
     tuple
-        Stiffness at the nodes, N/m: of all contacts together, and of each by its id; the factor
-        with which full slip has exactly the force sum(mu F_n); width of a cell, m.
+        Stiffness at the nodes, N/m, of all contacts together and of each by its id; scale factor
+        for a force of full slip of exactly sum(mu F_n); width of a cell, m.
 
     """
     limit_m = max(contact.max_displacement_m for contact in contacts)
@@ -110,12 +97,12 @@ def _stiffnesses(contacts: Sequence[Presliding]) -> tuple[Array, dict[int, Array
 
 @lru_cache(maxsize=STIFFNESSES_KEPT)
 def _stiffness(contact: Presliding, limit_m: float) -> Array:
-    """Return the stiffness of a contact at the nodes up to a limit, N/m; not to be written."""
+    """Return the stiffness of a contact at the nodes up to a limit, N/m, read-only."""
     return contact.tangential_stiffness(limit_m * CELL_STARTS)
 
 
 def _assemble(stiffness: Array, scale: float, width_m: float) -> Record:
-    """Return the curve of so many times the stiffness at the nodes, N/m, a width apart, m."""
+    """Return the curve of the scaled stiffness, N/m, at nodes with a spacing of ``width_m``."""
     curves = records(CURVE, cells_per_m=1.0 / width_m, core_m=width_m, limit_m=width_m * CELLS)
     _fill(stiffness, scale, width_m, curves)
     return curves[0]
@@ -142,7 +129,7 @@ def _sum(stiffness: Array) -> float:
 
 @entry_point
 def _fill(stiffness: Array, scale: float, width_m: float, curves: Record) -> None:
-    """Add up force and energy cell by cell."""
+    """Fill the cells of a curve, summing force and energy."""
     curve, total, force_n, energy_j = curves[0], 0.0, 0.0, 0.0
     for i in range(CELLS):
         start, end = _edges(stiffness, i)
@@ -160,7 +147,7 @@ def _fill(stiffness: Array, scale: float, width_m: float, curves: Record) -> Non
 def virgin_force(curve: Record, displacement_m: float) -> float:
     """Return T_v, N, at a displacement >= 0, m."""
     place = displacement_m * curve.cells_per_m
-    if not abs(place) < len(curve.cells):  # beyond the table on either side, or not a number
+    if not abs(place) < len(curve.cells):  # beyond the table on either side, or NaN
         return curve.force_max_n
     index = int(place)
     rest_m = displacement_m - index * curve.core_m
@@ -173,7 +160,7 @@ def virgin_force(curve: Record, displacement_m: float) -> float:
 def virgin_stiffness(curve: Record, displacement_m: float) -> float:
     """Return T_v', N/m, at a displacement >= 0, m."""
     place = displacement_m * curve.cells_per_m
-    if not abs(place) < len(curve.cells):  # beyond the table, or not a number
+    if not abs(place) < len(curve.cells):  # beyond the table, or NaN
         return 0.0
     index = int(place)
     rest_m = displacement_m - index * curve.core_m
@@ -184,7 +171,7 @@ def virgin_stiffness(curve: Record, displacement_m: float) -> float:
 def virgin_energy(curve: Record, displacement_m: float) -> float:
     """Return the integral of T_v from 0 to a displacement >= 0, J."""
     place = displacement_m * curve.cells_per_m
-    if not abs(place) < len(curve.cells):  # beyond the table, or not a number
+    if not abs(place) < len(curve.cells):  # beyond the table, or NaN
         return curve.energy_max_j + curve.force_max_n * (displacement_m - curve.limit_m)
     index = int(place)
     rest_m = displacement_m - index * curve.core_m

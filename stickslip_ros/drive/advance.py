@@ -2,19 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The drive under a wave: from sample to sample, from corner to corner of its voltage, step by step.
+Advance the drive under a wave: samples, stretches between corners of the voltage, and steps.
 
-The voltage is piecewise linear, and its corners are known in advance: those of the command, and
-the moment when a slewing amplifier has caught up. Between two of them the drive takes steps, so no
-step ever straddles a corner: long steps while the drive is ideal. Short steps are for everything
-that long ones cannot do: a rounded voltage, a piezo that is not linear, feet that differ, a runner
-that is stuck, a preload that changes, a rival law. They are so short that the feet cross the
-presliding range in many of them; how fast the feet can be is known beforehand, so the steps are
-chosen, not tried.
+The voltage is piecewise linear. Its corners are known in advance: those of the command, and the
+end of slewing. The drive takes its steps between two corners. An ideal drive takes long steps. A
+rounded voltage, a nonlinear piezo, feet that differ, a stuck runner, a changing preload and rival
+laws need short steps, many of them in the presliding range. Their length follows from the highest
+possible speed of the feet, so no step is repeated.
 
-Every loop over time comes to its end: its passes are counted. Whoever proposes a stretch or a step
-takes care that it moves the clock. Should one of them not do so, the loops end all the same, and
-the drive fails with the state that led there.
+Passes of loops over time are counted. Every stretch and step must move the clock; if one does not,
+the loops still end, and the drive fails with the state that led there.
 
 """
 
@@ -53,7 +50,7 @@ from stickslip_ros.drive.piezo import fastest_m_per_s
 from stickslip_ros.drive.plant import may_pass, pace_of, step
 from stickslip_ros.drive.records import ALL, FOOT, FORCE, POSITION, VOLTAGE, Wave
 from stickslip_ros.drive.runner import cell_force
-from stickslip_ros.drive.travel import lay_contacts
+from stickslip_ros.drive.travel import update_curves
 from stickslip_ros.drive.waveform import ramp_is_over, row_at
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.kernels.kernel import entry_point, kernel
@@ -62,30 +59,31 @@ from stickslip_ros.kernels.record import Record
 RAMP_START, RAMP_MEAN, RAMP_END = 0, 1, 2
 """Columns of the log of ramps: position after the fall, mean and final position, m."""
 CROSSING_S = 4e-5
-"""Feet that are rounded off, or ring, go at most sim.dt/CROSSING_S of the presliding range in one
-step: an eighth of it at the default of 5 us."""
+"""Feet after a low-pass or with a resonance move at most sim.dt/CROSSING_S of the presliding range
+in a step: an eighth of it at the default of 5 us."""
 CROSSING_STEPS_MIN = 2.0
-"""Steps in which they cross it, at least."""
+"""Least number of steps in which such feet cross the presliding range."""
 SETTLING, RINGING = 2.0, 6.0
-"""So many such shares of the time constant of the low-pass, and of the inverse angular frequency
-of the resonance, are a smooth step: the way of the feet in it is a parabola."""
+"""Length of a step in which the feet move on a parabola, per share of the presliding range that a
+step may cross: in time constants of the low-pass, and in inverse angular frequencies of the
+resonance."""
 LAW_REFINEMENT = 4
-"""Steps of a rival law are so many times shorter: how stiff it will be is not known beforehand."""
+"""Factor by which steps of a rival law are shorter, as its stiffness is not known beforehand."""
 LANES_MIN = 4
-"""Drives from which on lanes pay, though some of them stay empty."""
+"""Least number of drives for which lanes are faster, though some stay empty."""
 RATE_REFINEMENT = 2
-"""And so many times where friction depends on the velocity: then energy balances to 2e-4."""
+"""Factor by which steps are shorter if friction depends on velocity; energy balances to 2e-4."""
 GAP_SHARE = 0.03
-"""Share of the presliding range by which springs slip less or more in a step than the runner goes
-past the feet, at most: after a fall the friction drops within nanoseconds."""
+"""Largest difference between the slip of the springs and the sliding of the runner in a step, as a
+share of the presliding range: after a fall the friction drops within nanoseconds."""
 BURST = 4
 """Steps of one length before the next length is chosen."""
 PASSES_MIN = 100_000
-"""Passes that any stretch of time may take, however short: its longest falls have a hundredth."""
+"""Passes allowed for any time, however short; the longest falls need a hundredth of that."""
 PASSES_PER_STEP = 1_000
-"""Passes that it may take besides, for each of the longest steps that it holds."""
+"""Further passes allowed for each of the longest steps in a time."""
 PASSES_PER_ROW = 4
-"""Passes that it may take besides, for each row of a waveform's table: 2 are needed."""
+"""Further passes allowed for each row of a waveform's table; 2 are needed."""
 
 
 @entry_point
@@ -98,37 +96,37 @@ def observe_ideal(
     truth: Array,
     ramps: Array,
 ) -> None:
-    """Do what ``observe`` does, for a drive that ``takes_only_long_steps``."""
+    """Advance and sample like ``observe``, for a drive that ``takes_only_long_steps``."""
     _observe(one_lane(), ((plants, states, wave, load_n, sample_s, truth, ramps),))
 
 
 @entry_point
 def observe_together(drives: tuple[Any, ...]) -> None:
-    """Do so for LANES drives, each a tuple of its arguments; sample times below 0 are of none."""
+    """Advance LANES drives, tuples of arguments of ``observe``; a negative sample time: none."""
     _observe(all_lanes(), drives)
 
 
 @kernel
 def _observe(lanes: Record, drives: tuple[Any, ...]) -> None:
-    """Go in long steps from stretch to stretch, every drive on its own."""
-    going = 0
+    """Advance the drives in long steps, each from stretch to stretch."""
+    active = 0
     for i in range(len(lanes.h_s)):
         plants, states, _, load_n, sample_s, _, _ = drives[i]
         if sample_s >= 0.0:
-            lay_contacts(plants[0], states[0])
+            update_curves(plants[0], states[0])
             enter_lane(lanes, i, plants[0], states[0], load_n)
-            going += 1
-    while going > 0:
+            active += 1
+    while active > 0:
         for i in range(len(lanes.h_s)):
             if lanes.runs[i] and (lanes.left_s[i] <= 0.0 or lanes.passes_left[i] < 0):
                 lanes.runs[i] = _next_stretch(lanes, i, drives[i])
-                going -= 1 - lanes.runs[i]
+                active -= 1 - lanes.runs[i]
         long_steps(lanes, drives)
 
 
 @kernel
 def _next_stretch(lanes: Record, i: int, drive: tuple[Any, ...]) -> bool:
-    """End a stretch, if there was one, and begin the next; return whether there is one."""
+    """End the stretch of a lane, if any, and begin the next; return whether there is one."""
     plants, states, wave, _, sample_s, truth, ramps = drive
     plant, state, stretch_s = plants[0], states[0], lanes.stretch_s[i]
     if stretch_s > 0.0:
@@ -175,22 +173,22 @@ def observe(
     ramps: Array,
 ) -> None:
     """
-    Advance by one sample time per row of ``truth``, and fill its columns but the first.
+    Advance by a sample time for each row of ``truth``, and fill its columns except the first.
 
     Parameters
     ----------
     plants, states : array of one record of PLANT, of STATE
-        The drive; its state is changed in place.
+        The drive, whose state is changed in place.
     truth : array, shape (samples, 5)
         Receives voltage (V), foot (m), position (m), force in the load cell (N).
     ramps : array, shape (n, 3)
-        Row ``cycle % n`` receives each finished ramp: position at its start after the fall,
-        mean and final position, m.
+        Row ``cycle % n`` receives each finished ramp: position after the fall at its start, mean
+        and final position, m.
 
     """
     plant, state = plants[0], states[0]
     drives = ((plants, states, wave, load_n, sample_s, truth, ramps),)
-    lay_contacts(plant, state)
+    update_curves(plant, state)
     row = 0
     for i in range(len(truth)):
         remaining_s = sample_s
@@ -223,23 +221,23 @@ def observe_samples(
     truth: Array,
     ramps: Array,
 ) -> None:
-    """Do what ``observe`` does, by the kernel that is fit for it; refuses like `check_motion`."""
-    kernel = observe_ideal if takes_only_long_steps(plants, states) else observe
-    kernel(plants, states, wave, load_n, sample_s, truth, ramps)
+    """Advance and sample like ``observe``, with the fitting kernel; raises like `check_motion`."""
+    observer = observe_ideal if takes_only_long_steps(plants, states) else observe
+    observer(plants, states, wave, load_n, sample_s, truth, ramps)
     check_motion(states, load_n)
 
 
 def advance(
     plants: Record, states: Record, wave: Wave, load_n: float, duration_s: float, ramps: Array
 ) -> None:
-    """Advance by a duration, with parameters and errors of ``observe_samples``."""
+    """Advance by a duration; parameters and errors of ``observe_samples``."""
     observe_samples(plants, states, wave, load_n, duration_s, np.empty((1, FORCE + 1)), ramps)
 
 
 def observe_all(
     drives: Sequence[tuple[Record, Record, Wave, float, float, Array, Array]],
 ) -> None:
-    """Do for LANES drives at most what ``observe_samples`` does; they are its parameters."""
+    """Advance at most LANES drives, tuples of arguments of ``observe_samples``."""
     lanes = [drive for drive in drives if takes_only_long_steps(*drive[:2])]
     if len(lanes) < LANES_MIN:
         lanes = []
@@ -254,7 +252,7 @@ def observe_all(
 
 
 def takes_only_long_steps(plants: Record, states: Record) -> bool:
-    """Return whether a drive, given as arrays of one record, takes nothing but long steps now."""
+    """Return whether a drive, given as arrays of one record, now takes only long steps."""
     return bool(plants['only_long_steps'].item() and not states['contacts']['on_springs'][0, ALL])
 
 
@@ -262,7 +260,7 @@ def takes_only_long_steps(plants: Record, states: Record) -> bool:
 def advance_stretch(
     drives: tuple[Any, ...], start_v: float, rate_v_per_s: float, stretch_s: float
 ) -> None:
-    """Advance the one drive, a tuple as ``_observe`` has it, along a straight voltage."""
+    """Advance the only drive, a tuple as in ``_observe``, along a straight voltage."""
     plants, states, _, load_n, _, _, _ = drives[0]
     plant, state = plants[0], states[0]
     if plant.ideal and remembers_turns(plant.contacts[ALL], state.contacts[ALL]):
@@ -285,7 +283,7 @@ def take_short_steps(
     load_n: float,
     stretch_s: float,
 ) -> None:
-    """Advance along a straight stretch of the voltage before the low-pass."""
+    """Advance in short steps along a straight stretch of the voltage before the low-pass."""
     state.places_m[ALL] = state.foot_m
     left_s, input_v = stretch_s, start_v
     while left_s > 0.0 and may_pass(state):
@@ -304,7 +302,7 @@ def take_short_steps(
 def _burst(
     plant: Record, state: Record, input_v: float, rate_v_per_s: float, left_s: float
 ) -> tuple[float, int, float]:
-    """Return length and number of the next equal steps, and the time that is left after them."""
+    """Return length and number of the next equal steps, and the remaining time."""
     if plant.ideal and abs(rate_v_per_s) >= plant.slew_v_per_s:
         longest_s = longest_on_slope(plant, rate_v_per_s)
     else:
@@ -327,17 +325,17 @@ def _burst(
 
 @kernel
 def _longest_in_burst(plant: Record, state: Record, input_v: float, rate_v_per_s: float) -> float:
-    """Return the longest step that resolves what the mean foot does next, however fast, s."""
+    """Return the longest step that resolves the next motion of the mean foot, s."""
     piezo, tau_s, gain = plant.piezo, plant.amplifier.tau_s, plant.gain_m_per_v
     limit_m = plant.contacts[ALL].curve.limit_m
     share = min(plant.dt_s / CROSSING_S, 1.0 / CROSSING_STEPS_MIN)
     longest_s, fastest_v_per_s = plant.dt_s, rate_v_per_s
     if tau_s > 0.0:
-        # The output runs at a rate between its own and that of its input.
-        own_v_per_s = (input_v - state.voltage_v) / tau_s
-        if abs(own_v_per_s) > abs(rate_v_per_s):
-            fastest_v_per_s = own_v_per_s
-        settling_m = gain * tau_s * abs(own_v_per_s - rate_v_per_s)
+        # The rate of the output stays between its present value and the rate of the input.
+        output_v_per_s = (input_v - state.voltage_v) / tau_s
+        if abs(output_v_per_s) > abs(rate_v_per_s):
+            fastest_v_per_s = output_v_per_s
+        settling_m = gain * tau_s * abs(output_v_per_s - rate_v_per_s)
         longest_s = _longest_on_parabola(settling_m, limit_m, SETTLING * share * tau_s, longest_s)
     speed_m_per_s = fastest_m_per_s(plant, state.piezo, fastest_v_per_s)
     if piezo.omega_per_s > 0.0:
@@ -358,8 +356,8 @@ def _longest_on_parabola(
     """
     Return the longest step in which a decaying motion of the feet is a parabola, s.
 
-    The error of a parabola is the third power of the step. It may be that of a motion as large as
-    the presliding range in a step of ``smooth_s``.
+    The error of a parabola grows with the third power of the step. The limit is the error of a
+    motion as large as the presliding range in a step of ``smooth_s``.
 
     """
     if size_m * longest_s**3 <= limit_m * smooth_s**3:
@@ -371,19 +369,19 @@ def _longest_on_parabola(
 def advance_clock(
     wave: Wave, state: Record, stretch_s: float, fall_is_over: bool, ramps: Array
 ) -> None:
-    """Move the clock on, and write down a ramp that is over."""
+    """Advance the clock, and store a finished ramp."""
     clock = state.clock
     clock.ramp_s += stretch_s
     if fall_is_over and len(wave.rows) == 0:
         clock.start_m = state.position_m
     if ramp_is_over(wave, clock):
-        again_s = wave.period_s - wave.lead_s
-        lasted_s = wave.period_s if clock.cycle == 0 else again_s
+        cycle_s = wave.period_s - wave.lead_s
+        lasted_s = wave.period_s if clock.cycle == 0 else cycle_s
         row = clock.cycle % len(ramps)
         ramps[row, RAMP_START] = clock.start_m
         ramps[row, RAMP_MEAN] = (state.sums.position_m_s - clock.start_m_s) / lasted_s
         ramps[row, RAMP_END] = state.position_m
-        clock.ramp_s -= again_s
+        clock.ramp_s -= cycle_s
         clock.cycle += 1
         clock.start_m = state.position_m
         clock.start_m_s = state.sums.position_m_s
@@ -393,8 +391,8 @@ def advance_clock(
 def _sample(plant: Record, state: Record, truth: Array, i: int) -> None:
     truth[i, VOLTAGE] = state.voltage_v
     truth[i, FOOT] = mean_place(plant, state) if bends(plant) else state.foot_m
-    seen_from_m = frame_place(plant, state) if plant.frame.is_reference else 0.0
-    truth[i, POSITION] = state.position_m - seen_from_m
+    reference_m = frame_place(plant, state) if plant.frame.is_reference else 0.0
+    truth[i, POSITION] = state.position_m - reference_m
     if plant.button.exists:
         truth[i, FORCE] = plant.button.n_per_m * state.button_m
     else:
@@ -403,7 +401,7 @@ def _sample(plant: Record, state: Record, truth: Array, i: int) -> None:
 
 @kernel
 def allow_passes(plant: Record, state: Record, rows: int, duration_s: float) -> None:
-    """Set how many passes of the time loops a duration may take; none, if the drive has failed."""
+    """Set the number of passes that the time loops may take for a duration; 0 after a failure."""
     if state.passes_left >= 0:
         steps = int(min(duration_s / plant.dt_s, 1e12))
         state.passes_left = PASSES_MIN + PASSES_PER_STEP * steps + PASSES_PER_ROW * rows
@@ -411,12 +409,12 @@ def allow_passes(plant: Record, state: Record, rows: int, duration_s: float) -> 
 
 def check_motion(states: Record, load_n: float) -> None:
     """
-    Refuse to go on with a drive that has given up, or whose motion is not finite.
+    Raise an error if the drive has failed or its motion is not finite.
 
     Raises
     ------
     StickSlipError
-        With the state that led there.
+        With the state of the drive.
 
     """
     if states['passes_left'].item() < 0:

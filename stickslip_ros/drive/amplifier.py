@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The amplifier: from the commanded voltage to its output.
+The amplifier, from the commanded voltage to the output.
 
-In this order: the digital-to-analogue converter, range and slew rate, the low-pass.
+Its stages are the digital-to-analogue converter, range and slew rate, and the low-pass.
 
 """
 
@@ -17,29 +17,29 @@ from stickslip_ros.kernels.kernel import in_python, kernel
 from stickslip_ros.kernels.record import Record
 
 SETTLED_V = 1e-9
-"""A gap smaller than this is rounding: half an attometre at the foot."""
+"""Gap that counts as rounding; it moves the foot by half an attometre."""
 FALL_SHARE = 0.01
-"""Behind a converter or a low-pass a fall is over when this share of the rise is left of it."""
+"""Remaining share of the rise at which a fall after a converter or a low-pass is over."""
 AIM = 0.999
-"""A stretch ends when this share of that gap is left, so that rounding cannot hide it."""
+"""Share of this gap at which the stretch ends, so rounding cannot hide the end of the fall."""
 AIM_OF_CONVERTER = 0.5
-"""The same with a converter, whose level may be half its step off the command."""
+"""AIM with a converter, whose level may differ from the command by half its step."""
 ARRIVED_SHARE = 1e-4
-"""Behind a low-pass the voltage has arrived within this share of the range."""
+"""Share of the range within which a voltage after a low-pass has arrived."""
 AHEAD = 1e-9
-"""Share of its step by which the converter is read ahead, past a level it has just reached."""
+"""Share of its step by which the converter looks ahead, past a level that it has just reached."""
 
 
 class Stretch(NamedTuple):
     """
-    The straight stretch of the voltage that lies ahead.
+    The next straight stretch of the voltage.
 
     Attributes
     ----------
     start_v, rate_v_per_s : float
         Output of the amplifier before its low-pass, and its slope.
     target_v, slope_v_per_s : float
-        What it is told, and the slope of that.
+        Input of the amplifier, and its slope.
     caught_s : float
         Time until a slewing output has caught up; inf if it does not slew.
     lasts_s : float
@@ -57,7 +57,7 @@ class Stretch(NamedTuple):
 
 @kernel
 def stretch_ahead(plant: Record, wave: Wave, clock: Record, output_v: float, row: int) -> Stretch:
-    """Return how the output, now at a voltage before the low-pass, runs on to its next corner."""
+    """Return the output before the low-pass, now at a voltage, up to its next corner."""
     target_v, slope_v_per_s, corner_s = wanted(plant, wave, clock, row)
     start_v, rate_v_per_s, caught_s = follow(
         plant, output_v, target_v, slope_v_per_s, clock.ramp_s
@@ -68,14 +68,14 @@ def stretch_ahead(plant: Record, wave: Wave, clock: Record, output_v: float, row
 
 @kernel
 def has_caught_up(plant: Record, ahead: Stretch, output_v: float, stretch_s: float) -> bool:
-    """Return whether a slewing output has caught up at the end of a stretch; no low-pass."""
+    """Return whether a slewing output without low-pass has caught up at the end of a stretch."""
     gap_v = clamp(plant, ahead.target_v + ahead.slope_v_per_s * stretch_s) - output_v
     return ahead.caught_s < math.inf and abs(gap_v) <= SETTLED_V
 
 
 @kernel
 def clamp(plant: Record, voltage_v: float) -> float:
-    """Return the voltage nearest to the wanted one that the amplifier can give, V."""
+    """Limit a voltage to the range of the amplifier, V."""
     return min(max(voltage_v, plant.voltage_min_v), plant.voltage_max_v)
 
 
@@ -95,10 +95,10 @@ def convert(
     plant: Record, target_v: float, slope_v_per_s: float, corner_s: float, clock_s: float
 ) -> tuple[float, float, float]:
     """
-    Return the level of the converter, no slope, and the time until the next level.
+    Return the level of the converter, a slope of 0, and the time until the next level.
 
-    A staircase finer than the steps of the drive, or than rounding, is the straight line: no step
-    would see its treads. A level so near that the clock would not move has been reached.
+    Levels that are finer than the steps of the drive, or than rounding, are replaced by the
+    straight line. A level so near that the clock would not move counts as reached.
 
     """
     step_v = plant.amplifier.resolution_v
@@ -120,10 +120,10 @@ def follow(
     plant: Record, voltage_v: float, target_v: float, slope_v_per_s: float, clock_s: float
 ) -> tuple[float, float, float]:
     """
-    Return how the output runs on: voltage now (V), its rate (V/s), time until it changes (s).
+    Return voltage (V) and rate (V/s) of the output, and the time until the rate changes (s).
 
-    The output is that before the low-pass, the clock the time since the wave's ramp began: a
-    voltage that will be caught before the clock moves is caught.
+    The output is that before the low-pass. The clock is the time since the start of the ramp: a
+    voltage that would be reached before the clock moves counts as reached.
 
     """
     wanted_v = clamp(plant, target_v)
@@ -141,7 +141,7 @@ def follow(
 def low_pass(
     plant: Record, output_v: float, from_v: float, to_v: float, h_s: float, share: float
 ) -> float:
-    """Return the output after a step along a straight input; ``share`` is 1 - exp(-h/tau)."""
+    """Return the output after a step with a linear input; ``share`` is 1 - exp(-h/tau)."""
     if plant.amplifier.tau_s == 0.0:
         return to_v
     lag_v = (to_v - from_v) / h_s * plant.amplifier.tau_s
@@ -152,7 +152,7 @@ def low_pass(
 def time_to_settle(
     plant: Record, wave: Wave, output_v: float, input_v: float, rate_v_per_s: float
 ) -> float:
-    """Return when a fall is over behind the low-pass, s, along a straight input; inf if it is."""
+    """Return the time until a fall after the low-pass is over, s; inf if over. Linear input."""
     tau_s = plant.amplifier.tau_s
     if tau_s == 0.0:
         return math.inf
@@ -167,7 +167,7 @@ def time_to_settle(
 def is_fall_over(
     plant: Record, wave: Wave, after: Record, row: int, before_v: float, stretch_s: float
 ) -> bool:
-    """Return whether a fall has ended in a stretch, behind a converter or a low-pass."""
+    """Return whether a fall after a converter or a low-pass has ended in a stretch."""
     target_v, slope_v_per_s, _ = target(wave, after.clock, row)
     lag_v = slope_v_per_s * plant.amplifier.tau_s
     end_v = clamp(plant, target_v + slope_v_per_s * stretch_s)
@@ -178,18 +178,18 @@ def is_fall_over(
 
 @kernel
 def fall_gap(plant: Record, wave: Wave) -> float:
-    """Return how near to its end a fall counts as over, V."""
+    """Return the distance from its end at which a fall counts as over, V."""
     return max(FALL_SHARE * abs(wave.rise_v), plant.amplifier.resolution_v)
 
 
 @kernel
 def is_direct(plant: Record) -> bool:
-    """Return whether there is neither a converter nor a low-pass."""
+    """Return whether the amplifier has neither converter nor low-pass."""
     return plant.amplifier.resolution_v == 0.0 and plant.amplifier.tau_s == 0.0
 
 
 def has_arrived(plants: Record, wave: Wave, states: Record) -> bool:
-    """Return whether a wave is over and the voltage has come to what is held after it."""
+    """Return whether a wave is over and the voltage has reached its final value."""
     if states['clock']['cycle'].item() < wave.cycles:
         return False
     plant = plants[0]

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""From parameters to the records of the kernels."""
+"""Build the records of the drive from parameters."""
 
 import math
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from stickslip_ros.contact.laws import LAW, MDR
 from stickslip_ros.contact.mdr import Presliding, presliding
 from stickslip_ros.contact.reaction import CONTACT, relax
 from stickslip_ros.contact.springs import SPRINGS_IN_ALL, Group, bank_of_rows, spring_bank
-from stickslip_ros.contact.travel import NOWHERE
+from stickslip_ros.contact.travel import NO_PLACE
 from stickslip_ros.contact.virgin import tabulate, tabulate_each
 from stickslip_ros.drive.advance import PASSES_MIN
 from stickslip_ros.drive.amplifier import is_direct
@@ -52,30 +52,30 @@ UPPER_SHARE = math.sqrt(2.0) / 2.0
 LOWER_SHARE = math.sqrt(2.0) / 4.0
 """Normal force of a lower contact per preload, F_n2 / F_p (Eq. 19)."""
 PHASE_MAX = 1.1
-"""Longest step times the largest angular frequency, or rate of damping. The steps are series in
-both; up to here the energy balances to a few 1e-3."""
+"""Largest product of step and angular frequency, or damping rate. The steps are series in both;
+up to this limit the energy balances to a few 1e-3."""
 TRAVEL_MARGIN = 0.7
-"""The longest step per that at the start of roughness that travels: twice the stiffness."""
+"""Factor of the longest step for travelling roughness, which allows for twice the stiffness."""
 TREADS_PER_STEP = 8
-"""Levels of the converter in the longest step from which on its staircase is a straight line."""
+"""Levels of the converter in the longest step at which they become a straight line."""
 LOW_TREAD = 1e-4
-"""One is enough of levels that move the feet by less than this share of the presliding range."""
+"""Share of the presliding range; if a level moves the feet by less, one level a step is enough."""
 STANDARD_GRAVITY_M_PER_S2 = 9.80665
 MODELS_KEPT = 64
-"""Contact models kept for the next drive: a sweep over amplitudes has one for each preload."""
+"""Contact models kept for the next drive; a sweep over amplitudes needs one for each preload."""
 FEET_STREAM = 40
-"""Number of the random stream of the gains: sensors have others."""
+"""Number of the random stream of the gains; sensors have others."""
 
 
 def plant_of(parameters: Parameters) -> Record:
     """
-    Return the constant part of the drive, an array of one record of PLANT.
+    Return the constants of a drive, an array of one record of PLANT.
 
     Raises
     ------
     OutOfRange
-        If something moves or differs under Coulomb's law, which then does not say how contacts
-        share the load; if the frame is not heavier than its feet.
+        If frame, load button, stacks or different gains are set under Coulomb's law, which does
+        not define how contacts share a load; if the frame is not heavier than its feet.
 
     """
     attached = parameters.load_cell.contact == 'attached'
@@ -113,7 +113,7 @@ def plant_of(parameters: Parameters) -> Record:
 
 
 def set_ideal(plant: Record) -> None:
-    """Note in a plant whether it is ideal."""
+    """Set ``ideal`` and ``only_long_steps`` of a plant."""
     feet_are_one = is_linear(plant['piezo']) and not plant['separate']
     ideal = feet_are_one and in_python(is_direct)(plant) and not plant['stuck']
     ideal = ideal and not (plant['frame']['exists'] or plant['button']['exists'])
@@ -126,7 +126,7 @@ def _set_longest_step(plant: Record, parameters: Parameters) -> None:
     walls = plant['walls']
     cell_n_per_m = plant['cell_n_per_m'] + walls['cell_n_per_m'] + walls['stop_n_per_m']
     longest_s = longest_step_s(parameters, plant['contacts'][ALL], float(cell_n_per_m))
-    if parameters.contact.travel:  # which may be stiffer elsewhere
+    if parameters.contact.travel:  # the contact may be stiffer elsewhere
         longest_s *= TRAVEL_MARGIN
     plant['dt_s'] = min(parameters.sim.dt, longest_s)
     rise_m = plant['gain_m_per_v'] * plant['amplifier']['resolution_v']
@@ -136,10 +136,10 @@ def _set_longest_step(plant: Record, parameters: Parameters) -> None:
 
 def longest_step_s(parameters: Parameters, contact: Record, cell_n_per_m: float) -> float:
     """
-    Return the longest step that resolves the fastest motion of the runner, s.
+    Return the longest step that resolves the fastest motion, s.
 
-    All contacts together are stiffest while everything sticks; beside them stand load cell and
-    end stops.
+    The contacts are stiffest in full stick; ``cell_n_per_m`` is the stiffness of load cell and end
+    stops.
 
     """
     law, mass_kg = contact['law'], parameters.runner.mass
@@ -154,7 +154,7 @@ def longest_step_s(parameters: Parameters, contact: Record, cell_n_per_m: float)
         loss_per_s = 2.0 * parameters.frame.damping_ratio * frame_per_s
         fastest_per_s = max(fastest_per_s, between_per_s, frame_per_s, loss_per_s)
     if parameters.actuator.stiffness:
-        # No foot has more than a quarter of the stiffness of all.
+        # A foot has at most a quarter of the stiffness of all feet.
         foot_per_s = math.sqrt(0.25 * contact_n_per_m / parameters.actuator.foot_mass)
         fastest_per_s = max(fastest_per_s, foot_per_s)
     cell, button_per_s = parameters.load_cell, 2.0 * math.pi * parameters.load_cell.resonance
@@ -164,14 +164,14 @@ def longest_step_s(parameters: Parameters, contact: Record, cell_n_per_m: float)
 
 
 def amplifier_of(parameters: Parameters) -> Record:
-    """Return what is not ideal about the amplifier."""
+    """Return the optional parts of the amplifier."""
     setting = parameters.amplifier
     tau_s = 1.0 / (2.0 * math.pi * setting.bandwidth) if setting.bandwidth else 0.0
     return record(AMPLIFIER, on=True, resolution_v=setting.resolution, tau_s=tau_s)
 
 
 def slew_of(parameters: Parameters) -> float:
-    """Return the slew rate, V/s: the current into the piezos may allow less than the amplifier."""
+    """Return the slew rate, V/s, which the current into the piezos may limit further."""
     setting = parameters.amplifier
     if not setting.current_max:
         return setting.slew_rate
@@ -180,14 +180,14 @@ def slew_of(parameters: Parameters) -> float:
 
 def piezo_of(parameters: Parameters) -> Record:
     """
-    Return what is not ideal about the piezo.
+    Return the optional parts of the piezo.
 
     Notes
     -----
     n plays have the half widths r_j = (R/2) j/(n+1), R the range of the voltage. Over the whole
-    range play j makes the stroke R - 2 r_j, and in mid-stroke its branches lie 2 min(r_j,
-    R/2 - r_j) apart. That the opening is h R and the stroke R gives the weight
-    w = h (n+1)/floor((n+1)^2/4) of each and the linear part 1 - w n/2.
+    range play j has the stroke R - 2 r_j, and its branches are 2 min(r_j, R/2 - r_j) apart at
+    mid-stroke. An opening of h R and a stroke of R give each play the weight
+    w = h (n+1)/floor((n+1)^2/4), and the linear part 1 - w n/2.
 
     """
     setting, amplifier = parameters.actuator, parameters.amplifier
@@ -195,7 +195,7 @@ def piezo_of(parameters: Parameters) -> Record:
     weight = setting.hysteresis * (plays + 1) / ((plays + 1) ** 2 // 4) if plays else 0.0
     omega_per_s = 2.0 * math.pi * setting.resonance
     if setting.stiffness and parameters.contact.law == 'coulomb':
-        limit = "not 0 under Coulomb's law, which does not say how feet share a load"
+        limit = "not 0 under Coulomb's law, which does not define how feet share a load"
         hint = 'take another contact.law'
         raise OutOfRange('actuator.stiffness', setting.stiffness, 'N/m', limit, hint)
     return record(
@@ -213,7 +213,7 @@ def piezo_of(parameters: Parameters) -> Record:
 
 
 def button_of(parameters: Parameters) -> Record:
-    """Return the moving mass of the load cell, which exists on its own where it is one-sided."""
+    """Return the moving mass of the load cell, a separate body if the cell is one-sided."""
     cell, omega_per_s = parameters.load_cell, 2.0 * math.pi * parameters.load_cell.resonance
     if not omega_per_s or cell.contact == 'absent':
         return record(BUTTON)
@@ -263,7 +263,7 @@ def is_linear(piezo: Record) -> bool:
 
 
 def walls_of(parameters: Parameters) -> Record:
-    """Return the one-sided springs that the runner may run into."""
+    """Return the one-sided springs that the runner may touch."""
     stand, cell = parameters.stand, parameters.load_cell
     presses = cell.contact == 'one_sided' and not cell.resonance
     stops = stand.stop_stiffness > 0.0
@@ -279,7 +279,7 @@ def walls_of(parameters: Parameters) -> Record:
 
 
 def all_contacts(parameters: Parameters) -> Record:
-    """Return the constants of the six contacts as one, a record of CONTACT; not to be written."""
+    """Return the constants of the six contacts as one, a record of CONTACT, read-only."""
     return _kept_contact(
         parameters.contact, parameters.friction_law, parameters.stand, weight_of(parameters)
     )
@@ -289,7 +289,7 @@ def all_contacts(parameters: Parameters) -> Record:
 def _kept_contact(
     contact: ContactParameters, law: FrictionLawParameters, stand: StandParameters, weight_n: float
 ) -> Record:
-    """Return the six contacts as one, a record of CONTACT; not to be written."""
+    """Return the constants of ``all_contacts``; the last few are kept."""
     contacts = _contacts_at(contact, stand.preload, weight_n)
     largest_n = max(stand.preload_limit, stand.preload, stand.preload_end)
     return record(
@@ -306,14 +306,14 @@ def _kept_contact(
 
 @lru_cache(maxsize=MODELS_KEPT)
 def _kept_bank(contact: ContactParameters, weight_n: float, preload_max_n: float) -> Record:
-    """Return the springs of all contacts up to a preload, a record of BANK; not to be written."""
+    """Return the springs of all contacts up to a preload, a record of BANK, read-only."""
     groups = groups_of(contact, weight_n)
     springs = SPRINGS_IN_ALL // len(groups)
     return spring_bank(groups, elasticity_of(contact), contact.friction, preload_max_n, springs)
 
 
 def ageing_of(contact: ContactParameters) -> Record:
-    """Return how the friction coefficient changes with velocity and age."""
+    """Return the dependence of the friction coefficient on velocity and age."""
     return record(
         AGEING,
         on=contact.friction_rate > 0.0 or contact.friction_ageing > 0.0,
@@ -327,12 +327,12 @@ def ageing_of(contact: ContactParameters) -> Record:
 
 
 def friction_limit_n(parameters: Parameters) -> float:
-    """Return mu0 times the sum of all normal forces, N: no force exceeds it but by ageing."""
+    """Return mu0 times the sum of all normal forces, N; only ageing can exceed it."""
     return float(all_contacts(parameters)['curve']['force_max_n'])
 
 
 def weight_of(parameters: Parameters) -> float:
-    """Return the weight of the runner, N; 0 if it is left out, as in the paper."""
+    """Return the weight of the runner, N; 0 if neglected, as in the paper."""
     return parameters.runner.mass * STANDARD_GRAVITY_M_PER_S2 * parameters.stand.weight
 
 
@@ -340,7 +340,7 @@ def groups_of(contact: ContactParameters, weight_n: float = 0.0) -> list[Group]:
     """
     Return the groups of equal contacts; rough lines are all different.
 
-    Upper contacts carry the preload, lower ones the preload and the weight of the runner, both at
+    Upper contacts carry the preload, lower contacts the preload and the weight of the runner, at
     the same angle (Eq. 19).
 
     """
@@ -363,13 +363,13 @@ def _contacts_at(
     contacts: list[Presliding] = []
     for group in groups_of(contact, weight_n):
         normal_n = group.share * preload_n + group.weight_n
-        one = presliding(group.profile, elasticity, contact.friction, normal_n)
-        contacts += [one] * group.contacts
+        solved = presliding(group.profile, elasticity, contact.friction, normal_n)
+        contacts += [solved] * group.contacts
     return contacts
 
 
 def _law_of(number: int, law: FrictionLawParameters, contacts: Sequence[Presliding]) -> Record:
-    """Return the friction law; a bristle stiffness of 0 is that of the sticking contacts."""
+    """Return the friction law; a bristle stiffness of 0 means that of the sticking contacts."""
     stick_n_per_m = sum(contact.stick_stiffness_n_per_m for contact in contacts)
     return record(
         LAW,
@@ -384,7 +384,7 @@ def _law_of(number: int, law: FrictionLawParameters, contacts: Sequence[Preslidi
 
 
 def separate_feet(plants: Record, parameters: Parameters) -> None:
-    """Give each foot of a plant a contact of its own; from now on they are moved one by one."""
+    """Give each foot of a plant its own contact, so the feet move separately."""
     plant, groups = plants[0], groups_of(parameters.contact, weight_of(parameters))
     each = [group for group in groups for _ in range(group.contacts)]
     preload_n = parameters.stand.preload
@@ -398,7 +398,7 @@ def separate_feet(plants: Record, parameters: Parameters) -> None:
 
 
 def _set_contact_of_foot(plant: Record, k: int, group: Group) -> None:
-    """Give a foot its part of the springs and of the law of all."""
+    """Give a foot its share of the springs and of the law of all contacts."""
     contacts = group.contacts
     whole, own, part = plant.contacts[ALL], plant.contacts[k], plant.parts[k]
     bank = whole.bank
@@ -421,11 +421,11 @@ def _set_contact_of_foot(plant: Record, k: int, group: Group) -> None:
 
 
 def _set_curves(plant: Record, parameters: Parameters) -> None:
-    """Give all contacts their virgin curves at the preload that the plant goes to."""
+    """Tabulate the virgin curves of all contacts at the wanted preload."""
     preload_n = float(plant.contacts[ALL].preload_n)
     contacts = _contacts_at(parameters.contact, preload_n, weight_of(parameters))
     plant.contacts[ALL].curve = tabulate(contacts)
-    plant.track.laid = NOWHERE
+    plant.track.laid = NO_PLACE
     if plant.separate:
         for k, curve in enumerate(tabulate_each(contacts), start=1):
             plant.contacts[k].curve = curve
@@ -438,12 +438,12 @@ def _ratios(parameters: Parameters) -> Array:
     Raises
     ------
     OutOfRange
-        If they differ under Coulomb's law.
+        If the feet differ under Coulomb's law.
 
     """
     tolerance = parameters.actuator.gain_tolerance
     if tolerance and parameters.contact.law == 'coulomb':
-        limit = 'not 0 under the rigid law of Coulomb, which does not say how feet share a load'
+        limit = "not 0 under Coulomb's law, which does not define how feet share a load"
         hint = 'set it to 0, or take another contact.law'
         raise OutOfRange('actuator.gain_tolerance', tolerance, '', limit, hint)
     ratios = np.ones(CONTACTS)
@@ -452,7 +452,7 @@ def _ratios(parameters: Parameters) -> Array:
 
 
 def gain_ratios(tolerance: float, seed: int) -> Array:
-    """Return the gain of each foot relative to the mean, shape (6,), within a tolerance."""
+    """Return random gains of the feet within a tolerance, relative to the mean, shape (6,)."""
     deviations = np.random.default_rng((seed, FEET_STREAM)).uniform(-1.0, 1.0, FEET)
     deviations -= deviations.mean()
     return 1.0 + tolerance * deviations / max(1.0, float(np.abs(deviations).max()))
@@ -461,13 +461,13 @@ def gain_ratios(tolerance: float, seed: int) -> Array:
 def change_preload(
     plants: Record, states: Record, parameters: Parameters, preload_n: float
 ) -> None:
-    """Let plant and state go to another preload: the springs take over on the way."""
+    """Start a change of the preload, with springs as the memory of the contacts."""
     switch_all_to_springs(plants, states)
     set_preload(plants, parameters, preload_n)
 
 
 def set_preload(plants: Record, parameters: Parameters, preload_n: float) -> None:
-    """Let a plant go to another preload, whatever its contacts remember."""
+    """Set the wanted preload of a plant, without a change of the contacts' memory."""
     plant = plants[0]
     plant.contacts['preload_n'] = preload_n
     _set_curves(plant, parameters)
@@ -475,7 +475,7 @@ def set_preload(plants: Record, parameters: Parameters, preload_n: float) -> Non
 
 
 def state_at_rest(plants: Record, preload_n: float) -> Record:
-    """Return the drive at rest, with relaxed contacts: an array of one record of STATE."""
+    """Return the state of a drive at rest with relaxed contacts, an array of one STATE."""
     states = records(
         STATE, passes_left=PASSES_MIN, preload_n=preload_n, voltage_v=plants['rest_v']
     )
@@ -491,7 +491,7 @@ def state_at_rest(plants: Record, preload_n: float) -> Record:
 
 
 def start_clock(states: Record) -> None:
-    """Let a wave begin now."""
+    """Reset the clock for the start of a wave."""
     clocks = states['clock']
     clocks['ramp_s'], clocks['cycle'] = 0.0, 0
     clocks['start_m'] = states['position_m']

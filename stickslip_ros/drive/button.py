@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Kernel: the load button, the moving mass of a load cell on which the runner presses from one side.
+Kernel: the load button, the moving mass of a one-sided load cell.
 
-m_c z'' + c_c z' + k z = push of the runner. Apart, the button swings freely. Where the runner
-meets it there is an impact; pressed, both are one body until the push would become a pull.
+m_c z'' + c_c z' + k z = push of the runner. Without contact the button swings freely. The runner
+meets it in an impact; pressed, both move as one body until the push would become a pull.
 
 """
 
@@ -20,7 +20,7 @@ from stickslip_ros.kernels.record import Record
 
 @kernel
 def feel(plant: Record, state: Record, stride: Record) -> None:
-    """Let runner and button part or meet; pressed, it moves with the runner."""
+    """Compute contact, impact and separation of the button, and its forces on the runner."""
     button = plant.button
     if not button.exists:
         return
@@ -44,7 +44,7 @@ def feel(plant: Record, state: Record, stride: Record) -> None:
         own_speed += impulse / button.mass_kg
         own_n = button.n_per_m * state.button_m + button.damping_n_s_per_m * own_speed
         pressing = (force_n - damping_n_s_per_m * speed) * per_kg + own_n / button.mass_kg
-        # A bounce that would be over within a step is none.
+        # No bounce if it would be over within a step.
         if pressing > 0.0 and 2.0 * (own_speed - speed) <= pressing * longest_s:
             impulse = (speed - own_speed) / per_impulse
             speed -= impulse * per_kg
@@ -69,7 +69,7 @@ def motion_energy(plant: Record, state: Record) -> float:
 
 @kernel
 def cut(plant: Record, state: Record, stride: Record) -> None:
-    """End the stride when runner and button meet or part."""
+    """Shorten the stride to the time at which runner and button meet or separate."""
     button, place_m, longest_s = plant.button, state.button_m, stride.lasts_s
     if not button.exists:
         return
@@ -100,7 +100,7 @@ def cut(plant: Record, state: Record, stride: Record) -> None:
 
 @kernel
 def arrive(plant: Record, state: Record, stride: Record) -> None:
-    """Move the button, and book what its damping loses."""
+    """Move the button, and add its damping loss."""
     button, runner, h_s = plant.button, stride.runner, stride.lasts_s
     if not button.exists:
         return

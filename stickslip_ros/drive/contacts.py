@@ -4,29 +4,29 @@
 """
 Kernel: the contacts of all feet in a stride.
 
-To the rest of the drive they are one contact against the mean foot, with the sum of their forces.
+For the rest of the drive they are one contact against the mean foot, with the sum of the forces.
 
 """
 
 from stickslip_ros.contact.memory import branch_towards, stiffness_on
 from stickslip_ros.contact.reaction import answer_towards, react, remembers_turns
 from stickslip_ros.contact.virgin import virgin_force
-from stickslip_ros.drive.feet import bends, goes_past, moving, ratio_of
+from stickslip_ros.drive.feet import active_contacts, bends, ratio_of, sliding_motion
 from stickslip_ros.drive.frame import jerk_of_frame
 from stickslip_ros.drive.long_step import time_to_close, time_to_turn
 from stickslip_ros.drive.oscillator import SIXTH
-from stickslip_ros.drive.stride import way_on
+from stickslip_ros.drive.stride import way_after
 from stickslip_ros.kernels.kernel import kernel
 from stickslip_ros.kernels.record import Record
 
 
 @kernel
 def look_ahead(plant: Record, state: Record, stride: Record) -> None:
-    """Note their stiffness ahead of the runner, and end the stride where a loop closes."""
+    """Compute their stiffness ahead of the runner; shorten the stride to the closing of a loop."""
     tangent, driven, drag_n, lasts_s, may_turn = 0.0, 0.0, 0.0, stride.longest_s, False
-    for k in moving(plant):
+    for k in active_contacts(plant):
         contact, own, foot = plant.contacts[k], state.contacts[k], state.feet[k]
-        speed, speeding, direction = goes_past(plant, state, stride, k)
+        speed, speeding, direction = sliding_motion(plant, state, stride, k)
         may_turn |= abs(speed) <= 2.0 * stride.longest_s * abs(speeding)
         if remembers_turns(contact, own):
             branch = branch_towards(contact.curve, own.memory, direction)
@@ -50,7 +50,7 @@ def look_ahead(plant: Record, state: Record, stride: Record) -> None:
 
 @kernel
 def cut(plant: Record, state: Record, stride: Record) -> None:
-    """End the stride where the runner turns against a foot."""
+    """Shorten the stride to the time at which the runner turns against a foot."""
     if not stride.may_turn:
         return
     runner, drive, longest_s = stride.runner, stride.drive, stride.longest_s
@@ -58,8 +58,8 @@ def cut(plant: Record, state: Record, stride: Record) -> None:
     snap = drive.speeding * stride.per_kg - runner.omega_squared * runner.speeding
     snap = snap - runner.gamma * runner.jerk
     crackle = -runner.omega_squared * runner.jerk - runner.gamma * snap
-    for k in moving(plant):
-        speed, speeding, direction = goes_past(plant, state, stride, k)
+    for k in active_contacts(plant):
+        speed, speeding, direction = sliding_motion(plant, state, stride, k)
         if direction * speeding < 0.0:
             turn_s = time_to_turn(speed, speeding, past_jerk, snap, crackle, longest_s)
             stride.lasts_s = min(stride.lasts_s, turn_s)
@@ -67,7 +67,7 @@ def cut(plant: Record, state: Record, stride: Record) -> None:
 
 @kernel
 def pass_middle(plant: Record, state: Record, stride: Record) -> None:
-    """Look up how they answer in the middle."""
+    """Evaluate their forces in the middle."""
     middle_m, frame_m = stride.runner.middle_m, stride.frame_middle_m
     stride.middle_drag_n = move_contacts(
         plant, state, stride, middle_m, frame_m, 0.5 * stride.lasts_s
@@ -77,7 +77,7 @@ def pass_middle(plant: Record, state: Record, stride: Record) -> None:
 
 @kernel
 def arrive(plant: Record, state: Record, stride: Record) -> None:
-    """Move them to the end, and book the work of the feet by Simpson's rule."""
+    """Move them to the end, and add the work of the feet by Simpson's rule."""
     h_s, path, end_m = stride.lasts_s, stride.path, stride.runner.end_m
     end_drag_n = move_contacts(plant, state, stride, end_m, stride.frame_end_m, h_s)
     last = path.speed + h_s * path.speeding
@@ -90,17 +90,17 @@ def move_contacts(
     plant: Record, state: Record, stride: Record, way_m: float, frame_m: float, time_s: float
 ) -> float:
     """
-    Let all contacts answer after a time; return the force with which they drag the mean foot, N.
+    Evaluate all contacts after a time of the stride; return their force on the mean foot, N.
 
-    The runner has gone a way, and the frame is at a place. Turning points remember nothing of a
-    look before the end of the stride. The work of the feet is that force times the way of the mean
-    foot; a stack drags it where feet bend theirs.
+    ``way_m`` is the way of the runner, ``frame_m`` the position of the frame. Turning points
+    change only at the end of the stride. The work of the feet is the returned force times the way
+    of the mean foot; if stacks bend, it is the force of the stacks.
 
     """
     drag_n, total_n, is_end = 0.0, 0.0, time_s >= stride.lasts_s
     position_m = state.position_m + way_m - frame_m
-    foot_m = state.foot_m + way_on(stride.path, time_s)
-    for k in moving(plant):
+    foot_m = state.foot_m + way_after(stride.path, time_s)
+    for k in active_contacts(plant):
         contact, foot, ratio = state.contacts[k], state.feet[k], ratio_of(plant, k)
         wanted_m = state.offsets_m[k] + ratio * foot_m
         place_m = wanted_m

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Kernel: the law of Coulomb, under which the runner rests on its feet or slides at the limit."""
+"""Kernel: Coulomb's law; the runner rests on its feet or slides at the friction limit."""
 
 import math
 
@@ -17,14 +17,14 @@ from stickslip_ros.drive.runner import (
     holding_stiffness,
     time_to_wall,
 )
-from stickslip_ros.drive.stride import way_on
-from stickslip_ros.kernels.kernel import kernel_apart
+from stickslip_ros.drive.stride import way_after
+from stickslip_ros.kernels.kernel import noinline_kernel
 from stickslip_ros.kernels.record import Record
 
 
-@kernel_apart
-def go_rigidly(plant: Record, state: Record, stride: Record) -> None:
-    """Let the runner go with the feet, or slide at the limit."""
+@noinline_kernel
+def take_rigid_stride(plant: Record, state: Record, stride: Record) -> None:
+    """Move the runner with the feet, or let it slide at the friction limit."""
     path, load_n, longest_s = stride.path, stride.load_n, stride.longest_s
     per_kg = 0.0 if plant.stuck else plant.per_kg
     damping, start_m, speed = plant.damping_n_s_per_m, state.position_m, state.velocity_m_per_s
@@ -34,7 +34,7 @@ def go_rigidly(plant: Record, state: Record, stride: Record) -> None:
     against = speed - path.speed
     rests = abs(against) <= RESTING * limit_n * per_kg * longest_s and not plant.stuck
     h_s = longest_s
-    foot_m = way_on(path, h_s)
+    foot_m = way_after(path, h_s)
     if rests and abs(holding_n) <= limit_n:
         pull_n = holding_n
         way_m, end_speed = foot_m, path.speed + h_s * path.speeding
@@ -53,7 +53,7 @@ def go_rigidly(plant: Record, state: Record, stride: Record) -> None:
             h_s = time_to_turn(against, against_rate, jerk, snap, 0.0, longest_s)
         if plant.walls.exist:
             h_s = time_to_wall(plant, start_m, speed, speeding, jerk, h_s)
-        foot_m = way_on(path, h_s)
+        foot_m = way_after(path, h_s)
         whole = propagator(omega_squared, gamma, h_s)
         way_m = speed * whole.impulse + pull * whole.step
         end_speed = speed * whole.velocity + pull * whole.impulse

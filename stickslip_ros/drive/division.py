@@ -1,14 +1,14 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What contacts remember, handed over: from turning points to springs, from all to each foot."""
+"""Transfer the memory of contacts: from turning points to springs, from all feet to each foot."""
 
 from stickslip_ros.contact.laws import MDR
 from stickslip_ros.contact.memory import U, move, set_memory
 from stickslip_ros.contact.reaction import contact_lost, remembers_turns, switch_to_springs
-from stickslip_ros.drive.feet import moving
+from stickslip_ros.drive.feet import active_contacts
 from stickslip_ros.drive.records import ALL, CONTACTS
-from stickslip_ros.drive.travel import lay_contacts
+from stickslip_ros.drive.travel import update_curves
 from stickslip_ros.kernels.kernel import entry_point, kernel
 from stickslip_ros.kernels.record import Record
 
@@ -17,19 +17,19 @@ from stickslip_ros.kernels.record import Record
 def switch_all_to_springs(plants: Record, states: Record) -> None:
     """Let the springs of every contact take over from its turning points."""
     plant, state = plants[0], states[0]
-    for k in moving(plant):
+    for k in active_contacts(plant):
         switch_to_springs(plant.contacts[k], state.contacts[k])
 
 
 @entry_point
 def divide_among_feet(plants: Record, states: Record) -> None:
     """
-    Give each foot its share of what all contacts together remember, its place, and its force.
+    Give each foot its memory, position and force from all contacts together.
 
     Notes
     -----
-    The turning points of all contacts together are those of each, for all have shared one
-    displacement. Followed along a foot's own virgin curve they give its force.
+    All contacts have shared one displacement, so each has the same turning points. With them its
+    own virgin curve gives the force of a foot.
 
     """
     plant, state = plants[0], states[0]
@@ -37,7 +37,7 @@ def divide_among_feet(plants: Record, states: Record) -> None:
     total_n, lost_j = 0.0, 0.0
     for k in range(1, CONTACTS):
         state.contacts[k].window_m = whole.window_m
-    lay_contacts(plant, state)
+    update_curves(plant, state)
     for k in range(1, CONTACTS):
         contact = state.contacts[k]
         contact.on_springs = whole.on_springs
@@ -64,7 +64,7 @@ def divide_among_feet(plants: Record, states: Record) -> None:
 
 @kernel
 def _repeat_turns(curve: Record, memory: Record, whole: Record) -> None:
-    """Repeat the turning points of another contact with a fresh one."""
+    """Move a fresh contact through the turning points of another one."""
     origin_m = whole.turns[0, U]
     memory.turns[0, U] = origin_m
     set_memory(memory, origin_m, 0.0, 1.0, 0.0, 0.0)
@@ -75,7 +75,7 @@ def _repeat_turns(curve: Record, memory: Record, whole: Record) -> None:
 
 @kernel
 def _divide_springs(plant: Record, state: Record, k: int) -> float:
-    """Give a foot its share of the springs of its group; return their force, N."""
+    """Give a foot its share of the spring forces of its group; return their sum, N."""
     group = plant.groups[k]
     count = 0.0
     for other in range(1, CONTACTS):

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Faults of the drive that come and go while it runs."""
+"""Faults of the drive that may change while it runs."""
 
 from stickslip_ros.contact.laws import COULOMB
 from stickslip_ros.drive.build import separate_feet, set_ideal
@@ -22,16 +22,16 @@ def apply_faults(
     amplifier_on: bool,
 ) -> None:
     """
-    Give a drive the present faults, between two advances; all others end.
+    Set the present faults of a drive, and end all others.
 
-    A dead foot, 1 to 6, the two upper ones first, stays where it is and follows again from there
-    when the fault ends; 0 is none. A runner that gets stuck loses its kinetic energy. Without
-    power the voltage goes to the lowest.
+    A dead foot, 1 to 6 with the two upper feet first, stays in place, and moves on from there
+    when the fault ends; 0: none. A runner that gets stuck loses its kinetic energy. Without power
+    the voltage goes to the lowest.
 
     Raises
     ------
     OutOfRange
-        If a foot dies under Coulomb's law, which then does not say how the feet share the load.
+        If a foot dies under Coulomb's law, which does not define how feet share the load.
 
     """
     plant = plants[0]
@@ -50,10 +50,10 @@ def apply_faults(
 def change_dead_foot(
     plants: Record, states: Record, parameters: Parameters, dead_foot: int
 ) -> None:
-    """Let a foot stand where it is, from 1, or none, 0; the one before goes on from its place."""
+    """Stop a foot, 1 to 6, or none, 0; the foot that was dead moves on from its place."""
     plant, state = plants[0], states[0]
     if plant.contacts[ALL].law.number == COULOMB:
-        limit = 'not 0 under the rigid law of Coulomb, which does not say how feet share a load'
+        limit = "not 0 under Coulomb's law, which does not define how feet share a load"
         raise OutOfRange('fault.dead_foot', dead_foot, '', limit, 'take another contact.law')
     if not plant.separate:
         separate_feet(plants, parameters)
@@ -67,7 +67,7 @@ def change_dead_foot(
 
 
 def _unbent(plant: Record, state: Record, foot: int) -> float:
-    """Return where a foot is, m; of one that its load has bent, where it would be without."""
+    """Return the position of a foot without load, m."""
     if not plant.piezo.stack_n_per_m:
         return float(state.places_m[foot])
     ratio = 0.0 if foot == plant.dead else plant.ratios[foot]

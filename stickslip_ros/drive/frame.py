@@ -2,33 +2,33 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Kernel: the frame that carries the feet, a body on a damped spring between table and contacts.
+Kernel: the frame that carries the feet, a mass on a damped spring.
 
 M Y'' = F - k y - c y' with y = Y - r x_s: Y is the displacement of the centre of mass of frame and
 feet, y that of the frame, x_s that of the mean foot against the frame, r the share of the feet in
-the mass M of both, and F the force with which the contacts drag the feet along. Written for y it
-has the term -r M x_s'' instead, which is infinite at each corner of the voltage.
+the mass M of both, and F the force of the contacts on the feet. An equation for y would have the
+term -r M x_s'', which is infinite at each corner of the voltage.
 
 """
 
-from stickslip_ros.drive.feet import bends, mean_place, moving, way_of
+from stickslip_ros.drive.feet import active_contacts, bends, mean_place, way_of
 from stickslip_ros.drive.oscillator import SIXTH, add_at_end, add_in_middle, swing_twice
-from stickslip_ros.drive.stride import way_on
+from stickslip_ros.drive.stride import way_after
 from stickslip_ros.kernels.kernel import kernel
 from stickslip_ros.kernels.record import Record
 
 
 @kernel
 def feel(plant: Record, state: Record, stride: Record) -> None:
-    """Note where the frame is, and how it moves under feet that go on as they do."""
+    """Compute position, velocity and acceleration of the frame from the motion of the feet."""
     frame, feet, sway = plant.frame, stride.feet, stride.sway
     if not frame.exists:
         return
     feet.speed = feet.speeding = 0.0
-    for k in moving(plant):
+    for k in active_contacts(plant):
         speed, speeding = way_of(plant, state, stride.path, k)
-        feet.speed += speed / len(moving(plant))
-        feet.speeding += speeding / len(moving(plant))
+        feet.speed += speed / len(active_contacts(plant))
+        feet.speeding += speeding / len(active_contacts(plant))
     stride.frame_m = frame_place(plant, state)
     sway.speed = state.centre_m_per_s - frame.feet_share * feet.speed
     force_n = state.contact_n - holding_force(frame, stride.frame_m, sway.speed)
@@ -37,7 +37,7 @@ def feel(plant: Record, state: Record, stride: Record) -> None:
 
 @kernel
 def frame_place(plant: Record, state: Record) -> float:
-    """Return the displacement of the frame against the table, m; 0 of a rigid one."""
+    """Return the displacement of the frame against the table, m; 0 if it is rigid."""
     if not plant.frame.exists:
         return 0.0
     return state.centre_m - plant.frame.feet_share * mean_place(plant, state)
@@ -45,13 +45,13 @@ def frame_place(plant: Record, state: Record) -> float:
 
 @kernel
 def holding_force(frame: Record, frame_m: float, speed: float) -> float:
-    """Return the force with which the table holds the frame back, N."""
+    """Return the force of spring and damper between table and frame, N."""
     return frame.held_n_per_m * frame_m + frame.damping_n_s_per_m * speed
 
 
 @kernel
 def jerk_of_frame(plant: Record, stride: Record) -> float:
-    """Return how the acceleration of the frame grows, m/s^3; 0 of a rigid one."""
+    """Return the rate of the frame's acceleration, m/s^3; 0 if it is rigid."""
     n_per_s = stride.tangent * stride.runner.speed - stride.drive.speed
     n_per_s -= holding_force(plant.frame, stride.sway.speed, stride.sway.speeding)
     return n_per_s * plant.frame.per_kg
@@ -59,7 +59,7 @@ def jerk_of_frame(plant: Record, stride: Record) -> float:
 
 @kernel
 def swing(plant: Record, state: Record, stride: Record) -> None:
-    """Let the centre of mass go exactly while the force of the contacts grows."""
+    """Move the centre of mass exactly under a linearly growing contact force."""
     frame, feet, centre, half_s = plant.frame, stride.feet, stride.centre, 0.5 * stride.lasts_s
     stride.grows_n_per_s = stride.tangent * stride.runner.speed - stride.drive.speed
     if not frame.exists:
@@ -72,28 +72,28 @@ def swing(plant: Record, state: Record, stride: Record) -> None:
     centre.pull_rate = stride.grows_n_per_s * frame.per_kg + share * rate
     centre.pull_jerk = share * omega_squared * feet.speeding
     swing_twice(centre, half_s)
-    stride.frame_middle_m = stride.frame_m + centre.middle_m - share * way_on(feet, half_s)
+    stride.frame_middle_m = stride.frame_m + centre.middle_m - share * way_after(feet, half_s)
 
 
 @kernel
 def pass_middle(plant: Record, _state: Record, stride: Record) -> None:
-    """Add what the force of the contacts has missed in the middle."""
+    """Correct the motion by the contact force in the middle."""
     frame, centre, h_s = plant.frame, stride.centre, stride.lasts_s
     if not frame.exists:
         return
     missed_n = stride.middle_n - stride.before_n - 0.5 * h_s * stride.grows_n_per_s
     add_in_middle(centre, missed_n * frame.per_kg, h_s)
-    feet_m = frame.feet_share * way_on(stride.feet, h_s)
+    feet_m = frame.feet_share * way_after(stride.feet, h_s)
     stride.frame_end_m = stride.frame_m + centre.end_m - feet_m
 
 
 @kernel
 def arrive(plant: Record, state: Record, stride: Record) -> None:
     """
-    Move the frame to the end.
+    Move the frame to the end of the stride.
 
-    Energy is booked by Simpson's rule: what its damping loses, and the work that the feet do as
-    the table holds back a part of what accelerates them; stacks that bend do theirs elsewhere.
+    The damping loss and the work of the feet on the frame are added by Simpson's rule; the work
+    of bending stacks is added elsewhere.
 
     """
     frame, feet, centre, h_s = plant.frame, stride.feet, stride.centre, stride.lasts_s
@@ -120,7 +120,7 @@ def arrive(plant: Record, state: Record, stride: Record) -> None:
 
 @kernel
 def frame_energy(plant: Record, state: Record) -> float:
-    """Return the energy of the motion of the centre of mass, and of the spring of the frame, J."""
+    """Return kinetic energy of the centre of mass plus spring energy of the frame, J."""
     frame, frame_m = plant.frame, frame_place(plant, state)
     motion_j = frame.mass_kg * state.centre_m_per_s * state.centre_m_per_s
     return 0.5 * (motion_j + frame.held_n_per_m * frame_m * frame_m)

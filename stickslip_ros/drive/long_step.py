@@ -2,20 +2,19 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Kernel: the long step of one or several drives on the memory of turning points.
+Kernel: long step of one or several drives on the memory of turning points.
 
-The stiffness with which the contacts answer is known at the start of a step: it is the tangent of
-the branch that lies ahead. With it the runner is a damped oscillator whose motion is known
-exactly. What the tangent misses, the curvature of the branch, is small; it is looked up in the
-middle and at the end of the step and enters by Simpson's rule. No step runs past a reversal of the
-sliding, the closing of a loop, or a wall, where the stiffness jumps: their times are found
-beforehand.
+The stiffness of the contacts is known at the start of a step: it is the tangent of the branch
+ahead. With it the runner is a damped oscillator with an exactly known motion. The curvature of the
+branch is small; its force is evaluated in the middle and at the end of the step and added by
+Simpson's rule. A step ends at a reversal of the sliding, at the closing of a loop, or at a wall,
+where the stiffness jumps; these times are computed beforehand.
 
-Fourth order, one motion of the contact per step, always forwards in time.
+The step has fourth order, moves the contact once, and never goes back in time.
 
-A step is a long chain of sums, each of which waits for the one before it. So several drives go in
-lanes: what they compute alike stands in loops that a processor does for four at a time, tables and
-turning points are looked up lane by lane between these. Each drive has the bits that it has alone.
+A step is a long chain of dependent sums. So several drives go in parallel lanes: common
+computations are loops that a processor does for four lanes at a time, and tables and turning
+points are evaluated lane by lane. Each drive gets the same bits as alone.
 
 """
 
@@ -37,33 +36,34 @@ from stickslip_ros.kernels.kernel import kernel, on_stack
 from stickslip_ros.kernels.record import COUNT, FLOAT, Kind, Record, kind
 
 LANES = 8
-"""Drives that go together: half as many take the same time, twice as many twice the time."""
+"""Drives computed together: 4 would take the same time, 16 twice the time."""
 _NEWTON_STEPS = 1
-"""One is enough: with three the worst error of 120 cases changes in its eleventh digit."""
+"""Newton's steps to a reversal: with three the worst error of 120 cases changes in digit 11."""
 STEP_SLACK = 1e-9
-"""Share of a step by which a stretch may exceed a whole number of steps, for rounding."""
+"""Rounding of the number of steps in a stretch."""
 SLEW_REFINEMENT = 64
-"""Steps during a fall are so many times shorter: the feet cross the whole presliding range in
+"""Factor by which steps are shorter during a fall: the feet cross the whole presliding range in
 two microseconds, and their work is an integral over that range."""
 SLOPE_STEPS_MIN = 6.0
-"""Long steps in which feet that follow a steep slope cross the presliding range, at least."""
+"""Least number of long steps in which feet on a steep slope cross the presliding range."""
 
 _COUNTS = 'runs may_be_cut rests walled passes_left samples row'
 FLOATS = (
-    # Of plant and load; gamma is damping per mass, 1/s
+    # Plant and load; gamma is damping per mass, 1/s
     'per_kg damping_n_s_per_m gamma cell_n_per_m gain_m_per_v rest_v load_n '
-    # Of the stretch; what is left of the sample
+    # Stretch; remaining time of the sample
     'rate_v_per_s foot_m_per_s longest_s stretch_s left_s '
     'start_v target_v slope_v_per_s caught_s remaining_s '
-    # Of the state: as there, and the force of the walls
+    # State, as in STATE, and the force of the walls
     'voltage_v foot_m position_m velocity_m_per_s u_m contact_n wall_n '
     'feet_work_j load_work_j damping_lost_j position_m_s '
-    # Of the step: sliding of the runner against the feet, velocity, acceleration; acceleration by
-    # all but damping of the sliding and change of the contact force, and its growth
+    # Step: velocity and acceleration of the sliding; acceleration without damping of the sliding
+    # and without the change of the contact force, and its rate
     'h_s speed speeding pull pull_rate jerk held_n_per_m omega_squared tangent '
-    # The branch ahead
+    # Branch ahead
     'origin_m force_n sense fold unfold reach_m '
-    # Sliding, its velocity, place, force, in the middle and at the end; half a step's responses
+    # Sliding, its velocity, position, force, in the middle and at the end; responses of half a
+    # step
     'y_middle w_middle y_end w_end middle_m next_m next_foot_m middle_n end_n impulse decay '
     # Acceleration that tangent and walls miss
     'missed_middle missed_by_walls '
@@ -71,7 +71,7 @@ FLOATS = (
 
 
 def lanes_kind(lanes: int) -> Kind:
-    """Return the type of what steps of so many drives need at hand; each field has their lanes."""
+    """Return the type of the variables of long steps; each field has an element for each lane."""
     floats = dict.fromkeys(FLOATS.split(), (FLOAT, (lanes,)))
     return kind(**dict.fromkeys(_COUNTS.split(), (COUNT, (lanes,))), **floats)
 
@@ -81,7 +81,7 @@ one_lane, all_lanes = on_stack(lanes_kind(1)), on_stack(lanes_kind(LANES))
 
 @kernel
 def enter_lane(lanes: Record, i: int, plant: Record, state: Record, load_n: float) -> None:
-    """Put a drive into a lane, between two stretches."""
+    """Copy a drive into a lane, between two stretches."""
     gamma = plant.damping_n_s_per_m * plant.per_kg
     lanes.runs[i], lanes.walled[i] = 1, plant.walls.exist
     lanes.per_kg[i], lanes.damping_n_s_per_m[i] = plant.per_kg, plant.damping_n_s_per_m
@@ -107,7 +107,7 @@ def begin_stretch(
     rate_v_per_s: float,
     stretch_s: float,
 ) -> None:
-    """Let the drive of a lane go along a straight stretch of the voltage."""
+    """Start a straight stretch of the voltage in a lane."""
     lanes.start_v[i] = lanes.voltage_v[i] = start_v
     lanes.stretch_s[i] = lanes.left_s[i] = stretch_s
     lanes.rate_v_per_s[i], lanes.foot_m_per_s[i] = rate_v_per_s, plant.gain_m_per_v * rate_v_per_s
@@ -117,7 +117,7 @@ def begin_stretch(
 
 @kernel
 def end_stretch(lanes: Record, i: int, plant: Record, state: Record) -> None:
-    """Let a drive be where its lane has come to."""
+    """Copy the result of a lane to its drive."""
     voltage_v = lanes.start_v[i] + lanes.rate_v_per_s[i] * (lanes.stretch_s[i] - lanes.left_s[i])
     state.voltage_v = clamp(plant, voltage_v)
     state.foot_m, state.position_m = lanes.foot_m[i], lanes.position_m[i]
@@ -131,7 +131,7 @@ def end_stretch(lanes: Record, i: int, plant: Record, state: Record) -> None:
 
 @kernel
 def longest_on_slope(plant: Record, rate_v_per_s: float) -> float:
-    """Return the longest step along a straight voltage that the feet follow in proportion, s."""
+    """Return the longest step along a straight voltage with proportional feet, s."""
     falls = abs(rate_v_per_s) >= plant.slew_v_per_s
     longest_s = plant.dt_s / SLEW_REFINEMENT if falls else plant.dt_s
     foot_m_per_s = plant.gain_m_per_v * abs(rate_v_per_s)
@@ -141,7 +141,7 @@ def longest_on_slope(plant: Record, rate_v_per_s: float) -> float:
 
 @kernel
 def long_steps(lanes: Record, drives: Any) -> None:
-    """Let every drive, a tuple of plants, states and more, step until a stiffness jumps."""
+    """Advance every drive, a tuple of plants, states and more, until a stiffness jumps."""
     look_ahead(lanes, drives)
     swing(lanes, drives)
     arrive(lanes, drives)
@@ -149,7 +149,7 @@ def long_steps(lanes: Record, drives: Any) -> None:
 
 @kernel
 def look_ahead(lanes: Record, drives: Any) -> None:
-    """Find what pulls and holds the runners in this step, and how long it is."""
+    """Find forces and stiffnesses of the runners in this step, and its length."""
     for i in range(len(lanes.h_s)):
         left_s, longest_s = lanes.left_s[i], lanes.longest_s[i]
         h_s = longest_s if left_s >= 2.0 * longest_s else 0.5 * left_s
@@ -184,7 +184,7 @@ def look_ahead(lanes: Record, drives: Any) -> None:
 
 @kernel
 def find_branch(lanes: Record, i: int, plant: Record, state: Record) -> None:
-    """Note the branch that lies ahead, its tangent, and what holds the runner besides."""
+    """Store the branch ahead, its tangent, and the stiffness of load cell and walls."""
     curve, memory = plant.contacts[ALL].curve, state.contacts[ALL].memory
     direction = lanes.speeding[i] if lanes.rests[i] else lanes.speed[i]
     if plant.track.on:
@@ -202,7 +202,7 @@ def find_branch(lanes: Record, i: int, plant: Record, state: Record) -> None:
 
 @kernel
 def cut_step(lanes: Record, i: int, plant: Record) -> None:
-    """End the step where sliding turns, a loop closes or a wall is met, if that is within it."""
+    """Shorten the step to a reversal of the sliding, the closing of a loop, or a wall."""
     speed, speeding, jerk, h_s = lanes.speed[i], lanes.speeding[i], lanes.jerk[i], lanes.h_s[i]
     omega_squared, gamma = lanes.omega_squared[i], lanes.gamma[i]
     if not lanes.rests[i] and speed * speeding < 0.0:
@@ -218,14 +218,14 @@ def cut_step(lanes: Record, i: int, plant: Record) -> None:
 
 @kernel
 def _branch(lanes: Record, i: int) -> Branch:
-    """Return the branch that lies ahead."""
+    """Return the branch ahead of a lane."""
     origin_m, force_n, sense = lanes.origin_m[i], lanes.force_n[i], lanes.sense[i]
     return Branch(origin_m, force_n, sense, lanes.fold[i], lanes.unfold[i], lanes.reach_m[i])
 
 
 @kernel
 def swing(lanes: Record, drives: Any) -> None:
-    """Let the runners swing on the tangents, in two half steps, and look up what these miss."""
+    """Move the runners on the tangents in two half steps; evaluate the contacts in the middle."""
     for i in range(len(lanes.h_s)):
         speed, pull, pull_rate = lanes.speed[i], lanes.pull[i], lanes.pull_rate[i]
         h_s, omega_squared = lanes.h_s[i], lanes.omega_squared[i]
@@ -253,7 +253,7 @@ def swing(lanes: Record, drives: Any) -> None:
 
 @kernel
 def arrive(lanes: Record, drives: Any) -> None:
-    """Bring runners, feet and contacts to the end of the step, and book it."""
+    """Move runners, feet and contacts to the end of the step, and add up the integrals."""
     for i in range(len(lanes.h_s)):
         h_s, y_middle = lanes.h_s[i], lanes.y_middle[i]
         missed_n = lanes.middle_n[i] - lanes.contact_n[i] - lanes.tangent[i] * y_middle
@@ -305,9 +305,9 @@ def time_to_turn(
     speed: float, speeding: float, jerk: float, snap: float, crackle: float, longest_s: float
 ) -> float:
     """
-    Return when the sliding velocity comes to zero, s; the longest time if it does not.
+    Return the time of zero sliding velocity, s, or the longest time.
 
-    It is given with its derivatives, the first of which slows it down.
+    The velocity is given with its derivatives; the first one decelerates it.
 
     """
     time_s = -speed / speeding
@@ -327,7 +327,7 @@ def time_to_turn(
 def time_to_close(
     branch: Branch, u_m: float, speed: float, speeding: float, longest_s: float
 ) -> float:
-    """Return when the loop ahead closes, s; the longest time if it does not, or does at once."""
+    """Return the time at which the loop ahead closes, s; the longest time if never or at once."""
     gap_m = branch.reach_m - branch.sense * (u_m - branch.origin_m)
     speed, speeding = branch.sense * speed, branch.sense * speeding
     if gap_m >= longest_s * (speed + 0.5 * longest_s * speeding) or speed <= 0.0:

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Kernel: the exact motion of a damped oscillator in a step, as a series of the step."""
+"""Kernel: exact motion of a damped oscillator in a step, as a power series."""
 
 from typing import NamedTuple
 
@@ -9,7 +9,7 @@ from stickslip_ros.kernels.kernel import kernel
 from stickslip_ros.kernels.record import FLOAT, Record, kind
 
 SIXTH = 1.0 / 6.0
-# 1/(n (n-1)) of the power series: a multiplication is many times faster than a division.
+# 1/(n (n-1)) of the power series, because multiplication is many times faster than division.
 C3, C4, C5, C6, C7, C8, C9, C10, C11 = (
     1.0 / 6.0,
     1.0 / 4.0,
@@ -47,7 +47,7 @@ class Propagator(NamedTuple):
 
 
 SWING = kind(
-    # Now: velocity and its derivatives; the pull on it per mass and its derivatives
+    # At the start: velocity and its derivatives; force per mass and its derivatives
     speed=FLOAT,
     speeding=FLOAT,
     jerk=FLOAT,
@@ -56,12 +56,12 @@ SWING = kind(
     pull_jerk=FLOAT,
     omega_squared=FLOAT,
     gamma=FLOAT,
-    # Its way from the start, and its velocity, in the middle and at the end
+    # Way from the start and velocity, in the middle and at the end
     middle_m=FLOAT,
     middle_m_per_s=FLOAT,
     end_m=FLOAT,
     end_m_per_s=FLOAT,
-    # As in Propagator, of half the stride; the acceleration that the pull missed in the middle
+    # Responses of half the stride, as in Propagator; missed acceleration in the middle
     velocity=FLOAT,
     impulse=FLOAT,
     missed=FLOAT,
@@ -76,10 +76,9 @@ def propagator(omega_squared: float, gamma: float, h_s: float) -> Propagator:
 
     Notes
     -----
-    For omega h and gamma h up to about 1. The ramp response is summed as a power series in h: its
-    terms follow from the equation, and eight of them are exact to 1e-9 for omega h = 1. The others
-    follow from it without a series: step is its derivative, impulse = h - gamma step -
-    omega^2 ramp, and so on.
+    Valid for omega h and gamma h up to about 1. The ramp response is a power series in h, whose
+    eight further terms are exact to 1e-9 for omega h = 1. The other responses follow from it: step
+    is its derivative, impulse = h - gamma step - omega^2 ramp, and so on.
 
     """
     z = omega_squared * h_s * h_s
@@ -103,7 +102,7 @@ def propagator(omega_squared: float, gamma: float, h_s: float) -> Propagator:
 
 @kernel
 def swing_twice(body: Record, half_s: float) -> None:
-    """Let a body go exactly, in two halves, under a pull that is a parabola of time."""
+    """Move a body exactly, in two halves, under a force that is a parabola of time."""
     omega_squared, gamma, speed = body.omega_squared, body.gamma, body.speed
     pull, pull_rate, pull_jerk = body.pull, body.pull_rate, body.pull_jerk
     half = propagator(omega_squared, gamma, half_s)
@@ -127,7 +126,7 @@ def swing_twice(body: Record, half_s: float) -> None:
 
 @kernel
 def add_in_middle(body: Record, missed: float, h_s: float) -> None:
-    """Add what an acceleration adds that was missed, by its value in the middle."""
+    """Correct the motion by a missed acceleration in the middle, by Simpson's rule."""
     body.missed = missed
     body.middle_m_per_s += SIXTH * h_s * missed
     body.end_m += 4.0 * SIXTH * h_s * body.impulse * missed
@@ -135,5 +134,5 @@ def add_in_middle(body: Record, missed: float, h_s: float) -> None:
 
 @kernel
 def add_at_end(body: Record, missed: float, h_s: float) -> None:
-    """Add to the velocity at the end what it adds, by Simpson's rule."""
+    """Correct the velocity at the end by a missed acceleration, by Simpson's rule."""
     body.end_m_per_s += SIXTH * h_s * (4.0 * body.velocity * body.missed + missed)

@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Kernel: the piezo, from its voltage to the displacement of the mean foot, step by step.
+Kernel: the piezo, from voltage to displacement of the mean foot.
 
-Hysteresis: plays in parallel with a linear part (Prandtl-Ishlinskii), so it does not depend on the
-rate. Creep: first-order elements, one for each decade of time. Resonance: a damped oscillator
-that is driven by what the two make of the voltage. All of it is exact for a voltage which is
-straight within a step, but for what creep (1e-5 of itself) sees of the way within one step.
+Hysteresis: plays in parallel with a linear part (Prandtl-Ishlinskii), independent of the rate.
+Creep: first-order elements, one for each decade of time. Resonance: a damped oscillator driven by
+their output. The result is exact for a voltage that is linear in a step; only creep has an error,
+of 1e-5 of itself.
 
 """
 
@@ -20,19 +20,19 @@ from stickslip_ros.kernels.kernel import kernel
 from stickslip_ros.kernels.record import Record
 
 CREEP_FASTEST_S = 1e-2
-"""Time constant of the fastest element of creep; each of the others is ten times slower."""
+"""Time constant of the fastest element of creep; each next one is ten times slower."""
 SMALL_ANGLE = 1e-4
-"""Below this sine and cosine are two terms of their series."""
+"""Angle below which two terms of the series of sine and cosine are used."""
 
 
 @kernel
 def foot_displacement(plant: Record, voltage_v: float) -> float:
-    """Return the displacement x_s of the feet from their place at rest, m; linear."""
+    """Return the displacement x_s of linear feet, m."""
     return plant.gain_m_per_v * (voltage_v - plant.rest_v)
 
 
 class Ring(NamedTuple):
-    """What a free oscillator makes of displacement and velocity in one step."""
+    """Free motion of an oscillator in a step, for unit displacement and unit velocity."""
 
     m_per_m: float  # Displacement after a displacement of 1
     m_per_m_per_s: float  # Displacement after a velocity of 1
@@ -43,9 +43,9 @@ class Ring(NamedTuple):
 @kernel
 def free_ring(piezo_omega_per_s: float, damping_ratio: float, h_s: float) -> Ring:
     """
-    Return the free motion of x'' + 2 D w x' + w^2 x = 0 after any time, in closed form.
+    Return the free motion of x'' + 2 D w x' + w^2 x = 0 after a time, in closed form.
 
-    D is the damping ratio, of any size; w = 0 returns what nobody uses.
+    D is any damping ratio; the result for w = 0 is not used.
 
     """
     sigma = damping_ratio * piezo_omega_per_s
@@ -66,7 +66,7 @@ def free_ring(piezo_omega_per_s: float, damping_ratio: float, h_s: float) -> Rin
 
 @kernel
 def prepare_piezo(plant: Record, memory: Record, h_s: float) -> Ring:
-    """Compute what all steps of one length share: the ring, and the shares of creep."""
+    """Compute the free motion and the shares of creep for steps of a length."""
     if plant.piezo.creep > 0.0:
         tau_s = CREEP_FASTEST_S
         for k in range(DECADES):
@@ -101,7 +101,7 @@ def displace(plant: Record, memory: Record, voltage_v: float, ring: Ring, h_s: f
 
 @kernel
 def hysteresis(plant: Record, memory: Record, voltage_v: float) -> float:
-    """Return the displacement that belongs to a voltage, by the plays' memory, m."""
+    """Move the plays to a voltage; return the displacement, m."""
     piezo = plant.piezo
     if piezo.plays == 0:
         return foot_displacement(plant, voltage_v)
@@ -114,10 +114,10 @@ def hysteresis(plant: Record, memory: Record, voltage_v: float) -> float:
 @kernel
 def move_plays(plays: Array, count: int, first: float, spacing: float, value: float) -> float:
     """
-    Let play operators follow a value; return the sum of their outputs.
+    Move play operators to a value; return the sum of their outputs.
 
-    Play j, from 0 on, has the half-width (j + first) spacing, in the unit of the value. The
-    outputs, ``count`` of them or more, are changed in place.
+    Play j = 0, 1, ... has the half-width (j + first) spacing. The first ``count`` outputs in
+    ``plays`` are changed in place.
 
     """
     total = 0.0
@@ -130,7 +130,7 @@ def move_plays(plays: Array, count: int, first: float, spacing: float, value: fl
 
 @kernel
 def creep(plant: Record, memory: Record, static_m: float) -> float:
-    """Return the displacement by creep after a step of the prepared length, m."""
+    """Return the displacement by creep after a step of the length of ``prepare_piezo``, m."""
     mean_m = 0.5 * (memory.static_m + static_m)
     total_m = 0.0
     for k in range(DECADES):
@@ -149,7 +149,7 @@ def swing_along(
     ring: Ring,
     h_s: float,
 ) -> tuple[float, float]:
-    """Return place and speed of the oscillator after a step in which its drive was straight."""
+    """Return position and speed of the oscillator after a step with a linear drive."""
     rate_m_per_s = (driving_m - start_m) / h_s
     lag_m = 2.0 * piezo.damping_ratio * rate_m_per_s / piezo.omega_per_s
     off_m = place_m - start_m + lag_m
@@ -161,7 +161,7 @@ def swing_along(
 
 @kernel
 def fastest_m_per_s(plant: Record, memory: Record, rate_v_per_s: float) -> float:
-    """Return a bound of the speed of the mean foot while the voltage has a rate, m/s."""
+    """Return an upper bound of the speed of the mean foot at a voltage rate, m/s."""
     piezo = plant.piezo
     slope = plant.gain_m_per_v * (piezo.linear + piezo.plays * piezo.weight)
     speed_m_per_s = slope * rate_v_per_s
@@ -174,10 +174,10 @@ def fastest_m_per_s(plant: Record, memory: Record, rate_v_per_s: float) -> float
 
 def rest_piezo(plant: Record, memory: Record) -> None:
     """
-    Bring a piezo to rest at the voltage of the start, without creep and ringing.
+    Set a piezo at rest at the voltage of the start, without creep and ringing.
 
-    Its plays are where a fall from the highest voltage leaves them, so that the loop over the
-    whole range is closed from its first turn on.
+    The plays are as after a fall from the highest voltage, so the loop over the whole range is
+    closed from the first reversal on.
 
     """
     memory.slewed_v = plant.rest_v

@@ -2,14 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The drive: a voltage in, a runner motion out. One short step of it, whatever its parts are like.
+Short step of the drive, from voltage to runner motion, with any of its parts.
 
 The voltage moves the feet, the feet drag the contacts, and the contacts pull the runner.
 
-Short steps do what long ones do, of fourth order too, for feet that go any way and differ: their
-way in a step is a parabola through three places, and the contacts are really moved to its middle
-and to its end. The runner turns against each foot at a time of its own; a step is cut where the
-first of them turns, where a loop closes, and where a wall is met.
+Short steps have fourth order like long steps, and allow any motion of the feet, also a different
+one for each foot. The way of a foot in a step is a parabola through three positions; the contacts
+are moved to its middle and to its end. A step is split where the runner turns against a foot,
+where a loop closes, and where a wall is met.
 
 """
 
@@ -19,7 +19,7 @@ from typing import NamedTuple
 from stickslip_ros.contact.laws import COULOMB
 from stickslip_ros.drive import button, contacts, frame, runner, stacks, travel
 from stickslip_ros.drive.amplifier import low_pass
-from stickslip_ros.drive.coulomb import go_rigidly
+from stickslip_ros.drive.coulomb import take_rigid_stride
 from stickslip_ros.drive.piezo import Ring, displace, prepare_piezo
 from stickslip_ros.drive.records import ALL
 from stickslip_ros.drive.stride import new_stride
@@ -27,23 +27,23 @@ from stickslip_ros.kernels.kernel import kernel
 from stickslip_ros.kernels.record import Record
 
 TURN_SLACK_S = 1.1e-4
-"""A foot against which the runner goes on by (sim.dt/TURN_SLACK_S)^3 of the presliding range at
-most, before it turns, turns at once: 1e-4 of it at the default of 5 us. With a hundredth of that
-the errors of realistic stands are the same, at 9 % more steps."""
+"""A reversal within (sim.dt/TURN_SLACK_S)^3 of the presliding range counts as immediate: 1e-4 of
+it at the default of 5 us. A hundredth of that gives the same errors of realistic stands with 9 %
+more steps."""
 
 
 class Pace(NamedTuple):
-    """What all steps of one length share."""
+    """Constants of steps of one length."""
 
-    half_s: float  # Half their length
-    slack_m: float  # Way by which a turn may come late
-    settling: float  # Share of its way that the low-pass of the amplifier goes in half a step
-    ring: Ring  # What the resonance of the piezo does in half a step
+    half_s: float  # Half the length
+    slack_m: float  # Way within which a reversal counts as immediate
+    settling: float  # Share of a change that passes the low-pass of the amplifier in half a step
+    ring: Ring  # Free motion of the piezo in half a step
 
 
 @kernel
 def pace_of(plant: Record, state: Record, dt_s: float) -> Pace:
-    """Prepare steps of one length."""
+    """Return the constants of steps of a length."""
     half_s, tau_s = 0.5 * dt_s, plant.amplifier.tau_s
     settling = -math.expm1(-half_s / tau_s) if tau_s > 0.0 else 1.0
     slack_m = (plant.dt_s / TURN_SLACK_S) ** 3 * plant.contacts[ALL].curve.limit_m
@@ -52,7 +52,7 @@ def pace_of(plant: Record, state: Record, dt_s: float) -> Pace:
 
 @kernel
 def may_pass(state: Record) -> bool:
-    """Count a pass of a loop over time; tell whether it may be made."""
+    """Count a pass of a loop over time; return whether it is allowed."""
     state.passes_left -= 1
     state.passes_made += 1
     return bool(state.passes_left >= 0)
@@ -62,7 +62,7 @@ def may_pass(state: Record) -> bool:
 def step(
     plant: Record, state: Record, from_v: float, to_v: float, load_n: float, pace: Pace
 ) -> None:
-    """Advance by one short step, along a straight voltage before the amplifier's low-pass."""
+    """Advance by a short step with a linear voltage before the amplifier's low-pass."""
     half_s, half_v, start_m = pace.half_s, 0.5 * (from_v + to_v), state.foot_m
 
     # Amplifier and feet.
@@ -81,7 +81,7 @@ def step(
         stride.slack_m, stride.load_n = pace.slack_m, load_n
         stride.path.speed, stride.path.speeding = speed, speeding
         if plant.contacts[ALL].law.number == COULOMB:
-            go_rigidly(plant, state, stride)
+            take_rigid_stride(plant, state, stride)
         else:
             take_stride(plant, state, stride)
         left_s = left_s - stride.lasts_s if stride.lasts_s < left_s else 0.0
@@ -92,31 +92,31 @@ def step(
 
 @kernel
 def take_stride(plant: Record, state: Record, stride: Record) -> None:
-    """Let all parts go until a stiffness jumps."""
-    # What pulls each of them now.
+    """Advance all parts until a stiffness jumps."""
+    # Forces on each part at the start.
     button.feel(plant, state, stride)
     runner.feel(plant, state, stride)
     stacks.feel(plant, state, stride)
     frame.feel(plant, state, stride)
 
-    # How stiffly contacts and springs will hold them ...
+    # Stiffness of contacts and springs ahead ...
     travel.look_ahead(plant, state, stride)
     contacts.look_ahead(plant, state, stride)
     stacks.look_ahead(plant, state, stride)
     runner.look_ahead(plant, state, stride)
 
-    # ... and how long they stay so.
+    # ... and the time until it jumps.
     contacts.cut(plant, state, stride)
     runner.cut(plant, state, stride)
     button.cut(plant, state, stride)
 
-    # Their exact motion on that stiffness; the frame feels its feet, which swing.
+    # Exact motion on that stiffness; the swinging feet act on the frame.
     stacks.swing(plant, state, stride)
     frame.feel(plant, state, stride)
     runner.swing(plant, state, stride)
     frame.swing(plant, state, stride)
 
-    # What it misses: the contacts tell in the middle ...
+    # Correction by the contact forces in the middle ...
     contacts.pass_middle(plant, state, stride)
     runner.pass_middle(plant, state, stride)
     frame.pass_middle(plant, state, stride)

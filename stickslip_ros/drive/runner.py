@@ -2,31 +2,31 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The runner and the springs that it meets: m x'' = -k x - c x' + F_r + F_ext (Eq. 20).
+The runner in a stride: m x'' = -k x - c x' + F_r + F_ext (Eq. 20).
 
-A load cell, fixed or touched, and end stops; what it does in a stride.
+Its springs are a load cell, attached or touched, and end stops.
 
 """
 
 import math
 
 from stickslip_ros.drive.oscillator import SIXTH, add_at_end, add_in_middle, swing_twice
-from stickslip_ros.drive.stride import way_on
+from stickslip_ros.drive.stride import way_after
 from stickslip_ros.kernels.kernel import kernel
 from stickslip_ros.kernels.record import Record
 
 RESTING = 1e-3
-"""A sliding velocity below this share of what the step will add to it is no motion yet, a loop
-that closes within this share of the step closes at once, and a wall in this share of the way of
-the step has been met."""
+"""Smallest share of a step that is resolved. A sliding velocity below this share of its change in
+the step counts as rest, a loop that closes within this share closes at once, and a wall within
+this share of the way counts as touched."""
 
 
 @kernel
 def cell_force(plant: Record, position_m: float) -> float:
     """
-    Return the force in the load cell, N: k x where it is fixed, k (x - gap) where pressed.
+    Return the static force in the load cell, N: k x if attached, k (x - gap) if pressed.
 
-    A load button that swings makes another one of it.
+    A swinging load button changes this force.
 
     """
     force_n = plant.cell_n_per_m * position_m
@@ -71,7 +71,7 @@ def stops_energy(plant: Record, position_m: float) -> float:
 
 @kernel
 def force_on_runner(plant: Record, position_m: float, contact_n: float, load_n: float) -> float:
-    """Return load cell, end stops, contacts and external load together, N; damping is apart."""
+    """Return the force of load cell, end stops, contacts and external load, without damping, N."""
     force_n = load_n - contact_n - plant.cell_n_per_m * position_m
     if plant.walls.exist:
         force_n -= wall_force(plant, position_m)
@@ -80,7 +80,7 @@ def force_on_runner(plant: Record, position_m: float, contact_n: float, load_n: 
 
 @kernel
 def holding_stiffness(plant: Record, state: Record, speeding: float, h_s: float) -> float:
-    """Return the stiffness with which load cell and walls hold the runner in a step, N/m."""
+    """Return the stiffness of load cell and walls on the runner in a step, N/m."""
     held_n_per_m, walls = plant.cell_n_per_m, plant.walls
     if walls.exist:
         way_m = h_s * (state.velocity_m_per_s + 0.5 * h_s * speeding)
@@ -101,7 +101,7 @@ def time_to_wall(
     jerk: float,
     longest_s: float,
 ) -> float:
-    """Return when the runner meets or leaves a wall, s; the longest time if it does not."""
+    """Return the time at which the runner meets or leaves a wall, s, or the longest time."""
     way_m = longest_s * (speed + 0.5 * longest_s * speeding)
     sense = 1.0 if way_m >= 0.0 else -1.0
     gap_m, touched_m = math.inf, RESTING * abs(way_m)
@@ -122,14 +122,14 @@ def time_to_wall(
 
 @kernel
 def missed_by_walls(plant: Record, held_n_per_m: float, from_m: float, to_m: float) -> float:
-    """Return the force of walls that their stiffness at the start of a step misses, N."""
+    """Return the wall force beyond that of the stiffness at the start of a step, N."""
     grown_n = wall_force(plant, to_m) - wall_force(plant, from_m)
     return grown_n - (held_n_per_m - plant.cell_n_per_m) * (to_m - from_m)
 
 
 @kernel
 def feel(plant: Record, state: Record, stride: Record) -> None:
-    """Note what moves as the runner, and its acceleration; one that is stuck has none."""
+    """Compute the inverse mass that moves with the runner, and its acceleration; 0 if stuck."""
     runner, per_kg = stride.runner, 0.0 if plant.stuck else plant.per_kg
     stride.per_kg = per_kg = per_kg / (1.0 + stride.others_kg * per_kg)
     force_n = force_on_runner(plant, state.position_m, state.contact_n, stride.load_n)
@@ -141,7 +141,7 @@ def feel(plant: Record, state: Record, stride: Record) -> None:
 
 @kernel
 def look_ahead(plant: Record, state: Record, stride: Record) -> None:
-    """Note how stiffly it is held, and how its acceleration changes."""
+    """Compute the stiffness on the runner, and the rate of its acceleration."""
     runner = stride.runner
     stride.held_n_per_m = holding_stiffness(plant, state, runner.speeding, stride.longest_s)
     held_n_per_m = stride.held_n_per_m + stride.others_n_per_m + stride.tangent
@@ -153,7 +153,7 @@ def look_ahead(plant: Record, state: Record, stride: Record) -> None:
 
 @kernel
 def drag_along(stride: Record) -> None:
-    """Note how the contacts would pull on a runner at rest, dragged by feet and frame."""
+    """Compute the rate of the contact force on a runner at rest, from feet and frame."""
     tangent, driven, pulled, sway = stride.tangent, stride.driven, stride.pulled, stride.sway
     stride.drive.speed = driven * pulled.speed + tangent * sway.speed
     stride.drive.speeding = driven * pulled.speeding + tangent * sway.speeding
@@ -163,7 +163,7 @@ def drag_along(stride: Record) -> None:
 
 @kernel
 def cut(plant: Record, state: Record, stride: Record) -> None:
-    """End the stride where the runner meets or leaves a wall."""
+    """Shorten the stride to the time at which the runner meets or leaves a wall."""
     runner, lasts_s = stride.runner, stride.lasts_s
     if plant.walls.exist:
         stride.lasts_s = time_to_wall(
@@ -173,14 +173,14 @@ def cut(plant: Record, state: Record, stride: Record) -> None:
 
 @kernel
 def swing(_plant: Record, _state: Record, stride: Record) -> None:
-    """Let it go exactly on the stiffness ahead."""
+    """Move the runner exactly on the stiffness ahead."""
     drag_along(stride)
     swing_twice(stride.runner, 0.5 * stride.lasts_s)
 
 
 @kernel
 def pass_middle(plant: Record, state: Record, stride: Record) -> None:
-    """Add what its stiffness has missed of contacts and walls in the middle."""
+    """Correct the motion by the forces of contacts and walls in the middle."""
     runner, h_s = stride.runner, stride.lasts_s
     add_in_middle(
         runner, -missed_acceleration(plant, state, stride, runner.middle_m, 0.5 * h_s), h_s
@@ -191,10 +191,10 @@ def pass_middle(plant: Record, state: Record, stride: Record) -> None:
 def missed_acceleration(
     plant: Record, state: Record, stride: Record, way_m: float, time_s: float
 ) -> float:
-    """Return the acceleration that its stiffness misses after a way and a time, m/s^2."""
+    """Return the acceleration after a way and a time beyond that of the stiffness, m/s^2."""
     missed_n = state.contact_n - stride.before_n - stride.tangent * way_m
-    missed_n = missed_n + stride.driven * way_on(stride.pulled, time_s)
-    missed = (missed_n + stride.tangent * way_on(stride.sway, time_s)) * stride.per_kg
+    missed_n = missed_n + stride.driven * way_after(stride.pulled, time_s)
+    missed = (missed_n + stride.tangent * way_after(stride.sway, time_s)) * stride.per_kg
     if plant.walls.exist:
         start_m = state.position_m
         walls_n = missed_by_walls(plant, stride.held_n_per_m, start_m, start_m + way_m)
@@ -204,13 +204,13 @@ def missed_acceleration(
 
 @kernel
 def arrive(plant: Record, state: Record, stride: Record) -> None:
-    """Add what it has missed at the end, book the stride, let runner and mean foot be there."""
+    """Correct the motion at the end, add the integrals, move runner and mean foot to the end."""
     runner, start_m, h_s = stride.runner, state.position_m, stride.lasts_s
     add_at_end(runner, -missed_acceleration(plant, state, stride, runner.end_m, h_s), h_s)
     end_m, speed = start_m + runner.end_m, runner.end_m_per_s
     middle_m, middle_m_per_s = start_m + runner.middle_m, runner.middle_m_per_s
     book(plant, state, h_s, stride.load_n, end_m, speed, middle_m, middle_m_per_s)
-    state.foot_m += way_on(stride.path, h_s)
+    state.foot_m += way_after(stride.path, h_s)
     state.position_m, state.velocity_m_per_s = end_m, speed
 
 
@@ -225,7 +225,7 @@ def book(
     middle_m: float,
     middle_m_per_s: float,
 ) -> None:
-    """Add one step to the integrals but the work of the feet, each by Simpson's rule."""
+    """Add a step to all integrals except the work of the feet, by Simpson's rule."""
     sums = state.sums
     v_0, v_half, v_1 = state.velocity_m_per_s, middle_m_per_s, velocity_m_per_s
     mean_square = (v_0 * v_0 + 4.0 * v_half * v_half + v_1 * v_1) * SIXTH

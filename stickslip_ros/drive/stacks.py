@@ -2,30 +2,30 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Kernel: feet with a mass, each on the stiffness of its own stack, which the contact bends.
+Kernel: feet with a mass on elastic stacks, which the contacts bend.
 
 m z'' = -k (z - d) - 2 D w m z' + F - m y'', k = m w^2: z is the displacement of the foot against
-the frame, d that which its voltage wants, F the force with which its contact drags it along, y the
-displacement of the frame. A load is to the foot another d, by F/k: both move it as an exact
-oscillator does, along a straight line.
+the frame, d its displacement without load, F the force of the contact on it, y the displacement of
+the frame. A load acts like a change of d by F/k; for a linear change of both the oscillator is
+solved exactly.
 
 """
 
-from stickslip_ros.drive.feet import bends, moving, ratio_of
+from stickslip_ros.drive.feet import active_contacts, bends, ratio_of
 from stickslip_ros.drive.frame import frame_place, holding_force
 from stickslip_ros.drive.oscillator import SIXTH
 from stickslip_ros.drive.piezo import free_ring, swing_along
-from stickslip_ros.drive.stride import way_on
+from stickslip_ros.drive.stride import way_after
 from stickslip_ros.kernels.kernel import kernel
 from stickslip_ros.kernels.record import Record
 
 
 @kernel
 def feel(plant: Record, state: Record, stride: Record) -> None:
-    """Let the feet go as if their loads stayed: the contacts look where they go."""
+    """Move the feet under constant loads, as a first estimate for the contacts."""
     if not bends(plant):
         return
-    for k in moving(plant):
+    for k in active_contacts(plant):
         state.feet[k].stiffness = 0.0
     stride.frame_m = frame_place(plant, state)
     stride.recoil = frame_recoil(plant, state, stride, 0.0)
@@ -34,11 +34,11 @@ def feel(plant: Record, state: Record, stride: Record) -> None:
 
 @kernel
 def look_ahead(plant: Record, state: Record, stride: Record) -> None:
-    """Note how all feet pull on the runner by the stiffness of their contacts, N/s and N/s^2."""
+    """Compute the rates of the force of all feet on the runner, N/s and N/s^2."""
     if not bends(plant):
         return
     stride.driven, stride.pulled.speed, stride.pulled.speeding = 1.0, 0.0, 0.0
-    for k in moving(plant):
+    for k in active_contacts(plant):
         foot = state.feet[k]
         stride.pulled.speed += foot.stiffness * foot.speed
         stride.pulled.speeding += foot.stiffness * foot.speeding
@@ -46,7 +46,7 @@ def look_ahead(plant: Record, state: Record, stride: Record) -> None:
 
 @kernel
 def swing(plant: Record, state: Record, stride: Record) -> None:
-    """Let the feet go, with loads that grow as the runner goes past that stiffness."""
+    """Move the feet under loads that grow with the stiffness ahead."""
     if not bends(plant):
         return
     piezo, h_s, half_s = plant.piezo, stride.lasts_s, 0.5 * stride.lasts_s
@@ -54,14 +54,14 @@ def swing(plant: Record, state: Record, stride: Record) -> None:
     stride.ring_m, stride.ring_m_per_s = ring.m_per_m_per_s, ring.m_per_s_per_m_per_s
     inert_m = stride.recoil / (piezo.omega_per_s * piezo.omega_per_s)
     past_speed = stride.runner.speed - stride.sway.speed
-    for k in moving(plant):
+    for k in active_contacts(plant):
         foot, start_m, ratio = state.feet[k], state.places_m[k], ratio_of(plant, k)
         foot.before_n = state.contacts[k].memory.force_n
         foot.n_per_s = foot.stiffness * (past_speed - foot.speed)
         bent_m, grows_m = foot.before_n / piezo.stack_n_per_m, foot.n_per_s / piezo.stack_n_per_m
         drive_0 = state.offsets_m[k] + ratio * state.foot_m + (bent_m - inert_m)
-        drive_1 = drive_0 + ratio * way_on(stride.path, half_s) + grows_m * half_s
-        drive_2 = drive_0 + ratio * way_on(stride.path, h_s) + grows_m * h_s
+        drive_1 = drive_0 + ratio * way_after(stride.path, half_s) + grows_m * half_s
+        drive_2 = drive_0 + ratio * way_after(stride.path, h_s) + grows_m * h_s
         foot.middle_m, foot.middle_m_per_s = swing_along(
             piezo, start_m, foot.m_per_s, drive_0, drive_1, ring, half_s
         )
@@ -77,22 +77,22 @@ def swing(plant: Record, state: Record, stride: Record) -> None:
 @kernel
 def frame_recoil(plant: Record, state: Record, stride: Record, time_s: float) -> float:
     """
-    Return the acceleration of the frame, m/s^2, at the start, in the middle or at the end.
+    Return the acceleration of the frame at the start, in the middle or at the end, m/s^2.
 
-    What the frame gets from its feet it gives them back: both follow from one equation.
+    Frame and feet accelerate each other; one equation gives both.
 
     """
     piezo, frame, pull, mean_speed = plant.piezo, plant.frame, 0.0, 0.0
-    foot_m = state.foot_m + way_on(stride.path, time_s)
+    foot_m = state.foot_m + way_after(stride.path, time_s)
     starts, ends = time_s == 0.0, time_s == stride.lasts_s
-    for k in moving(plant):
+    for k in active_contacts(plant):
         foot = state.feet[k]
         speed = foot.end_m_per_s if ends else foot.middle_m_per_s
         speed = foot.m_per_s if starts else speed
         bent_m = state.places_m[k] - state.offsets_m[k] - ratio_of(plant, k) * foot_m
         force_n = foot.load_n - piezo.stack_n_per_m * bent_m
         pull += force_n / piezo.foot_kg - 2.0 * piezo.damping_ratio * piezo.omega_per_s * speed
-        mean_speed += speed / len(moving(plant))
+        mean_speed += speed / len(active_contacts(plant))
     frame_m, centre_w = stride.frame_middle_m, stride.centre.middle_m_per_s
     if starts:
         frame_m, centre_w = stride.frame_m, state.centre_m_per_s
@@ -101,17 +101,17 @@ def frame_recoil(plant: Record, state: Record, stride: Record, time_s: float) ->
     share = frame.feet_share
     held_n = holding_force(frame, frame_m, centre_w - share * mean_speed)
     own = (state.contact_n - held_n) * frame.per_kg
-    return (own - share * pull / len(moving(plant))) / (1.0 - share)
+    return (own - share * pull / len(active_contacts(plant))) / (1.0 - share)
 
 
 @kernel
 def pass_middle(plant: Record, state: Record, stride: Record) -> None:
-    """Add to the end of the feet what loads and recoil have missed in the middle."""
+    """Correct the end of the feet by loads and recoil in the middle."""
     if not bends(plant):
         return
     h_s = stride.lasts_s
     recoil = frame_recoil(plant, state, stride, 0.5 * h_s) - stride.recoil
-    for k in moving(plant):
+    for k in active_contacts(plant):
         foot = state.feet[k]
         missed = foot.load_n - foot.before_n - 0.5 * h_s * foot.n_per_s
         foot.missed = missed / plant.piezo.foot_kg - recoil
@@ -121,12 +121,12 @@ def pass_middle(plant: Record, state: Record, stride: Record) -> None:
 
 @kernel
 def arrive(plant: Record, state: Record, stride: Record) -> None:
-    """Add to their velocities what they have missed at the end, and book their damping."""
+    """Correct the velocities by loads and recoil at the end, and add the damping loss."""
     if not bends(plant):
         return
     piezo, h_s, square = plant.piezo, stride.lasts_s, 0.0
     recoil = frame_recoil(plant, state, stride, h_s) - stride.recoil
-    for k in moving(plant):
+    for k in active_contacts(plant):
         foot = state.feet[k]
         missed = foot.load_n - foot.before_n - h_s * foot.n_per_s
         kick = 4.0 * stride.ring_m_per_s * foot.missed + missed / piezo.foot_kg - recoil
@@ -140,11 +140,11 @@ def arrive(plant: Record, state: Record, stride: Record) -> None:
 
 @kernel
 def note_ringing(plant: Record, state: Record) -> None:
-    """Let the piezo remember the largest ringing of a foot: the length of steps follows it."""
+    """Store the largest ringing of a foot in the piezo, which limits the length of steps."""
     if not bends(plant):
         return
     ring_m = ring_m_per_s = 0.0
-    for k in moving(plant):
+    for k in active_contacts(plant):
         wanted_m = state.offsets_m[k] + ratio_of(plant, k) * state.foot_m
         bent_m = state.contacts[k].memory.force_n / plant.piezo.stack_n_per_m
         ring_m = max(ring_m, abs(state.places_m[k] - wanted_m - bent_m))
@@ -155,11 +155,11 @@ def note_ringing(plant: Record, state: Record) -> None:
 
 @kernel
 def stacks_energy(plant: Record, state: Record) -> float:
-    """Return the energy of bent stacks, and of the motion of feet against their centre of mass."""
+    """Return the energy of bent stacks and of feet that move against the centre of mass, J."""
     if not bends(plant):
         return 0.0
     doubled_j, momentum = 0.0, 0.0
-    for k in moving(plant):
+    for k in active_contacts(plant):
         speed = state.feet[k].m_per_s
         wanted_m = state.offsets_m[k] + ratio_of(plant, k) * state.foot_m
         bent_m = state.places_m[k] - wanted_m

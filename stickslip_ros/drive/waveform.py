@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The commanded voltage: saw-teeth of either direction, levels, tables."""
+"""Commanded voltages: saw-teeth of either direction, levels, tables."""
 
 import math
 from collections.abc import Sequence
@@ -14,17 +14,17 @@ from stickslip_ros.kernels.kernel import kernel
 from stickslip_ros.kernels.record import Record
 
 CORNER_S = 1e-15
-"""A corner nearer than this has been reached: rounding, no time of the drive."""
+"""Time to a corner that counts as 0, as it is only rounding."""
 LOW_31_BITS = (1 << 31) - 1
 LOW_32_BITS = (1 << 32) - 1
 MIXER = 0x45D9F3B
 """Odd factor that mixes the bits of a 32-bit number well; products fit into 64 bits."""
 CYCLE_FACTOR = 0x3C6EF372
-"""Large and without a pattern: the ramps of neighbouring seeds lie far apart."""
+"""Large factor without a pattern, so ramps of neighbouring seeds are independent."""
 
 
 def level(voltage_v: float) -> Wave:
-    """Return the wave that jumps to a voltage and stays there."""
+    """Return a wave of constant voltage."""
     return Wave(float(voltage_v))
 
 
@@ -32,8 +32,8 @@ def sawtooth(base_v: float, amplitude_v: float, frequency_hz: float, steps: int)
     """
     Return a saw-tooth between ``base_v`` and ``base_v + amplitude_v``.
 
-    Ramps of a positive frequency rise slowly and fall at once (forwards), those of a negative one
-    fall slowly and rise at once (backwards, starting from the upper end). ``steps`` is their
+    Ramps of a positive frequency rise slowly and fall at once (forwards). Ramps of a negative
+    frequency start at the upper end, fall slowly and rise at once (backwards). ``steps`` is their
     number; 0 repeats until replaced.
 
     """
@@ -48,11 +48,11 @@ def sawtooth(base_v: float, amplitude_v: float, frequency_hz: float, steps: int)
 
 def table(rows: Array | Sequence[Sequence[float]], cycles: int = 1) -> Wave:
     """
-    Return the wave that plays a table and then holds its last voltage.
+    Return a wave that plays a table and then holds its last voltage.
 
-    Its rows, shape (n, 2), are times, s, not falling, the first one 0, and voltages, V. Straight
-    lines join them; two rows of the same time are a jump. ``cycles`` is how often it is played; 0
-    repeats until replaced.
+    Rows, shape (n, 2), have a time, s, and a voltage, V. Times begin at 0 and do not decrease.
+    Straight lines join the rows; two rows of the same time are a jump. ``cycles`` is the number of
+    plays; 0 repeats until replaced.
 
     """
     rows = np.array(rows, dtype=np.float64, order='C').reshape(-1, 2)
@@ -63,7 +63,7 @@ def table(rows: Array | Sequence[Sequence[float]], cycles: int = 1) -> Wave:
 
 
 def can_be_played(wave: Wave, cycle: int, ramp_s: float) -> bool:
-    """Return whether kernels can play a wave that comes from a file, from a place of its clock."""
+    """Return whether kernels can play a wave from a file, from a cycle and a time of its clock."""
     times_s = wave.rows[:, TIME]
     is_table = len(times_s) > 1 and times_s[0] == 0.0 and times_s[-1] == wave.period_s
     return bool(
@@ -81,9 +81,9 @@ def repeats(wave: Wave) -> bool:
 
 def after(wave: Wave, ramp_s: float, following: Wave) -> Wave:
     """
-    Return the wave that plays the present cycle of a table to its end, then another table.
+    Return a wave that plays the present cycle of a table to its end, then another table.
 
-    A table that still waits for the end of a cycle of the one before it is left out.
+    A table that is still waiting for its first cycle is dropped.
 
     """
     times_s, voltages_v = wave.rows.T
@@ -98,7 +98,7 @@ def after(wave: Wave, ramp_s: float, following: Wave) -> Wave:
 
 
 def mean_rise_v(wave: Wave) -> float:
-    """Return the mean voltage over a cycle, less that at its start, V."""
+    """Return the mean voltage over a cycle minus the voltage at its start, V."""
     if not len(wave.rows):
         return 0.5 * wave.rise_v
     times_s, voltages_v = wave.rows.T
@@ -107,7 +107,7 @@ def mean_rise_v(wave: Wave) -> float:
 
 
 def missing(wave: Wave, share: float, seed: int) -> Wave:
-    """Return a wave of which a share of the ramps is left out; a seed decides which ones."""
+    """Return a wave in which a share of the ramps is skipped; a seed selects them."""
     return wave._replace(missed_share=float(share), missed_seed=int(seed))
 
 
@@ -130,7 +130,7 @@ def target(wave: Wave, clock: Record, near: int = 0) -> tuple[float, float, floa
 
 @kernel
 def row_at(rows: Array, time_s: float, near: int) -> int:
-    """Return the last row of a table, but its end, that a time has reached; near one, if it is."""
+    """Return the last row, except the end, that a time has reached, searching from ``near``."""
     low, high = 0, len(rows) - 2
     if near > 0 and rows[near, TIME] - time_s <= CORNER_S:
         while near < high and rows[near + 1, TIME] - time_s <= CORNER_S:
@@ -147,7 +147,7 @@ def row_at(rows: Array, time_s: float, near: int) -> int:
 
 @kernel
 def is_missed(wave: Wave, cycle: int) -> bool:
-    """Return whether the amplifier leaves a ramp out; the same answer every time it is asked."""
+    """Return whether the amplifier skips a ramp, from a hash of seed and cycle."""
     bits = (wave.missed_seed & LOW_31_BITS) * CYCLE_FACTOR + (cycle & LOW_31_BITS)
     bits = (bits ^ (bits >> 31)) & LOW_32_BITS
     for _ in range(3):
@@ -158,5 +158,5 @@ def is_missed(wave: Wave, cycle: int) -> bool:
 
 @kernel
 def ramp_is_over(wave: Wave, clock: Record) -> bool:
-    """Return whether the present ramp has come to its corner."""
+    """Return whether the present ramp has reached its corner."""
     return clock.cycle < wave.cycles and wave.period_s - clock.ramp_s <= CORNER_S

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The virtual test stand: time and requests in; readings, events and status out."""
+"""The virtual test stand, from time and requests to readings, events and status."""
 
 from collections import deque
 from collections.abc import Iterable, Mapping
@@ -30,7 +30,7 @@ MOVE_DELAYED, AMPLIFIER_ENABLED = int(Status.MOVE_DELAYED), int(Status.AMPLIFIER
 _LOADED, _REFUSED = int(Status.LOADED), int(Status.REFUSED)
 _PRELOADING, _FAULT = int(Status.PRELOADING), int(Status.FAULT)
 _TIME_MAX_NS = 10**17
-"""Latest time of a checkpoint: with that of the system as origin, stamps can hold what follows."""
+"""Latest time of a checkpoint; with the system time as origin, later stamps still fit."""
 
 
 def start_bench(parameters: Parameters) -> 'Bench':
@@ -42,7 +42,7 @@ def start_bench(parameters: Parameters) -> 'Bench':
     RecordingError
         If the file cannot be read.
     WrongKind
-        If it is no checkpoint of this version, or of a stand that differs in more than may change.
+        If it is no checkpoint of this version, or a parameter differs that must not change.
 
     """
     path = parameters.sim.checkpoint
@@ -53,33 +53,33 @@ def start_bench(parameters: Parameters) -> 'Bench':
 
 
 class AmplifierOff(StickSlipError):
-    """A move that is asked for while the amplifier has no power."""
+    """A move was requested while the amplifier is off."""
 
 
 RESULTS = {
     BeyondSoftLimit: Result.RANGE_LIMIT_REACHED,
     AmplifierOff: Result.AMPLIFIER_DISABLED,
 }
-"""Results of refusals that are not INVALID_PARAMETER."""
+"""Results of refusals other than INVALID_PARAMETER."""
 
 
 class Bench:
     """
     The drive with its sensors, stepped in simulated time.
 
-    Nothing here knows what time it is: the same parameters and the same requests at the same
-    times give the same output, to the bit.
+    It does not use wall-clock time: the same parameters and the same requests at the same times
+    give the same output, to the bit.
 
     Attributes
     ----------
     stand, sensing, motion : SimulatedStand, Sensing, Motion
-        What commands act on: drive, sensors, moves.
+        Drive, sensors and moves, on which commands act.
     faults : FaultParameters
-        What is broken at the moment.
+        The present faults.
     refused : int
         Requests refused since the start.
-    beside : tree
-        What was kept beside it in the checkpoint that it comes from; not checked yet.
+    attached : tree
+        Unchecked attachment of the checkpoint that the bench was restored from.
 
     Examples
     --------
@@ -125,7 +125,7 @@ class Bench:
         self._delayed: deque[tuple[int, int, Request]] = deque()
         self._events: list[Event] = []
         self._last_refused = False
-        self._told_bits, self._told_status = 0, Status(0)
+        self._last_bits, self._last_status = 0, Status(0)
         self.apply_faults(self.faults)
 
     def __repr__(self) -> str:
@@ -137,43 +137,42 @@ class Bench:
 
     @property
     def replaced(self) -> int:
-        """Set-points since the start that the next one of their topic replaced, without event."""
+        """Number of set points replaced by the next one of their topic, without an event."""
         return self.motion.replaced + self._preloads_replaced
 
     @property
     def is_at_start(self) -> bool:
-        """Whether nothing has happened yet."""
+        """Whether time is 0 and no request has come."""
         return self.time_ns == 0 and self._requests == 0
 
     @property
     def plant(self) -> Record:
-        """The drive as it is now, a record of PLANT."""
+        """Present constants of the drive, a record of PLANT."""
         return self.stand.plants[0]
 
     @property
     def state(self) -> Record:
-        """The true state of the drive, a record of STATE; it goes on changing."""
+        """True state of the drive, a record of STATE that changes with every update."""
         return self.stand.states[0]
 
     @property
     def ledger(self) -> EnergyLedger:
-        """Where the energy went since the start or the last reset."""
+        """Energy balance since the start or the last reset."""
         return self.stand.ledger
 
     @property
     def passes_made(self) -> int:
-        """Passes that the loops over time have made: what the drive has cost so far."""
+        """Passes of the loops over time, as a measure of the computing cost."""
         return self.stand.passes_made
 
     def save(self, attached: Mapping[str, Any] | None = None) -> bytes:
         """
-        Return a checkpoint: all that the bench remembers, to the bit, and its parameters.
+        Return a checkpoint: the exact state of the bench, and its parameters.
 
         Parameters
         ----------
         attached : mapping of str to object, optional
-            Numbers, texts and arrays to keep with it; arrays come back as ``state_tree.read``
-            makes them of texts.
+            Numbers, texts and arrays to attach; ``state_tree.read`` restores arrays.
 
         """
         return checkpoint.pack(self.parameters, self, attached or {})
@@ -181,20 +180,19 @@ class Bench:
     @classmethod
     def restore(cls, saved: bytes, changes: Mapping[str, object] | None = None) -> 'Bench':
         """
-        Return a bench that goes on where another one was saved.
+        Return a bench that continues from a checkpoint.
 
         Parameters
         ----------
         saved : bytes
             A checkpoint.
         changes : mapping of str to object, optional
-            Parameters to set differently from here on; those on which nothing depends that a
-            bench remembers.
+            Parameters to change, if the saved state does not depend on them.
 
         Raises
         ------
         WrongKind
-            If it is no checkpoint of this version, or one of the parameters cannot change.
+            If it is no checkpoint of this version, or a parameter must not change.
         StickSlipError
             If a parameter is refused.
 
@@ -206,7 +204,7 @@ class Bench:
         return bench
 
     def _recall(self, values: dict[str, Any]) -> None:
-        """Remember what was read from a file, if it fits together."""
+        """Restore checked values of a checkpoint, if they are consistent."""
         stand, sensing, motion = (values.pop(name) for name in ('stand', 'sensing', 'motion'))
         vars(self).update(values)
         read(range(0, _TIME_MAX_NS + 1, self._sample_ns), self.time_ns, 'checkpoint.time_ns')
@@ -217,7 +215,7 @@ class Bench:
         self.motion.recall(motion)
         wave, ramp_s = self.motion.wave, 0.0 if self.motion.is_new else self.stand.ramp_s
         if not can_be_played(wave, self.stand.cycle, ramp_s):
-            expected = 'one that can be played from its place'
+            expected = 'a wave that can be played from its position'
             raise refusal('checkpoint.motion.wave', str(wave), expected)
 
     def update(self, until_ns: int, requests: Iterable[Request] = ()) -> Output:
@@ -229,7 +227,7 @@ class Bench:
         Raises
         ------
         OutOfRange
-            If ``until_ns`` does not lie a whole number of samples ahead, within one block.
+            If ``until_ns`` is not a whole number of samples ahead, or more than one block.
         StickSlipError
             If the integration has failed.
 
@@ -252,7 +250,7 @@ class Bench:
         return Output(readings, events, self.status, ramps)
 
     def accept(self, request: Request) -> None:
-        """Carry out a request at the present time; its event comes with the next update."""
+        """Carry out a request now; its event comes with the next update."""
         self._requests += 1
         delay_ns = to_nanoseconds(self.faults.command_delay)
         command = COMMANDS.get(request.name)
@@ -262,7 +260,7 @@ class Bench:
             self._obey(self._requests, request)
 
     def _deliver(self) -> None:
-        """Carry out the delayed requests whose time has come, in the order of that time."""
+        """Carry out the delayed requests that are due, in the order of their times."""
         if not self._delayed:
             return
         due = [each for each in self._delayed if each[0] <= self.time_ns]
@@ -287,23 +285,23 @@ class Bench:
                 self._report(command, result)
 
     def change_preload(self, command: Identity, preload_n: float) -> None:
-        """Go to another preload; its end is reported when it is there."""
+        """Start a change of the preload; its end is reported on arrival."""
         self._preloads_replaced += self._preloading is not None
         self._preloading = command
         self.stand.change_preload(preload_n)
 
     def end_move(self, why: str) -> None:
-        """End the running move, if there is one, before its end."""
+        """Abort the running move, if any."""
         self.motion.end(Outcome(Result.ABORTED, why), self._observe())
 
     def reset(self, why: str) -> None:
-        """Go back to the state at the start; faults and time stay."""
+        """Return to the state at the start, but keep faults and time."""
         self.end_move(why)
         self._end_preloading(Result.ABORTED, why)
         while self._delayed:
             _, number, request = self._delayed.popleft()
             self._report(_identity(number, request), Result.ABORTED, why)
-        self.stand.to_rest()
+        self.stand.reset()
         self.sensing.reset()
         self.motion.reset(self.stand.voltage_v)
         self.apply_faults(self.faults)
@@ -314,14 +312,14 @@ class Bench:
         self.apply_faults(self.faults)
 
     def change_parameters(self, values: Mapping[str, Scalar]) -> None:
-        """Have other values of live parameters from now on."""
+        """Change live parameters."""
         self.parameters = self.parameters.updated(values)
         self.motion.change_parameters(self.parameters, self._observe())
 
     def apply_faults(self, faults: FaultParameters) -> None:
-        """Have these faults, and no others, from now on; or refuse them."""
+        """Set the present faults, or refuse them."""
         is_powered = self._enabled and not faults.amplifier_off
-        self.stand.break_down(faults, is_powered=is_powered)
+        self.stand.apply_faults(faults, is_powered=is_powered)
         self.faults = faults
         self._is_faulty = bool(faults.names)
         if not is_powered:
@@ -331,12 +329,12 @@ class Bench:
 
     def observe_powered(self) -> Observation:
         """
-        Return what a move sees of the stand now.
+        Return the present observation of the stand for a move.
 
         Raises
         ------
         AmplifierOff
-            If there is no power for a move.
+            If the amplifier is off.
 
         """
         if not self._is_powered():
@@ -379,7 +377,7 @@ class Bench:
 
     @property
     def status(self) -> Status:
-        """State of the drive now, bit by bit."""
+        """Present status bits of the drive."""
         bits = (
             self.sensing.status_bits
             | self.motion.status_bits
@@ -390,12 +388,12 @@ class Bench:
             | _PRELOADING * (not self.stand.is_preloaded)
             | _FAULT * self._is_faulty
         )
-        if bits != self._told_bits:
-            self._told_bits, self._told_status = bits, Status(bits)
-        return self._told_status
+        if bits != self._last_bits:
+            self._last_bits, self._last_status = bits, Status(bits)
+        return self._last_status
 
     def _end_preloading(self, result: Result, why: str = '') -> None:
-        """Report the end of a preload command, if one is on its way."""
+        """Report the end of a preload command, if any."""
         command, self._preloading = self._preloading, None
         if command is not None:
             self._report(command, result, why)

@@ -4,8 +4,8 @@
 """
 The exact state of a bench as bytes, safe to read from files of unknown origin.
 
-A line of JSON that says what it is, then compressed JSON: all parameters, what the bench remembers
-(`state_tree`), and what was attached to it. What follows from the parameters is not stored.
+A line of JSON identifies it. Compressed JSON follows with all parameters, the state of the bench
+(`state_tree`), and an attachment. Values that follow from the parameters are not stored.
 
 """
 
@@ -26,12 +26,12 @@ FORMAT = 7
 HEAD = ('format', 'version', 'kinds', 'sha256')
 CONTENT = ('parameters', 'state', 'attached')
 SIZE_MAX = 1 << 26
-"""Bytes of the largest checkpoint, unpacked; a usual one has some hundred thousand."""
+"""Largest unpacked checkpoint, bytes; a usual one has some hundred thousand."""
 _KINDS = (STATE, *(each.KIND['memory'] for each in CLASSES.values()))
 KINDS_DIGEST = hashlib.sha256(
     repr([without_gaps(kind).descr for kind in _KINDS]).encode()
 ).hexdigest()
-"""Of all fields of the records: another one means that a state has another form."""
+"""Digest of all fields of the records; it changes with the form of the state."""
 CHANGEABLE = ('closed_loop.', 'frame_id.', 'jog.', 'limits.', 'record.', 'step.')
 CHANGEABLE_NODE = frozenset(
     (
@@ -47,11 +47,11 @@ CHANGEABLE_NODE = frozenset(
     )
 )
 CHANGEABLE_PLANT = frozenset(('amplifier.slew_rate', 'runner.damping', 'runner.mass'))
-"""Parameters on which nothing depends that is remembered: of moves, and numbers of the plant."""
+"""Parameters that may change, because the saved state does not depend on them."""
 
 
 def pack(parameters: Parameters, state: Any, attached: Any) -> bytes:
-    """Return a checkpoint: of a stand, what its bench remembers, and what is attached to it."""
+    """Return a checkpoint of parameters, the state of a bench, and an attachment."""
     content = dict(zip(CONTENT, plain((parameters.flat(), state, attached)), strict=True))
     body = zlib.compress(json.dumps(content).encode(), 1)
     head = FORMAT, stickslip_ros.__version__, KINDS_DIGEST, hashlib.sha256(body).hexdigest()
@@ -60,12 +60,12 @@ def pack(parameters: Parameters, state: Any, attached: Any) -> bytes:
 
 def unpack(data: bytes) -> tuple[Parameters, Any, Any]:
     """
-    Return the stand of a checkpoint; its state and what was attached to it, not checked yet.
+    Return parameters, unchecked state and unchecked attachment of a checkpoint.
 
     Raises
     ------
     WrongKind
-        If it is none, is damaged, or was made by a version whose state has another form.
+        If it is no checkpoint, is damaged, or its version has another form of the state.
     StickSlipError
         If a parameter is refused.
 
@@ -74,7 +74,7 @@ def unpack(data: bytes) -> tuple[Parameters, Any, Any]:
     head = _parsed(first)
     found = [head.get(name) for name in HEAD] if isinstance(head, dict) else []
     if [type(each) for each in found] != [int, str, str, str]:
-        raise _refusal('is none', HINT)
+        raise _refusal('is not recognised', HINT)
     form, version, kinds, digest = found
     if (form, kinds) != (FORMAT, KINDS_DIGEST):
         hint = 'use the sources that have saved it, or start from rest'
@@ -95,27 +95,27 @@ def unpack(data: bytes) -> tuple[Parameters, Any, Any]:
 
 
 def _parsed(text: bytes) -> Any:
-    """Return what JSON says; None if it is none, is too deep, or has a name twice."""
+    """Return the value of JSON; None if it is invalid, too deep, or repeats a name."""
 
-    def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    def unique_names(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         if len(dict(pairs)) < len(pairs):
-            raise ValueError('a name stands twice')
+            raise ValueError('repeated name')
         return dict(pairs)
 
     try:
-        return json.loads(text, object_pairs_hook=once)
+        return json.loads(text, object_pairs_hook=unique_names)
     except (ValueError, RecursionError):
         return None
 
 
 def changed_stand(parameters: Parameters, changes: Mapping[str, object]) -> Parameters:
     """
-    Return a stand with other parameters for a state that was saved of it.
+    Return the parameters of a saved state with changes.
 
     Raises
     ------
     WrongKind
-        If what is remembered depends on one of them.
+        If the saved state depends on a changed parameter.
 
     """
     stand = parameters.updated(changes)

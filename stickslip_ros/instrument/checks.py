@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What amplifier and stand allow: numbers of a command in, the wave or value that they mean."""
+"""Check the numbers of commands against amplifier and stand; return their wave or value."""
 
 import math
 from collections.abc import Mapping
@@ -19,15 +19,15 @@ STEPS_MAX = 2**31 - 1
 ROWS_MAX = 1_000_000
 FREQUENCY_MIN_HZ = 1e-3
 FALL_SHARE_MAX = 0.5
-"""A fall may take at most this share of the period, or the saw-tooth has no ramp left."""
+"""Largest share of the period that a fall may take."""
 
 
 class BeyondSoftLimit(StickSlipError):
-    """A target outside the soft limits: no mistake of form, the stage would leave its range."""
+    """A target is outside the soft limits."""
 
 
 def check_voltage(parameters: Parameters, voltage_v: float) -> Wave:
-    """Return the wave that goes to a voltage of the amplifier's range."""
+    """Return a wave of constant voltage."""
     check_range(parameters, 'voltage', voltage_v)
     return level(voltage_v)
 
@@ -35,7 +35,7 @@ def check_voltage(parameters: Parameters, voltage_v: float) -> Wave:
 def check_sawtooth(
     parameters: Parameters, amplitude_v: float, frequency_hz: float, steps: float
 ) -> Wave:
-    """Return a saw-tooth from the lower end of the range on; 0 steps run until stopped."""
+    """Return a saw-tooth from the lower end of the range; 0 steps run until stopped."""
     check_amplitude(parameters, 'amplitude', amplitude_v)
     check_frequency(parameters, amplitude_v, frequency_hz)
     if not (steps == math.floor(steps) and 0 <= steps <= STEPS_MAX):
@@ -45,7 +45,7 @@ def check_sawtooth(
 
 
 def check_steps(parameters: Parameters, steps: float) -> Wave | None:
-    """Return the wave that makes a signed number of steps; None for no step at all."""
+    """Return a wave of a signed number of steps; None for 0."""
     if not (steps == math.floor(steps) and abs(steps) <= STEPS_MAX):
         limit = f'not a whole number from {-STEPS_MAX} to {STEPS_MAX}'
         raise OutOfRange('steps', steps, '', limit, 'round it; its sign is the direction')
@@ -54,19 +54,19 @@ def check_steps(parameters: Parameters, steps: float) -> Wave | None:
 
 def steps_of(parameters: Parameters, steps: int) -> Wave:
     """
-    Return the wave that makes so many steps, at ``step.amplitude`` and ``step.frequency``.
+    Return a wave of a number of steps at ``step.amplitude`` and ``step.frequency``.
 
     Raises
     ------
     OutOfRange
-        If amplifier or slew rate do not allow these.
+        If amplifier or slew rate do not allow them.
 
     """
     return _stepping(parameters, math.copysign(parameters.step.frequency, steps), abs(steps))
 
 
 def check_jog(parameters: Parameters, frequency_hz: float) -> Wave | None:
-    """Return the wave that steps on and on; None to end it."""
+    """Return a wave of endless steps; None to end them."""
     return None if frequency_hz == 0.0 else _stepping(parameters, frequency_hz, 0)
 
 
@@ -79,9 +79,9 @@ def _stepping(parameters: Parameters, frequency_hz: float, steps: int) -> Wave:
 
 def check_waveform(parameters: Parameters, numbers: Array, cycles: int = 1) -> Wave:
     """
-    Return the wave that plays rows of time and voltage, which come one after another.
+    Return a wave that plays rows of time and voltage, given one after another.
 
-    ``cycles`` is how often; 0 until replaced. What is played more than once is closed.
+    ``cycles`` is the number of plays; 0 repeats until replaced. A repeated wave must be closed.
 
     """
     rows, rest = divmod(len(numbers), 2)
@@ -106,14 +106,14 @@ def check_waveform(parameters: Parameters, numbers: Array, cycles: int = 1) -> W
 
 
 def check_repetition(parameters: Parameters, wave: Array, cycles: int) -> None:
-    """Refuse a table that is repeated unless it ends where it begins, and is slow enough."""
+    """Refuse a repeated table that does not end at its first voltage, or is too fast."""
     if not 0 <= cycles <= STEPS_MAX:
         limit = f'not from 0 to {STEPS_MAX}'
         raise OutOfRange('waveform cycles', cycles, '', limit, '0 repeats until replaced')
     (_, first_v), (period_s, last_v) = wave[0], wave[-1]
     if first_v != last_v:
-        limit = f'not the first voltage, {first_v:g} V, as it repeats'
-        hint = 'end a cycle where it begins; a jump is a steep slope'
+        limit = f'not the first voltage, {first_v:g} V, although the waveform repeats'
+        hint = 'end a cycle at its first voltage; write a jump as a steep slope'
         raise OutOfRange('last waveform voltage', float(last_v), 'V', limit, hint)
     shortest_s = 1.0 / parameters.amplifier.frequency_max
     if period_s < shortest_s:
@@ -122,7 +122,7 @@ def check_repetition(parameters: Parameters, wave: Array, cycles: int) -> None:
 
 
 def check_position(parameters: Parameters, x_m: float) -> float:
-    """Return the position reading to go to, m; steps must be possible."""
+    """Return the target of the position reading, m; steps must be possible."""
     limits = parameters.limits
     if limits.has_soft_limits and not limits.soft_min <= x_m <= limits.soft_max:
         raise BeyondSoftLimit(
@@ -134,12 +134,12 @@ def check_position(parameters: Parameters, x_m: float) -> float:
 
 
 def fastest_m_per_s(parameters: Parameters) -> float:
-    """Return the velocity of steps as long as the stroke, which no runner exceeds, m/s."""
+    """Return the largest possible velocity, that of steps as long as the stroke, m/s."""
     return parameters.actuator.gain * parameters.step.amplitude * parameters.step.frequency
 
 
 def check_velocity(parameters: Parameters, name: str, velocity_m_per_s: float) -> float:
-    """Refuse a velocity that no steps reach; steps must be possible."""
+    """Refuse a velocity that steps cannot reach; steps must be possible."""
     fastest = fastest_m_per_s(parameters)
     if abs(velocity_m_per_s) > fastest:
         limit = f'above the {fastest:.4g} m/s of steps as long as the stroke'
@@ -160,14 +160,14 @@ def check_load(parameters: Parameters, force_n: float) -> float:
 
 
 def check_preload(parameters: Parameters, force_n: float) -> float:
-    """Return the preload to go to, N."""
+    """Return the wanted preload, N."""
     lowest_n = spec_of('stand.preload').minimum or 0.0
     limit_n = parameters.stand.preload_limit
     if force_n < lowest_n:
         limit = f'below the {lowest_n:g} N that hold the runner'
         raise OutOfRange('preload', force_n, 'N', limit, 'raise it')
     if parameters.contact.travel:
-        limit = f'a change from {parameters.stand.preload:g} N, which contact.travel keeps'
+        limit = f'a change from {parameters.stand.preload:g} N, which contact.travel excludes'
         raise OutOfRange('preload', force_n, 'N', limit, 'set contact.travel to 0')
     if force_n > limit_n:
         limit = f'above the {limit_n:g} N that the stand allows'
@@ -186,7 +186,7 @@ def check_faults(_: Parameters, settings: Mapping[str, Scalar]) -> Mapping[str, 
 
 
 def check_live(parameters: Parameters, settings: Mapping[str, Scalar]) -> Mapping[str, Scalar]:
-    """Return full names of live parameters that are no faults, and their new values."""
+    """Return full names of live parameters other than faults, and their new values."""
     for name in settings:
         if is_fault(name) or not spec_of(name).live:
             live = (each for each, spec in specs().items() if spec.live and not is_fault(each))
@@ -209,7 +209,7 @@ def check_range(parameters: Parameters, name: str, voltage_v: float) -> None:
 
 
 def check_amplitude(parameters: Parameters, name: str, amplitude_v: float) -> None:
-    """Refuse a saw-tooth that is higher than the range of the amplifier, or has no height."""
+    """Refuse an amplitude that is above the range of the amplifier, or not positive."""
     amplifier = parameters.amplifier
     range_v = amplifier.voltage_max - amplifier.voltage_min
     if amplitude_v > range_v:
@@ -222,7 +222,7 @@ def check_amplitude(parameters: Parameters, name: str, amplitude_v: float) -> No
 
 
 def check_frequency(parameters: Parameters, amplitude_v: float, frequency_hz: float) -> None:
-    """Refuse a frequency that amplifier or slew rate do not allow at this amplitude."""
+    """Refuse a frequency that the amplifier does not allow at this amplitude."""
     amplifier = parameters.amplifier
     if frequency_hz == 0.0:
         hint = 'give steps per second; the sign is the direction'

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A move to a position in closed loop: the way there, arrival, hold, and how it may fail."""
+"""A closed-loop move: way, arrival, hold and failures."""
 
 import math
 from collections.abc import Mapping
@@ -19,27 +19,27 @@ from stickslip_ros.parameters import Parameters, to_nanoseconds
 from stickslip_ros.units import NANO
 
 PROGRESS_SHARE = 0.1
-"""Way per stroke that counts as progress."""
+"""Way that counts as progress, in strokes."""
 PUSHED_STROKES = 2.0
-"""Way back, in strokes, from which on a runner was pushed away: progress counts from there."""
+"""Way back after which progress counts from the new position, in strokes."""
 BLOCKED_STEPS = 5.0
-"""Steps without progress that a blocked runner has made, at least."""
+"""Least number of steps without progress before a runner counts as blocked."""
 LEAD_STROKES = 10.0
-"""Strokes that a set point with a velocity is ahead of the runner at most: then it waits."""
+"""Largest lead of a moving set point over the runner, in strokes; then it waits."""
 
 
 class Goal(NamedTuple):
     """
-    What a closed loop pursues.
+    Goal of a closed loop.
 
     Attributes
     ----------
     position_m : float or None
         Target, m; None for a velocity.
     velocity_m_per_s : float
-        Velocity of the set point without a target; 0 lets it stand where it is.
+        Velocity of the set point without a target; 0: rest.
     trajectory : Trajectory or None
-        Way of the set point to its target, if that was asked for.
+        Trajectory of the set point to its target, if any.
 
     """
 
@@ -55,24 +55,24 @@ class Goal(NamedTuple):
 
 class Observation(NamedTuple):
     """
-    What a move sees of the stand at the end of a block.
+    State of the stand for moves, at the end of a block.
 
     Attributes
     ----------
     time_ns : int
         Simulated time.
     position_m : float
-        Mean position reading of the block, m; not a number without a sensor.
+        Mean position reading of the block, m; NaN without a sensor.
     reading_m : float or None
-        Last position reading of the block, m; None where there is none.
+        Last position reading of the block, m; None without a sensor.
     voltage_v : float
         Voltage at the piezo.
     cycles : int
-        Ramps of the wave that are over.
+        Finished ramps of the wave.
     ramp_s : float
-        Time since its present ramp began.
+        Time since the start of its present ramp.
     arrived : bool
-        Whether wave and amplifier are at their end.
+        Whether the wave is over and the voltage has reached its final value.
 
     """
 
@@ -87,7 +87,7 @@ class Observation(NamedTuple):
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a move ended, and why."""
+    """Result of a move, and its reason."""
 
     result: Result
     why: str = ''
@@ -95,18 +95,18 @@ class Outcome:
 
 class ClosedLoop:
     """
-    One closed-loop move, from its start to the end of its hold.
+    A closed-loop move, from its start to the end of its hold.
 
     Attributes
     ----------
     goal : Goal
-        What it pursues.
+        The present goal.
     holds : bool
         Whether the target was reached and is held.
     in_position : bool
         Whether the reading is within the tolerance of the target.
     followed : Followed or None
-        Of a trajectory: set point and reading of the last block.
+        For a trajectory: set point and reading of the last block.
 
     """
 
@@ -132,7 +132,7 @@ class ClosedLoop:
         self.followed: Followed | None = None
         self._parameters = parameters
         self._set_point_m = start.position_m
-        self._target_m = self._place_of(goal)
+        self._target_m = self._target_of(goal)
         self._is_redirected = False
         self._loop = PositionLoop(loop_settings(parameters), start.voltage_v)
         self._start_ns = self._outside_ns = self._progress_ns = self._last_ns = start.time_ns
@@ -145,47 +145,47 @@ class ClosedLoop:
         self._blocked_ns = to_nanoseconds(blocked_s)
 
     def recall(self, values: dict[str, Any]) -> None:
-        """Remember what was read from a file."""
+        """Restore values from a checkpoint."""
         self._loop.recall(values.pop('_loop'))
         vars(self).update(values)
 
     @property
     def step_m(self) -> float | None:
-        """Length of a step, m, as learned from readings; None before."""
+        """Step length learned from readings, m; None before."""
         return self._loop.learned_m
 
     def change_parameters(self, parameters: Parameters) -> None:
-        """Have other values of live parameters from now on."""
+        """Change live parameters."""
         if not (self._parameters.closed_loop.velocity or self.goal.direction or self.holds):
-            self._set_point_m = math.nan  # it was at the target, and starts from the runner
+            self._set_point_m = math.nan  # restart from the runner, because it was at the target
         self._parameters = parameters
 
     def pursue(self, goal: Goal, observation: Observation) -> bool:
         """
-        Pursue another goal; what was learned stays, and steps that lead there go on.
+        Change the goal; the learned step length stays, and steps towards the goal continue.
 
         Returns
         -------
         bool
-            Whether it is another one.
+            Whether the goal differs from the present one.
 
         """
         if goal == self.goal:
             return False
         if self.holds:
-            self._loop.start_anew()
+            self._loop.reset_attempts()
         self.goal = goal
         self.holds = False
         self._start_ns = self._outside_ns = observation.time_ns
-        self._move_target(self._place_of(goal), observation.position_m)
-        self._is_redirected = self._loop.leads_beyond(self._target_m)
+        self._move_target(self._target_of(goal), observation.position_m)
+        self._is_redirected = self._loop.overshoots(self._target_m)
         return True
 
-    def _place_of(self, goal: Goal) -> float:
+    def _target_of(self, goal: Goal) -> float:
         return self._set_point_m if goal.position_m is None else goal.position_m
 
     def _move_target(self, target_m: float, position_m: float) -> None:
-        """Move the target; what counts as progress of the runner stays where it was."""
+        """Move the target; the position from which progress counts does not move."""
         side = math.copysign(1.0, self._target_m - position_m)
         self._nearest_m += side * (target_m - self._target_m)
         if self._nearest_m < 0.0:
@@ -193,7 +193,7 @@ class ClosedLoop:
         self._target_m = target_m
 
     def update(self, observation: Observation) -> tuple[Wave | None, Outcome | None]:
-        """Return the wave to follow from now on, or None, and the outcome, or None."""
+        """Return the next wave, or None to keep the present one, and the outcome, or None."""
         self._move_set_point(observation)
         self._watch_position(observation)
         failure = self._failure(observation)
@@ -201,17 +201,18 @@ class ClosedLoop:
             return None, failure
         if self._is_redirected:
             self._is_redirected = False
-            self._loop.break_off(observation.voltage_v)
+            self._loop.abort_burst(observation.voltage_v)
             return self._next_wave(observation), None
-        acts = observation.arrived or self._loop.passes(self._set_point_m, observation.position_m)
+        acts = observation.arrived
+        acts = acts or self._loop.has_overshot(self._set_point_m, observation.position_m)
         return self._next_wave(observation) if acts else None, self._arrival(observation)
 
     def _move_set_point(self, observation: Observation) -> None:
-        """Move the set point towards the target, or on, as it is asked for."""
+        """Move the set point along the trajectory, with the velocity, or towards the target."""
         velocity_m_per_s = self._parameters.closed_loop.velocity
         if math.isnan(self._set_point_m):
             self._set_point_m = observation.position_m
-        if math.isnan(self._target_m):  # to stand where no sensor said at the start
+        if math.isnan(self._target_m):  # rest at a position that was unknown at the start
             self._target_m = self._set_point_m
         block_s = (observation.time_ns - self._last_ns) * NANO
         self._last_ns = observation.time_ns
@@ -225,7 +226,7 @@ class ClosedLoop:
         if self.goal.direction:
             next_m = self._set_point_m + self.goal.velocity_m_per_s * block_s
             if self.goal.direction * (next_m - observation.position_m) <= self._lead_m:
-                self._set_point_m = next_m  # it waits for a runner that is far behind
+                self._set_point_m = next_m  # otherwise it waits for the runner
             self._move_target(self._set_point_m, observation.position_m)
             return
         way_m = self._target_m - self._set_point_m
@@ -264,9 +265,9 @@ class ClosedLoop:
             return None
         settle_ns = to_nanoseconds(self._parameters.closed_loop.settle_time)
         rests = observation.time_ns - self._outside_ns >= settle_ns
-        there = observation.arrived and self.in_position and self._set_point_m == self._target_m
-        is_anywhere = trajectory is not None and trajectory.goal_tolerance_m == NONE
-        if self.goal.direction or self.holds or not (is_anywhere or (there and rests)):
+        arrived = observation.arrived and self.in_position and self._set_point_m == self._target_m
+        any_position = trajectory is not None and trajectory.goal_tolerance_m == NONE
+        if self.goal.direction or self.holds or not (any_position or (arrived and rests)):
             return None
         self.holds = True
         return Outcome(Result.DONE)
@@ -296,14 +297,14 @@ class ClosedLoop:
         if self._loop.is_coarse and time_ns > self._blocked_ns:
             why = f'no progress for {time_ns * NANO:.3g} s at {observation.position_m:.6g} m'
             if self._parameters.load_cell.contact != 'absent':
-                why += '; the load cell may hold the runner: go less far, or take it away'
+                why += '; the load cell may hold the runner: choose a nearer target, or remove it'
                 why += ' (load_cell.contact absent)'
             return Outcome(Result.END_STOP_REACHED, why)
         return None
 
 
 def _deviation(trajectory: Trajectory, observation: Observation, lag_m: float) -> Outcome | None:
-    """Return the failure of a runner that is too far from its set point, or late at the end."""
+    """Return the failure of a runner that is too far from its set point or too late; or None."""
     over_s = observation.time_ns * NANO - trajectory.end.time_s
     tolerance_m, patience_s = trajectory.path_tolerance_m, trajectory.goal_time_tolerance_s
     if over_s < 0.0 and tolerance_m != NONE and lag_m > tolerance_m:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-What an operator may ask of the drive: one row per command, in the table at the end.
+Commands of an operator: a table with a row for each command.
 
 Topics and services, recording, replay and documentation follow from the row.
 
@@ -19,7 +19,7 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind
 from stickslip_ros.instrument import checks
 from stickslip_ros.instrument.closed_loop import Goal, Observation
-from stickslip_ros.instrument.joints import NOTHING, Joints, check_joints
+from stickslip_ros.instrument.joints import NO_JOINTS, Joints, check_joints
 from stickslip_ros.instrument.motion import Motion
 from stickslip_ros.instrument.reports import Identity, Result, Status
 from stickslip_ros.instrument.sensing import Sensing
@@ -39,40 +39,40 @@ from stickslip_ros.parameters import FaultParameters, Parameters, Scalar
 from stickslip_ros.units import NANO
 
 WAVEFORM_ROWS_MAX = 100_000
-"""Rows that a message may have; a measured voltage that is replayed from a file may be longer."""
+"""Most rows of a message; a measured voltage that is replayed from a file may be longer."""
 FAULT, LIVE = 'fault', 'parameters'
-"""The commands that take names and values in place of numbers."""
+"""Commands that take names and values instead of numbers."""
 JOINT = 'joint'
-"""The command that takes joints in place of numbers."""
+"""Command that takes joints instead of numbers."""
 TRAJECTORY = 'trajectory'
-"""The command that takes settings beside its numbers."""
+"""Command that takes settings and numbers."""
 
 
 @dataclass(frozen=True)
 class Request:
     """
-    What somebody asked for, not yet checked.
+    A request that is not yet checked.
 
     Attributes
     ----------
     name : str
-        One of COMMANDS.
+        A name in COMMANDS.
     values : sequence of float
-        Its numbers, in the order of the topic; rows of a waveform one after another. An
-        ``array.array`` where there may be many.
+        Numbers in the order of the topic; rows of a waveform one after another. Long sequences
+        are an ``array.array``.
     settings : tuple of (str, value)
-        Of ``fault`` and ``parameters``: full names of parameters and their new values; of
+        For ``fault`` and ``parameters``: full names of parameters and their new values; for
         ``trajectory``: degree, start and tolerances, see `check_trajectory`.
     stamp_ns : int
-        Stamp in the header of its message; 0 where its sender gave none.
+        Stamp in the header of its message; 0: none.
     frame_id : str
-        Of vectors: the frame in which they are given; empty for that of the command.
+        For vectors: their frame; empty: that of the command.
     joints : Joints
-        Of ``joint``: what is asked of which joint.
+        For ``joint``: the set points.
     cycles : int
-        Of ``waveform``: how often it is played; 0 repeats until replaced.
+        For ``waveform``: number of plays; 0 repeats until replaced.
     tag : str
-        Word of its sender that comes back in its events; empty for none.
+        Word of its sender, repeated in its events; empty: none.
 
     """
 
@@ -81,26 +81,26 @@ class Request:
     settings: tuple[tuple[str, Scalar], ...] = ()
     stamp_ns: int = 0
     frame_id: str = ''
-    joints: Joints = NOTHING
+    joints: Joints = NO_JOINTS
     cycles: int = 1
     tag: str = ''
 
     @property
     def size(self) -> int:
-        """Numbers and characters that it holds, as a measure of its memory."""
+        """Count of numbers and characters, as a measure of its memory."""
         texts = self.frame_id, self.tag, *self.joints.names
         return len(self.values) + sum(map(len, (*texts, *self.joints)))
 
 
 class TimedRequest(NamedTuple):
-    """A request and the simulated time from which on it is due, or at which it took effect, ns."""
+    """A request and the simulated time at which it is due or took effect, ns."""
 
     time_ns: int
     request: Request
 
 
 class Instrument(Protocol):
-    """What commands act on: a ``Bench``."""
+    """The part of a ``Bench`` that commands use."""
 
     stand: SimulatedStand
     sensing: Sensing
@@ -108,37 +108,37 @@ class Instrument(Protocol):
     faults: FaultParameters
 
     def observe_powered(self) -> Observation:
-        """Return what a move sees of the stand; refused without power."""
+        """Return the observation of the stand for a move; AmplifierOff without power."""
 
     def change_preload(self, command: Identity, preload_n: float) -> None:
-        """Go to another preload; the command ends when it is there."""
+        """Start a change of the preload; the command ends on arrival."""
 
     def end_move(self, why: str) -> None:
-        """End the running move before its end."""
+        """Abort the running move."""
 
     def reset(self, why: str) -> None:
-        """Go back to the state at the start."""
+        """Return to the state at the start."""
 
     def enable(self, *, wanted: bool) -> None:
         """Switch the amplifier on or off."""
 
     def apply_faults(self, faults: FaultParameters) -> None:
-        """Have these faults and no others."""
+        """Set the present faults."""
 
     def change_parameters(self, values: Mapping[str, Scalar]) -> None:
-        """Have other values of live parameters."""
+        """Change live parameters."""
 
 
 class Accepted(NamedTuple):
     """
-    A request that was checked.
+    A checked request.
 
     Attributes
     ----------
     command : Identity
-        Which one it is.
+        Identity of the command.
     value
-        What the check made of its numbers: a wave, a position, a force; None without numbers.
+        Result of the check: a wave, a position, a force; None without numbers.
 
     """
 
@@ -154,22 +154,21 @@ class Command:
     Attributes
     ----------
     name : str
-        Name of its requests and of its end.
+        Name in requests and events.
     interface : str
-        Type of the topic ``command/NAME`` or of the service ``~/NAME``; empty for neither.
+        Type of the topic ``command/NAME`` or of the service ``~/NAME``; empty: neither.
     numbers : tuple of str
-        Its numbers and their units; of a table, those of a row.
+        Numbers and their units; for a table, those of a row.
     check : callable
-        Takes the parameters of the stand and the numbers; returns what they mean, or refuses.
+        Takes the parameters of the stand and the numbers; returns their meaning, or refuses.
     act : callable
-        Carries out what was checked. Returns DONE, or None where its end is reported later.
+        Carries out the checked request. Returns DONE, or None if its end is reported later.
     text : str
         Meaning, for the documentation.
     frame : str
-        Of vectors: which of ``frame_id.*`` they have; only the first of their numbers may differ
-        from 0.
+        For vectors: their parameter of ``frame_id.*``; only the first number may differ from 0.
     is_table : bool
-        Whether it takes any count of rows.
+        Whether it takes any number of rows.
 
     """
 
@@ -184,29 +183,29 @@ class Command:
 
     @property
     def has_topic(self) -> bool:
-        """Whether it comes over a topic; then ``fault.command_delay`` can hold it up."""
+        """Whether it comes by a topic, where ``fault.command_delay`` applies."""
         return '/msg/' in self.interface
 
     @property
     def has_service(self) -> bool:
-        """Whether it comes by a service of its own."""
+        """Whether it comes by its own service."""
         return '/srv/' in self.interface
 
 
 def check_request(request: Request, parameters: Parameters) -> Any:
     """
-    Return what a request comes to: a wave, a position, a force; None for commands without numbers.
+    Check a request; return its wave, position or force, or None for commands without numbers.
 
     Raises
     ------
     UnknownName
-        If there is no such command.
+        If the command is not known.
     WrongKind
         If the numbers are too few, too many, or not finite.
     OutOfRange
-        If a number is outside its limit, or vectors are given in another frame.
+        If a number is outside its limit, or a vector has another frame.
     BeyondSoftLimit
-        If a target lies outside the soft limits.
+        If a target is outside the soft limits.
 
     """
     command = COMMANDS.get(request.name)
@@ -232,7 +231,7 @@ def check_request(request: Request, parameters: Parameters) -> Any:
 
 
 def _all_finite(request: Request) -> Array:
-    """Return the numbers of a request at once: there may be many, and the drive waits for it."""
+    """Return the numbers of a request as an array, which is fast for long tables."""
     numbers = np.asarray(request.values, dtype=float)
     bad = np.flatnonzero(~np.isfinite(numbers))
     if len(bad):
@@ -248,7 +247,7 @@ def _refuse_numbers(request: Request, hint: str) -> None:
 
 
 def _numbers_of(request: Request, command: Command) -> Sequence[float]:
-    """Return the numbers of a request; of a vector its x alone."""
+    """Return the numbers of a request; for a vector only x."""
     labels, values = command.numbers, request.values
     if len(values) != len(labels):
         expected = f'a list of {len(labels)} numbers' if labels else 'empty'
@@ -269,18 +268,18 @@ def _numbers_of(request: Request, command: Command) -> Sequence[float]:
 
 
 def number_name(command: str, label: str) -> str:
-    """Return the name of a number in a message: ``sawtooth amplitude``, but ``voltage``."""
+    """Return the name of a number in a message, as ``sawtooth amplitude`` or ``voltage``."""
     name = label.partition(' ')[0]
     return name if name == command else f'{command} {name}'
 
 
 def _any(_: Parameters, *numbers: float) -> float | None:
-    """Let every number pass."""
+    """Accept every number."""
     return numbers[0] if numbers else None
 
 
 def move(bench: Instrument, accepted: Accepted) -> Result | None:
-    """Begin a move; there is nothing to do where the check has left no wave."""
+    """Start a move; without a wave it is done at once."""
     if accepted.value is None:
         return Result.DONE
     bench.motion.start(accepted.command, accepted.value, bench.observe_powered())
@@ -288,17 +287,17 @@ def move(bench: Instrument, accepted: Accepted) -> Result | None:
 
 
 def jog(bench: Instrument, accepted: Accepted) -> None:
-    """Begin to step, go on at another rate, or end."""
+    """Start stepping, change its rate, or end it."""
     bench.motion.jog(accepted.command, accepted.value, bench.observe_powered())
 
 
 def approach(bench: Instrument, accepted: Accepted) -> None:
-    """Give the closed loop a position to hold."""
+    """Start a closed-loop move to a position."""
     bench.motion.approach(accepted.command, Goal(accepted.value), bench.observe_powered())
 
 
 def follow(bench: Instrument, accepted: Accepted) -> None:
-    """Give the closed loop a trajectory, from the present place on."""
+    """Start a closed-loop move along a trajectory from the present position."""
     now = bench.observe_powered()
     begun = accepted.value.begin(bench.stand.parameters, now.time_ns * NANO, now.position_m)
     goal = Goal(begun.end.position_m, trajectory=begun)
@@ -306,19 +305,19 @@ def follow(bench: Instrument, accepted: Accepted) -> None:
 
 
 def pursue(bench: Instrument, accepted: Accepted) -> None:
-    """Give the closed loop a position or a velocity; a message without either changes nothing."""
+    """Set position or velocity of the closed loop; a message without either changes nothing."""
     if accepted.value is not None:
         bench.motion.pursue(accepted.command, accepted.value, bench.observe_powered())
 
 
 def set_load(bench: Instrument, accepted: Accepted) -> Result:
-    """Push the runner with the force from now on."""
+    """Set the external force on the runner."""
     bench.stand.load_n = accepted.value
     return Result.DONE
 
 
 def set_preload(bench: Instrument, accepted: Accepted) -> None:
-    """Begin to change the preload; it gets there at its rate."""
+    """Start a change of the preload."""
     bench.change_preload(accepted.command, accepted.value)
 
 
@@ -329,13 +328,13 @@ def stop(bench: Instrument, accepted: Accepted) -> Result:
 
 
 def reset(bench: Instrument, accepted: Accepted) -> Result:
-    """Begin anew in all but time."""
+    """Return to the state at the start, but keep the time."""
     bench.reset(f'reset by command {accepted.command.number}')
     return Result.DONE
 
 
 def zero_position(bench: Instrument, accepted: Accepted) -> Result:
-    """Make the present position reading 0; a closed loop would hold another place, and ends."""
+    """Make the present position reading 0; a closed loop ends, as its target would shift."""
     if bench.motion.status_bits & Status.CLOSED_LOOP:
         bench.end_move(f'position zeroed by command {accepted.command.number}')
     bench.motion.forget_start()
@@ -356,19 +355,19 @@ def enable_amplifier(bench: Instrument, accepted: Accepted) -> Result:
 
 
 def clear_faults(bench: Instrument, _: Accepted) -> Result:
-    """End every fault; those of the schedule come again at their times."""
+    """End every fault; scheduled faults still come at their times."""
     bench.apply_faults(FaultParameters(schedule=bench.faults.schedule))
     return Result.DONE
 
 
 def set_parameters(bench: Instrument, accepted: Accepted) -> Result:
-    """Change live parameters, by their names."""
+    """Change live parameters by name."""
     bench.change_parameters(accepted.value)
     return Result.DONE
 
 
 def set_faults(bench: Instrument, accepted: Accepted) -> Result:
-    """Let faults begin or end, by their names."""
+    """Start or end faults by name."""
     bench.apply_faults(Parameters(fault=bench.faults).updated(accepted.value).fault)
     return Result.DONE
 
@@ -383,55 +382,55 @@ _ROWS = (
     Command('steps', INT32, ('steps',), checks.check_steps, move,
             'signed number of steps at step.amplitude and step.frequency; 0 does nothing'),
     Command('jog', FLOAT64, ('frequency Hz',), checks.check_jog, jog,
-            'signed steps per second; stops when jog.timeout passes without a new one; 0 stops'),
+            'signed steps per second; stops after jog.timeout without a new message; 0 stops'),
     Command('waveform', FLOAT64_ARRAY, ('time s', 'voltage V'), checks.check_waveform, move,
             'rows of time s, voltage V; times rise from 0, straight lines in between; at most '
-            f'{WAVEFORM_ROWS_MAX} rows; played once, or as often as the size of a first axis '
-            'labelled cycle says (0: until stopped)', is_table=True),
+            f'{WAVEFORM_ROWS_MAX} rows; played once; the size of a first axis labelled cycle is '
+            'another number of plays (0: until stopped)', is_table=True),
     Command('position', POINT_STAMPED, ('x m', 'y m', 'z m'), checks.check_position, approach,
-            'closed loop: point.x, m; coarse steps, then fine scan, then hold; the rest must be '
-            '0; in frame_id.stage, or no frame',
+            'closed loop: point.x, m; coarse steps, then fine scan, then hold; y and z must be 0; '
+            'in frame_id.stage, or no frame',
             frame='stage'),
     Command(JOINT, JOINT_STATE, ('position m', 'velocity m/s', 'effort N'),
             check_joints, pursue,
-            'sim.joint_name in closed loop: position, m, or without one velocity, m/s; empty and '
-            '.nan are not commanded, effort is refused'),
+            'sim.joint_name in closed loop: position, m, or without a position velocity, m/s; '
+            'empty and .nan are not commanded, effort is refused'),
     Command('load', WRENCH_STAMPED, ('force.x N', 'force.y N', 'force.z N',
                                      'torque.x N m', 'torque.y N m', 'torque.z N m'),
             checks.check_load, set_load,
-            'external force on the runner, N: force.x, positive along +x; the rest must be 0; '
+            'external force on the runner, N: force.x, positive along +x; all others must be 0; '
             'in frame_id.runner, or no frame',
             frame='runner'),
     Command('preload', FLOAT64, ('preload N',), checks.check_preload, set_preload,
-            'preload F_p, N; the drive goes there at stand.preload_rate'),
+            'preload F_p, N; it changes at stand.preload_rate'),
     Command('stop', TRIGGER, (), _any, stop,
             'end the running move and hold the present voltage'),
     Command('reset', TRIGGER, (), _any, reset,
-            'relaxed contacts, runner at 0, no load, voltage as at the start; time runs on'),
+            'relaxed contacts, runner at 0, no load, voltage as at the start; time continues'),
     Command('zero_position', TRIGGER, (), _any, zero_position,
             'make the present position reading 0'),
     Command('tare_force', TRIGGER, (), _any, tare_force,
             'make the present force reading 0'),
     Command('enable_amplifier', SET_BOOL, ('wanted 0 or 1',), _any, enable_amplifier,
-            'amplifier on or off; off, the piezo goes to the lowest voltage and moves are '
-            'refused'),
+            'amplifier on or off; without power the piezo goes to the lowest voltage and moves '
+            'are refused'),
     Command('clear_faults', TRIGGER, (), _any, clear_faults,
             'end every fault, by parameter or schedule'),
     Command(TRAJECTORY, '', ('time s', 'position m', 'velocity m/s', 'acceleration m/s2'),
             check_trajectory, follow,
-            'closed loop along a trajectory; it comes by the action', is_table=True),
+            'closed loop along a trajectory, by the action', is_table=True),
     Command(FAULT, '', (), checks.check_faults, set_faults,
-            'faults by name and value; they come by parameter or schedule'),
+            'faults by name and value, by parameter or schedule'),
     Command(LIVE, '', (), checks.check_live, set_parameters,
-            'live parameters by name and value, when they were set'),
+            'live parameters by name and value, at the time of their change'),
 )
 # fmt: on
 COMMANDS: Mapping[str, Command] = {command.name: command for command in _ROWS}
-"""Every command by its name; in lockstep, commands of one block are carried out in this order."""
+"""All commands by name; in lockstep, the commands of a block are carried out in this order."""
 
 
 def typed_command(name: str) -> Command:
-    """Return a command by its name, or by its first word: ``zero``, ``tare``; refuse another."""
+    """Return a command by its name or the first word of it, as ``zero``; or UnknownName."""
     offered = {each.name: each for each in COMMANDS.values() if each.interface}
     by_word = {each.partition('_')[0]: command for each, command in offered.items()}
     if name not in offered and name not in by_word:

@@ -1,30 +1,29 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Every kernel that a stand may need, compiled before it runs; and how far that is."""
+"""Compile all kernels of a stand before it runs, and report the progress."""
 
 from collections.abc import Callable
 
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.kernels.cache import why_not_kept
+from stickslip_ros.kernels.cache import cache_problem
 from stickslip_ros.parameters import SENSORS, Parameters
 
 KERNELS = 177 + 3 * len(SENSORS)
-"""What ``compile_kernels`` compiles where nothing is compiled yet; of a sensor its loop, low-pass
-and display, at least."""
-RUNS_KERNELS = 25  # what runs take besides that no drive in real time needs
+"""Kernels that ``compile_kernels`` compiles, with at least loop, low-pass and display of each
+sensor."""
+RUNS_KERNELS = 25  # further kernels of offline runs
 REPORT_EVERY = 20
 """Kernels after which the progress of the compilation is logged again."""
 
 
 def compile_kernels() -> None:
     """
-    Compile what is not compiled yet, or load it from the disk.
+    Compile all kernels, or load them from the disk, so that nothing is compiled in real time.
 
-    A stand is led through all that has kernels of its own, on a bench that is thrown away: a run,
-    another preload, a dead foot. Nothing is compiled later, while time must not stand still. The
-    kernels are the same for every stand.
+    A temporary bench executes everything with its own kernels: a run, another preload, a dead
+    foot. The kernels are the same for every stand.
 
     """
     bench = Bench(Parameters().updated({row.switch: True for row in SENSORS if row.switch}))
@@ -41,19 +40,19 @@ def progress_reporter(
     say: Callable[[str], None], kernels: int = KERNELS + RUNS_KERNELS
 ) -> Callable[[int], None]:
     """
-    Return a listener for ``compilation_reported`` that puts the progress into lines.
+    Return a listener for ``compilation_reported`` that reports the progress in lines.
 
     Parameters
     ----------
     say : callable
         Receives a line at the first kernel, and after every ``REPORT_EVERY``.
     kernels : int
-        How many there are to compile, at most.
+        Largest number of kernels to compile.
 
     """
 
     def report(done: int) -> None:
-        if done == 0 and (why := why_not_kept()):
+        if done == 0 and (why := cache_problem()):
             say(why)
         if done % REPORT_EVERY == 0:
             say(f'compiling kernels, once: {done} of {max(kernels, done)}')

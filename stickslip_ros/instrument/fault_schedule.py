@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Faults that come and go at given times, read from a YAML file."""
+"""Faults at given times, read from a YAML file."""
 
 import difflib
 import math
@@ -21,13 +21,13 @@ FORM = 'write - {at: 0.5, set: {fault.interferometer: freeze}} or - {at: 1.0, cl
 
 
 class FaultSchedule:
-    """The faults still to come, given in any order; those of equal times keep theirs."""
+    """The future faults, sorted by time; entries of equal times keep their order."""
 
     def __init__(self, entries: Iterable[TimedRequest] = ()) -> None:
         self._waiting = deque(sorted(entries, key=lambda entry: entry.time_ns))
 
     def due(self, now_ns: int) -> list[Request]:
-        """Return what has become due, each entry once, in the order of their times."""
+        """Return each entry that has become due once, in the order of times."""
         found = []
         while self._waiting and self._waiting[0].time_ns <= now_ns:
             found.append(self._waiting.popleft().request)
@@ -57,8 +57,8 @@ def parse_schedule(text: str, origin: str) -> FaultSchedule:
     ----------
     text : str
         A YAML list of entries ``{at: seconds, set: {fault: value}}`` or
-        ``{at: seconds, clear: true}``; times count from the configuration. The names of faults
-        may leave out ``fault.``.
+        ``{at: seconds, clear: true}``; times count from the configuration. The prefix ``fault.``
+        of a name is optional.
     origin : str
         Name of the source, for messages.
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a JointState asks of the runner, which is the joint of the drive."""
+"""Set points of a JointState for the runner, the only joint of the drive."""
 
 import math
 from typing import NamedTuple
@@ -14,14 +14,14 @@ from stickslip_ros.parameters import Parameters
 
 class Joints(NamedTuple):
     """
-    What is asked of joints, as a JointState says it; empty or not a number is not asked.
+    Set points of joints, as in a JointState; an empty list or NaN is no set point.
 
     Attributes
     ----------
     names : tuple of str
-        Names of the joints; empty for the one that the drive has.
+        Names of the joints; empty: the joint of the drive.
     positions, velocities, efforts : tuple of float
-        One number per joint, m, m/s, N; or none.
+        A number for each joint, m, m/s, N; or empty.
 
     """
 
@@ -31,12 +31,12 @@ class Joints(NamedTuple):
     efforts: tuple[float, ...] = ()
 
 
-NOTHING = Joints()
-"""What a command other than that of joints asks of them."""
+NO_JOINTS = Joints()
+"""No set points, for other commands."""
 
 
 def check_joints(parameters: Parameters, joints: Joints) -> Goal | None:
-    """Return what the runner shall do: go to a position, else move with a velocity; or nothing."""
+    """Return the goal of the runner, a position or else a velocity; None without either."""
     own = parameters.sim.joint_name
     names = joints.names or (own,)
     if own not in names:
@@ -60,9 +60,9 @@ def check_joints(parameters: Parameters, joints: Joints) -> Goal | None:
 def _number_of(
     label: str, numbers: tuple[float, ...], names: tuple[str, ...], own: str
 ) -> float | None:
-    """Return the number of a joint; None where none is given."""
+    """Return the number of the own joint; None if it is not given."""
     if len(numbers) not in (0, len(names)):
-        hint = 'give one to each name, or none at all; .nan is not commanded'
+        hint = 'give a number for each name, or an empty list; .nan is not commanded'
         raise WrongKind(label, list(numbers[:8]), f'a list of {len(names)} numbers', hint)
     number = numbers[names.index(own)] if numbers else math.nan
     if math.isinf(number):

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Moves of the piezo: which wave the amplifier follows, and how every move ends."""
+"""Moves of the piezo: the wave of the amplifier, and the end of every move."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -24,30 +24,30 @@ FAILURES = {
     Result.NO_SENSOR: Status(0),
     Result.AMPLIFIER_DISABLED: Status(0),
 }
-"""Results of a failed move, and the bit that each sets beside MOVEMENT_FAILED."""
+"""Results of a failed move, and the bit that each sets in addition to MOVEMENT_FAILED."""
 RAMP_FIELDS = slice(3)
-"""Fields of a wave that say what its ramps are; jogs at different rates differ in these."""
+"""Fields of a wave that define its ramps; jogs at different rates differ in these."""
 _SET_POINTS = ('voltage', 'position')
-"""Moves to a value that is wanted: the next one of the same topic is no end that is reported."""
+"""Moves to a set point; a next set point of the same topic replaces it without an event."""
 _HOLD = 'hold'
-"""Name under which the end of a hold is reported."""
+"""Name of the end of a hold in its event."""
 
 
 @dataclass(frozen=True)
 class Running:
     """
-    The move that is being carried out.
+    The running move.
 
     Attributes
     ----------
     command : Identity
         Its command.
     wave : Wave or None
-        What it follows; None in closed loop, which finds out on the way.
+        Its wave; None in closed loop.
     steps : int
-        Steps that a jog made at its earlier rates.
+        Steps of a jog at earlier rates.
     start_m : float or None
-        Position reading at its start, m; None where there was none, or steps have no one length.
+        Position reading at its start, m; None without a reading, or if steps differ in length.
 
     """
 
@@ -58,18 +58,18 @@ class Running:
 
     @property
     def direction(self) -> int:
-        """+1 or -1 for steps, which soft limits stop, else 0."""
+        """+1 or -1 for steps, else 0; soft limits stop steps."""
         rise_v = 0.0 if self.wave is None else self.wave.rise_v
         return (rise_v > 0.0) - (rise_v < 0.0)
 
     @property
     def is_cyclic(self) -> bool:
-        """Whether its ramps, or cycles, are counted."""
+        """Whether its ramps or cycles are counted."""
         return self.direction != 0 or (self.wave is not None and repeats(self.wave))
 
 
 Report = Callable[[Identity, Result, str, int, float | None], None]
-"""Receives the end of a move: its command, result, reason, steps and their length, m."""
+"""Receives the end of a move: command, result, reason, number of steps and their length, m."""
 
 
 class Motion:
@@ -79,11 +79,11 @@ class Motion:
     Attributes
     ----------
     wave : Wave
-        What the amplifier shall follow.
+        Present wave of the amplifier.
     is_new : bool
-        Whether the wave begins now; whoever starts its clock sets it back.
+        Whether the clock of the wave must be started.
     replaced : int
-        Set-points, since the start, that the next one of their topic has replaced.
+        Number of set points replaced by the next one of their topic.
 
     """
 
@@ -104,7 +104,7 @@ class Motion:
         self.reset(float(parameters.amplifier.voltage_initial))
 
     def reset(self, voltage_v: float) -> None:
-        """Forget every move and hold a voltage."""
+        """Drop every move and hold a voltage."""
         self._running: Running | None = None
         self._loop: ClosedLoop | None = None
         self._renewed_ns = 0
@@ -112,7 +112,7 @@ class Motion:
         self._follow(level(voltage_v))
 
     def recall(self, values: dict[str, Any]) -> None:
-        """Remember what was read from a file."""
+        """Restore values from a checkpoint."""
         loop = values.pop('_loop')
         vars(self).update(values)
         if loop is not None:
@@ -131,12 +131,12 @@ class Motion:
 
     @property
     def may_end_early(self) -> bool:
-        """Whether it may change or end before its wave has: closed loop, jog, soft limits."""
+        """Whether the move may end before its wave: closed loop, jog, soft limits."""
         return self._is_jog or self._loop is not None or self._parameters.limits.has_soft_limits
 
     @property
     def status_bits(self) -> int:
-        """Bits of Status that moves set."""
+        """Status bits of the moves."""
         bits = int(self._failed)
         loop, running = self._loop, self._running
         if running is None:
@@ -149,31 +149,31 @@ class Motion:
 
     @property
     def followed(self) -> Followed | None:
-        """Of a trajectory: set point and reading of the last block; other threads may ask."""
+        """For a trajectory: set point and reading of the last block; safe in other threads."""
         loop = self._loop
         return None if loop is None else loop.followed
 
     def start(self, command: Identity, wave: Wave, observation: Observation) -> None:
-        """Follow a wave in place of the running move; a table, at the end of a cycle of one."""
+        """Replace the running move by a wave; a table waits for the end of a table's cycle."""
         before, has_begun = self.wave, not self.is_new or self.wave.lead_s > 0.0
-        goes_on = has_begun and repeats(before) and observation.cycles < before.cycles
-        if len(wave.rows) and goes_on:
+        repeating = has_begun and repeats(before) and observation.cycles < before.cycles
+        if len(wave.rows) and repeating:
             wave = after(before, observation.ramp_s, wave)
-        self._make_way(command, observation)
+        self._end_previous(command, observation)
         self._running = Running(command, wave, start_m=observation.reading_m)
         self._follow(wave)
         self._stop_beyond_soft_limit(observation)
 
     def approach(self, command: Identity, goal: Goal, observation: Observation) -> None:
-        """Pursue a goal in closed loop in place of the running move."""
-        self._make_way(command, observation)
+        """Replace the running move by a goal of the closed loop."""
+        self._end_previous(command, observation)
         self._close_loop(command, goal, observation)
 
     def pursue(self, command: Identity, goal: Goal, observation: Observation) -> None:
-        """Give a new goal to the closed loop of this command; without one, close the loop."""
+        """Change the goal of this command's closed loop, or start it."""
         running, loop = self._running, self._loop
         if running is None or loop is None or not _continues(running.command, command):
-            self._make_way(command, observation)
+            self._end_previous(command, observation)
             self._close_loop(command, goal, observation)
         else:
             was_holding = loop.holds
@@ -184,7 +184,7 @@ class Motion:
         self._stop_beyond_soft_limit(observation)
 
     def change_parameters(self, parameters: Parameters, observation: Observation) -> None:
-        """Have other values of live parameters; a target that they exclude is given up."""
+        """Change live parameters; end a move to a target that they exclude."""
         self._parameters = parameters
         if self._loop is None:
             return
@@ -196,7 +196,7 @@ class Motion:
             self.end(Outcome(Result.RANGE_LIMIT_REACHED, why), observation)
 
     def forget_start(self) -> None:
-        """Know no longer where the running move began: the position has another zero."""
+        """Forget the start position of the running move, because the zero has changed."""
         if self._running is not None:
             self._running = replace(self._running, start_m=None)
 
@@ -206,17 +206,17 @@ class Motion:
         self._follow(level(observation.voltage_v))
 
     def jog(self, command: Identity, wave: Wave | None, observation: Observation) -> None:
-        """Start to jog, go on with it, at another rate or not; without a wave, end it."""
+        """Start a jog, or renew it and change its rate; without a wave, end it."""
         running = self._running
         if running is None or running.command.name != command.name:
             if wave is None:
                 self._report(command, Result.DONE, 'no jog was running', 0, None)
                 return
-            self._make_way(command, observation)
+            self._end_previous(command, observation)
             self._running = Running(command, wave, start_m=observation.reading_m)
             self._follow(wave)
         elif wave is None:
-            self._come_to_rest(f'ended by command {command.number}', observation)
+            self._finish(f'ended by command {command.number}', observation)
             return
         elif wave[RAMP_FIELDS] != self.wave[RAMP_FIELDS]:
             self.replaced += 1
@@ -229,7 +229,7 @@ class Motion:
         self._stop_beyond_soft_limit(observation)
 
     def watch(self, observation: Observation) -> None:
-        """Look at the stand after a block: go on, or end the move."""
+        """Continue or end the move after a block."""
         if self._running is None:
             return
         if self._stop_beyond_soft_limit(observation):
@@ -238,14 +238,14 @@ class Motion:
         needs_renewal = is_jog or (loop is not None and loop.goal.direction != 0)
         timeout_ns = to_nanoseconds(self._parameters.jog.timeout)
         if needs_renewal and observation.time_ns >= self._renewed_ns + timeout_ns:
-            self._come_to_rest('jog.timeout passed without a new command', observation)
+            self._finish('jog.timeout passed without a new command', observation)
         elif loop is not None:
-            self._go_on(loop, observation)
+            self._continue_loop(loop, observation)
         elif not is_jog and observation.arrived:
             self.end(Outcome(Result.DONE), observation)
 
     def end(self, outcome: Outcome, observation: Observation) -> None:
-        """End the running move, if there is one, and hold its present voltage."""
+        """End the running move, if any, and hold its present voltage."""
         running, loop = self._running, self._loop
         self._running = self._loop = None
         if running is None:
@@ -266,8 +266,8 @@ class Motion:
             hold = running.command._replace(name=_HOLD)
             self._report(hold, outcome.result, outcome.why, 0, loop.step_m)
 
-    def _make_way(self, command: Identity, observation: Observation) -> None:
-        """End the running move; not reported of a set-point that its sender replaces."""
+    def _end_previous(self, command: Identity, observation: Observation) -> None:
+        """End the running move; without an event if its sender replaces a set point."""
         running, loop = self._running, self._loop
         is_next = running is not None and _continues(running.command, command)
         if not is_next or command.name not in _SET_POINTS:
@@ -282,12 +282,12 @@ class Motion:
         self.wave = wave
         self.is_new = True
 
-    def _come_to_rest(self, why: str, observation: Observation) -> None:
+    def _finish(self, why: str, observation: Observation) -> None:
         self._follow(level(observation.voltage_v))
         self.end(Outcome(Result.DONE, why), observation)
 
-    def _go_on(self, loop: ClosedLoop, observation: Observation) -> None:
-        held = loop.holds
+    def _continue_loop(self, loop: ClosedLoop, observation: Observation) -> None:
+        was_holding = loop.holds
         wave, outcome = loop.update(observation)
         if wave is not None:
             self._follow(wave)
@@ -295,13 +295,13 @@ class Motion:
             return
         if outcome.result is not Result.DONE:
             self.end(outcome, observation)
-        elif self._running is not None and not held:
+        elif self._running is not None and not was_holding:
             self._report(self._running.command, Result.DONE, '', 0, loop.step_m)
             if not self._parameters.closed_loop.hold:
                 self._running = self._loop = None
 
     def _stop_beyond_soft_limit(self, observation: Observation) -> bool:
-        """End steps that lead out of the soft limits, or begin beyond them; tell whether."""
+        """End steps that leave the soft limits or start beyond them; return whether ended."""
         limits, running, loop = self._parameters.limits, self._running, self._loop
         if running is None or not limits.has_soft_limits:
             return False
@@ -313,12 +313,12 @@ class Motion:
         else:
             return False
         why = f'{observation.position_m:.6g} m is {side}'
-        # A wave that has not begun yet has made no ramp, whatever the one before it made.
+        # A new wave has made no ramp yet; the observed cycles are those of the previous wave.
         cycles = 0 if self.is_new else observation.cycles
         self.end(Outcome(Result.RANGE_LIMIT_REACHED, why), observation._replace(cycles=cycles))
         return True
 
 
 def _continues(running: Identity, command: Identity) -> bool:
-    """Return whether a command is of the topic and the sender of the running one."""
+    """Return whether a command has the topic and the sender of the running one."""
     return (running.name, running.tag) == (command.name, command.tag)

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-How a stick-slip stage is brought to a position: coarse steps, then a fine scan, then hold.
+Position control of a stick-slip stage: coarse steps, then a fine scan, then hold.
 
-The loop sees position readings and asks for steps or voltages; it knows neither drive nor node.
-The built-in closed loop runs it inside the instrument.
+The loop turns position readings into steps or voltages, and does not depend on drive or node. The
+built-in closed loop runs it inside the instrument.
 
 """
 
@@ -17,36 +17,36 @@ from typing import Any, ClassVar
 from stickslip_ros.parameters import Parameters
 
 _REACH = 1.3
-"""A scan is tried up to so many times the stroke that is left: at its end, a jump back to the
-middle often leaves the runner nearer to the target than a step would."""
+"""Largest error for a scan, per remaining stroke. At its end, a jump to the middle often leaves
+the runner nearer to the target than a step."""
 CENTRES_MAX = 2
-"""Jumps to the middle between two steps: a runner that sticks comes back with every one."""
+"""Largest number of jumps to the middle between two steps; a sticking runner returns each time."""
 COARSE_SHARE = 0.9
-"""Share of the way that a burst of steps goes: step lengths are estimates."""
+"""Share of the way covered by a burst of steps, as step lengths are estimates."""
 LEARN_STEPS = 5
-"""Shortest burst that teaches the step length: its first step starts from another voltage."""
+"""Least number of steps to learn the step length; the first starts from another voltage."""
 SCAN_MAX = 0.05
-"""Largest voltage change of one update of the scan, per range: a jump that is short against the
-presliding displacement does not slip."""
+"""Largest voltage change of an update of the scan, per range; a jump that is short compared with
+the presliding displacement does not slip."""
 _MARGIN = 0.08
-"""Share of the range at either end where the loop does not like to rest: creep would soon take
-the piezo to its end."""
+"""Share of the range at either end in which the loop does not rest, as creep would soon bring the
+piezo to its end."""
 BURST_MAX = 2**31 - 1
-"""Most steps of one burst: what a message can carry."""
+"""Most steps of a burst, as a message is limited."""
 STEP_LEAST = 0.05
-"""Least step length that the loop believes, per stroke."""
+"""Least accepted step length, per stroke."""
 
 
 @dataclass(frozen=True)
 class Steps:
-    """Make so many steps; the sign is the direction."""
+    """Action: make a number of steps; the sign is the direction."""
 
     count: int
 
 
 @dataclass(frozen=True)
 class Level:
-    """Go to a voltage, V."""
+    """Action: go to a voltage, V."""
 
     voltage_v: float
 
@@ -54,7 +54,7 @@ class Level:
 @dataclass(frozen=True)
 class LoopSettings:
     """
-    What the loop knows of the stage.
+    Settings of the loop.
 
     Attributes
     ----------
@@ -63,11 +63,11 @@ class LoopSettings:
     voltage_min_v, voltage_max_v : float
         Range of the scan, V.
     step_v : float
-        Amplitude of a step, V, from ``voltage_min_v`` on.
+        Amplitude of a step from ``voltage_min_v``, V.
     share : float
-        Share of the error that one update of the scan takes back, 0 to 1.
+        Share of the error that an update of the scan corrects, 0 to 1.
     deadband_m : float
-        Error that is left alone when the piezo is at its end, m.
+        Error that is accepted when the piezo is at its end, m.
 
     """
 
@@ -80,7 +80,7 @@ class LoopSettings:
 
 
 def loop_settings(parameters: Parameters) -> LoopSettings:
-    """Return what the parameters of a stand say of its stage; one update per block."""
+    """Return the settings for a stand, with an update in each block."""
     amplifier, closed_loop = parameters.amplifier, parameters.closed_loop
     return LoopSettings(
         gain_m_per_v=parameters.actuator.gain,
@@ -94,16 +94,16 @@ def loop_settings(parameters: Parameters) -> LoopSettings:
 
 class PositionLoop:
     """
-    Decide what to do next, from one reading after the other.
+    Choose the next action from each position reading.
 
     Attributes
     ----------
     voltage_v : float
-        Voltage at the piezo as the loop believes, V.
+        Expected voltage at the piezo, V.
     is_coarse : bool
-        Whether the last decision was a burst of steps or a jump, no scan.
+        Whether the last action was a burst of steps or a jump, not a scan.
     learned_m : float or None
-        Way of the reading per step of the last burst that was long enough, m; None before.
+        Step length from the last burst that was long enough, m; None before.
 
     """
 
@@ -128,21 +128,21 @@ class PositionLoop:
         self._step_m = self._stroke_m(settings.step_v)
         self._burst = 0
         self._before_m = 0.0
-        self.start_anew()
+        self.reset_attempts()
 
     def recall(self, values: dict[str, Any]) -> None:
-        """Remember what was read from a file; the stroke may be another one now."""
+        """Restore values from a checkpoint; the stroke may differ."""
         vars(self).update(values)
         self._set_step(self._step_m)
 
     def update(self, target_m: float, position_m: float) -> Steps | Level:
         """
-        Return what to do now; to be called when what was asked for before is over.
+        Return the next action, when the last one is over.
 
         Parameters
         ----------
         target_m, position_m : float
-            Where the runner shall be, and the reading that says where it is, m.
+            Target and position reading, m.
 
         """
         self._learn(position_m)
@@ -150,14 +150,14 @@ class PositionLoop:
         self.is_coarse = not self._may_scan(error_m)
         may_centre = self._centres < CENTRES_MAX and abs(error_m) <= _REACH * self._half_scan_m()
         if not self.is_coarse and abs(error_m) <= self.settings.deadband_m:
-            self.is_coarse = may_centre and not self._rests and self._is_at_an_end()
+            self.is_coarse = may_centre and not self._rests and self._is_near_end()
             self._rests = not self.is_coarse
         if not self.is_coarse:
             return self._scan(error_m)
         return self.centre() if may_centre else self._step(error_m, position_m)
 
-    def passes(self, target_m: float, position_m: float) -> bool:
-        """Return whether a burst is a stroke beyond its target: steps are longer than thought."""
+    def has_overshot(self, target_m: float, position_m: float) -> bool:
+        """Return whether a burst is a stroke beyond its target; then double the step length."""
         error_m = target_m - position_m
         stroke_m = self._stroke_m(self.settings.step_v)
         if self._burst * error_m >= 0.0 or abs(error_m) <= stroke_m:
@@ -166,23 +166,23 @@ class PositionLoop:
         self._step_m = min(2.0 * self._step_m, stroke_m)
         return True
 
-    def leads_beyond(self, target_m: float) -> bool:
-        """Return whether the burst under way is expected to end beyond another target."""
+    def overshoots(self, target_m: float) -> bool:
+        """Return whether the present burst is expected to end beyond a new target."""
         end_m = self._before_m + self._burst * self._step_m
         return self._burst * (target_m - end_m) < 0.0
 
-    def break_off(self, voltage_v: float) -> None:
-        """Forget the burst under way, of which nothing is learned: it ends at this voltage."""
+    def abort_burst(self, voltage_v: float) -> None:
+        """Abort the present burst at a voltage, without learning from it."""
         self._burst = 0
         self.voltage_v = voltage_v
 
-    def start_anew(self) -> None:
-        """Forget what was tried for the last target."""
+    def reset_attempts(self) -> None:
+        """Reset the attempts for the last target."""
         self._centres = 0
         self._rests = False
 
     def centre(self) -> Level:
-        """Jump to the middle: the runner slips under it, or comes along and needs another step."""
+        """Jump to the middle of the range; the runner slips, or moves along and needs a step."""
         self._centres += 1
         self.voltage_v = 0.5 * (self.settings.voltage_min_v + self.settings.voltage_max_v)
         return Level(self.voltage_v)
@@ -191,7 +191,7 @@ class PositionLoop:
         return self.settings.gain_m_per_v * voltage_v
 
     def _may_scan(self, error_m: float) -> bool:
-        """Return whether an error can be scanned away; a scan that has begun is continued."""
+        """Return whether a scan can correct an error; a started scan continues."""
         settings = self.settings
         end_v = settings.voltage_max_v if error_m > 0.0 else settings.voltage_min_v
         room_m = self._stroke_m(abs(end_v - self.voltage_v))
@@ -199,13 +199,13 @@ class PositionLoop:
             return abs(error_m) <= 2.0 * self._half_scan_m()
         return abs(error_m) <= max(_REACH * room_m, settings.deadband_m)
 
-    def _is_at_an_end(self) -> bool:
-        """Return whether the piezo has hardly any way left on one side."""
+    def _is_near_end(self) -> bool:
+        """Return whether the piezo is near an end of its range."""
         low_v, high_v = self.settings.voltage_min_v, self.settings.voltage_max_v
         return min(self.voltage_v - low_v, high_v - self.voltage_v) < _MARGIN * (high_v - low_v)
 
     def _half_scan_m(self) -> float:
-        """Return how far a scan can go from the middle, m."""
+        """Return the reach of a scan from the middle, m."""
         settings = self.settings
         return 0.5 * self._stroke_m(settings.voltage_max_v - settings.voltage_min_v)
 
@@ -218,10 +218,10 @@ class PositionLoop:
         return Level(self.voltage_v)
 
     def _step(self, error_m: float, position_m: float) -> Steps:
-        self.start_anew()
+        self.reset_attempts()
         settings = self.settings
-        far_m = COARSE_SHARE * (abs(error_m) - self._half_scan_m())
-        count = max(1, math.floor(min(far_m / self._step_m, BURST_MAX)))
+        way_m = COARSE_SHARE * (abs(error_m) - self._half_scan_m())
+        count = max(1, math.floor(min(way_m / self._step_m, BURST_MAX)))
         forwards = error_m > 0.0
         self.voltage_v = settings.voltage_min_v + (0.0 if forwards else settings.step_v)
         self._burst = count if forwards else -count
@@ -229,7 +229,7 @@ class PositionLoop:
         return Steps(self._burst)
 
     def _learn(self, position_m: float) -> None:
-        """Take the step length from the burst that is over, unless something pushed it back."""
+        """Learn the step length from the finished burst, unless the runner was pushed back."""
         burst, self._burst = self._burst, 0
         way_m = position_m - self._before_m
         if abs(burst) < LEARN_STEPS or way_m * burst <= 0.0:

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The sensors of the stand: truth in, readings out."""
+"""The sensors of the stand, from true values to readings."""
 
 import math
 from collections.abc import Mapping
@@ -24,18 +24,18 @@ CLASSES: dict[str, type[Reader]] = {
     )
     for row in SENSORS
 }
-"""What reads each sensor: LoadCell of ``load_cell`` for LoadCellParameters."""
+"""Class of each sensor, by its name: LoadCell of the module ``load_cell``."""
 
 
 @entry_point
 def fill_times(trace: Array, start_ns: int, sample_ns: int) -> None:
-    """Write the times of the samples after a start into the first column of a trace, s."""
+    """Fill the first column of a trace with the times of its samples, s."""
     for i in range(len(trace)):
         trace[i, 0] = (start_ns + (i + 1) * sample_ns) * NANO
 
 
 class Sensing:
-    """All sensors, each under its name; those that are not there remember rest."""
+    """All sensors as attributes; those that are not installed stay at rest."""
 
     REMEMBERED: ClassVar[Mapping[str, Any]] = {
         **CLASSES,
@@ -46,31 +46,31 @@ class Sensing:
     load_cell: Reader
 
     def __init__(self, parameters: Parameters) -> None:
-        there = parameters.sensors
+        installed = parameters.sensors
         for row in SENSORS:
-            column = FIRST_READING + there.index(row) if row in there else 0
+            column = FIRST_READING + installed.index(row) if row in installed else 0
             setattr(self, row.name, CLASSES[row.name](row, column, parameters))
-        # The last first: those of the truth's own columns replace what others look at.
-        self._readers: list[Reader] = [getattr(self, row.name) for row in there[::-1]]
+        # In reverse order, because the first sensors overwrite true values that others measure.
+        self._readers: list[Reader] = [getattr(self, row.name) for row in installed[::-1]]
         self._sample_ns = parameters.sample_ns
         self._faults = FaultParameters()
         self.reading_m: float | None = 0.0  # position at the end of the last block, if known
 
     @property
     def position_m(self) -> float:
-        """Mean position reading of the last block, m; not a number where there is none."""
+        """Mean position reading of the last block, m; NaN without a reading."""
         return self.interferometer.position_m
 
     def reset(self) -> None:
-        """Go back to the start: at rest at zero, no tare, the beam found, the same noise again."""
+        """Return to the start: rest at zero, no tare, a beam, and the same noise again."""
         for reader in self._readers:
             reader.reset()
         self._faults = FaultParameters()
         self.reading_m = 0.0
 
     def recall(self, values: dict[str, Any]) -> None:
-        """Remember what was read from a file."""
-        self._break_down(values.pop('_faults'))
+        """Restore values from a checkpoint."""
+        self._apply_faults(values.pop('_faults'))
         self.reading_m = values.pop('reading_m')
         for name, memory in values.items():
             getattr(self, name).recall(memory)
@@ -78,9 +78,9 @@ class Sensing:
     def read(
         self, trace: Array, time_ns: int, voltage_v: float, faults: FaultParameters
     ) -> Readings:
-        """Fill times and readings into a trace of the truth; return what is published."""
+        """Fill times and readings into a trace of true values; return the readings to publish."""
         if faults is not self._faults:
-            self._break_down(faults)
+            self._apply_faults(faults)
         truth = trace[-1].copy()
         fill_times(trace, time_ns - len(trace) * self._sample_ns, self._sample_ns)
         for reader in self._readers:
@@ -90,14 +90,14 @@ class Sensing:
         self.reading_m = position_m if math.isfinite(position_m) else None
         return readings
 
-    def _break_down(self, faults: FaultParameters) -> None:
+    def _apply_faults(self, faults: FaultParameters) -> None:
         self._faults = faults
         for reader in self._readers:
-            reader.break_down(faults)
+            reader.apply_faults(faults)
 
     @property
     def status_bits(self) -> int:
-        """Bits of Status that sensors set."""
+        """Status bits of the sensors."""
         bits = 0
         for reader in self._readers:
             bits |= reader.status_bits

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The drive on its test stand: the true position and force that the sensors measure."""
+"""The drive on its test stand, with the true position and force that the sensors measure."""
 
 import math
 from collections.abc import Mapping
@@ -41,13 +41,13 @@ class SimulatedStand:
     Attributes
     ----------
     plants : array of one record of PLANT
-        What does not change while the drive runs, but for preload and faults.
+        Constants of the drive; only preload and faults change them.
     states : array of one record of STATE
-        What does.
+        State of the drive.
     load_n : float
         External force on the runner, N.
     wanted_n : float
-        Preload to which it goes, N.
+        Wanted preload, N.
 
     """
 
@@ -67,16 +67,16 @@ class SimulatedStand:
         self._ramps = np.zeros((ramps, 3))
         self._sample_s = parameters.sample_ns * NANO
         self._columns = max(len(TRUTH), len(trace_columns(parameters)))
-        self.to_rest()
+        self.reset()
 
     @property
     def ledger(self) -> EnergyLedger:
-        """Where the energy went since the start or the last reset."""
+        """Energy balance since the start or the last reset."""
         return take_ledger(self.plants, self.states)
 
     @property
     def passes_made(self) -> int:
-        """Passes that the loops over time have made: what the drive has cost so far."""
+        """Passes of the loops over time, as a measure of the computing cost."""
         return int(self.states['passes_made'].item())
 
     @property
@@ -86,49 +86,49 @@ class SimulatedStand:
 
     @property
     def cycle(self) -> int:
-        """Ramps of the wave that are over."""
+        """Number of finished ramps of the wave."""
         return int(self._cycle.item())
 
     @property
     def ramp_s(self) -> float:
-        """Time since the present ramp of the wave began, s."""
+        """Time since the start of the present ramp of the wave, s."""
         return float(self._ramp.item())
 
     @property
     def is_separate(self) -> bool:
-        """Whether the feet are moved one by one."""
+        """Whether the feet move separately."""
         return bool(self.plants['separate'].item())
 
     @property
     def is_preloaded(self) -> bool:
-        """Whether the preload has come to the wanted one."""
+        """Whether the preload has reached the wanted one."""
         return bool(self._preload.item() == self.wanted_n)
 
-    def to_rest(self) -> None:
-        """Go back to the state at the start, without faults."""
+    def reset(self) -> None:
+        """Return to the state at the start, without faults."""
         stand = self.parameters.stand
         self.plants = plant_of(self.parameters)
-        self._look_at(state_at_rest(self.plants, stand.preload))
+        self._set_states(state_at_rest(self.plants, stand.preload))
         self.load_n = 0.0
         self.wanted_n = stand.preload
         if stand.preload_end:
             self.change_preload(stand.preload_end)
 
-    def _look_at(self, states: Record) -> None:
-        """Take states; what is asked for in every block is found once."""
+    def _set_states(self, states: Record) -> None:
+        """Replace the states, and keep views of the fields that every block reads."""
         self.states = states
         self._cycle, self._ramp = states['clock']['cycle'], states['clock']['ramp_s']
         self._voltage, self._preload = states['voltage_v'], states['preload_n']
 
     def change_preload(self, preload_n: float) -> None:
-        """Let the springs take over, and go to another preload, N."""
+        """Start a change to another preload, N."""
         change_preload(self.plants, self.states, self.parameters, preload_n)
         self.wanted_n = preload_n
 
     def recall(self, values: dict[str, Any], faults: FaultParameters, *, is_powered: bool) -> None:
-        """Remember what was read from a file; the plant at rest becomes what it was."""
+        """Restore values from a checkpoint, and set the plant to match."""
         self.load_n, self.wanted_n = values['load_n'], values['wanted_n']
-        self._look_at(values['states'])
+        self._set_states(values['states'])
         check_load(self.parameters, self.load_n)
         stand, plant = self.parameters.stand, self.plants[0]
         if (values['is_separate'] or faults.dead_foot) and not plant.separate:
@@ -140,8 +140,8 @@ class SimulatedStand:
         plant.amplifier.on = is_powered
         set_ideal(plant)
 
-    def break_down(self, faults: FaultParameters, *, is_powered: bool) -> None:
-        """Have these faults, and no others, from now on; without power, no voltage either."""
+    def apply_faults(self, faults: FaultParameters, *, is_powered: bool) -> None:
+        """Set the present faults; without power the voltage goes to the lowest."""
         apply_faults(
             self.plants,
             self.states,
@@ -152,20 +152,20 @@ class SimulatedStand:
         )
 
     def wave_with(self, wave: Wave, faults: FaultParameters) -> Wave:
-        """Return a wave as the faults leave it."""
+        """Return a wave with the missed steps of the faults."""
         return missing(wave, faults.missed_steps, self.parameters.sim.seed)
 
     def start_clock(self) -> None:
-        """Let a new wave begin now."""
+        """Reset the clock for the start of a wave."""
         start_clock(self.states)
 
     def has_arrived(self, wave: Wave) -> bool:
-        """Return whether a wave and the amplifier are at their end."""
+        """Return whether a wave is over and the voltage has reached its final value."""
         return has_arrived(self.plants, wave, self.states)
 
     def advance(self, wave: Wave, samples: int) -> Array:
         """
-        Advance by some samples of the trace; return the truth, one row each, without times.
+        Advance by a number of samples; return their true values, a row each, without times.
 
         Raises
         ------
@@ -180,7 +180,7 @@ class SimulatedStand:
         return trace
 
     def ramps_since(self, cycle: int) -> Array:
-        """Return start, mean and end (m) of the ramps that ended from a cycle of the wave on."""
+        """Return start, mean and end (m) of the finished ramps from a cycle of the wave on."""
         now = self.cycle
         if cycle == now:
             return NO_RAMPS

@@ -2,17 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-What an object remembers as a tree of numbers and texts; and back, with every value checked.
+Convert the state of an object to a tree of numbers and texts, and back with every value checked.
 
-An object lists by name in REMEMBERED what it remembers, each with its form:
+REMEMBERED of a class lists the attributes of its state, each with its form:
 
 - ``bool``, ``str``, ``int``, or a ``range`` of whole numbers; an enumeration;
 - ``float``: a finite number; any number at all in ``Annotated[..., UNCHECKED]``;
-- ``(kind, shape)``: an array of records or numbers, as ``contact.record`` has fields; -1 is any;
+- ``(kind, shape)``: an array of records or numbers of ``kernels.record``; -1 is any length;
 - ``X | None``, ``tuple[X, Y]``, ``list[X]``, ``deque[X]``; a table of forms by name;
-- a NamedTuple or a dataclass, whose fields have types; a class with a REMEMBERED of its own.
+- a NamedTuple or a dataclass, by the types of its fields; a class with its own REMEMBERED.
 
-Reading makes nothing but these; the ``recall`` of an object takes the table of its own.
+Reading creates only these; for a class with REMEMBERED it gives the table for its ``recall``.
 
 """
 
@@ -38,9 +38,9 @@ from stickslip_ros.kernels.record import COUNT, FLAG, FLOAT
 UNCHECKED = 'unchecked'
 ANY_FLOAT = Annotated[float, UNCHECKED]
 LARGEST = 1e15
-"""No quantity of the drive is larger, in SI units."""
+"""Largest quantity of the drive, in SI units."""
 WHOLE = range(-(1 << 62), (1 << 62) + 1)
-"""Whole numbers that kernels can count on from."""
+"""Whole numbers from which kernels can count without overflow."""
 COUNTS = {
     'cycle': 1 << 61,
     'depth': CAPACITY - 1,
@@ -49,12 +49,12 @@ COUNTS = {
     'passes_made': 1 << 61,
     'samples': 1 << 53,
 }
-"""Largest value of each count in a record; many of them index."""
+"""Largest value of each count in a record; many counts are indices."""
 HINT = 'give one that a bench has saved'
 
 
 def plain(value: Any) -> Any:
-    """Return a value as numbers, texts, lists and tables; arrays as a text of their bytes."""
+    """Convert a value to numbers, texts, lists, tables; arrays become base64 of their bytes."""
     if isinstance(value, np.ndarray | array):
         values = np.asarray(value)
         return base64.b64encode(values.astype(without_gaps(values.dtype)).tobytes()).decode()
@@ -72,7 +72,7 @@ def plain(value: Any) -> Any:
 
 @cache
 def without_gaps(kind: Any) -> Any:
-    """Return a kind of record without gaps between its fields, in which anything may stand."""
+    """Return a kind of record without the padding between its fields."""
     if kind.subdtype is not None:
         base, shape = kind.subdtype
         return np.dtype((without_gaps(base), shape))
@@ -83,26 +83,27 @@ def without_gaps(kind: Any) -> Any:
 
 def read(form: Any, tree: Any, place: str, *, is_checked: bool = True) -> Any:
     """
-    Return the value of a form that a tree describes; of objects that remember, a table by name.
+    Return the value of a form from a tree; for a class with REMEMBERED, a table by name.
 
     Raises
     ------
     WrongKind
-        If a value is of another form or out of its range, or a name is missing or too many.
+        If a value has another form or is out of its range, or names are missing or unknown.
 
     """
-    if form == Array:  # of a waveform
+    if form == Array:  # table of a waveform
         form = (FLOAT, (-1, 2))
     if isinstance(form, tuple):
         kind, shape = form
-        return _array(kind, shape, tree, place)
+        return _read_array(kind, shape, tree, place)
     if get_origin(form) is not None:
-        return _several(get_origin(form), get_args(form), tree, place, is_checked=is_checked)
+        forms = get_args(form)
+        return _read_composite(get_origin(form), forms, tree, place, is_checked=is_checked)
     if hasattr(form, '_fields') or dataclasses.is_dataclass(form):
         return form(**read(get_type_hints(form), tree, place, is_checked=is_checked))
     forms = getattr(form, 'REMEMBERED', form)
     if not isinstance(forms, Mapping):
-        return _single(form, tree, place, is_checked=is_checked)
+        return _read_scalar(form, tree, place, is_checked=is_checked)
     if not isinstance(tree, dict) or tree.keys() != forms.keys():
         raise refusal(place, tree, f'a table of {", ".join(forms)}')
     return {
@@ -111,8 +112,8 @@ def read(form: Any, tree: Any, place: str, *, is_checked: bool = True) -> Any:
     }
 
 
-def _several(origin: Any, forms: Any, tree: Any, place: str, *, is_checked: bool) -> Any:
-    """Return what has one of several forms, or consists of several values."""
+def _read_composite(origin: Any, forms: Any, tree: Any, place: str, *, is_checked: bool) -> Any:
+    """Return a value of alternative forms, or one that consists of several values."""
     if origin is Annotated:
         return read(forms[0], tree, place, is_checked=False)
     if origin is UnionType:
@@ -124,7 +125,7 @@ def _several(origin: Any, forms: Any, tree: Any, place: str, *, is_checked: bool
                 return read(form, tree, place, is_checked=is_checked)
         return read(last, tree, place, is_checked=is_checked)
     if origin is Sequence and isinstance(tree, str):
-        return array('d', _array(FLOAT, (-1,), tree, place, is_checked=is_checked).tobytes())
+        return array('d', _read_array(FLOAT, (-1,), tree, place, is_checked=is_checked).tobytes())
     is_fixed = origin is tuple and forms[-1] is not Ellipsis
     if not isinstance(tree, list) or (is_fixed and len(tree) != len(forms)):
         raise refusal(place, tree, f'a list of {len(forms)}' if is_fixed else 'a list')
@@ -136,7 +137,7 @@ def _several(origin: Any, forms: Any, tree: Any, place: str, *, is_checked: bool
     return (tuple if origin is Sequence else origin)(values)
 
 
-def _single(form: Any, tree: Any, place: str, *, is_checked: bool) -> Any:
+def _read_scalar(form: Any, tree: Any, place: str, *, is_checked: bool) -> Any:
     """Return a number, a text or a member of an enumeration."""
     limits = WHOLE if form is int else form
     if isinstance(limits, range):
@@ -167,8 +168,8 @@ def _single(form: Any, tree: Any, place: str, *, is_checked: bool) -> Any:
     return tree
 
 
-def _array(kind: Any, shape: Any, text: Any, place: str, *, is_checked: bool = True) -> Any:
-    """Return an array, to be written, of a text."""
+def _read_array(kind: Any, shape: Any, text: Any, place: str, *, is_checked: bool = True) -> Any:
+    """Return a writable array from base64."""
     kind = np.dtype(kind)
     try:
         values = np.frombuffer(base64.b64decode(text, validate=True), without_gaps(kind))
@@ -181,7 +182,7 @@ def _array(kind: Any, shape: Any, text: Any, place: str, *, is_checked: bool = T
 
 
 def _check(values: Any, name: str, place: str) -> None:
-    """Refuse records of which a field is out of its range."""
+    """Refuse records with a field out of its range."""
     kind = values.dtype
     if kind.names is not None:
         for each in kind.names:
@@ -198,14 +199,14 @@ def _check(values: Any, name: str, place: str) -> None:
         is_right, expected = (values >= 0.0) & (values <= LARGEST), 'a finite number from 0'
     else:
         is_right, expected = abs(values) <= LARGEST, 'a finite number'
-        if name == 'truth_m':  # none before the first sample
+        if name == 'truth_m':  # NaN before the first sample
             is_right |= np.isnan(values)
     if not np.all(is_right):
         raise refusal(place, values[~is_right][0].item(), expected)
 
 
 def refusal(place: str, value: Any, expected: str) -> WrongKind:
-    """Return the refusal of a value; of a table or list it tells no more than that."""
+    """Return the refusal of a value; for a table or a list the message gives only its length."""
     is_many = isinstance(value, dict | list)
     shown = f'a {type(value).__name__} of {len(value)}' if is_many else value
     return WrongKind(place, shown, expected, HINT)

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A trajectory of the runner: places, and the times at which it shall be there."""
+"""A trajectory of the runner: positions and their times."""
 
 import math
 from bisect import bisect_right
@@ -17,17 +17,17 @@ from stickslip_ros.parameters import Parameters, Scalar
 
 POINTS_MAX = 10_000
 NONE = -1.0
-"""A tolerance that is none, as in ``control_msgs/msg/JointTolerance``."""
+"""No tolerance, as in ``control_msgs/msg/JointTolerance``."""
 _DEGREES = (1, 3, 5)
 _SETTINGS = ('degree', 'start', 'path_tolerance', 'goal_tolerance', 'goal_time_tolerance')
 _SHARES = np.linspace(0.0, 1.0, 33)[:, np.newaxis]
-"""Where between two points positions and velocities are looked at."""
+"""Shares of the time between two points at which positions and velocities are checked."""
 _REST_SHARE = 1e-3
-"""Share of the fastest velocity below which a runner stands."""
+"""Share of the fastest velocity below which a runner is at rest."""
 
 
 class Point(NamedTuple):
-    """Where the runner shall be when; what the degree of its trajectory does not heed is 0."""
+    """A set point of the runner; values that the degree of its trajectory does not use are 0."""
 
     time_s: float
     position_m: float
@@ -36,32 +36,32 @@ class Point(NamedTuple):
 
 
 class Followed(NamedTuple):
-    """How a trajectory was followed in the last block."""
+    """Set point and reading of a trajectory at the end of a block."""
 
-    elapsed_s: float  # since it began
+    elapsed_s: float  # since its start
     set_point: Point
     position_m: float  # reading
 
 
 class Trajectory(NamedTuple):
     """
-    Points, what lies between them, and what is allowed.
+    Points, interpolation and tolerances.
 
     Attributes
     ----------
     points : list of Point
-        Their times are simulated times once it has begun; before, they count from its start.
+        Their times count from the start; after the start they are simulated times.
     degree : int
-        Of the polynomial between two points, 1, 3 or 5: it takes positions, and from 3 on
-        velocities, and at 5 accelerations, from one to the other.
+        Degree of the polynomial between two points: 1 (positions), 3 (and velocities) or 5 (and
+        accelerations).
     start_s : float
-        Simulated time from which times count; NONE for the moment at which it begins.
+        Simulated time of the start; NONE: the time at which it is accepted.
     path_tolerance_m : float
         Largest distance of the reading from the set point before the end, m; or NONE.
     goal_tolerance_m : float
-        Largest distance from the last point, m, within which the trajectory is done; or NONE.
+        Largest distance from the last point at which the trajectory is done, m; or NONE.
     goal_time_tolerance_s : float
-        Time after the end within which that must be so, s; or NONE.
+        Longest time after the end until it is done, s; or NONE.
 
     """
 
@@ -78,7 +78,7 @@ class Trajectory(NamedTuple):
         return self.points[-1]
 
     def at(self, time_s: float) -> Point:
-        """Return where the runner shall be at a time; after the end, at the last point."""
+        """Return the set point at a time; after the end, the last point."""
         after = bisect_right(self.points, time_s, key=lambda point: point.time_s)
         if after == len(self.points):
             return Point(time_s, self.end.position_m)
@@ -87,12 +87,12 @@ class Trajectory(NamedTuple):
 
     def begin(self, parameters: Parameters, now_s: float, position_m: float) -> 'Trajectory':
         """
-        Return the trajectory from the present place on, at rest, past what is over by now.
+        Return the rest of the trajectory, from the present position at rest.
 
         Raises
         ------
         OutOfRange
-            If the way to its next point is faster than steps are.
+            If the way to the next point is faster than steps.
 
         """
         start_s = now_s if self.start_s == NONE else self.start_s
@@ -118,13 +118,13 @@ def check_trajectory(
     Raises
     ------
     WrongKind
-        If these are no rows, or too many.
+        If the numbers are not complete rows, or too many.
     UnknownName
         If a setting does not exist.
     OutOfRange
-        If times do not rise, the runner does not rest at the end, or somewhere must be too fast.
+        If times do not rise, the runner does not rest at the end, or is too fast.
     BeyondSoftLimit
-        If the way leads out of the soft limits.
+        If the way leaves the soft limits.
 
     """
     rows, rest = divmod(len(numbers), len(Point._fields))
@@ -174,7 +174,7 @@ def _tolerance(settings: Mapping[str, Scalar], name: str, default: float) -> flo
 
 
 def _check_times(times_s: Array) -> None:
-    """Refuse times that do not rise, or begin before the start."""
+    """Refuse times that do not rise, or start before 0."""
     if times_s[0] < 0.0:
         hint = 'let times count from the start'
         raise OutOfRange('trajectory time of point 1', times_s[0], 's', 'below 0 s', hint)
@@ -187,7 +187,7 @@ def _check_times(times_s: Array) -> None:
 
 
 def _sampled(table: Array, degree: int) -> tuple[Array, Array]:
-    """Return positions between rows of points, and how fast the runner is there."""
+    """Return positions and speeds between rows of points."""
     columns: Any = table.T
     before, after = Point(*columns[:, :-1]), Point(*columns[:, 1:])
     times_s = before.time_s + _SHARES * (after.time_s - before.time_s)
@@ -196,11 +196,11 @@ def _sampled(table: Array, degree: int) -> tuple[Array, Array]:
 
 
 def _between(before: Point, after: Point, degree: int, time_s: Any) -> tuple[Any, Any]:
-    """Return position and velocity between two points, or columns of these, by Hermite."""
+    """Return position and velocity between two points, or columns of points, by Hermite."""
     span_s = after.time_s - before.time_s
     share = (time_s - before.time_s) / span_s
     way = after.position_m - before.position_m
-    # Derivatives by the share of the time: all are lengths.
+    # Derivatives with respect to the share of the time, so all are lengths.
     v0, v1 = before.velocity_m_per_s * span_s, after.velocity_m_per_s * span_s
     a0, a1 = (point.acceleration_m_per_s2 * span_s**2 for point in (before, after))
     factors: tuple[Any, ...] = (before.position_m, way)

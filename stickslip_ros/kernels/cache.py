@@ -2,17 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Where machine code is kept, and which folders are trusted.
+Cache of machine code in trusted folders.
 
-What is found in a cache is unpickled, so whoever can write there can run code as the user. Only
-a folder that belongs to the user, and that nobody else can write, is written and read; one that
-belongs to root, and that nobody else can write, is read too, so that a service image may bring its
-kernels. Where there is no such folder, kernels are compiled anew in every process; so is, once, a
-kernel whose file is damaged, which its digest tells before anything of it is used.
+Files of a cache are unpickled, so write access to it means running code as the user. A folder is
+read and written only if it belongs to the user and others cannot write to it; such a folder of
+root is read too, so a service image can include its kernels. Without a trusted folder every
+process compiles its kernels. A kernel with a damaged file, detected by its digest, is compiled
+again.
 
-A wheel brings the entry points, compiled for the processors of PORTABLE_CPU and for one version of
-numba. They are trusted where nobody can write them who cannot write this module. Where there are
-none for this Python, numba, processor and sources, nothing is different but the time it takes.
+A wheel bundles the entry points, compiled for the processors of PORTABLE_CPU and one version of
+numba. They are trusted if only users who can write this module can write them. Without entry
+points for this Python, numba, processor and sources, the first start takes longer.
 
 """
 
@@ -39,16 +39,16 @@ from numba.core.serialize import dumps
 from stickslip_ros.sources import sources_digest
 
 CONFIG: Any = numba.config
-"""Settings of numba; its attributes are made at run time."""
+"""Settings of numba, whose attributes exist only at run time."""
 ROOT_USER = 0
 PRIVATE, READABLE, FILE_MODE = 0o700, 0o755, 0o644
 OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 PORTABLE_CPU = 'x86-64-v3'
-"""Processors for which a wheel brings entry points: those of x86-64 since 2015, nearly all."""
+"""Processors of a wheel's entry points: nearly all of x86-64 since 2015."""
 PORTABLE_FEATURES = frozenset(
     f'+{name}' for name in ('avx2', 'bmi', 'bmi2', 'f16c', 'fma', 'lzcnt', 'movbe', 'popcnt')
 )
-"""What these have, as LLVM names it; avx2 comes with all that is older."""
+"""Their features in LLVM's names; avx2 implies all older ones."""
 DIGEST_BYTES = hashlib.sha256().digest_size
 
 
@@ -59,47 +59,47 @@ class Folders(NamedTuple):
     Attributes
     ----------
     read : tuple of Path
-        Trusted ones, in the order in which they are asked.
+        Trusted folders, in the order of look-up.
     write : Path or None
-        The one that takes new kernels; the last of those that are read.
-    brought : Path or None
-        The one that a wheel has brought.
+        Folder of new kernels; the last of ``read``.
+    bundled : Path or None
+        Folder of the wheel.
 
     """
 
     read: tuple[Path, ...]
     write: Path | None
-    brought: Path | None = None
+    bundled: Path | None = None
 
 
 @lru_cache(maxsize=1)
 def cache_folders() -> Folders:
     """
-    Return the trusted folders: in the place asked for, in the package, in the user's cache.
+    Return the trusted folders in NUMBA_CACHE_DIR, in the package, and in the user's cache.
 
-    numba looks only at the file of a function to see whether its machine code is stale, not at
-    the files of the kernels that it calls. So the folders are named after all of their sources.
+    Their name has a digest of all sources, because numba checks a function's own file for changes
+    but not the files of the kernels that it calls.
 
     """
     read: list[Path] = []
     folder, module = _package() / 'kernels' / _name(), Path(__file__).stat()
     is_closed = _is_trusted(folder, module.st_uid, OTHERS_WRITE & ~module.st_mode)
-    brought = folder if is_closed else None
+    bundled = folder if is_closed else None
     for place in _places():
         folder = place / _name()
-        with suppress(OSError):  # only this user can write it; root's can be read
+        with suppress(OSError):  # closed to others, but readable if it is root's
             folder.parent.mkdir(parents=True, exist_ok=True)
             folder.mkdir(mode=READABLE if os.geteuid() == ROOT_USER else PRIVATE)
         is_own = _is_trusted(folder, os.geteuid())
         if is_own or _is_trusted(folder, ROOT_USER):
             read.append(folder)
         if is_own and os.access(folder, os.W_OK):
-            return Folders(tuple(read), folder, brought)
-    return Folders(tuple(read), None, brought)
+            return Folders(tuple(read), folder, bundled)
+    return Folders(tuple(read), None, bundled)
 
 
-def why_not_kept() -> str:
-    """Return why kernels cannot be kept on the disk, and what to do; empty if they can."""
+def cache_problem() -> str:
+    """Return why kernels cannot be kept on the disk and a remedy; empty if they can."""
     if cache_folders().write is not None:
         return ''
     tried = ', '.join(str(place) for place in _places())
@@ -110,9 +110,9 @@ def why_not_kept() -> str:
 
 
 def _places() -> list[Path]:
-    """Return the places that may have such a folder."""
-    asked = [Path(CONFIG.CACHE_DIR)] if CONFIG.CACHE_DIR else []
-    places = [*asked, _package() / '__pycache__']
+    """Return the parents of the cache folders."""
+    places = [Path(CONFIG.CACHE_DIR)] if CONFIG.CACHE_DIR else []
+    places.append(_package() / '__pycache__')
     with suppress(RuntimeError):  # a user without a home
         places.append(Path(os.environ.get('XDG_CACHE_HOME') or Path.home() / '.cache'))
     return places
@@ -126,12 +126,12 @@ def _name() -> str:
     return f'stickslip_ros-{sources_digest(_package())}'
 
 
-# Now, and not at the first kernel: sources may change while a program runs.
+# At the import, because sources may change before the first kernel is used.
 sources_digest(_package())
 
 
 def _is_trusted(folder: Path, owner: int, closed: int = OTHERS_WRITE) -> bool:
-    """Return whether a folder and all in it belong to a user, and are closed to some others."""
+    """Return whether a folder and its entries belong to ``owner`` and lack the ``closed`` bits."""
     try:
         entries = [folder.lstat(), *_entries(folder)]
     except OSError:
@@ -143,24 +143,23 @@ def _is_trusted(folder: Path, owner: int, closed: int = OTHERS_WRITE) -> bool:
 
 def _entries(folder: Path) -> Iterator[os.stat_result]:
     for entry in os.scandir(folder):
-        with suppress(FileNotFoundError):  # of another process that has just renamed it
+        with suppress(FileNotFoundError):  # renamed by another process
             yield entry.stat(follow_symlinks=False)
 
 
 class KernelCache(NullCache):
     """
-    What numba asks for the machine code of one kernel: a file for each signature, named after it.
+    Cache of a kernel's machine code for numba: one file for each signature.
 
-    numba counts them and keeps an index: of two processes that compile at the same time, each for
-    a signature of its own, one could find the machine code of the other, for ever. And it has no
-    means to tell a file that is not whole.
+    numba's own cache numbers the files in an index. If two processes compile different signatures
+    at the same time, one may load the machine code of the other; damage is not detected.
 
     Parameters
     ----------
     function : callable
         The kernel.
     kind : str
-        Tells apart what is compiled of one function in several ways.
+        Name of the way in which the function is compiled: ``kernel`` or ``entry``.
 
     """
 
@@ -172,25 +171,24 @@ class KernelCache(NullCache):
 
     @property
     def cache_path(self) -> str | None:
-        """Folder that takes the machine code; None if there is none."""
+        """Folder of new machine code; None if no folder is trusted."""
         folder = cache_folders().write
         return str(folder) if folder else None
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """
-        Return what was compiled for a signature, None if nothing was or it is not whole.
+        Return the compiled code of a signature; None if it is missing or damaged.
 
-        numba calls ``target_context.refresh()`` before it. That imports and registers all that
-        numba can compile, which takes most of the time to load all kernels; machine code needs
-        none of it, and compiling refreshes by itself.
+        Unlike numba's cache, this one does not call ``target_context.refresh()``, which would take
+        most of the loading time: machine code does not need it, and compiling calls it anyway.
 
         """
         broken: OSError | None = None
         folders, made_for = cache_folders(), target_context.codegen().magic_tuple()
         places = [(folder, made_for) for folder in folders.read]
         triple, _, features = made_for
-        if folders.brought and PORTABLE_FEATURES.issubset(features.split(',')):
-            places.append((folders.brought, (triple, PORTABLE_CPU, '')))
+        if folders.bundled and PORTABLE_FEATURES.issubset(features.split(',')):
+            places.append((folders.bundled, (triple, PORTABLE_CPU, '')))
         for folder, processor in places:
             path = folder / self._name_of(sig, processor)
             try:
@@ -200,7 +198,7 @@ class KernelCache(NullCache):
                 continue
             except OSError as error:
                 broken = error
-            except Exception:  # noqa: BLE001 - nobody lists what garbage may raise
+            except Exception:  # noqa: BLE001 - damaged data may raise anything
                 broken = OSError(errno.EBADMSG, 'damaged', str(path))
         if broken is not None and not KernelCache._has_warned:
             KernelCache._has_warned = True
@@ -212,7 +210,7 @@ class KernelCache(NullCache):
         return None
 
     def save_overload(self, sig: Any, compiled: Any) -> None:
-        """Keep what was compiled for a signature; a full disk keeps nothing."""
+        """Save the compiled code of a signature; a full disk is no error."""
         folder = cache_folders().write
         if folder is not None and not compiled.library.has_dynamic_globals:
             with suppress(OSError):
@@ -230,12 +228,12 @@ class KernelCache(NullCache):
 
 def load_whole(path: Path) -> bytes:
     """
-    Return what ``save_whole`` has written.
+    Return the data that ``save_whole`` has written.
 
     Raises
     ------
     OSError
-        If there is no such file, or it cannot be read, or is damaged.
+        If the file is missing, unreadable or damaged.
 
     """
     kept = path.read_bytes()
@@ -245,12 +243,12 @@ def load_whole(path: Path) -> bytes:
 
 
 def _digest(path: Path, data: bytes) -> bytes:
-    """Return a digest of data and name: under another one, machine code takes other arguments."""
+    """Return a digest of data and file name, because the name has the types of the arguments."""
     return hashlib.sha256(path.name.encode() + data).digest()
 
 
 def save_whole(path: Path, data: bytes) -> None:
-    """Write a file with its digest in front, which nobody else can write, whatever the umask."""
+    """Write a file that starts with its digest and that only its owner can write."""
     with tempfile.NamedTemporaryFile(dir=path.parent, prefix=path.name, delete=False) as file:
         part = Path(file.name)
         try:

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""How every kernel of the package is compiled."""
+"""Compile the kernels of the package."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -30,20 +30,20 @@ OPTIONS: dict[str, Any] = {
     'forceinline': True,
     '_nrt': False,
 }
-"""Without the GIL; IEEE division; calls folded into the loop; without numba's memory runtime,
-which spends two thirds of the time on counting references."""
+"""No GIL; IEEE division; inlined calls; no memory runtime of numba, whose reference counts take
+two thirds of the time."""
 
 _TRIED = 0, 68
-"""The newest numba of which the private methods below are known; so are those of 0.58."""
+"""Newest numba whose private methods are tested; the oldest is 0.58."""
 ALIGNED = 64
-"""Bytes between which a record on the stack begins: a line of the cache."""
+"""Alignment of a record on the stack, bytes: a line of the cache."""
 
 
 class _Part(JITCodeLibrary):
     """
-    The code of a kernel that only kernels call: it is optimised in entry points, not before.
+    Code of a kernel that only kernels call, optimised later, in entry points.
 
-    Of machine code it has only the places in which numba keeps what exceptions need.
+    It has no machine code but the variables in which numba keeps the data of exceptions.
 
     """
 
@@ -71,8 +71,8 @@ _PASSES = (
     typed_passes.NativeLowering,
     typed_passes.NoPythonBackend,
 )
-"""Those of numba's passes that change anything of a kernel, which has no closure, context or
-array expression; the others, which look for such, take a seventh of the time."""
+"""numba's passes for a function without closures, contexts and array expressions, as kernels are;
+the passes left out take a seventh of the time."""
 
 
 class _PartCompiler(Compiler):
@@ -82,7 +82,7 @@ class _PartCompiler(Compiler):
         super().__init__(typing, target, library, *rest)
 
     def define_pipelines(self) -> list[PassManager]:
-        """Return the passes in their order."""
+        """Return the passes of ``_PASSES``."""
         passes = PassManager('kernel')
         for each in _PASSES:
             passes.add_pass(each, each.__name__)
@@ -91,9 +91,9 @@ class _PartCompiler(Compiler):
 
 
 FOR_KERNELS: dict[str, Any] = dict.fromkeys(('no_cpython_wrapper', 'no_cfunc_wrapper'), True)
-"""Without the code that takes arguments from Python: for a hundred fields of records it takes
-longer to compile than the kernel."""
-if numba.version_info.short <= _TRIED:  # optimised on each level all take half as long again
+"""No wrapper for calls from Python: with a hundred fields of records it takes longer to compile
+than the kernel."""
+if numba.version_info.short <= _TRIED:  # optimising at every level takes half as long again
     FOR_KERNELS['pipeline_class'] = _PartCompiler
 
 
@@ -105,7 +105,7 @@ class EntryPoint(CPUDispatcher):
         self._cache = KernelCache(self.py_func, 'entry')
 
     def typeof_pyval(self, val: Any) -> Any:
-        """Return the type of an argument; to make that of a drive takes numba long."""
+        """Return the type of an argument; types of records are kept, for speed."""
         if type(val) is tuple:
             each = tuple(map(self.typeof_pyval, val))
             return types.BaseTuple.from_types(each)
@@ -119,14 +119,14 @@ def _type_of_records(kind: Any) -> Any:
 
 
 class InnerKernel(CPUDispatcher):
-    """A kernel that only kernels can call: a call from Python would end the process."""
+    """A kernel that only kernels can call; a call from Python would crash the process."""
 
     def enable_caching(self) -> None:
         """Keep the machine code where the package keeps it."""
         self._cache = KernelCache(self.py_func, 'kernel')
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Compile a kernel once for a type, not for each constant that it is called with."""
+        """Compile a kernel once for each type, not for each constant argument."""
         named = {name: types.unliteral(each) for name, each in kws.items()}
         return super().get_call_template(tuple(map(types.unliteral, args)), named)
 
@@ -136,7 +136,7 @@ class InnerKernel(CPUDispatcher):
 
 
 def not_for_python(inner: Any) -> str:
-    """Return why Python does not call a kernel, and what to do."""
+    """Return the message for a call of a kernel from Python."""
     name = inner.py_func.__name__
     return (
         f'{name} is compiled for other kernels only; call entry_point({name}), or '
@@ -146,36 +146,36 @@ def not_for_python(inner: Any) -> str:
 
 def kernel(function: Function) -> Function:
     """
-    Compile a function for other kernels, with the same options everywhere.
+    Compile a function that other kernels call.
 
     Kernels take SI floats, records, and NamedTuples of a few numbers, and never raise. They cannot
-    allocate: without the memory runtime a kernel that tries to does not compile. Python calls an
+    allocate: without numba's memory runtime an allocation does not compile. Python calls an
     ``entry_point``.
 
     """
     return _compile(function, InnerKernel, OPTIONS | FOR_KERNELS)
 
 
-def kernel_apart(function: Function) -> Function:
+def noinline_kernel(function: Function) -> Function:
     """
-    Compile a kernel that is called, not inlined: for long code off the fast path.
+    Compile a kernel that is not inlined: for long code off the fast path.
 
-    What it keeps in registers is not taken from the loops of its callers.
+    Its variables then take no registers from the loops of its callers.
 
     """
     return _compile(function, InnerKernel, OPTIONS | FOR_KERNELS | {'forceinline': False})
 
 
 def entry_point(function: Function) -> Function:
-    """Compile a function, or another time a kernel, for Python as well as for kernels."""
+    """Compile a function or a kernel for calls from Python and from kernels."""
     return _compile(in_python(function), EntryPoint, OPTIONS)
 
 
 def on_stack(of: Kind) -> Callable[[], Any]:
     """
-    Return a function by which a kernel gets a record of zeros that ends with it.
+    Return a function that gives a kernel a record of zeros on its stack.
 
-    The compiler knows that nothing else writes to it, and keeps in registers what fits there.
+    The compiler knows that nothing else writes to it, so it can keep fields in registers.
 
     """
     if CONFIG.DISABLE_JIT:
@@ -196,7 +196,7 @@ def on_stack(of: Kind) -> Callable[[], Any]:
 
 
 def in_python(function: Function) -> Function:
-    """Return a kernel as it was written, for Python to interpret."""
+    """Return the Python function of a kernel."""
     plain: Function = getattr(function, 'py_func', function)
     return plain
 
@@ -213,13 +213,13 @@ def _compile(
 
 @contextmanager
 def compilation_reported(report: Callable[[int], None]) -> Iterator[None]:
-    """Call a function before each kernel that is compiled meanwhile, with how many were before."""
+    """Call ``report`` before each compilation within, with the number of kernels before it."""
     with event.install_listener('numba:compile', _Counter(report)):
         yield
 
 
 class _Counter(event.Listener):
-    """Counts kernels; numba compiles functions of its own beside them."""
+    """Count compiled kernels; numba also compiles functions of its own."""
 
     def __init__(self, report: Callable[[int], None]) -> None:
         self._report = report
@@ -232,4 +232,4 @@ class _Counter(event.Listener):
             self._done += 1
 
     def on_end(self, news: Any) -> None:
-        """Say nothing: kernels end within others."""
+        """Ignore the end of a compilation, which may lie within another."""

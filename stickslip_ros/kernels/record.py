@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Records: what kernels read and change, as elements of structured arrays.
+Records that kernels read and change: elements of structured arrays.
 
-A record is handed over by reference, nested ones and arrays of records included, and changed in
-place. In Python its fields are attributes, with or without numba.
+A record is passed by reference, including nested records and arrays of records, and is changed in
+place. Its fields are attributes in Python, with or without numba.
 
 """
 
@@ -15,18 +15,18 @@ from typing import Any, TypeAlias
 import numpy as np
 
 LARGE = 1 << 20
-"""Bytes of a record from which on most of it is never touched: a plant."""
+"""Size of a large record, bytes, of which most is never touched: a plant."""
 FLOAT, COUNT, FLAG = np.float64, np.int64, np.bool_
 Kind: TypeAlias = Any
 """Type of a record, a numpy dtype."""
 Record: TypeAlias = Any
-"""A record of some kind; its fields are those that the kind was made of."""
+"""A record of some kind."""
 Field: TypeAlias = Any
-"""Type of a field: FLOAT, COUNT, FLAG, another kind; or one of these and the shape of an array."""
+"""Type of a field: FLOAT, COUNT, FLAG or a kind, or a pair of such a type and an array's shape."""
 
 
 class _Fields(np.void):
-    """An element of a structured array with its fields as attributes: faster than np.record."""
+    """An element of a structured array with fields as attributes; faster than np.record."""
 
     def __getattr__(self, name: str) -> Any:
         try:
@@ -45,19 +45,17 @@ def kind(**fields: Field) -> Kind:
 
 def records(of: Kind, **values: Any) -> Any:
     """
-    Return an array of one record.
-
-    What is called block after block takes such arrays: their type is found faster.
+    Return an array of one record, whose type numba finds faster than that of a record.
 
     Parameters
     ----------
     of : Kind
         Type of the record.
     values : number, array or record
-        Its fields; those left out are 0.
+        Its fields; the others are 0.
 
     """
-    if of.itemsize > LARGE:  # fresh pages are zeros, too, that take no time until they are touched
+    if of.itemsize > LARGE:  # fresh pages are zeros that cost no time until they are touched
         made: Any = np.frombuffer(mmap(-1, of.itemsize, MAP_PRIVATE), of)
     else:
         made = np.zeros(1, of)
@@ -67,5 +65,5 @@ def records(of: Kind, **values: Any) -> Any:
 
 
 def record(of: Kind, **values: Any) -> Record:
-    """Return a record, as ``records`` does."""
+    """Return a record; parameters of ``records``."""
     return records(of, **values)[0]

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Every number that can be set: declared once, with unit, bounds and source."""
+"""Parameters, each declared once with unit, bounds and source."""
 
 from stickslip_ros.parameters.declaration import (
     AMPLITUDE_SPEC,

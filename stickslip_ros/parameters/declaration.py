@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a parameter is: kind, unit, bounds, source; and the check of a value where it enters."""
+"""Declarations of parameters (kind, unit, bounds, source), and the check of their values."""
 
 import dataclasses
 import difflib
@@ -21,7 +21,7 @@ TABLE_1 = 'Table 1'
 
 
 class ReplaceableDefault(float):
-    """A default that nobody has chosen: something that knows better may replace it."""
+    """A default that a better-informed source may replace, because no user has chosen it."""
 
 
 @dataclass(frozen=True)
@@ -34,19 +34,19 @@ class Spec:
     kind : type
         ``float``, ``int``, ``bool`` or ``str``.
     default : bool or int or float or str
-        Value when nobody gives one, in ``unit``.
+        Value if none is given, in ``unit``.
     unit : str
         SI unit; empty for pure numbers, switches and names.
     minimum, maximum : float or int or None
         Inclusive bounds, in ``unit``; None for switches and names.
     choices : tuple of str
-        The accepted words of a choice; empty for anything else.
+        Accepted words of a choice; empty for other parameters.
     source : str
-        Where the default comes from: a place in the paper, or ``assumed``.
+        Source of the default: a place in the paper, or ``assumed``.
     text : str
-        One sentence for people.
+        Description.
     fixed : bool
-        True if the value is read once at start and can never change.
+        True if the value is read once, at the start.
     live : bool
         True if the value may change while the drive runs.
 
@@ -65,14 +65,14 @@ class Spec:
 
     def check(self, name: str, value: object) -> Scalar:
         """
-        Return a value, or its text as typed on a command line, in the declared kind.
+        Convert a value, or its text from a command line, to the declared kind, and check it.
 
         Raises
         ------
         WrongKind
             If the value is not of the declared kind, or not finite.
         OutOfRange
-            If it is outside the bounds, or not one of the choices.
+            If it is outside the bounds, or not among the choices.
 
         """
         converted: Scalar = _CONVERTERS[self.kind](name, value, self.unit)
@@ -169,7 +169,7 @@ def choice(
     source: str = ASSUMED,
     live: bool = False,
 ) -> Any:
-    """Declare a word out of a few."""
+    """Declare a choice among words."""
     return declare(Spec(str, default, '', source, text, choices=choices, live=live))
 
 
@@ -184,7 +184,7 @@ def switch(default: bool, text: str, *, fixed: bool = False, live: bool = False)
 
 
 def declare(spec: Spec) -> Any:
-    """Return the field of a group that has this declaration."""
+    """Return the dataclass field of a declaration."""
     return dataclasses.field(default=spec.default, metadata={'spec': spec})
 
 
@@ -193,7 +193,7 @@ Class = TypeVar('Class', bound=type)
 
 
 def with_fields(fields: Mapping[str, tuple[type, Any]], before: str) -> Callable[[Class], Class]:
-    """Give a coming dataclass the fields of a table that it lacks, in front of one of its own."""
+    """Add the fields of a table that a class lacks, in front of its field ``before``."""
 
     def widen(group: Class) -> Class:
         names = list(group.__annotations__)
@@ -209,10 +209,10 @@ def with_fields(fields: Mapping[str, tuple[type, Any]], before: str) -> Callable
 
 
 class Checked:
-    """Base of parameter groups: no instance with a value outside its declaration can exist."""
+    """Base of parameter groups: every instance holds allowed values only."""
 
     def __post_init__(self) -> None:
-        """Check what is not a default, then what the values must keep together."""
+        """Check the values that are not defaults, then the conditions between values."""
         for field in dataclasses.fields(self):  # type: ignore[arg-type]
             spec, value = field.metadata.get('spec'), getattr(self, field.name)
             if spec is not None and value is not spec.default:
@@ -221,7 +221,7 @@ class Checked:
         self.check_together()
 
     def with_checked(self: Group, values: Mapping[str, object]) -> Group:
-        """Return a copy with values that their declarations have let pass already."""
+        """Return a copy with other values, each of which is already checked."""
         changed = object.__new__(type(self))
         changed.__dict__.update(self.__dict__, **values)
         changed.check_together()
@@ -234,22 +234,22 @@ class Checked:
         return ''.join(f'_{c.lower()}' if c.isupper() else c for c in stem).lstrip('_')
 
     def check_together(self) -> None:
-        """Check what single bounds cannot say; groups override it."""
+        """Check conditions between values; groups override it."""
 
 
 def refuse_below_unless_zero(name: str, value: float, least: float, unit: str) -> None:
-    """Refuse what is neither 0, which is none, nor at least a value."""
+    """Require 0 (off) or at least a minimum."""
     if 0.0 < value < least:
         raise OutOfRange(name, value, unit, f'between 0 and {least:g} {unit}', 'raise it; 0: none')
 
 
 def full_name(group: type[Checked], field: str) -> str:
-    """Return ``group.name``; what the root declares has no group."""
+    """Return ``group.name``, or the bare name for a field of the root."""
     return f'{group.group()}.{field}' if group.group() else field
 
 
 def declared_by(group: type[Checked]) -> dict[str, Spec]:
-    """Return what a group declares, and the groups in it, ``{'group.name': Spec}``."""
+    """Return the declarations of a group and its subgroups, ``{'group.name': Spec}``."""
     found: dict[str, Spec] = {}
     for field in dataclasses.fields(group):  # type: ignore[arg-type]
         if 'spec' in field.metadata:
@@ -259,19 +259,19 @@ def declared_by(group: type[Checked]) -> dict[str, Spec]:
     return found
 
 
-def find(declared: Mapping[str, Spec], name: str, otherwise: str) -> Spec:
+def find(declared: Mapping[str, Spec], name: str, fallback: str) -> Spec:
     """
     Return the declaration of a name.
 
     Raises
     ------
     UnknownName
-        If the name is not declared; the message names the nearest ones, or says ``otherwise``.
+        If the name is not declared; the hint gives the nearest names, or else ``fallback``.
 
     """
     if name not in declared:
         near = difflib.get_close_matches(name, declared, n=3, cutoff=0.5)
-        hint = f'did you mean {" or ".join(near)}?' if near else otherwise
+        hint = f'did you mean {" or ".join(near)}?' if near else fallback
         raise UnknownName('parameter', name, hint)
     return declared[name]
 
@@ -279,4 +279,4 @@ def find(declared: Mapping[str, Spec], name: str, otherwise: str) -> Spec:
 STROKE_SPEC = Spec(float, 0.0, 'm', '', 'stroke of the feet', 0.0)
 AMPLITUDE_SPEC = dataclasses.replace(STROKE_SPEC, maximum=1.0)
 FREQUENCY_SPEC = Spec(float, 1000.0, 'Hz', '', 'steps per second', -1e9, 1e9)
-"""What a run is asked for beside parameters."""
+"""Declarations of a run's options that are not parameters."""

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Parameters of the instrument around the drive: time, moves, recordings, faults; SI."""
+"""Parameters of the instrument: time, moves, limits, recordings, faults; SI."""
 
 from dataclasses import dataclass
 
@@ -20,39 +20,39 @@ from stickslip_ros.parameters.sensors import SENSOR_FAULTS
 
 @dataclass(frozen=True)
 class SimParameters(Checked):
-    """How time runs: the step inside, the block outside, the pace."""
+    """Simulation: time step, block, pace, clock and start."""
 
     dt: float = quantity(
         5e-6,
         's',
-        'longest time step; shorter where the runner swings fast, in falls, on springs and under '
-        'rival laws',
+        'longest time step; fast resonances, steep voltages, contact springs and rival laws '
+        'shorten it',
         bounds=(1e-8, 2e-5),
     )
     block: float = quantity(
         1e-3,
         's',
-        'time per update: period of position and force, and of commands',
+        'period of updates: of position, force and commands',
         bounds=(1e-4, 0.1),
     )
-    seed: int = count(1, 'seed of every random number', bounds=(0, 2**31 - 1))
+    seed: int = count(1, 'seed of all random numbers', bounds=(0, 2**31 - 1))
     real_time_factor: float = quantity(
         1.0,
         '',
-        'simulated seconds per wall-clock second; 0 is as fast as possible',
+        'simulated seconds per wall-clock second; 0: as fast as possible',
         bounds=(0.0, 1000.0),
     )
     lag_max: float = quantity(
         60.0,
         's',
-        'lag behind the wanted pace that is made up by running faster; a longer one is given up',
+        'largest lag that is caught up by running faster; a longer lag is dropped',
         bounds=(0.0, 3600.0),
     )
     publish_clock: bool = switch(
         False, 'publish simulated time on /clock; not together with use_sim_time'
     )
     publish_truth: bool = switch(
-        False, 'publish what the sensors look at, without their errors, on truth/...'
+        False, 'publish the true values, without sensor errors, on truth/...'
     )
     lockstep: bool = switch(
         False, 'advance only as far as command/grant allows: same bytes at any speed'
@@ -60,18 +60,18 @@ class SimParameters(Checked):
     time_origin: str = choice(
         'auto',
         ('auto', 'system', 'zero'),
-        "where stamps begin: auto is the system's time in real time without /clock, otherwise 0",
+        'origin of time stamps; auto: system time in real time without /clock, otherwise zero',
     )
     joint_states_rate: float = quantity(
-        100.0, 'Hz', 'messages of joint_states per simulated second; 0 is none', bounds=(0.0, 1e4)
+        100.0, 'Hz', 'rate of joint_states in simulated time; 0: none', bounds=(0.0, 1e4)
     )
     joint_name: str = words('runner_joint', 'name of the runner in joint_states and command/joint')
     checkpoint: str = words(
-        '', 'file of ~/save_checkpoint from which the node starts; empty starts at rest'
+        '', 'file of ~/save_checkpoint from which the node starts; empty: start at rest'
     )
 
     def check_together(self) -> None:
-        """Refuse a joint that no description of a robot can name."""
+        """Refuse a joint name that is empty or not printable."""
         if not self.joint_name or not self.joint_name.isprintable():
             hint = 'write one such as runner_joint'
             raise WrongKind('sim.joint_name', self.joint_name, 'a name of a joint', hint)
@@ -91,13 +91,13 @@ class StepParameters(Checked):
 
 @dataclass(frozen=True)
 class JogParameters(Checked):
-    """Jogging: steps that go on while somebody asks for them."""
+    """Jogging: steps that continue while commands arrive."""
 
     timeout: float = quantity(
         0.5,
         's',
-        'watchdog: time after the last command/jog, or velocity of command/joint, at which '
-        'the drive stops',
+        'watchdog: the drive stops this long after the last command/jog or velocity of '
+        'command/joint',
         bounds=(0.001, 60.0),
     )
 
@@ -113,19 +113,19 @@ class ClosedLoopParameters(Checked):
         0.01, 's', 'time in position after which a move is done', bounds=(0.0, 60.0)
     )
     timeout: float = quantity(
-        30.0, 's', 'time after which a move that is not done has failed', bounds=(0.001, 1e5)
+        30.0, 's', 'time after which an unfinished move fails', bounds=(0.001, 1e5)
     )
     velocity: float = quantity(
         0.0,
         'm/s',
-        'velocity at which the set point goes to the target; 0 is as fast as the steps go',
+        'velocity of the set point towards the target; 0: as fast as the steps allow',
         bounds=(0.0, 1.0),
         live=True,
     )
     gain: float = quantity(
         100.0,
         '1/s',
-        'integral gain of the fine scan: share of the error taken back per second',
+        'integral gain of the fine scan: share of the error corrected per second',
         bounds=(0.1, 1e4),
     )
     hold: bool = switch(True, 'hold the target after a move, until the next one')
@@ -133,12 +133,12 @@ class ClosedLoopParameters(Checked):
 
 @dataclass(frozen=True)
 class LimitsParameters(Checked):
-    """Where a move is stopped; a direct voltage knows none of these limits."""
+    """Limits of a move; a direct voltage ignores them."""
 
     soft_min: float = quantity(
         0.0,
         'm',
-        'lowest position reading of a move; no soft limits where both are 0',
+        'lowest position reading of a move; no soft limits if both are 0',
         bounds=(-1.0, 1.0),
         live=True,
     )
@@ -146,7 +146,10 @@ class LimitsParameters(Checked):
         0.0, 'm', 'highest position reading of a move', bounds=(-1.0, 1.0), live=True
     )
     following_error: float = quantity(
-        0.0, 'm', 'largest distance from the set point in closed loop; 0 is any', bounds=(0.0, 1.0)
+        0.0,
+        'm',
+        'largest distance from the set point in closed loop; 0: no limit',
+        bounds=(0.0, 1.0),
     )
     blocked_time: float = quantity(
         0.05,
@@ -161,7 +164,7 @@ class LimitsParameters(Checked):
         return self.soft_min != 0.0 or self.soft_max != 0.0
 
     def check_together(self) -> None:
-        """Refuse soft limits without a way between them."""
+        """Refuse a lower soft limit above the upper one."""
         if self.soft_min > self.soft_max:
             limit = f'above limits.soft_max, {self.soft_max:g} m'
             raise OutOfRange('limits.soft_min', self.soft_min, 'm', limit, 'lower it')
@@ -181,14 +184,14 @@ class TraceParameters(Checked):
 
 @dataclass(frozen=True)
 class FrameIdParameters(Checked):
-    """Names of the frames in the headers of readings, and in which commands are given."""
+    """Frames of readings and commands."""
 
     stage: str = words('stage_base', 'frame of position, truth/position, command/position')
     runner: str = words('runner', 'frame of command/load')
     load_cell: str = words('load_cell', 'frame of force, truth/force')
 
     def check_together(self) -> None:
-        """Refuse what tf2 takes for no frame."""
+        """Refuse names that tf2 does not accept."""
         for name, frame_id in vars(self).items():
             if not frame_id.isprintable() or frame_id[:1] in ('', '/') or '#' in frame_id:
                 hint = 'write one such as left/stage_base, without a slash in front, without #'
@@ -197,11 +200,11 @@ class FrameIdParameters(Checked):
 
 @dataclass(frozen=True)
 class RecordParameters(Checked):
-    """Where and how runs are kept."""
+    """Recordings: their files, format and content."""
 
     on_start: bool = switch(False, 'record from the activation on')
     directory: str = words('runs', 'folder of the recordings')
-    name: str = words('', 'file name; empty names it after date, time and namespace')
+    name: str = words('', 'file name; empty: date, time and namespace')
     format: str = choice(
         'file',
         ('file', 'bag'),
@@ -211,32 +214,32 @@ class RecordParameters(Checked):
     chunk_size: int = count(1 << 20, 'size of a chunk', unit='B', bounds=(1 << 10, 1 << 28))
     queue_length: int = count(
         20_000,
-        'messages that may wait for the disk before one is dropped',
+        'largest number of messages that wait for the disk; more are dropped',
         bounds=(10, 10_000_000),
     )
     flush_period: float = quantity(
-        1.0, 's', 'age, by the clock, at which a message is on the disk', bounds=(0.01, 60.0)
+        1.0, 's', 'wall-clock time until a message is on the disk', bounds=(0.01, 60.0)
     )
     split_size: int = count(
         0,
-        'size of messages, uncompressed, after which the run goes on in a next file; 0: never',
+        'uncompressed size of messages after which the run continues in a new file; 0: never',
         unit='B',
         bounds=(0, 1 << 40),
     )
     split_duration: float = quantity(
         0.0,
         's',
-        'simulated time after which the run goes on in a next file; 0: never',
+        'simulated time after which the run continues in a new file; 0: never',
         bounds=(0.0, 1e9),
     )
     keep_parts: int = count(
         0,
-        'last parts of a run that are kept; older ones are deleted; 0: all',
+        'number of latest parts of a run to keep; older parts are deleted; 0: keep all',
         bounds=(0, 1_000_000),
     )
     trace: bool = switch(True, 'record the trace, which takes most of the size')
     experiment: str = words(
-        '', 'CSV of an experiment that each recording carries, to be compared with it'
+        '', 'CSV of an experiment, attached to each recording for a comparison'
     )
 
 
@@ -250,22 +253,20 @@ class FaultParameters(Checked):
     )
     dead_foot: int = count(
         0,
-        'foot that no longer moves, 1 and 2 above, 3 to 6 below; 0 is none',
+        'foot that does not move: 1 and 2 above, 3 to 6 below; 0: none',
         bounds=(0, 6),
         live=True,
     )
     runner_stuck: bool = switch(False, 'runner that does not move', live=True)
     missed_steps: float = quantity(
-        0.0, '', 'share of the steps that the amplifier leaves out', bounds=(0.0, 1.0), live=True
+        0.0, '', 'share of the steps that the amplifier skips', bounds=(0.0, 1.0), live=True
     )
-    command_delay: float = quantity(
-        0.0, 's', 'time that a command takes to arrive', bounds=(0.0, 10.0), live=True
-    )
-    schedule: str = words('', 'YAML file of faults and their times; empty is none')
+    command_delay: float = quantity(0.0, 's', 'delay of commands', bounds=(0.0, 10.0), live=True)
+    schedule: str = words('', 'YAML file of faults and their times; empty: none')
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the faults that there are, in the order of declaration."""
+        """Names of the present faults, in the order of declaration."""
         return tuple(
             name
             for name, field in self.__dataclass_fields__.items()

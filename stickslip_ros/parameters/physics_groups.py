@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Parameters of what moves: runner, stand and contacts, amplifier and piezo; SI."""
+"""Parameters of the physics: contacts, stand, frame, runner, amplifier and piezo; SI."""
 
 import math
 from dataclasses import dataclass
@@ -20,13 +20,13 @@ from stickslip_ros.parameters.declaration import (
 from stickslip_ros.units import GIGA
 
 SLOWEST_HZ = 1.0
-"""Lowest bandwidth of the amplifier, and lowest resonance of the piezo, if there is one."""
+"""Lowest bandwidth of the amplifier and lowest resonance of the piezo, if not 0."""
 SOFTEST_N_PER_M = 1e5
-"""Softest stack: a twentieth of the contact on it, which it leaves 5 % of the motion."""
+"""Softest stack: a twentieth of the stiffness of its contact, which gets 5 % of the motion."""
 LIGHTEST_FRAME_KG = 1e-4
-"""Lightest frame: a thirtieth of the runner. Much lighter ones go where the contacts push them."""
+"""Lightest frame: a thirtieth of the runner. Much lighter frames only follow the contacts."""
 LAWS = ('mdr', 'coulomb', 'dahl', 'lugre', 'epm')
-"""The contact model and the other laws; `contact.laws` numbers them in this order."""
+"""The contact model and the rival laws; `contact.laws` numbers them in this order."""
 
 PAPER_RMS_HEIGHT = 1.1221e-6
 PAPER_PREFACTOR = 4.4478e-4
@@ -64,12 +64,15 @@ class ContactParameters(Checked):
     prefactor: float = quantity(
         PAPER_PREFACTOR,
         'm^(1-H)',
-        'Q_1D of Eq. 17; 0 takes it from rms_height',
+        'Q_1D of Eq. 17; 0: computed from rms_height',
         bounds=(0.0, 1.0),
         source='Section 4',
     )
     line_length: float = quantity(
-        1e-3, 'm', 'rough line: length; 2 R, the system length of Eq. 16', bounds=(1e-6, 1.0)
+        1e-3,
+        'm',
+        'rough line: length; default: 2 R, the system length of Eq. 16',
+        bounds=(1e-6, 1.0),
     )
     line_points: int = count(
         1 << 17, 'rough line: number of springs along it', bounds=(16, 1 << 21)
@@ -77,47 +80,47 @@ class ContactParameters(Checked):
     cutoff_lower: float = quantity(
         2.0 * math.pi / 1e-3,
         'rad/m',
-        'rough line: least wave number; one wave in line_length',
+        'rough line: lowest wave number; default: one wave in line_length',
         bounds=(1e-2, 1e10),
     )
     cutoff_upper: float = quantity(
         1e8,
         'rad/m',
-        'rough line: largest wave number; waves of 63 nm, eight springs long',
+        'rough line: highest wave number; default: waves of 63 nm, eight springs long',
         bounds=(1e-2, 1e10),
     )
     line_seed: int = count(
-        1, 'rough line: seed of the first of the six; the next add 1', bounds=(0, 2**31 - 1)
+        1, 'rough line: seed of the first of six lines; each next adds 1', bounds=(0, 2**31 - 1)
     )
     travel: float = quantity(
         0.0,
         '',
-        'rough line: share of the mean square roughness that is on the runner and travels with '
-        'it; the surfaces of the paper speak for 1',
+        'rough line: share of the mean square roughness on the runner, travelling with it; '
+        'the surfaces of the paper suggest 1',
         bounds=(0.0, 1.0),
     )
     friction: float = quantity(
         0.3, '', 'friction coefficient mu', bounds=(1e-3, 10.0), source=TABLE_1
     )
     friction_rate: float = quantity(
-        0.0, '', 'growth of friction per e-fold of the sliding velocity, a', bounds=(0.0, 0.1)
+        0.0, '', 'a: growth of friction per e-fold of the sliding velocity', bounds=(0.0, 0.1)
     )
     friction_ageing: float = quantity(
-        0.0, '', 'growth of friction per e-fold of the time at rest, b', bounds=(0.0, 0.1)
+        0.0, '', 'b: growth of friction per e-fold of the time at rest', bounds=(0.0, 0.1)
     )
     friction_distance: float = quantity(
-        1e-6, 'm', 'slip D_c that renews a contact which has aged', bounds=(1e-10, 1e-3)
+        1e-6, 'm', 'slip D_c that renews an aged contact', bounds=(1e-10, 1e-3)
     )
     friction_velocity: float = quantity(
         1e-3,
         'm/s',
-        'velocity v0 at which steady sliding has contact.friction',
+        'velocity v0 of steady sliding with contact.friction',
         bounds=(1e-9, 10.0),
     )
     friction_cutoff: float = quantity(
         1e-4,
         'm/s',
-        'velocity v_c below which friction_rate has no effect; lower ones take shorter steps',
+        'velocity v_c below which friction_rate has no effect; a lower v_c shortens the time step',
         bounds=(1e-7, 1.0),
     )
     rest_time: float = quantity(
@@ -145,7 +148,7 @@ class ContactParameters(Checked):
     )
 
     def check_together(self) -> None:
-        """Refuse a roughness or an ageing that would have no effect, and friction below 0."""
+        """Refuse a roughness or an ageing without effect, and a friction that is not positive."""
         for name in ('friction_rate', 'friction_ageing'):
             if getattr(self, name) and self.law != 'mdr':
                 limit, hint = f'without effect under contact.law {self.law}', 'set it to 0'
@@ -154,12 +157,14 @@ class ContactParameters(Checked):
         static = self.friction - self.friction_rate * math.log((v0 + v_c) / v_c)
         static += self.friction_ageing * math.log(v0 * self.rest_time / self.friction_distance)
         if static <= 0.0:
-            limit = f'{static:g} after rest_time and no longer above 0 by rate and ageing'
-            raise OutOfRange('contact.friction', self.friction, '', limit, 'lower either of them')
+            limit = f'reduced to {static:g}, not above 0, by friction_rate and friction_ageing'
+            hint = 'raise it or lower contact.friction_rate or contact.friction_ageing'
+            raise OutOfRange('contact.friction', self.friction, '', limit, hint)
         changes = self.friction_rate or self.friction_ageing
         if self.travel and (changes or (self.profile, self.law) != ('rough_line', 'mdr')):
-            limit = 'without effect but on a rough line of constant friction under the law mdr'
-            hint = "set contact.profile to 'rough_line' and the others to their defaults"
+            limit = 'used only on a rough line of constant friction under the law mdr'
+            hint = "set contact.profile to 'rough_line', and law, friction_rate and "
+            hint += 'friction_ageing to their defaults'
             raise OutOfRange('contact.travel', self.travel, '', limit, hint)
         if self.profile == 'rough_line':
             if self.prefactor not in {0.0, PAPER_PREFACTOR}:
@@ -175,15 +180,15 @@ class ContactParameters(Checked):
 
 @dataclass(frozen=True)
 class FrictionLawParameters(Checked):
-    """Constants of the other friction laws; zeros are derived from the contact model."""
+    """Constants of the rival friction laws."""
 
     bristle_stiffness: float = quantity(
-        0.0, 'N/m', 'sigma0; 0 takes the full-stick stiffness of all contacts', bounds=(0.0, 1e12)
+        0.0, 'N/m', 'sigma0; 0: the full-stick stiffness of all contacts', bounds=(0.0, 1e12)
     )
     bristle_damping: float = quantity(0.0, 'N s/m', 'sigma1 of LuGre and EPM', bounds=(0.0, 1e6))
     viscous: float = quantity(0.0, 'N s/m', 'sigma2, viscous friction', bounds=(0.0, 1e6))
     static_ratio: float = quantity(
-        1.0, '', 'static over Coulomb friction, Fs/Fc; Fc is mu F_n', bounds=(1.0, 10.0)
+        1.0, '', 'ratio Fs/Fc of static to Coulomb friction; Fc is mu F_n', bounds=(1.0, 10.0)
     )
     stribeck_velocity: float = quantity(1e-3, 'm/s', 'Stribeck velocity vs', bounds=(1e-9, 10.0))
     breakaway_ratio: float = quantity(
@@ -203,13 +208,11 @@ class StandParameters(Checked):
         source='Section 2',
     )
     preload_end: float = quantity(
-        0.0, 'N', 'preload to ramp to from the start on; 0 keeps the preload', bounds=(0.0, 100.0)
+        0.0, 'N', 'end of a preload ramp that begins at the start; 0: no ramp', bounds=(0.0, 100.0)
     )
-    preload_rate: float = quantity(
-        1.0, 'N/s', 'rate at which the preload changes when asked to', bounds=(1e-6, 1e6)
-    )
+    preload_rate: float = quantity(1.0, 'N/s', 'rate of change of the preload', bounds=(1e-6, 1e6))
     weight: bool = switch(
-        False, 'weight of the runner on the lower contacts; the paper leaves it out'
+        False, 'add the weight of the runner to the lower contacts; the paper neglects it'
     )
     preload_limit: float = quantity(
         2.0, 'N', 'largest preload that a command may ask for', bounds=(1e-3, 100.0)
@@ -217,32 +220,34 @@ class StandParameters(Checked):
     load_limit: float = quantity(
         10.0, 'N', 'largest external force that a command may ask for', bounds=(0.0, 1000.0)
     )
-    travel_min: float = quantity(-5e-3, 'm', 'place of the lower end stop', bounds=(-1.0, -1e-7))
-    travel_max: float = quantity(5e-3, 'm', 'place of the upper end stop', bounds=(1e-7, 1.0))
+    travel_min: float = quantity(
+        -5e-3, 'm', 'position of the lower end stop', bounds=(-1.0, -1e-7)
+    )
+    travel_max: float = quantity(5e-3, 'm', 'position of the upper end stop', bounds=(1e-7, 1.0))
     stop_stiffness: float = quantity(
         0.0,
         'N/m',
-        'stiffness of the end stops; 0 is a runner without end stops',
+        'stiffness of the end stops; 0: no end stops',
         bounds=(0.0, 1e9),
     )
 
 
 @dataclass(frozen=True)
 class FrameParameters(Checked):
-    """The frame as a body on one spring: it carries the feet, the table carries all else."""
+    """The frame as a mass on a spring: it carries the feet, and the table everything else."""
 
     mass: float = quantity(
-        0.0, 'kg', 'mass of the frame with its feet; 0 is a rigid frame', bounds=(0.0, 1e3)
+        0.0, 'kg', 'mass of the frame with its feet; 0: rigid frame', bounds=(0.0, 1e3)
     )
     resonance: float = quantity(
-        0.0, 'Hz', 'its resonance on the table; 0 is a frame that nothing holds', bounds=(0.0, 1e6)
+        0.0, 'Hz', 'resonance of the frame on the table; 0: free frame', bounds=(0.0, 1e6)
     )
     damping_ratio: float = quantity(
         0.01, '', 'damping ratio of that resonance', bounds=(0.0, 10.0)
     )
 
     def check_together(self) -> None:
-        """Refuse a frame so light that it takes all motion and no force is left."""
+        """Refuse a frame so light that it would take up all motion."""
         refuse_below_unless_zero('frame.mass', self.mass, LIGHTEST_FRAME_KG, 'kg')
 
 
@@ -252,7 +257,7 @@ class RunnerParameters(Checked):
 
     mass: float = quantity(3e-3, 'kg', 'mass m of the runner', bounds=(1e-6, 10.0), source=TABLE_1)
     damping: float = quantity(
-        0.0, 'N s/m', 'viscous damping c of the runner; the paper names none', bounds=(0.0, 1e4)
+        0.0, 'N s/m', 'viscous damping c of the runner; the paper gives none', bounds=(0.0, 1e4)
     )
 
 
@@ -269,7 +274,7 @@ class AmplifierParameters(Checked):
     voltage_initial: float = quantity(
         ReplaceableDefault(0.0),
         'V',
-        'output at the start, at which the contacts are relaxed',
+        'output at the start, with relaxed contacts',
         bounds=(-1e3, 1e3),
     )
     slew_rate: float = quantity(
@@ -279,20 +284,20 @@ class AmplifierParameters(Checked):
         20e3, 'Hz', 'highest saw-tooth frequency that a command may ask for', bounds=(1.0, 1e6)
     )
     bandwidth: float = quantity(
-        0.0, 'Hz', 'first-order low-pass of the output; 0 is none', bounds=(0.0, 1e9)
+        0.0, 'Hz', 'first-order low-pass of the output; 0: none', bounds=(0.0, 1e9)
     )
     resolution: float = quantity(
-        0.0, 'V', 'step of the digital-to-analogue converter; 0 is none', bounds=(0.0, 10.0)
+        0.0, 'V', 'step of the digital-to-analogue converter; 0: none', bounds=(0.0, 10.0)
     )
     current_max: float = quantity(
         0.0,
         'A',
-        'largest current into actuator.capacitance, which limits the slew rate; 0 is none',
+        'largest current into actuator.capacitance, a limit of the slew rate; 0: no limit',
         bounds=(0.0, 1e3),
     )
 
     def check_together(self) -> None:
-        """Refuse an empty voltage range, a start outside it, and a low-pass that lets none by."""
+        """Refuse an empty voltage range, a start outside it, and a bandwidth below SLOWEST_HZ."""
         refuse_below_unless_zero('amplifier.bandwidth', self.bandwidth, SLOWEST_HZ, 'Hz')
         if self.voltage_min >= self.voltage_max:
             limit = f'not below amplifier.voltage_max, {self.voltage_max:g} V'
@@ -301,7 +306,7 @@ class AmplifierParameters(Checked):
                 self.voltage_min,
                 'V',
                 limit,
-                'lower it or raise the other',
+                'lower it or raise amplifier.voltage_max',
             )
         if not self.voltage_min <= self.voltage_initial <= self.voltage_max:
             limit = f'outside {self.voltage_min:g} to {self.voltage_max:g} V'
@@ -310,7 +315,7 @@ class AmplifierParameters(Checked):
                 self.voltage_initial,
                 'V',
                 limit,
-                'move it inside amplifier.voltage_min and amplifier.voltage_max',
+                'move it between amplifier.voltage_min and amplifier.voltage_max',
             )
 
 
@@ -328,23 +333,24 @@ class ActuatorParameters(Checked):
     capacitance: float = quantity(
         5e-09,
         'F',
-        'capacitance of all piezos together, which the amplifier loads',
+        'capacitance of all piezos together, charged by the amplifier',
         bounds=(1e-12, 0.001),
     )
     hysteresis: float = quantity(
         0.0,
         '',
-        'width of the loop over the whole voltage range, in its middle, per stroke; 0 is none',
+        'width of the loop over the whole voltage range, at mid-range, as a share of the stroke; '
+        '0: none',
         bounds=(0.0, 0.4),
     )
-    plays: int = count(8, 'play operators that make up the hysteresis', bounds=(1, 64))
+    plays: int = count(8, 'number of play operators of the hysteresis', bounds=(1, 64))
     creep: float = quantity(
-        0.0, '', 'growth of a displacement per decade of time; 0 is none', bounds=(0.0, 0.2)
+        0.0, '', 'relative growth of a displacement per decade of time; 0: none', bounds=(0.0, 0.2)
     )
     resonance: float = quantity(
         0.0,
         'Hz',
-        'resonance of the piezo with its hemisphere, without load; 0: it follows the voltage',
+        'resonance of the piezo with its hemisphere, without load; 0: it follows at once',
         bounds=(0.0, 1e7),
     )
     damping_ratio: float = quantity(
@@ -353,38 +359,39 @@ class ActuatorParameters(Checked):
     stiffness: float = quantity(
         0.0,
         'N/m',
-        'stiffness of the piezo under a foot: blocking force per stroke; 0: no load bends it',
+        'stiffness of the piezo under a foot: blocking force per stroke; 0: rigid',
         bounds=(0.0, 1e12),
     )
     mass: float = quantity(
         0.0,
         'kg',
-        'mass of a foot without a resonance, for the frame; else stiffness and resonance say it',
+        'mass of a foot, for the recoil of the frame; 0 if resonance and stiffness give it',
         bounds=(0.0, 1.0),
     )
     gain_tolerance: float = quantity(
         0.0,
         '',
-        'largest deviation of the gain of a foot from the mean; 0: six equal feet, moved as one',
+        "largest relative deviation of a foot's gain from the mean; 0: six equal feet",
         bounds=(0.0, 0.9),
     )
 
     def check_together(self) -> None:
-        """Refuse a resonance that rounding takes, stacks softer than contacts, a mass twice."""
+        """Refuse a resonance below SLOWEST_HZ, stacks that are too soft, a mass given twice."""
         refuse_below_unless_zero('actuator.resonance', self.resonance, SLOWEST_HZ, 'Hz')
         refuse_below_unless_zero('actuator.stiffness', self.stiffness, SOFTEST_N_PER_M, 'N/m')
         if self.stiffness and not self.resonance:
-            limit, hint = 'without a mass while actuator.resonance is 0 Hz', 'set that too'
+            limit = 'without a mass while actuator.resonance is 0 Hz'
+            hint = 'set actuator.resonance too'
             raise OutOfRange('actuator.stiffness', self.stiffness, 'N/m', limit, hint)
         if self.mass and self.resonance:
-            limit = f'that of a foot without a resonance, and this has {self.resonance:g} Hz'
+            limit = f'without effect while actuator.resonance is {self.resonance:g} Hz'
             stiffness = self.mass * (2.0 * math.pi * self.resonance) ** 2
             hint = f'set it to 0, and actuator.stiffness to {stiffness:.4g} N/m'
             raise OutOfRange('actuator.mass', self.mass, 'kg', limit, hint)
 
     @property
     def foot_mass(self) -> float:
-        """Mass of a foot, kg: hemisphere and what moves with it of its piezo."""
+        """Mass of a foot, kg: the hemisphere and the moving part of its piezo."""
         if not self.stiffness:
             return self.mass
         return self.stiffness / (2.0 * math.pi * self.resonance) ** 2

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The sensors of the stand: their parameters, and one row per sensor in the table at the end.
+Sensors of the stand: their parameters, and a table with a row for each sensor.
 
 Faults, topics, columns of traces, recordings, panel, tables, pictures and documentation follow
-from the row. What the sensor computes stands in the module of its name in ``instrument/sensors``.
+from the row. The module of the sensor's name in ``instrument/sensors`` computes its readings.
 
 """
 
@@ -26,21 +26,21 @@ from stickslip_ros.parameters.declaration import (
 SLOWEST_CELL_HZ = 1.0
 """Lowest resonance of a load cell that has a mass."""
 TRUTH = ('t', 'voltage', 'foot', 'position', 'force')
-"""What the drive tells at each sample, in the order of its columns; a trace begins like it."""
+"""True values at each sample, in the order of their columns; a trace begins with these columns."""
 
 
 @dataclass(frozen=True)
 class Sensor:
     """A row of the table of sensors."""
 
-    group: type[Checked]  # Its parameters, noise_density, resolution and bandwidth at least
-    sees: str  # What it looks at: one of TRUTH
+    group: type[Checked]  # Parameters; at least noise_density, resolution and bandwidth
+    sees: str  # Measured quantity: a column of TRUTH
     reading: str  # Name of its topic, and of its column in a trace
-    unit: str  # SI unit of the reading: m is a point, N is a wrench
-    frame: str  # Which of frame_id.* its messages have
-    text: str  # What it is, for the documentation
-    label: str  # The reading in words
-    largest: float  # No reading and no jump is larger, in its unit
+    unit: str  # SI unit of the reading; m: messages are points, N: wrenches
+    frame: str  # Parameter of frame_id.* for its messages
+    text: str  # Description of the sensor, for the documentation
+    label: str  # Description of the reading
+    largest: float  # Largest reading and largest offset, in its unit
 
     @cached_property
     def name(self) -> str:
@@ -49,17 +49,17 @@ class Sensor:
 
     @property
     def switch(self) -> str:
-        """Parameter that says whether it is there; empty of a sensor that always is."""
+        """Name of the parameter that installs the sensor; empty if it is always installed."""
         return f'{self.name}.enabled' if hasattr(self.group, 'enabled') else ''
 
     @property
     def words(self) -> str:
-        """The reading in short."""
+        """Name of the reading with spaces."""
         return self.reading.replace('_', ' ')
 
     @property
     def quantity(self) -> str:
-        """Column of its readings in tables: ``position_m``."""
+        """Name of the column of its readings in tables: ``position_m``."""
         return f'{self.reading}_{self.unit.lower()}'
 
 
@@ -79,12 +79,12 @@ class LoadCellParameters(Checked):
     noise_density: float = quantity(
         1e-6,
         'N/sqrt(Hz)',
-        'one-sided density of the white noise, after the mechanics',
+        'one-sided density of the white noise, added after the mechanics',
         bounds=(0.0, 1.0),
     )
-    resolution: float = quantity(1e-5, 'N', 'quantisation; 0 is none', bounds=(0.0, 1.0))
+    resolution: float = quantity(1e-5, 'N', 'quantisation; 0: none', bounds=(0.0, 1.0))
     bandwidth: float = quantity(
-        2e3, 'Hz', 'first-order low-pass of force and noise; 0 is none', bounds=(0.0, 1e7)
+        2e3, 'Hz', 'first-order low-pass of force and noise; 0: none', bounds=(0.0, 1e7)
     )
     gap: float = quantity(
         0.0, 'm', 'one_sided: distance of the runner from the load cell', bounds=(0.0, 1.0)
@@ -92,7 +92,7 @@ class LoadCellParameters(Checked):
     resonance: float = quantity(
         0.0,
         'Hz',
-        'resonance of its moving mass on its stiffness; 0 is a cell without mass',
+        'resonance of its moving mass on its stiffness; 0: no mass',
         bounds=(0.0, 1e5),
     )
     damping_ratio: float = quantity(
@@ -101,25 +101,25 @@ class LoadCellParameters(Checked):
     restitution: float = quantity(
         0.0,
         '',
-        'one_sided with a mass: velocity after an impact per velocity before; 0: no bounce',
+        'one_sided with a mass: coefficient of restitution of an impact; 0: no bounce',
         bounds=(0.0, 1.0),
     )
     hysteresis: float = quantity(
         0.0,
         '',
-        'width of the loop over the whole range, in its middle, per range; 0 is none',
+        'width of the loop over the whole range, at mid-range, as a share of the range; 0: none',
         bounds=(0.0, 0.4),
     )
     drift: float = quantity(0.0, 'N/s', 'steady drift of the zero', bounds=(-1e3, 1e3))
     range: float = quantity(
         0.0,
         'N',
-        'signal at which the load cell saturates, both ways, before the tare; 0 is none',
+        'signal of either sign at which the load cell saturates, before the tare; 0: no limit',
         bounds=(0.0, 1e6),
     )
 
     def check_together(self) -> None:
-        """Refuse a hysteresis without its range, and a moving mass that no runner could move."""
+        """Refuse a hysteresis without a range, and a resonance below SLOWEST_CELL_HZ."""
         refuse_below_unless_zero('load_cell.resonance', self.resonance, SLOWEST_CELL_HZ, 'Hz')
         if self.hysteresis and not self.range:
             hint = 'set load_cell.range: the loop is a share of it'
@@ -133,22 +133,22 @@ class InterferometerParameters(Checked):
     reference: str = choice(
         'table',
         ('table', 'frame'),
-        'what it measures against: the table, or the frame of frame.mass',
+        'reference of the measurement: the table, or the frame of frame.mass',
     )
     noise_density: float = quantity(
         1e-12, 'm/sqrt(Hz)', 'one-sided density of the white noise', bounds=(0.0, 1e-3)
     )
-    resolution: float = quantity(1e-10, 'm', 'quantisation; 0 is none', bounds=(0.0, 1e-3))
+    resolution: float = quantity(1e-10, 'm', 'quantisation; 0: none', bounds=(0.0, 1e-3))
     bandwidth: float = quantity(
-        2e4, 'Hz', 'first-order low-pass of the reading; 0 is none', bounds=(0.0, 1e7)
+        2e4, 'Hz', 'first-order low-pass of the reading; 0: none', bounds=(0.0, 1e7)
     )
     sample_rate: float = quantity(
         0.0,
         'Hz',
-        'rate of its own samples, held in between; 0 is trace.sample_rate',
+        'sample rate; a reading is held until the next sample; 0: trace.sample_rate',
         bounds=(0.0, 1e7),
     )
-    latency: float = quantity(0.0, 's', 'age of a reading', bounds=(0.0, 0.05))
+    latency: float = quantity(0.0, 's', 'delay of a reading', bounds=(0.0, 0.05))
     cyclic_error: float = quantity(
         0.0, 'm', 'amplitude of the error that repeats every half wavelength', bounds=(0.0, 1e-07)
     )
@@ -160,7 +160,7 @@ class InterferometerParameters(Checked):
         0.0, 'm/sqrt(s)', 'drift of the zero as a random walk: rms after 1 s', bounds=(0.0, 0.001)
     )
     velocity_max: float = quantity(
-        0.0, 'm/s', 'velocity above which the beam is lost; 0 is none', bounds=(0.0, 1e3)
+        0.0, 'm/s', 'velocity above which the beam is lost; 0: no limit', bounds=(0.0, 1e3)
     )
 
 
@@ -169,14 +169,14 @@ class CapacitiveProbeParameters(Checked):
     """The capacitive probe that looks at the feet."""
 
     enabled: bool = switch(
-        False, 'whether it is there, with foot_position and its column in the trace'
+        False, 'install the probe, with topic foot_position and a column in the trace'
     )
     noise_density: float = quantity(
         5e-12, 'm/sqrt(Hz)', 'one-sided density of the white noise', bounds=(0.0, 1e-3)
     )
-    resolution: float = quantity(1e-10, 'm', 'quantisation; 0 is none', bounds=(0.0, 1e-3))
+    resolution: float = quantity(1e-10, 'm', 'quantisation; 0: none', bounds=(0.0, 1e-3))
     bandwidth: float = quantity(
-        1e4, 'Hz', 'first-order low-pass of the reading; 0 is none', bounds=(0.0, 1e7)
+        1e4, 'Hz', 'first-order low-pass of the reading; 0: none', bounds=(0.0, 1e7)
     )
 
 
@@ -190,18 +190,18 @@ SENSORS: tuple[Sensor, ...] = (
            'capacitive probe', 'position of the feet', 1.0),
 )
 # fmt: on
-"""Every sensor, in the order of the columns of a trace; its place numbers its random stream."""
+"""Every sensor, in the order of the columns of a trace; the row number seeds its noise."""
 
 
 def _faults_of(sensor: Sensor) -> Mapping[str, tuple[type, Any]]:
-    stands_still = f'{sensor.words} reading that stands still, or is not a number'
+    text = f'{sensor.words} reading: freeze holds it, dropout makes it NaN'
     bounds = (-sensor.largest, sensor.largest)
-    jump = quantity(
-        0.0, sensor.unit, f'jump of the {sensor.words} reading', bounds=bounds, live=True
+    offset = quantity(
+        0.0, sensor.unit, f'offset of the {sensor.words} reading', bounds=bounds, live=True
     )
-    condition = choice('none', ('none', 'freeze', 'dropout'), stands_still, live=True)
-    return {sensor.name: (str, condition), f'{sensor.name}_offset': (float, jump)}
+    condition = choice('none', ('none', 'freeze', 'dropout'), text, live=True)
+    return {sensor.name: (str, condition), f'{sensor.name}_offset': (float, offset)}
 
 
 SENSOR_FAULTS = {name: each for row in SENSORS for name, each in _faults_of(row).items()}
-"""Types and declarations of the faults that every sensor has."""
+"""Types and declarations of the sensors' faults."""

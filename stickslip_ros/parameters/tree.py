@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""All parameters as one immutable tree, and its flat form ``{'group.name': value}``."""
+"""Immutable tree of all parameters, and its flat form ``{'group.name': value}``."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -55,7 +55,7 @@ _PAPER = 'none', 'the stand of the paper'
     {each.name: (each.group, field(default_factory=each.group)) for each in SENSORS}, 'trace'
 )
 class Parameters(Shown, Checked):
-    """Everything that can be set, in groups; ``Parameters()`` is the test stand of the paper."""
+    """All parameters, in groups; ``Parameters()`` is the test stand of the paper."""
 
     autostart: bool = switch(True, 'configure and activate the node without a manager', fixed=True)
     sim: SimParameters = field(default_factory=SimParameters)
@@ -79,36 +79,36 @@ class Parameters(Shown, Checked):
 
     @classmethod
     def group(cls) -> str:
-        """Name no group: these are the parameters of the root."""
+        """Return no name: the root is not in a group."""
         return ''
 
     def check_together(self) -> None:
         """
-        Refuse a preload that changes under roughness that travels, and periods that do not fit.
+        Refuse a preload ramp with travelling roughness, and periods that are not multiples.
 
-        Samples fit into blocks, and these into messages.
+        A block has a whole number of samples, a trace message a whole number of blocks.
 
         """
         if self.contact.travel and self.stand.preload_end:
-            limit, hint = 'a ramp, while contact.travel keeps the preload', 'set one of them to 0'
+            limit, hint = 'a ramp, but contact.travel needs a constant preload', 'set either to 0'
             raise OutOfRange('stand.preload_end', self.stand.preload_end, 'N', limit, hint)
         _check_multiple('sim.block', self.block_ns, 'sample of trace.sample_rate', self.sample_ns)
         _check_multiple('trace.period', self.trace_period_ns, 'sim.block', self.block_ns)
 
     @property
     def sensors(self) -> tuple[Sensor, ...]:
-        """The sensors that are there, in the order of their columns in a trace."""
-        there = [getattr(getattr(self, each.name), 'enabled', True) for each in SENSORS]
-        return tuple(compress(SENSORS, there))
+        """The installed sensors, in the order of their columns in a trace."""
+        enabled = [getattr(getattr(self, each.name), 'enabled', True) for each in SENSORS]
+        return tuple(compress(SENSORS, enabled))
 
     @property
     def block_ns(self) -> int:
-        """Time of one update, ns."""
+        """Period of updates, ns."""
         return to_nanoseconds(self.sim.block)
 
     @property
     def sample_ns(self) -> int:
-        """Time between two samples of the trace, ns; refused where it is not whole."""
+        """Period of the samples of the trace, ns; OutOfRange if it is not whole."""
         period_ns = NS_PER_S / self.trace.sample_rate
         if abs(period_ns - round(period_ns)) > 1e-6:
             limit = f'a period of {period_ns:.9g} ns, not a whole number of nanoseconds'
@@ -118,7 +118,7 @@ class Parameters(Shown, Checked):
 
     @property
     def trace_period_ns(self) -> int:
-        """Time of one message of the trace, ns."""
+        """Period of the messages of the trace, ns."""
         return to_nanoseconds(self.trace.period)
 
     def flat(self) -> dict[str, Scalar]:
@@ -127,9 +127,7 @@ class Parameters(Shown, Checked):
 
     def updated(self, values: Mapping[str, object]) -> 'Parameters':
         """
-        Return a copy with some values replaced: ``{'stand.preload': 0.25}``.
-
-        Texts as typed on a command line are converted.
+        Return a copy with other values, ``{'stand.preload': 0.25}``; texts are converted.
 
         Raises
         ------
@@ -149,7 +147,7 @@ class Parameters(Shown, Checked):
         return self.with_checked(changes)
 
     def sections(self) -> list[Section]:
-        """Return what differs from the stand of the paper."""
+        """Return a table of the values that differ from the stand of the paper."""
         rows = [(name, value, spec_of(name).unit) for name, value in self.changed().items()]
         return [Section('parameters that differ from the default', rows or [_PAPER])]
 
@@ -169,19 +167,19 @@ def specs() -> dict[str, Spec]:
 
 
 def spec_of(name: str) -> Spec:
-    """Return the declaration of one parameter; UnknownName names the nearest ones."""
+    """Return the declaration of a parameter; UnknownName suggests the nearest names."""
     return find(_SPECS, name, 'see docs/reference/parameters.md')
 
 
 def is_fault(name: str) -> bool:
-    """Return whether a parameter is a fault that comes and goes while the drive runs."""
+    """Return whether a parameter is a fault that may change while the drive runs."""
     return name.startswith('fault.') and spec_of(name).live
 
 
 def parse_assignments(
     assignments: Iterable[str], form: str = '--set group.name=value'
 ) -> dict[str, str]:
-    """Split ``name=value`` texts, which an option takes in a ``form``; WrongKind without ``=``."""
+    """Split ``name=value`` texts of an option; WrongKind shows the ``form`` without ``=``."""
     pairs: dict[str, str] = {}
     for text in assignments:
         name, equals, value = text.partition('=')

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Quantities as they are typed: numbers in SI, or numbers with a unit behind them."""
+"""Parse typed quantities: numbers in SI, or numbers with a unit."""
 
 import math
 from collections.abc import Sequence
@@ -22,12 +22,12 @@ EXAMPLES = {
 
 def to_si(name: str, text: str, unit: str) -> float:
     """
-    Return the number of a text such as ``60nm`` in an SI unit.
+    Return the SI value of a text such as ``60nm``.
 
     Raises
     ------
     WrongKind
-        If it is no finite number, or its unit is of another kind.
+        If it is not a finite number, or its unit is of another kind.
 
     """
     number = quantity(text, unit)
@@ -40,18 +40,18 @@ def to_si(name: str, text: str, unit: str) -> float:
 
 def to_si_list(name: str, texts: Sequence[str], unit: str) -> list[float]:
     """
-    Return the numbers of several texts, of which all have units or none has; 0 needs none.
+    Parse quantities; either all have units or none (0 needs no unit).
 
     Raises
     ------
     WrongKind, OutOfRange
-        If one is no quantity in the unit, or has none where others have one.
+        If a text is not a quantity in the unit, or lacks a unit that other texts have.
 
     """
     numbers = [to_si(name, text, unit) for text in texts]
     bare = [text for text in texts if quantity(text, '')]
     if bare and any(quantity(text, '') is None for text in texts):
-        limit = 'without a unit, which others have'
+        limit = 'without a unit, but others have units'
         raise OutOfRange(name, bare[0], '', limit, f'write all as {_example(unit)}')
     return numbers
 

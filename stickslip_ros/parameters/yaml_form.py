@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Parameters as a ROS parameter file: written with units and sources, read with refusals.
+Write parameters as a ROS parameter file with units and sources, and read them back.
 
-Read is YAML without what ROS or a reader takes otherwise than it looks: keys given twice, numbers
-of base 60, aliases.
+YAML that can be misunderstood is refused: repeated keys, numbers of base 60, aliases.
 
 """
 
@@ -27,11 +26,11 @@ ANY_NODE = '/**'
 _NUMBERS = ('tag:yaml.org,2002:int', 'tag:yaml.org,2002:float')
 _HINT = 'compare it with config/test_stand.yaml'
 _LENGTH_MAX = 4_000_000
-"""Characters of YAML, a quarter of a minute of work; a bag of 10,000 files has half as many."""
+"""Longest YAML, characters: 15 s of work; the metadata of 10,000 bag files has half as many."""
 
 
 def format_value(value: Scalar) -> str:
-    """Return a value as YAML 1.1 and ROS both read it: a float keeps its point and its digits."""
+    """Format a value for YAML 1.1 and ROS: a float keeps its decimal point and all digits."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, float):
@@ -45,7 +44,7 @@ def format_value(value: Scalar) -> str:
 
 
 def describe(spec: Spec, *, limits: bool = True) -> str:
-    """Return one line that says what a parameter is: text, unit, bounds or choices, source."""
+    """Describe a parameter in a line: text, unit, bounds or choices, source."""
     line = f'{spec.text} [{spec.unit}]' if spec.unit else spec.text
     if limits and spec.minimum is not None and spec.maximum is not None:
         line += f'; {spec.minimum:g} to {spec.maximum:g}'
@@ -55,7 +54,7 @@ def describe(spec: Spec, *, limits: bool = True) -> str:
 
 
 def dump_yaml(parameters: Parameters, heading: str) -> str:
-    """Return a ROS parameter file; ``heading`` gives the comments at its top, without ``#``."""
+    """Return a ROS parameter file; ``heading`` is the comment at its top, without ``#``."""
     lines = [f'# {line}'.rstrip() for line in heading.splitlines()]
     lines += [f'{ANY_NODE}:', f'  {ROS_KEY}:']
     flat = parameters.flat()
@@ -65,7 +64,7 @@ def dump_yaml(parameters: Parameters, heading: str) -> str:
 
 @cache
 def _before_values() -> dict[str, str]:
-    """Return what a file says before the value of each parameter: group, comment, name."""
+    """Return the text before the value of each parameter: group, comment, name."""
     found: dict[str, str] = {}
     current = ''
     for name, spec in specs().items():
@@ -78,14 +77,14 @@ def _before_values() -> dict[str, str]:
 
 def load_yaml(*paths: str | Path) -> Parameters:
     """
-    Read ROS parameter files, each on top of those before it; the rest keeps its defaults.
+    Read ROS parameter files; later files override earlier ones, and the rest keeps its defaults.
 
     Raises
     ------
     RecordingError
-        If the file cannot be read, is not YAML, or says something twice.
+        If a file cannot be read, is not YAML, or repeats a key.
     UnknownName, WrongKind, OutOfRange
-        If the file holds what the package does not know or allow.
+        If a file has an unknown parameter or a value that is not allowed.
 
     """
     values = {k: value for path in paths for k, value in load_values(Path(path)).items()}
@@ -93,7 +92,7 @@ def load_yaml(*paths: str | Path) -> Parameters:
 
 
 def load_values(path: Path) -> dict[str, object]:
-    """Return what a ROS parameter file gives, by name and unchecked; otherwise as above."""
+    """Return the values of a ROS parameter file by name, unchecked; refuses like ``load_yaml``."""
     text = read_text(path, 'check the path', 'give a ROS parameter file')
     document = read_yaml(text, str(path), _HINT)
     if document is None:
@@ -107,7 +106,7 @@ def parse_yaml(text: str, origin: str) -> Parameters:
 
 
 def _values(document: object, origin: str) -> dict[str, object]:
-    """Return the parameters of the one drive of a file; what it says itself outweighs ``/**``."""
+    """Return the parameters of the only drive in a file; its own values override ``/**``."""
     sections: dict[str, dict[str, object]] = {}
     for node, body in _items(document, origin):
         if not isinstance(body, dict) or set(body) != {ROS_KEY}:
@@ -148,13 +147,13 @@ def _flatten(node: object, prefix: str, origin: str) -> Iterator[tuple[str, obje
 
 def read_yaml(text: str, origin: str, hint: str) -> object:
     """
-    Read a document of YAML; messages name its ``origin``, and what to do if it is not YAML.
+    Read a YAML document; messages name its ``origin`` and give the ``hint``.
 
     Raises
     ------
     RecordingError
-        If it is not YAML, has a key twice, a number such as ``1:30`` or an alias; names the line.
-        If it is longer than ``_LENGTH_MAX``.
+        If it is not YAML, is longer than ``_LENGTH_MAX``, or has a repeated key, a number such as
+        ``1:30`` or an alias, whose line is named.
 
     """
     if len(text) > _LENGTH_MAX:
@@ -169,7 +168,7 @@ def read_yaml(text: str, origin: str, hint: str) -> object:
 
 
 class _Loader(yaml.SafeLoader):
-    """A loader that refuses; ``origin`` is the name of what it reads."""
+    """A strict YAML loader; ``origin`` names the document in messages."""
 
     origin = ''
 
@@ -184,7 +183,7 @@ class _Loader(yaml.SafeLoader):
         for key in (key for key, _ in node.value if isinstance(key, yaml.ScalarNode)):
             same = first.setdefault(key.value, key)
             if same is not key:
-                problem = f'{quoted(key.value)} stands in line {same.start_mark.line + 1} too'
+                problem = f'{quoted(key.value)} is already in line {same.start_mark.line + 1}'
                 self.refuse(key, problem, 'keep one of the two')
         return super().construct_mapping(node, deep)
 

@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-A process of this package: signals end it once and in order, at any moment and for certain.
+Run a process so that a signal ends it once, in order, and at any moment.
 
-What it does has a thread of its own, imports included. The main thread, the only one to see
-signals, does nothing but wait, so that it can always end the process. This module imports nothing
-that takes time.
+The work, imports included, runs in its own thread. The main thread receives the signals and only
+waits, so it can always end the process. This module imports nothing slow.
 
 """
 
@@ -25,32 +24,32 @@ from stickslip_ros.process.stopping import request_stop
 
 UNDER_NOHUP = signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
 SIGNALS = (signal.SIGINT, *(() if UNDER_NOHUP else (signal.SIGHUP,)), signal.SIGTERM)
-"""What ends a process; SIGHUP comes from a terminal that is closed."""
+"""Signals that end a process; a closing terminal sends SIGHUP."""
 ENDED, REFUSED, CUT, STOPPED = 0, 2, 3, 130
-"""Exit status: as it should be, refused, a node that did not close, a verb that was stopped."""
+"""Exit status: success, refusal, a node that did not close in time, a verb that was stopped."""
 GRACE_S = 8.0
-"""Time that a node has to close before its process ends without it."""
-LAST_S = 10
-"""Time that a verb has to end; the system kills a node that hangs for so long."""
+"""Time for a node to close; then the process ends anyway."""
+VERB_GRACE_S = 10
+"""Time for a verb to end; the system kills a node that hangs for this long."""
 RECOVER = '`stickslip recover` repairs a recording that was not finished'
-NOT_WHOLE = 'stopped in the midst of its work: what it was writing is not whole'
+INTERRUPTED = 'stopped during its work: the file being written is incomplete'
 SHOW_CURSOR = '\x1b[?25h'
-"""What a progress bar would send to a terminal at its end."""
+"""Sequence that a progress bar sends to a terminal at its end."""
 _IGNORED = 'ignored due to race condition'
 
 _has_begun = Event()
 
 
 def begin() -> None:
-    """Note that from now on there is something to close; until then a signal ends at once."""
+    """Mark the start of work that must be closed; before it a signal ends the process at once."""
     _has_begun.set()
 
 
 def run(name: str, work: Callable[[], int], *, is_node: bool) -> int:
     """
-    Do the work of a process, which signals ask to stop (see `stopping`); return its exit status.
+    Run the work of a process, which a signal asks to stop (see `stopping`); return its status.
 
-    Of a node a signal is the proper end, status ENDED; a verb that it stops has STOPPED.
+    A node that a signal ends has the status ENDED, a verb STOPPED.
 
     """
     if not _has_streams():
@@ -77,18 +76,18 @@ def run(name: str, work: Callable[[], int], *, is_node: bool) -> int:
         why = f'ended by {signal.Signals(number).name} before it had started'
         leave(name, why, ENDED if is_node else STOPPED)
     if number:
-        signal.alarm(LAST_S if is_node else 0)
+        signal.alarm(VERB_GRACE_S if is_node else 0)
         request_stop()
     try:
-        return status.get(timeout=GRACE_S if is_node else LAST_S)
+        return status.get(timeout=GRACE_S if is_node else VERB_GRACE_S)
     except Empty:
         if is_node:
             leave(name, f'not closed within {GRACE_S:g} s; {RECOVER}', CUT)
-        leave(name, NOT_WHOLE, STOPPED)
+        leave(name, INTERRUPTED, STOPPED)
 
 
 def _has_streams() -> bool:
-    """Take the places of closed streams, which files would get; return whether stdout was open."""
+    """Open closed standard streams on /dev/null; return whether stdout was open."""
     was_open = sys.stdout is not None
     for name, number in (('stdin', 0), ('stdout', 1), ('stderr', 2)):
         if getattr(sys, name) is None:
@@ -98,7 +97,7 @@ def _has_streams() -> bool:
 
 
 def _status_of(work: Callable[[], int]) -> int:
-    """Return a status, whatever happens: the main thread waits for it."""
+    """Run the work and return its status, also after an error: the main thread waits for it."""
     try:
         return work()
     except SystemExit as ended:  # of argparse
@@ -111,16 +110,15 @@ def _status_of(work: Callable[[], int]) -> int:
 
 def _ignore_signals() -> None:
     """
-    Have the system ignore the SIGNALS until the process is gone; forget a terminal that is.
+    Ignore the SIGNALS until the process is gone; send output of a closed terminal to /dev/null.
 
-    A handler, even one that does nothing, would not do: an interpreter that ends gives every
-    signal that has one back to its default, which is death, and then takes some 0.1 s more to end.
-    The system is asked before Python is: of a signal that comes between its last look and the
-    change, `signal.signal` would print "ignored due to race condition". One that another thread
-    has taken by then can still come between; that it is ignored is then no news.
+    An empty handler is not enough: an ending interpreter resets handled signals to their default,
+    death, about 0.1 s before it is gone. The system is told first: otherwise `signal.signal` would
+    print "ignored due to race condition" for a signal that arrives during the change. The message
+    remains possible for a signal that another thread has taken, so it is suppressed.
 
     """
-    sys.unraisablehook = _tell_unless_ignored
+    sys.unraisablehook = _print_unless_ignored
     for number in SIGNALS:
         ctypes.pythonapi.PyOS_setsig(number, ctypes.c_void_p(signal.SIG_IGN))
         signal.signal(number, signal.SIG_IGN)
@@ -131,8 +129,8 @@ def _ignore_signals() -> None:
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
 
 
-def _tell_unless_ignored(caught: 'sys.UnraisableHookArgs') -> None:
-    """Print an error that nobody can catch, unless it says that a signal was ignored."""
+def _print_unless_ignored(caught: 'sys.UnraisableHookArgs') -> None:
+    """Print an unraisable error unless it reports an ignored signal."""
     error = caught.exc_value
     if not (isinstance(error, OSError) and str(error).endswith(_IGNORED)):
         sys.__unraisablehook__(caught)
@@ -140,9 +138,9 @@ def _tell_unless_ignored(caught: 'sys.UnraisableHookArgs') -> None:
 
 def leave(name: str, why: str, status: int) -> NoReturn:
     """
-    End the process without its interpreter, which would wait for threads in kernels, or crash.
+    End the process without the interpreter's shutdown, which would wait for kernels or crash.
 
-    Nothing here takes a lock that another thread may hold.
+    It takes no lock that another thread may hold.
 
     """
     cursor = SHOW_CURSOR if os.isatty(2) else ''

@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Ctrl-C ends long work between two of its steps, where nothing is half done.
+Ctrl-C ends long work between two of its steps, so no step is left half done.
 
-An exception that a signal raises at any moment may strike between a kernel and its caller, which
-numba does not survive, or in a place where Python only prints it. So no signal raises one: long
-work calls ``stop_if_asked`` between its steps, in any thread.
+Signals raise no exception: between a kernel and its caller numba would not survive it, and in
+some places Python only prints it. Long work calls ``stop_if_asked`` between its steps instead, in
+any thread.
 
 """
 
@@ -24,21 +24,21 @@ _lock = Lock()
 
 
 class Stopped(StickSlipError):
-    """Work has ended because somebody asked for it; the message says what is kept."""
+    """Work ended on request; the message says what is kept."""
 
 
 class StillBusy(StickSlipError):
-    """Something of a node could not be stopped; only the end of the process stops it."""
+    """Part of a node could not be stopped; it ends with the process."""
 
 
 def is_stop_requested() -> bool:
-    """Return whether somebody asked all work of this process to end."""
+    """Return whether all work of this process was asked to end."""
     return _asked.is_set()
 
 
 @contextmanager
-def woken_by_stop(wake: Callable[[], object]) -> Iterator[None]:
-    """Have ``wake`` called when somebody asks work to end that sleeps meanwhile."""
+def wake_on_stop(wake: Callable[[], object]) -> Iterator[None]:
+    """Call ``wake`` if a stop is requested while the code within sleeps."""
     with _lock:
         _sleepers.append(wake)
     try:
@@ -49,7 +49,7 @@ def woken_by_stop(wake: Callable[[], object]) -> Iterator[None]:
 
 
 def request_stop() -> None:
-    """Ask all work of this process to end, also that of compiling kernels."""
+    """Ask all work of this process to end, including the compilation of kernels."""
     _asked.set()
     with _lock:
         for wake in _sleepers:
@@ -61,6 +61,6 @@ def request_stop() -> None:
 
 
 def stop_if_asked() -> None:
-    """Raise KeyboardInterrupt here, between two steps, if somebody asked the work to end."""
+    """Raise KeyboardInterrupt if a stop was requested."""
     if _asked.is_set():
         raise KeyboardInterrupt

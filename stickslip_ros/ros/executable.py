@@ -31,7 +31,7 @@ from stickslip_ros.process.stopping import (
     StillBusy,
     is_stop_requested,
     stop_if_asked,
-    woken_by_stop,
+    wake_on_stop,
 )
 from stickslip_ros.runtime.pacing import wake_in_time
 
@@ -179,7 +179,7 @@ def spin_until_stopped(node: Node, executor: Executor) -> None:
     """
     executor.add_node(node)
     try:
-        with woken_by_stop(lambda: executor.create_task(lambda: None)):
+        with wake_on_stop(lambda: executor.create_task(lambda: None)):
             while not is_stop_requested():
                 executor.spin_once()
     finally:

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The contacts that the tests of the contact share."""
+"""Contacts shared by the tests."""
 
 import math
 

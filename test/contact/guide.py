@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A driver that leads the memory along a history."""
+"""Move a memory along a history."""
 
 from typing import NamedTuple
 
@@ -21,14 +21,14 @@ class Sample(NamedTuple):
 
 
 class Guide:
-    """A memory that is led along a history."""
+    """A memory that moves along a history."""
 
     def __init__(self, curve: Record, rows: int = CAPACITY) -> None:
         self.curve = curve
         self.memory = fresh_memory(capacity=rows)
 
     def go(self, *turns_m: float) -> Sample:
-        """Move from turn to turn; return what the last one left."""
+        """Move from turn to turn; return the state after the last move."""
         return Sample(*self.walk(np.array(turns_m))[-1])
 
     def walk(self, turns_m: np.ndarray) -> np.ndarray:

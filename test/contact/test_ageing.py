@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Friction that ages: velocity steps, holds and their energy, as rate and state foresee them."""
+"""Ageing friction: velocity steps, holds and energy against the rate-and-state law."""
 
 import math
 
@@ -189,7 +189,10 @@ def test_a_contact_that_does_not_age_goes_back_to_its_turning_points():
     [
         ({'contact.friction_rate': 0.01, 'contact.law': 'dahl'}, 'without effect under'),
         ({'contact.friction_ageing': 0.01, 'contact.law': 'coulomb'}, 'without effect under'),
-        ({'contact.friction_rate': 0.1, 'contact.friction_cutoff': 1e-7}, 'no longer above 0'),
+        (
+            {'contact.friction_rate': 0.1, 'contact.friction_cutoff': 1e-7},
+            'not above 0, by friction_rate',
+        ),
     ],
 )
 def test_ageing_without_effect_and_friction_below_zero_are_refused(values, refusal):

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Effective moduli of other pairs of bodies, and what parameters make of a rough sphere."""
+"""Effective moduli of other pairs of bodies, and the rough sphere of parameters."""
 
 import pytest
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Where turning points and springs hand over to one another, no force jumps."""
+"""The force is continuous where turning points and springs hand over."""
 
 import math
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What every rival friction law keeps to; the evidence has its closed forms and benchmarks."""
+"""Properties of all rival friction laws; the evidence has closed forms and benchmarks."""
 
 import numpy as np
 import pytest

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The stack is bounded: what forgetting costs is known, and full slip cures it."""
+"""The stack is bounded: the error of forgetting is known, and full slip removes it."""
 
 import numpy as np
 import pytest

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a frictional contact at constant load must obey, whatever its profile."""
+"""Rules of a frictional contact at constant load, for any profile."""
 
 import math
 from itertools import pairwise

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Random rough lines: what every realisation has, and what is refused."""
+"""Random rough lines: properties of every realisation, and refusals."""
 
 import dataclasses
 import math

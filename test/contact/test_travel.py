@@ -37,8 +37,8 @@ def heights_m(track, foot, place):
     return profile.heights_m - profile.heights_m[0]
 
 
-def laid(stand, place):
-    """Give a plant whose windows are at a place, in springs."""
+def plant_at(stand, place):
+    """Return a plant with its windows at a place, in springs."""
     plants = plant_of(stand)
     states = state_at_rest(plants, stand.stand.preload)
     states['contacts']['window_m'] = place * lines_of(stand.contact).spacing_m
@@ -48,7 +48,7 @@ def laid(stand, place):
 
 @pytest.mark.parametrize('place', PLACES)
 def test_a_window_is_what_stays_and_the_waves_one_by_one(place):
-    track, foot = laid(TRAVELS, place).track, 3
+    track, foot = plant_at(TRAVELS, place).track, 3
     springs = int(track.springs)
     line_m = track.ring_m[foot, (np.arange(springs) - place) % RING]
     line_m = line_m + track.fixed_m[foot, :springs]
@@ -79,7 +79,7 @@ def test_whoever_goes_away_and_back_finds_the_same_surface():
 )
 def test_the_curve_at_a_place_is_that_of_the_sorted_heights_there(separate, place):
     stand = TRAVELS.updated({'actuator.gain_tolerance': 0.1 * separate, 'stand.weight': True})
-    plant, track = laid(stand, place), lines_of(stand.contact)
+    plant, track = plant_at(stand, place), lines_of(stand.contact)
     weight_n = stand.runner.mass * 9.80665
     contacts = [
         presliding(
@@ -181,16 +181,19 @@ def test_the_lines_take_as_much_memory_for_a_millimetre_as_at_rest():
 
 
 @pytest.mark.parametrize(
-    ('changes', 'told'),
+    ('changes', 'message'),
     [
-        ({'contact.profile': 'rough'}, r'contact\.travel 1 is without effect but on a rough line'),
-        ({'contact.law': 'lugre'}, r'contact\.travel 1 is without effect .* under the law mdr'),
-        ({'contact.friction_ageing': 0.01}, r'contact\.travel 1 is without .* constant friction'),
+        ({'contact.profile': 'rough'}, r'contact\.travel 1 is used only on a rough line'),
+        ({'contact.law': 'lugre'}, r'contact\.travel 1 is used only .* under the law mdr'),
+        (
+            {'contact.friction_ageing': 0.01},
+            r'contact\.travel 1 is used only .* constant friction',
+        ),
         ({'stand.preload_end': 0.6}, r'stand\.preload_end 0\.6 N is a ramp'),
     ],
 )
-def test_what_windows_cannot_follow_is_refused(changes, told):
-    with pytest.raises(OutOfRange, match=told):
+def test_what_windows_cannot_follow_is_refused(changes, message):
+    with pytest.raises(OutOfRange, match=message):
         TRAVELS.updated(changes)
 
 

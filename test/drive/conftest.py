@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What the tests of the drive share: a drive that is advanced by pieces of time."""
+"""A drive for tests, advanced by pieces of time."""
 
 from collections.abc import Callable, Iterable
 
@@ -35,18 +35,18 @@ class Drive:
         self.ramps = np.zeros((ramps, 3))
 
     def run(self, wave: Wave, times_s: Iterable[float], load_n: float = 0.0) -> 'Drive':
-        """Advance under a wave that goes on, piece of time by piece of time."""
+        """Advance under the present wave by pieces of time."""
         for time_s in times_s:
             advance(self.plants, self.states, wave, load_n, time_s, self.ramps)
         return self
 
     def start(self, wave: Wave, times_s: Iterable[float], load_n: float = 0.0) -> 'Drive':
-        """Advance under a wave that begins now."""
+        """Advance under a new wave."""
         start_clock(self.states)
         return self.run(wave, times_s, load_n)
 
     def separate(self) -> 'Drive':
-        """Move the feet one by one from now on."""
+        """Separate the feet."""
         separate_feet(self.plants, self.parameters)
         divide_among_feet(self.plants, self.states)
         set_ideal(self.plant)
@@ -59,12 +59,12 @@ class Drive:
 
     @property
     def state(self) -> Record:
-        """What goes on changing while it runs: copy it to compare it later."""
+        """The changing state; copy it to compare it later."""
         return self.states[0]
 
     @property
     def contacts(self) -> Record:
-        """What the contacts remember that it moves: all as one, or each foot."""
+        """State of the active contacts: all as one, or each foot."""
         return self.state.contacts[1:] if self.plant.separate else self.state.contacts[: ALL + 1]
 
     @property

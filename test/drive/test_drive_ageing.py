@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A drive whose friction ages, against an independent slider, and where it shows in its steps."""
+"""A drive with ageing friction against an independent slider, and the effect on its steps."""
 
 import math
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Faults that come and go: no power, a runner that is stuck, a foot that is dead."""
+"""Faults: no power, a stuck runner, a dead foot."""
 
 import numpy as np
 import pytest
@@ -166,5 +166,5 @@ def test_faults_come_and_go_in_any_order_and_the_balance_closes(drive):
 
 def test_coulombs_law_does_not_say_how_feet_share_a_load(drive):
     machine = drive(contact__law='coulomb').start(WAVE, [1e-3])
-    with pytest.raises(OutOfRange, match=r'fault.dead_foot 2 is not 0 under .* Coulomb'):
+    with pytest.raises(OutOfRange, match=r'fault.dead_foot 2 is not 0 under Coulomb'):
         _apply(machine, dead_foot=2)

@@ -119,7 +119,7 @@ def test_bending_under_coulombs_rigid_law_is_refused():
 
 
 @pytest.mark.parametrize(
-    ('values', 'told'),
+    ('values', 'message'),
     [
         ({'mass': 3.6e-5, 'resonance': 1.5e5}, r'mass .* set it to 0, and .*stiffness to 3\.198e'),
         ({'stiffness': 3.2e7}, r'stiffness .* without a mass while actuator\.resonance is 0'),
@@ -127,7 +127,7 @@ def test_bending_under_coulombs_rigid_law_is_refused():
     ],
 )
 def test_a_stack_is_its_stiffness_and_its_resonance_and_softer_than_contacts_it_is_none(
-    values, told
+    values, message
 ):
-    with pytest.raises(OutOfRange, match=told):
+    with pytest.raises(OutOfRange, match=message):
         Parameters().updated({f'actuator.{name}': value for name, value in values.items()})

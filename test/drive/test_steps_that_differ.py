@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Steps on roughness that travels: what they depend on, their mean, and where the energy goes."""
+"""Steps on travelling roughness: dependence, mean, and energy balance."""
 
 from pathlib import Path
 

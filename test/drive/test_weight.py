@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The weight of the runner, which lies on the lower contacts if a stand says so."""
+"""The weight of the runner on the lower contacts."""
 
 import math
 

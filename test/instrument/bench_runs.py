@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Leads a bench through time: requests at their times, everything that it said put together."""
+"""Update a bench with requests at given times, and collect its output."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -22,8 +22,8 @@ PERFECT = {
 
 
 @dataclass
-class Told:
-    """What a bench told in a run: trace (n, 5), ramps (n, 3), events, status after each update."""
+class BenchRun:
+    """Output of a bench in a run: trace (n, 5), ramps (n, 3), events, status after each update."""
 
     trace: np.ndarray
     ramps: np.ndarray
@@ -37,14 +37,14 @@ def drive_bench(
     end_ns: int,
     requests: Mapping[int, Sequence[Request]],
     step_ns: int = MS,
-) -> Told:
+) -> BenchRun:
     """Update in steps to ``end_ns``; ``requests`` come at their times since the call."""
     start_ns = bench.time_ns
     outputs = []
     while bench.time_ns < start_ns + end_ns:
         due = requests.get(bench.time_ns - start_ns, ())
         outputs.append(bench.update(bench.time_ns + step_ns, due))
-    return Told(
+    return BenchRun(
         trace=np.concatenate([output.readings.trace for output in outputs]),
         ramps=np.concatenate([output.ramps for output in outputs]),
         events=[event for output in outputs for event in output.events],

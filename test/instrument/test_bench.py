@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The bench carries out what it is asked, and tells how it ended."""
+"""The bench carries out requests and reports their results."""
 
 import json
 import re
@@ -36,15 +36,15 @@ def true_bench(stand) -> Bench:
 
 
 def test_a_sawtooth_ends_with_an_event_that_counts_its_steps(bench):
-    told = drive_bench(bench, 12 * MS, {0: [sawtooth(300.0, 1000.0, 10)]})
-    (event,) = told.events
+    run = drive_bench(bench, 12 * MS, {0: [sawtooth(300.0, 1000.0, 10)]})
+    (event,) = run.events
     assert (event.number, event.command, event.result) == (1, 'sawtooth', Result.DONE)
     assert event.steps == 10
     assert event.message == ''
     # The last fall is over two microseconds after the tenth ramp: seen at the end of that block.
     assert event.time_ns == 11 * MS
-    assert len(told.ramps) == 10
-    assert told.status == [READY | Status.MOVING] * 10 + [READY] * 2
+    assert len(run.ramps) == 10
+    assert run.status == [READY | Status.MOVING] * 10 + [READY] * 2
 
 
 def test_a_bench_shows_where_it_is(bench):
@@ -53,36 +53,36 @@ def test_a_bench_shows_where_it_is(bench):
     assert re.fullmatch(rf'Bench\(at 0\.002 s: {place}\)', repr(bench))
 
 
-def test_the_ramps_that_are_told_are_those_of_the_runner(true_bench):
-    told = drive_bench(true_bench, 12 * MS, {0: [sawtooth(300.0, 500.0, 5)]})
-    ends = told.trace[99::100, POSITION][:5]
-    np.testing.assert_allclose(told.ramps[:, RAMP_END], ends, rtol=1e-9)
+def test_the_reported_ramps_are_those_of_the_runner(true_bench):
+    run = drive_bench(true_bench, 12 * MS, {0: [sawtooth(300.0, 500.0, 5)]})
+    ends = run.trace[99::100, POSITION][:5]
+    np.testing.assert_allclose(run.ramps[:, RAMP_END], ends, rtol=1e-9)
 
 
-def test_a_fall_that_ends_with_a_sample_is_told_like_any_other(stand):
+def test_a_fall_that_ends_with_a_sample_is_reported_like_any_other(stand):
     starts = []
     for slew_v_per_s in (7.47e6, 7.47e6 * (1.0 - 1e-7)):  # 300 V in two samples, and in a bit more
         bench = Bench(stand.updated({'amplifier.slew_rate': slew_v_per_s}))
-        told = drive_bench(bench, 60 * MS, {0: [sawtooth(300.0, 100.0, 5)]})
-        starts.append(told.ramps[:, RAMP_START])
+        run = drive_bench(bench, 60 * MS, {0: [sawtooth(300.0, 100.0, 5)]})
+        starts.append(run.ramps[:, RAMP_START])
     np.testing.assert_allclose(starts[0], starts[1], rtol=1e-4)
 
 
 def test_many_ramps_in_one_block_are_all_told(stand):
     bench = Bench(stand.updated({'sim.block': 1e-2}))
-    told = drive_bench(bench, 20 * MS, {0: [sawtooth(30.0, 20e3, 300)]}, 10 * MS)
-    assert [len(output.ramps) for output in told.outputs] == [200, 100]
-    assert len(np.unique(told.ramps[:, RAMP_END])) == 300
-    assert told.events[0].steps == 300
+    run = drive_bench(bench, 20 * MS, {0: [sawtooth(30.0, 20e3, 300)]}, 10 * MS)
+    assert [len(output.ramps) for output in run.outputs] == [200, 100]
+    assert len(np.unique(run.ramps[:, RAMP_END])) == 300
+    assert run.events[0].steps == 300
 
 
 def test_a_voltage_ends_when_the_amplifier_has_arrived(stand):
     bench = Bench(stand.updated({'amplifier.slew_rate': 1e5}))
-    told = drive_bench(bench, 5 * MS, {0: [Request('voltage', (300.0,))]})
-    (event,) = told.events
+    run = drive_bench(bench, 5 * MS, {0: [Request('voltage', (300.0,))]})
+    (event,) = run.events
     assert (event.command, event.result, event.steps) == ('voltage', Result.DONE, 0)
     assert event.time_ns == 3 * MS
-    assert told.outputs[-1].readings.voltage_v == 300.0
+    assert run.outputs[-1].readings.voltage_v == 300.0
 
 
 @pytest.mark.parametrize(
@@ -95,8 +95,8 @@ def test_a_voltage_ends_when_the_amplifier_has_arrived(stand):
     ],
 )
 def test_a_move_that_is_cut_short_is_told_as_aborted_with_its_steps(second, reason, bench):
-    told = drive_bench(bench, 9 * MS, {0: [sawtooth(300.0, 1000.0)], 5 * MS: [second]})
-    aborted, done = told.events
+    run = drive_bench(bench, 9 * MS, {0: [sawtooth(300.0, 1000.0)], 5 * MS: [second]})
+    aborted, done = run.events
     assert (aborted.number, aborted.command, aborted.result) == (1, 'sawtooth', Result.ABORTED)
     assert (aborted.time_ns, aborted.steps, aborted.message) == (5 * MS, 5, reason)
     assert (done.number, done.command, done.result) == (2, second.name, Result.DONE)
@@ -104,22 +104,22 @@ def test_a_move_that_is_cut_short_is_told_as_aborted_with_its_steps(second, reas
 
 def test_moves_at_the_same_time_end_in_their_order(bench):
     requests = [sawtooth(300.0, 1000.0), Request('fly'), load(0.1), Request('voltage', (1.0,))]
-    told = drive_bench(bench, MS, {0: requests})
-    results = [(event.number, event.result.name) for event in told.events]
+    run = drive_bench(bench, MS, {0: requests})
+    results = [(event.number, event.result.name) for event in run.events]
     assert results == [(2, 'INVALID_PARAMETER'), (3, 'DONE'), (1, 'ABORTED'), (4, 'DONE')]
 
 
 def test_a_stop_holds_the_voltage_at_which_it_comes(bench):
-    told = drive_bench(bench, 10 * MS, {0: [sawtooth(300.0, 62.5)], 4 * MS: [Request('stop')]})
-    voltages = told.trace[:, VOLTAGE]
+    run = drive_bench(bench, 10 * MS, {0: [sawtooth(300.0, 62.5)], 4 * MS: [Request('stop')]})
+    voltages = run.trace[:, VOLTAGE]
     assert voltages[199] == pytest.approx(75.0, rel=1e-9, abs=0.0)
     assert set(voltages[200:]) == {voltages[199]}
-    assert told.status[3:] == [READY | Status.MOVING] + [READY] * 6
+    assert run.status[3:] == [READY | Status.MOVING] + [READY] * 6
 
 
 def test_a_stop_or_a_reset_of_nothing_is_done_too(bench):
-    told = drive_bench(bench, MS, {0: [Request('stop'), Request('reset')]})
-    assert [event.result for event in told.events] == [Result.DONE, Result.DONE]
+    run = drive_bench(bench, MS, {0: [Request('stop'), Request('reset')]})
+    assert [event.result for event in run.events] == [Result.DONE, Result.DONE]
 
 
 def test_a_reset_brings_the_first_run_back_to_the_bit(bench):
@@ -135,8 +135,8 @@ def test_a_reset_brings_the_first_run_back_to_the_bit(bench):
 
 def test_a_reset_takes_load_voltage_and_refusal_back(bench):
     drive_bench(bench, 3 * MS, {0: [Request('voltage', (300.0,)), load(0.5), Request('fly')]})
-    told = drive_bench(bench, MS, {0: [Request('reset')]})
-    assert told.status == [READY]
+    run = drive_bench(bench, MS, {0: [Request('reset')]})
+    assert run.status == [READY]
     assert bench.state.position_m == bench.state.voltage_v == 0.0
     assert bench.ledger.feet_work_j == bench.ledger.load_work_j == 0.0
 
@@ -151,15 +151,15 @@ def test_status_bits_tell_moving_loaded_and_refused(bench):
     }
     status = drive_bench(bench, 5 * MS, requests).status
     moving, loaded, refused = Status.MOVING, Status.LOADED, Status.REFUSED
-    told = [loaded, moving | loaded, moving | loaded | refused, loaded, Status(0)]
-    assert status == [READY | bits for bits in told]
+    expected = [loaded, moving | loaded, moving | loaded | refused, loaded, Status(0)]
+    assert status == [READY | bits for bits in expected]
     assert [int(bit) for bit in (moving, loaded, refused)] == [1, 1 << 24, 1 << 25]
 
 
 def test_a_load_shifts_the_runner_towards_it(true_bench):
-    told = drive_bench(true_bench, 20 * MS, {0: [load(-0.2)]})
-    assert np.mean(told.trace[500:, POSITION]) < -1e-9
-    assert _force_is_that_of_the_spring(told.trace)
+    run = drive_bench(true_bench, 20 * MS, {0: [load(-0.2)]})
+    assert np.mean(run.trace[500:, POSITION]) < -1e-9
+    assert _force_is_that_of_the_spring(run.trace)
 
 
 def test_a_trace_holds_time_voltage_foot_position_and_force(true_bench):
@@ -179,8 +179,8 @@ def test_a_free_runner_presses_on_nothing(stand):
 
 
 def test_the_readings_are_those_of_the_last_row_of_the_trace(bench):
-    told = drive_bench(bench, 5 * MS, {0: [sawtooth(300.0, 1000.0)]})
-    for number, output in enumerate(told.outputs, start=1):
+    run = drive_bench(bench, 5 * MS, {0: [sawtooth(300.0, 1000.0)]})
+    for number, output in enumerate(run.outputs, start=1):
         readings, last = output.readings, output.readings.trace[-1]
         assert readings.time_ns == number * MS
         assert last[TIME] == pytest.approx(readings.time_ns * 1e-9, rel=1e-12, abs=0.0)
@@ -204,9 +204,9 @@ def test_a_time_that_is_no_sample_of_the_next_block_is_refused_and_changes_nothi
 
 def test_an_event_is_told_as_json(bench):
     (event,) = drive_bench(bench, MS, {0: [Request('voltage', (500.0,))]}).events
-    told = json.loads(event.to_json())
-    assert next(iter(told)) == 'message'  # ros2 topic echo cuts a text off after 128 characters
-    assert told == {
+    content = json.loads(event.to_json())
+    assert next(iter(content)) == 'message'  # ros2 topic echo cuts a text off after 128 characters
+    assert content == {
         'time_ns': 0,
         'number': 1,
         'command': 'voltage',

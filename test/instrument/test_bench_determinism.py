@@ -41,48 +41,48 @@ def reference():
 
 
 def test_two_benches_tell_the_same(reference):
-    bench, told = _run(Parameters())
-    np.testing.assert_array_equal(told.trace, reference[1].trace)
-    np.testing.assert_array_equal(told.ramps, reference[1].ramps)
-    assert told.events == reference[1].events
-    assert told.status == reference[1].status
+    bench, run = _run(Parameters())
+    np.testing.assert_array_equal(run.trace, reference[1].trace)
+    np.testing.assert_array_equal(run.ramps, reference[1].ramps)
+    assert run.events == reference[1].events
+    assert run.status == reference[1].status
     assert bench.state == reference[0].state
     assert bench.ledger == reference[0].ledger
 
 
 def test_another_seed_changes_the_noise_and_nothing_else(reference):
-    bench, told = _run(Parameters().updated({'sim.seed': 2}))
+    bench, run = _run(Parameters().updated({'sim.seed': 2}))
     for column in (POSITION, FORCE):
-        changed = told.trace[:, column] != reference[1].trace[:, column]
+        changed = run.trace[:, column] != reference[1].trace[:, column]
         assert np.mean(changed) > 0.5
-    np.testing.assert_array_equal(told.trace[:, :POSITION], reference[1].trace[:, :POSITION])
-    np.testing.assert_array_equal(told.ramps, reference[1].ramps)
+    np.testing.assert_array_equal(run.trace[:, :POSITION], reference[1].trace[:, :POSITION])
+    np.testing.assert_array_equal(run.ramps, reference[1].ramps)
     assert bench.state == reference[0].state
 
 
 @pytest.mark.parametrize('step_ns', [20_000, 500_000])
 def test_updates_of_another_length_tell_the_same_to_the_bit(step_ns, reference):
-    bench, told = _run(Parameters(), step_ns)
-    np.testing.assert_array_equal(told.trace, reference[1].trace)
-    np.testing.assert_array_equal(told.ramps, reference[1].ramps)
+    bench, run = _run(Parameters(), step_ns)
+    np.testing.assert_array_equal(run.trace, reference[1].trace)
+    np.testing.assert_array_equal(run.ramps, reference[1].ramps)
     assert bench.state == reference[0].state
 
 
 @pytest.mark.parametrize('block_s', [1e-4, 5e-3])
 def test_another_block_tells_the_same_to_the_bit(block_s, reference):
-    bench, told = _run(Parameters().updated({'sim.block': block_s}), round(block_s * 1e9))
-    np.testing.assert_array_equal(told.trace, reference[1].trace)
-    np.testing.assert_array_equal(told.ramps, reference[1].ramps)
+    bench, run = _run(Parameters().updated({'sim.block': block_s}), round(block_s * 1e9))
+    np.testing.assert_array_equal(run.trace, reference[1].trace)
+    np.testing.assert_array_equal(run.ramps, reference[1].ramps)
     assert bench.state == reference[0].state
 
 
 def test_refused_requests_change_neither_motion_nor_noise(reference):
     requests = {time_ns: [*REFUSED, *due] for time_ns, due in REQUESTS.items()}
     requests[5 * MS] = REFUSED
-    bench, told = _run(Parameters(), requests=requests)
-    np.testing.assert_array_equal(told.trace, reference[1].trace)
-    np.testing.assert_array_equal(told.ramps, reference[1].ramps)
+    bench, run = _run(Parameters(), requests=requests)
+    np.testing.assert_array_equal(run.trace, reference[1].trace)
+    np.testing.assert_array_equal(run.ramps, reference[1].ramps)
     assert bench.state == reference[0].state
-    refusals = [event for event in told.events if event.result is Result.INVALID_PARAMETER]
+    refusals = [event for event in run.events if event.result is Result.INVALID_PARAMETER]
     assert len(refusals) == bench.refused == 4 * len(REFUSED)
     assert all(event.message for event in refusals)

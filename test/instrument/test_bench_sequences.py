@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Any sequence of requests, good or bad, on any stand: nothing raises, everything is told once."""
+"""Any sequence of requests on any stand: nothing raises, and every end is reported once."""
 
 from collections import Counter
 
@@ -143,14 +143,14 @@ def _assert_consistent(status, is_faulty):
 
 
 def _open_names(names, events):
-    """Return what has no event yet, but for set-points that a later one has replaced."""
-    told = {event.number for event in events}
+    """Return commands without an event, except set points that a later one has replaced."""
+    reported = {event.number for event in events}
     refused = {event.number for event in events if event.result in REFUSALS}
     taken = {number: name for number, name in enumerate(names, start=1) if number not in refused}
     return [
         name
         for number, name in enumerate(names, start=1)
-        if number not in told
+        if number not in reported
         and not (name in SET_POINTS and any(n > number and o == name for n, o in taken.items()))
     ]
 
@@ -167,7 +167,7 @@ def _assert_moves_match(status, open_names):
     assert not status & Status.MOVING or moves
 
 
-def _assert_told_once(names, events, replaced):
+def _assert_reported_once(names, events, replaced):
     ends = Counter(event.number for event in events if event.command != 'hold')
     holds = [event.number for event in events if event.command == 'hold']
     assert set(ends.values()) <= {1}
@@ -197,7 +197,7 @@ def test_whatever_is_asked_and_broken_all_is_finite_consistent_and_told_once(sta
         assert np.isfinite(bench.ledger.residual_j)
         _assert_consistent(output.status, bool(bench.faults.names))
         _assert_moves_match(output.status, _open_names(names, events))
-    _assert_told_once(names, events, bench.replaced)
+    _assert_reported_once(names, events, bench.replaced)
     assert not output.status & (Status.MOVING | Status.CLOSED_LOOP | Status.MOVE_DELAYED)
 
 

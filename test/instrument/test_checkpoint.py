@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A bench that is saved and restored goes on to the bit; bytes of strangers make nothing else."""
+"""A restored bench continues to the bit; foreign bytes are refused."""
 
 import json
 import pickle
@@ -72,18 +72,18 @@ def stands() -> dict[str, Parameters]:
     }
 
 
-def went_on(bench: Bench) -> list[object]:
-    """Give what a bench says from now on."""
-    told: list[object] = []
+def further_output(bench: Bench) -> list[object]:
+    """Return the further output of a bench."""
+    outputs: list[object] = []
     for _ in range(BLOCKS):
         output = bench.update(bench.time_ns + bench.parameters.block_ns)
-        told += [output.readings.trace.tobytes(), output.events, output.status]
-        told.append(output.ramps.tobytes())
-    return [*told, bench.ledger, bench.refused]
+        outputs += [output.readings.trace.tobytes(), output.events, output.status]
+        outputs.append(output.ramps.tobytes())
+    return [*outputs, bench.ledger, bench.refused]
 
 
-def begun(parameters: Parameters, requests: tuple[Request, ...]) -> Bench:
-    """Give a bench in the midst of a program."""
+def busy_bench(parameters: Parameters, requests: tuple[Request, ...]) -> Bench:
+    """Return a bench during a program."""
     bench = Bench(parameters)
     bench.update(parameters.block_ns)
     for request in requests:
@@ -99,12 +99,12 @@ def begun(parameters: Parameters, requests: tuple[Request, ...]) -> Bench:
     + [(stand, program) for stand in STANDS for program in ('closed loop', 'delayed', 'faults')],
 )
 def test_a_restored_bench_goes_on_as_the_saved_one_does(stand: str, program: str):
-    bench = begun(stands()[stand], PROGRAMS[program])
+    bench = busy_bench(stands()[stand], PROGRAMS[program])
     saved = bench.save()
     assert bench.save() == saved
     again = Bench.restore(saved)
     assert again.save() == saved
-    assert went_on(again) == went_on(bench)
+    assert further_output(again) == further_output(bench)
     assert again.save() == bench.save()
 
 
@@ -112,43 +112,43 @@ def test_what_is_kept_beside_comes_back():
     bench = Bench(Parameters())
     trace = bench.update(1_000_000).readings.trace
     attached = Bench.restore(bench.save({'trace': trace, 'name': 'run 7'})).attached
-    told = read({'trace': (FLOAT, trace.shape), 'name': str}, attached, 'attached')
-    assert told['trace'].tobytes() == trace.tobytes()
-    assert told['name'] == 'run 7'
+    values = read({'trace': (FLOAT, trace.shape), 'name': str}, attached, 'attached')
+    assert values['trace'].tobytes() == trace.tobytes()
+    assert values['name'] == 'run 7'
     assert Bench.restore(bench.save()).attached == {}
 
 
 @pytest.mark.parametrize('order', [1, -1])
 def test_the_plant_is_made_anew_to_the_bit_in_whatever_order_it_changed(order: int):
     requests = (Request('preload', (0.31415,)), *PROGRAMS['faults'])[::order]
-    bench = begun(stands()['realistic'], requests)
+    bench = busy_bench(stands()['realistic'], requests)
     again = Bench.restore(bench.save())
     assert bench.plant.separate
     assert plain(again.stand.plants) == plain(bench.stand.plants)
 
 
 def test_a_reset_of_a_restored_bench_leads_to_rest():
-    bench = begun(Parameters(), PROGRAMS['sawtooth'])
+    bench = busy_bench(Parameters(), PROGRAMS['sawtooth'])
     again = Bench.restore(bench.save())
     for each in (bench, again):
         each.accept(Request('reset'))
-    assert went_on(again) == went_on(bench)
+    assert further_output(again) == further_output(bench)
 
 
 def test_from_one_state_it_can_go_on_otherwise():
-    bench = begun(Parameters(), PROGRAMS['sawtooth'])
+    bench = busy_bench(Parameters(), PROGRAMS['sawtooth'])
     heavy = Bench.restore(bench.save(), {'runner.mass': 0.05, 'limits.soft_max': 1e-3})
     assert heavy.plant.mass_kg == 0.05
     assert heavy.parameters.limits.soft_max == 1e-3
     assert heavy.state.position_m == bench.state.position_m
-    assert went_on(heavy)[0] != went_on(bench)[0]
+    assert further_output(heavy)[0] != further_output(bench)[0]
 
 
 def test_feet_that_are_moved_one_by_one_keep_their_springs_under_another_weight():
     stand = Parameters().updated({'stand.weight': True, 'runner.mass': 0.002})
-    bench = begun(stand, PROGRAMS['faults'])
+    bench = busy_bench(stand, PROGRAMS['faults'])
     heavy = Bench.restore(bench.save(), {'runner.mass': 0.02})
-    anew = begun(stand.updated({'runner.mass': 0.02}), PROGRAMS['faults'])
+    anew = busy_bench(stand.updated({'runner.mass': 0.02}), PROGRAMS['faults'])
     assert plain(heavy.stand.plants) == plain(anew.stand.plants)
 
 
@@ -173,8 +173,8 @@ def test_a_damaged_checkpoint_is_refused(where: int):
 def test_one_of_another_form_says_which_and_what_to_do(change: Mapping[str, object]):
     first, _, body = Bench(Parameters()).save().partition(b'\n')
     head = {**json.loads(first), **change}
-    told = f'{head["format"]}, that of version {head["version"]}.*; use the sources that have sav'
-    with pytest.raises(WrongKind, match=told):
+    message = f'{head["format"]}, that of version {head["version"]}.*; use the sources that'
+    with pytest.raises(WrongKind, match=message):
         Bench.restore(json.dumps(head).encode() + b'\n' + body)
 
 
@@ -215,7 +215,7 @@ def test_a_cut_checkpoint_is_refused(size: int):
 
 
 @pytest.mark.parametrize(
-    ('place', 'value', 'told'),
+    ('place', 'value', 'message'),
     [
         ('stand.states.contacts[0].memory.depth', 1024, 'depth 1024 is not from 0 to 1023'),
         ('stand.states.contacts[6].memory.sense', 0.0, 'sense 0.0 is not 1 or -1'),
@@ -244,11 +244,11 @@ def test_a_cut_checkpoint_is_refused(size: int):
     ],
 )
 def test_what_would_index_or_count_beyond_is_refused_before_a_kernel_sees_it(
-    place: str, value: object, told: str
+    place: str, value: object, message: str
 ):
     saved = checkpoint_of('feet apart')
     fresh = Bench(Parameters()).save()
-    with pytest.raises(StickSlipError, match=rf'{told}[^\n]*; [^\n]*\Z'):
+    with pytest.raises(StickSlipError, match=rf'{message}[^\n]*; [^\n]*\Z'):
         Bench.restore(with_value(saved, f'state.{place}', value))
     assert Bench(Parameters()).save() == fresh
 

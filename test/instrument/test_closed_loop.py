@@ -41,88 +41,88 @@ def bench_with(stand):
     )
 
 
-def errors_m(told, target_m):
-    return np.array([output.readings.truth_position_m - target_m for output in told.outputs])
+def errors_m(run, target_m):
+    return np.array([output.readings.truth_position_m - target_m for output in run.outputs])
 
 
 @pytest.mark.parametrize('target_m', [1e-9, 100e-9, -300e-9, 5e-6, -20e-6])
 def test_a_target_is_reached_and_held(bench_with, target_m):
-    told = drive_bench(bench_with(), 500 * MS, {0: [go_to(target_m)]})
-    (event,) = told.events
+    run = drive_bench(bench_with(), 500 * MS, {0: [go_to(target_m)]})
+    (event,) = run.events
     assert (event.command, event.result) == ('position', Result.DONE)
-    assert np.abs(errors_m(told, target_m)[-100:]).max() < TOLERANCE_M
-    held = told.status[-1]
+    assert np.abs(errors_m(run, target_m)[-100:]).max() < TOLERANCE_M
+    held = run.status[-1]
     assert held & Status.CLOSED_LOOP
     assert held & Status.IN_POSITION
     assert not held & Status.MOVING
-    assert told.status[0] & Status.MOVING
-    assert told.status[0] & Status.CLOSED_LOOP
+    assert run.status[0] & Status.MOVING
+    assert run.status[0] & Status.CLOSED_LOOP
 
 
 def test_a_target_is_held_under_a_step_of_load(bench_with):
     bench = bench_with()
     drive_bench(bench, 200 * MS, {0: [go_to(1e-6)]})
-    told = drive_bench(bench, 300 * MS, {0: [load(0.1)]})
-    errors = np.abs(errors_m(told, 1e-6))
+    run = drive_bench(bench, 300 * MS, {0: [load(0.1)]})
+    errors = np.abs(errors_m(run, 1e-6))
     assert errors[0] > TOLERANCE_M  # the load does push the runner away
     assert errors[-100:].max() < TOLERANCE_M
-    assert told.status[-1] & Status.IN_POSITION
+    assert run.status[-1] & Status.IN_POSITION
 
 
 def test_the_piezo_steps_again_when_it_comes_to_its_end_while_holding(bench_with):
     bench = bench_with(interferometer__drift=1e-7)  # the reading runs away, the runner follows
     drive_bench(bench, 100 * MS, {0: [go_to(500e-9)]})
-    told = drive_bench(bench, 2500 * MS, {})
-    volts = np.array([output.readings.voltage_v for output in told.outputs])
-    readings = np.array([output.readings.position_m for output in told.outputs])
+    run = drive_bench(bench, 2500 * MS, {})
+    volts = np.array([output.readings.voltage_v for output in run.outputs])
+    readings = np.array([output.readings.position_m for output in run.outputs])
     assert np.abs(np.diff(volts)).max() > 100.0  # it ran back for another stroke
     assert np.median(np.abs(readings - 500e-9)) < TOLERANCE_M
-    assert told.outputs[-1].readings.truth_position_m < 300e-9
-    assert not told.events
+    assert run.outputs[-1].readings.truth_position_m < 300e-9
+    assert not run.events
 
 
 def test_the_way_is_gone_with_the_velocity_that_is_asked_for(bench_with):
     bench = bench_with(closed_loop__velocity=5e-6)
-    told = drive_bench(bench, 600 * MS, {0: [go_to(2.5e-6)]})
-    (event,) = told.events
+    run = drive_bench(bench, 600 * MS, {0: [go_to(2.5e-6)]})
+    (event,) = run.events
     assert event.result is Result.DONE
     assert 500 * MS < event.time_ns < 600 * MS  # the last nanometres take the loop's own time
-    halfway_m = told.outputs[249].readings.truth_position_m
+    halfway_m = run.outputs[249].readings.truth_position_m
     assert halfway_m == pytest.approx(1.25e-6, abs=0.2e-6)
 
 
 def test_without_hold_the_loop_opens_on_arrival(bench_with):
-    told = drive_bench(bench_with(closed_loop__hold=False), 200 * MS, {0: [go_to(100e-9)]})
-    assert [event.result for event in told.events] == [Result.DONE]
-    assert not told.status[-1] & (Status.CLOSED_LOOP | Status.MOVING | Status.IN_POSITION)
+    run = drive_bench(bench_with(closed_loop__hold=False), 200 * MS, {0: [go_to(100e-9)]})
+    assert [event.result for event in run.events] == [Result.DONE]
+    assert not run.status[-1] & (Status.CLOSED_LOOP | Status.MOVING | Status.IN_POSITION)
 
 
 def test_a_new_target_replaces_one_that_is_not_reached_or_held_in_silence(bench_with):
     bench = bench_with()
     requests = {0: [go_to(50e-6)], 100 * MS: [go_to(0.0)]}
-    told = drive_bench(bench, 600 * MS, requests)
-    assert [(e.number, e.result) for e in told.events] == [(2, Result.DONE)]
-    told = drive_bench(bench, 200 * MS, {0: [go_to(200e-9)]})
-    assert [(e.number, e.result) for e in told.events] == [(3, Result.DONE)]
-    assert bench.replaced == 1  # a target that was reached has been told
+    run = drive_bench(bench, 600 * MS, requests)
+    assert [(e.number, e.result) for e in run.events] == [(2, Result.DONE)]
+    run = drive_bench(bench, 200 * MS, {0: [go_to(200e-9)]})
+    assert [(e.number, e.result) for e in run.events] == [(3, Result.DONE)]
+    assert bench.replaced == 1  # a target that was reached has been reported
 
 
 def test_a_target_outside_the_soft_limits_is_refused_as_such(bench_with):
     bench = bench_with(limits__soft_min=-1e-6, limits__soft_max=1e-6)
-    told = drive_bench(bench, 2 * MS, {0: [go_to(2e-6)]})
-    (event,) = told.events
+    run = drive_bench(bench, 2 * MS, {0: [go_to(2e-6)]})
+    (event,) = run.events
     assert event.result is Result.RANGE_LIMIT_REACHED
     assert 'outside the soft limits -1e-06 to 1e-06 m' in event.message
-    assert told.status[-1] & Status.REFUSED
+    assert run.status[-1] & Status.REFUSED
 
 
 def test_a_runner_that_comes_no_nearer_is_at_an_end_stop(stand):
     bench = Bench(stand)  # the load cell stops the runner after 4 um at most: mu F_n = k x
-    told = drive_bench(bench, 1000 * MS, {0: [go_to(20e-6)]})
-    (event,) = told.events
+    run = drive_bench(bench, 1000 * MS, {0: [go_to(20e-6)]})
+    (event,) = run.events
     assert (event.command, event.result) == ('position', Result.END_STOP_REACHED)
     assert 'no progress' in event.message
-    failed = told.status[-1]
+    failed = run.status[-1]
     assert failed & Status.END_STOP_REACHED
     assert failed & Status.MOVEMENT_FAILED
     assert not failed & (Status.CLOSED_LOOP | Status.MOVING)
@@ -131,28 +131,28 @@ def test_a_runner_that_comes_no_nearer_is_at_an_end_stop(stand):
 def test_a_set_point_that_runs_away_is_a_following_error(stand):
     limits = {'closed_loop.velocity': 1e-3, 'limits.following_error': 1e-6}
     bench = Bench(stand.updated(FREE | limits))  # 1 mm/s is more than 1000 steps per second make
-    told = drive_bench(bench, 200 * MS, {0: [go_to(100e-6)]})
-    (event,) = told.events
+    run = drive_bench(bench, 200 * MS, {0: [go_to(100e-6)]})
+    (event,) = run.events
     assert event.result is Result.FOLLOWING_LIMIT_REACHED
     assert 'limits.following_error 1e-06 m' in event.message
-    assert told.status[-1] & Status.FOLLOWING_LIMIT_REACHED
+    assert run.status[-1] & Status.FOLLOWING_LIMIT_REACHED
 
 
 def test_a_hold_that_is_torn_away_ends_with_an_event_of_its_own(bench_with):
     bench = bench_with(limits__following_error=50e-9)
     drive_bench(bench, 100 * MS, {0: [go_to(300e-9)]})
-    told = drive_bench(bench, 50 * MS, {0: [load(2.0)]})  # more than friction holds
-    names = [(event.command, event.result) for event in told.events]
+    run = drive_bench(bench, 50 * MS, {0: [load(2.0)]})  # more than friction holds
+    names = [(event.command, event.result) for event in run.events]
     assert ('hold', Result.FOLLOWING_LIMIT_REACHED) in names
-    assert not told.status[-1] & Status.CLOSED_LOOP
+    assert not run.status[-1] & Status.CLOSED_LOOP
 
 
 def test_events_carry_the_stamps_of_their_commands_up_to_the_end_of_a_hold(bench_with):
     bench = bench_with(limits__following_error=50e-9)
     refused = replace(go_to(math.inf), stamp_ns=1)
     reached = replace(go_to(300e-9), stamp_ns=STAMP_NS)
-    told = drive_bench(bench, 100 * MS, {0: [refused, reached]})
-    assert [(e.result, e.stamp_ns) for e in told.events] == [
+    run = drive_bench(bench, 100 * MS, {0: [refused, reached]})
+    assert [(e.result, e.stamp_ns) for e in run.events] == [
         (Result.INVALID_PARAMETER, 1),
         (Result.DONE, STAMP_NS),
     ]
@@ -164,44 +164,44 @@ def test_events_carry_the_stamps_of_their_commands_up_to_the_end_of_a_hold(bench
 def test_a_delayed_command_that_a_reset_ends_keeps_its_stamp(bench_with):
     bench = bench_with(fault__command_delay=5e-3)
     asked = [replace(go_to(300e-9), stamp_ns=STAMP_NS), Request('reset')]
-    told = drive_bench(bench, 2 * MS, {0: asked})
-    assert [(e.command, e.stamp_ns) for e in told.events] == [('position', STAMP_NS), ('reset', 0)]
+    run = drive_bench(bench, 2 * MS, {0: asked})
+    assert [(e.command, e.stamp_ns) for e in run.events] == [('position', STAMP_NS), ('reset', 0)]
 
 
 def test_only_an_event_of_a_stamped_command_tells_a_stamp(bench_with):
     asked = [replace(load(0.1), stamp_ns=STAMP_NS), load(0.2)]
-    told = drive_bench(bench_with(), MS, {0: asked})
-    contents = [json.loads(event.to_json()) for event in told.events]
+    run = drive_bench(bench_with(), MS, {0: asked})
+    contents = [json.loads(event.to_json()) for event in run.events]
     assert contents[0]['stamp_ns'] == STAMP_NS
     assert 'stamp_ns' not in contents[1]
 
 
 def test_a_move_that_takes_too_long_fails(bench_with):
     bench = bench_with(closed_loop__timeout=0.05)
-    told = drive_bench(bench, 100 * MS, {0: [go_to(50e-6)]})
-    (event,) = told.events
+    run = drive_bench(bench, 100 * MS, {0: [go_to(50e-6)]})
+    (event,) = run.events
     assert event.result is Result.TIMEOUT
     assert event.time_ns == 51 * MS
     assert 'closed_loop.timeout, 0.05 s' in event.message
-    assert told.status[-1] & Status.MOVEMENT_FAILED
+    assert run.status[-1] & Status.MOVEMENT_FAILED
 
 
 def test_without_a_reading_the_loop_gives_up(bench_with):
     bench = bench_with()
     dropout = Request('fault', settings=(('fault.interferometer', 'dropout'),))
-    told = drive_bench(bench, 50 * MS, {0: [go_to(50e-6)], 20 * MS: [dropout]})
-    assert [(e.command, e.result) for e in told.events] == [
+    run = drive_bench(bench, 50 * MS, {0: [go_to(50e-6)], 20 * MS: [dropout]})
+    assert [(e.command, e.result) for e in run.events] == [
         ('fault', Result.DONE),
         ('position', Result.NO_SENSOR),
     ]
-    assert not told.status[-1] & Status.SENSOR_PRESENT
-    assert told.status[-1] & Status.FAULT
+    assert not run.status[-1] & Status.SENSOR_PRESENT
+    assert run.status[-1] & Status.FAULT
 
 
 def test_zeroing_the_position_opens_the_loop(bench_with):
     bench = bench_with()
-    told = drive_bench(bench, 30 * MS, {0: [go_to(50e-6)], 20 * MS: [Request('zero_position')]})
-    assert [(e.command, e.result) for e in told.events] == [
+    run = drive_bench(bench, 30 * MS, {0: [go_to(50e-6)], 20 * MS: [Request('zero_position')]})
+    assert [(e.command, e.result) for e in run.events] == [
         ('position', Result.ABORTED),
         ('zero_position', Result.DONE),
     ]
@@ -211,42 +211,42 @@ def test_zeroing_the_position_opens_the_loop(bench_with):
 def test_a_target_right_after_the_reading_came_back_is_reached(bench_with, velocity):
     bench = bench_with(closed_loop__velocity=velocity, fault__interferometer='dropout')
     requests = {2 * MS: [Request('clear_faults'), go_to(8e-6)]}
-    told = drive_bench(bench, 400 * MS, requests)
-    assert [event.result for event in told.events] == [Result.DONE, Result.DONE]
+    run = drive_bench(bench, 400 * MS, requests)
+    assert [event.result for event in run.events] == [Result.DONE, Result.DONE]
 
 
 def test_a_runner_shall_stand_where_the_reading_that_came_back_finds_it(bench_with):
     bench = bench_with(fault__interferometer='dropout')
     stand_still = Request('joint', joints=Joints((), (), (0.0,)))
     requests = {2 * MS: [stand_still, Request('clear_faults')]}
-    told = drive_bench(bench, 200 * MS, requests)
-    assert [event.result for event in told.events] == [Result.DONE, Result.DONE]
-    assert told.status[-1] & Status.IN_POSITION
+    run = drive_bench(bench, 200 * MS, requests)
+    assert [event.result for event in run.events] == [Result.DONE, Result.DONE]
+    assert run.status[-1] & Status.IN_POSITION
 
 
 def test_a_hold_that_was_pushed_far_away_steps_back(bench_with):
     bench = bench_with()
     drive_bench(bench, 100 * MS, {0: [go_to(300e-9)]})
-    told = drive_bench(bench, 500 * MS, {0: [load(0.45)], 2 * MS: [load(0.0)]})
-    errors = np.abs(errors_m(told, 300e-9))
+    run = drive_bench(bench, 500 * MS, {0: [load(0.45)], 2 * MS: [load(0.0)]})
+    errors = np.abs(errors_m(run, 300e-9))
     assert errors.max() > 5e-6  # more than blocked_time's worth of steps
-    assert [event.command for event in told.events] == ['load', 'load']
+    assert [event.command for event in run.events] == ['load', 'load']
     assert errors[-1] < TOLERANCE_M
 
 
 def test_a_pass_through_the_target_is_no_arrival(bench_with):
     bench = bench_with(closed_loop__settle_time=0.0, closed_loop__tolerance=100e-9)
-    told = drive_bench(bench, 200 * MS, {0: [go_to(5e-6)]})
-    (event,) = told.events
+    run = drive_bench(bench, 200 * MS, {0: [go_to(5e-6)]})
+    (event,) = run.events
     assert event.result is Result.DONE
-    held = errors_m(told, 5e-6)[event.time_ns // MS :]
+    held = errors_m(run, 5e-6)[event.time_ns // MS :]
     assert np.abs(held).max() < 200e-9
 
 
 def test_a_target_beyond_all_steps_is_gone_for_until_the_timeout(bench_with):
     bench = bench_with(closed_loop__timeout=5e-3)
-    told = drive_bench(bench, 8 * MS, {0: [go_to(1.7e308)]})
-    assert [event.result for event in told.events] == [Result.TIMEOUT]
+    run = drive_bench(bench, 8 * MS, {0: [go_to(1.7e308)]})
+    assert [event.result for event in run.events] == [Result.TIMEOUT]
 
 
 GAIN_M_PER_V = 160e-9 / 300.0
@@ -322,19 +322,19 @@ def live(**settings):
 
 def test_a_velocity_that_is_set_on_the_way_holds_from_then_on(bench_with):
     requests = {0: [go_to(3e-6)], 5 * MS: [live(closed_loop__velocity=10e-6)]}
-    told = drive_bench(bench_with(), 400 * MS, requests)
-    assert [(e.command, e.result) for e in told.events] == [
+    run = drive_bench(bench_with(), 400 * MS, requests)
+    assert [(e.command, e.result) for e in run.events] == [
         ('parameters', Result.DONE),
         ('position', Result.DONE),
     ]
-    first_m = told.outputs[4].readings.position_m
-    assert told.events[1].time_ns >= 5 * MS + 0.9 * (3e-6 - first_m) / 10e-6 * 1e9
+    first_m = run.outputs[4].readings.position_m
+    assert run.events[1].time_ns >= 5 * MS + 0.9 * (3e-6 - first_m) / 10e-6 * 1e9
 
 
 def test_a_target_that_new_soft_limits_exclude_is_given_up_on_the_way(bench_with):
     requests = {0: [go_to(5e-6)], 5 * MS: [live(limits__soft_max=2e-6)], 20 * MS: [go_to(1e-6)]}
-    told = drive_bench(bench_with(), 300 * MS, requests)
-    _, given_up, arrived = sorted(told.events, key=lambda event: (event.time_ns, -event.number))
+    run = drive_bench(bench_with(), 300 * MS, requests)
+    _, given_up, arrived = sorted(run.events, key=lambda event: (event.time_ns, -event.number))
     assert (given_up.number, given_up.result) == (1, Result.RANGE_LIMIT_REACHED)
     assert given_up.message == (
         'the target 5e-06 m is outside the soft limits, which have changed'
@@ -344,9 +344,9 @@ def test_a_target_that_new_soft_limits_exclude_is_given_up_on_the_way(bench_with
 
 def test_a_place_that_is_held_stays_so_under_soft_limits_that_exclude_it(bench_with):
     requests = {0: [go_to(1e-6)], 100 * MS: [live(limits__soft_min=2e-6, limits__soft_max=3e-6)]}
-    told = drive_bench(bench_with(), 200 * MS, requests)
-    assert [e.result for e in told.events] == [Result.DONE, Result.DONE]
-    assert told.status[-1] & Status.IN_POSITION
+    run = drive_bench(bench_with(), 200 * MS, requests)
+    assert [e.result for e in run.events] == [Result.DONE, Result.DONE]
+    assert run.status[-1] & Status.IN_POSITION
 
 
 def test_live_parameters_outlive_a_checkpoint(bench_with):
@@ -372,15 +372,15 @@ def test_live_parameters_outlive_a_checkpoint(bench_with):
 )
 def test_what_cannot_change_or_does_not_fit_is_refused(bench_with, name, value, why):
     bench = bench_with()
-    told = drive_bench(bench, MS, {0: [Request('parameters', settings=((name, value),))]})
-    assert told.events[0].result is Result.INVALID_PARAMETER
-    assert why in told.events[0].message
+    run = drive_bench(bench, MS, {0: [Request('parameters', settings=((name, value),))]})
+    assert run.events[0].result is Result.INVALID_PARAMETER
+    assert why in run.events[0].message
     assert bench.parameters == bench_with().parameters
 
 
 def test_the_end_tells_the_step_length_that_was_learned(bench_with):
-    told = drive_bench(bench_with(), 300 * MS, {0: [go_to(5e-6)], 200 * MS: [go_to(5.01e-6)]})
-    coarse, fine = told.events
+    run = drive_bench(bench_with(), 300 * MS, {0: [go_to(5e-6)], 200 * MS: [go_to(5.01e-6)]})
+    coarse, fine = run.events
     assert coarse.step_m == pytest.approx(97e-9, rel=0.05)
     assert fine.step_m is None
 
@@ -400,8 +400,8 @@ def test_a_target_that_another_sender_replaces_has_an_end(bench_with, name):
         for request, tag in zip(requests, ('left', 'left', 'right'), strict=True)
     )
     bench = bench_with()
-    told = drive_bench(bench, 300 * MS, {0: [first], 2 * MS: [second], 5 * MS: [last]})
-    assert [(e.number, e.tag, e.result) for e in told.events] == [
+    run = drive_bench(bench, 300 * MS, {0: [first], 2 * MS: [second], 5 * MS: [last]})
+    assert [(e.number, e.tag, e.result) for e in run.events] == [
         (2, 'left', Result.ABORTED),
         (3, 'right', Result.DONE),
     ]

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Kernels are compiled before a stand runs, all that it may need, and it is told how far."""
+"""All kernels of a stand are compiled before it runs, with reports of the progress."""
 
 from collections import Counter
 from pathlib import Path
@@ -69,7 +69,7 @@ def test_no_stand_compiles_anything_once_the_kernels_are_compiled(name, compiled
     assert results[Result.INVALID_PARAMETER] <= (name in {'coulomb', 'travelling'})
 
 
-def test_it_is_told_how_many_kernels_were_compiled(monkeypatch):
+def test_the_number_of_compiled_kernels_is_reported(monkeypatch):
     @kernel
     def twice(value):
         return 2.0 * value
@@ -89,7 +89,7 @@ def test_it_is_told_how_many_kernels_were_compiled(monkeypatch):
     assert lines == [f'compiling kernels, once: {done} of {kernels}' for done in (0, 1)]
 
 
-def test_it_is_not_told_too_often():
+def test_the_progress_is_not_reported_too_often():
     lines: list[str] = []
     tell = progress_reporter(lines.append)
     for done in range(KERNELS):

@@ -73,7 +73,7 @@ def test_a_file_is_read(tmp_path: Path):
         ('{at: 1}', WrongKind, 'is not a list of entries; write'),
         ('much', WrongKind, "f.yaml 'much' is not a list of entries"),
         ('- {at: 1', RecordingError, 'f.yaml: is not YAML ('),
-        ('- {at: 1.0, at: 2.0, clear: true}', RecordingError, "line 1: 'at' stands in line 1 too"),
+        ('- {at: 1.0, at: 2.0, clear: true}', RecordingError, "line 1: 'at' is already in line 1"),
         ('- {at: 1:30, clear: true}', RecordingError, 'YAML reads 1:30 as 90, in base 60'),
         (
             '- {at: 1, set: {fault.dead_foot: 1, dead_foot: 2}}',

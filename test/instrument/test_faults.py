@@ -44,35 +44,35 @@ def bench(stand):
     ],
 )
 def test_every_fault_shows_in_the_status_at_once_and_ends_when_cleared(bench, settings):
-    told = drive_bench(bench, 4 * MS, {MS: [fault(**settings)], 3 * MS: [CLEAR]})
-    assert [bool(status & Status.FAULT) for status in told.status] == [False, True, True, False]
-    assert [event.result for event in told.events] == [Result.DONE, Result.DONE]
+    run = drive_bench(bench, 4 * MS, {MS: [fault(**settings)], 3 * MS: [CLEAR]})
+    assert [bool(status & Status.FAULT) for status in run.status] == [False, True, True, False]
+    assert [event.result for event in run.events] == [Result.DONE, Result.DONE]
     assert bench.faults.names == ()
 
 
 def test_a_frozen_reading_stands_still_while_the_runner_moves(bench):
     requests = {0: [steps(20)], 5 * MS: [fault(interferometer='freeze')], 15 * MS: [CLEAR]}
-    told = drive_bench(bench, 20 * MS, requests)
-    readings_m = told.trace[:, POSITION]
+    run = drive_bench(bench, 20 * MS, requests)
+    readings_m = run.trace[:, POSITION]
     assert len(set(readings_m[250:750])) == 1
     assert readings_m[760] > readings_m[749] + 300e-9
-    assert told.status[10] & Status.SENSOR_PRESENT
+    assert run.status[10] & Status.SENSOR_PRESENT
 
 
 def test_a_dropout_is_no_number_and_the_sensor_comes_back(bench):
     requests = {5 * MS: [fault(interferometer='dropout', load_cell='dropout')], 8 * MS: [CLEAR]}
-    told = drive_bench(bench, 12 * MS, requests)
-    assert np.isnan(told.trace[250:400, 3:]).all()
-    assert np.isfinite(told.trace[400:, 3:]).all()
-    assert not told.status[6] & Status.SENSOR_PRESENT
-    assert told.status[-1] & Status.SENSOR_PRESENT
-    assert math.isfinite(told.outputs[6].readings.truth_position_m)
+    run = drive_bench(bench, 12 * MS, requests)
+    assert np.isnan(run.trace[250:400, 3:]).all()
+    assert np.isfinite(run.trace[400:, 3:]).all()
+    assert not run.status[6] & Status.SENSOR_PRESENT
+    assert run.status[-1] & Status.SENSOR_PRESENT
+    assert math.isfinite(run.outputs[6].readings.truth_position_m)
 
 
 def test_an_offset_jumps_and_jumps_back(bench):
     requests = {2 * MS: [fault(interferometer_offset=1e-6, load_cell_offset=0.5)], 4 * MS: [CLEAR]}
-    told = drive_bench(bench, 6 * MS, requests)
-    readings = [output.readings for output in told.outputs]
+    run = drive_bench(bench, 6 * MS, requests)
+    readings = [output.readings for output in run.outputs]
     assert [round(each.position_m * 1e6) for each in readings] == [0, 0, 1, 1, 0, 0]
     assert [round(each.force_n, 1) for each in readings] == [0.0, 0.0, 0.5, 0.5, 0.0, 0.0]
 
@@ -85,11 +85,11 @@ def test_an_amplifier_without_power_lets_the_voltage_go_and_refuses_moves(bench)
         4 * MS: [CLEAR],
         5 * MS: [steps(1)],
     }
-    told = drive_bench(bench, 8 * MS, requests)
-    volts = [output.readings.voltage_v for output in told.outputs]
+    run = drive_bench(bench, 8 * MS, requests)
+    volts = [output.readings.voltage_v for output in run.outputs]
     assert volts[1] == pytest.approx(300.0)
     assert volts[2] == 0.0
-    assert [e.result for e in told.events if e.command == 'steps'] == [
+    assert [e.result for e in run.events if e.command == 'steps'] == [
         Result.AMPLIFIER_DISABLED,
         Result.DONE,
     ]
@@ -97,10 +97,10 @@ def test_an_amplifier_without_power_lets_the_voltage_go_and_refuses_moves(bench)
 
 def test_a_stuck_runner_does_not_move_under_the_feet(bench):
     requests = {0: [fault(runner_stuck=True), steps(10)], 15 * MS: [CLEAR, steps(10)]}
-    told = drive_bench(bench, 30 * MS, requests)
-    truth_m = [output.readings.truth_position_m for output in told.outputs]
+    run = drive_bench(bench, 30 * MS, requests)
+    truth_m = [output.readings.truth_position_m for output in run.outputs]
     assert set(truth_m[:15]) == {0.0}
-    assert np.ptp(told.trace[:750, FOOT]) > 150e-9
+    assert np.ptp(run.trace[:750, FOOT]) > 150e-9
     assert truth_m[-1] > 10 * 50e-9
 
 
@@ -108,17 +108,17 @@ def test_a_dead_foot_holds_the_runner_back(stand):
     ends = {}
     for foot in (0, 1, 6):
         bench = Bench(stand.updated(FREE | {'fault.dead_foot': foot}))
-        told = drive_bench(bench, 40 * MS, {0: [steps(30)]})
-        ends[foot] = told.outputs[-1].readings.truth_position_m
+        run = drive_bench(bench, 40 * MS, {0: [steps(30)]})
+        ends[foot] = run.outputs[-1].readings.truth_position_m
     # An upper foot carries twice the load of a lower one.
     assert 0.0 < ends[1] < ends[6] < ends[0]
 
 
 def test_missed_steps_are_missed_by_their_share_and_still_counted(bench):
-    told = drive_bench(bench, 1100 * MS, {0: [fault(missed_steps=0.3), steps(1000)]})
-    (done,) = [event for event in told.events if event.command == 'steps']
+    run = drive_bench(bench, 1100 * MS, {0: [fault(missed_steps=0.3), steps(1000)]})
+    (done,) = [event for event in run.events if event.command == 'steps']
     assert done.steps == 1000
-    heights_v = told.trace[:, VOLTAGE].reshape(-1, 50).max(axis=1)[:1000]
+    heights_v = run.trace[:, VOLTAGE].reshape(-1, 50).max(axis=1)[:1000]
     missed = np.count_nonzero(heights_v < 10.0)
     # 5 sigma of a binomial count
     assert abs(missed - 300) < 5 * math.sqrt(1000 * 0.3 * 0.7)
@@ -126,13 +126,13 @@ def test_missed_steps_are_missed_by_their_share_and_still_counted(bench):
 
 def test_a_delayed_command_takes_effect_later_and_shows_until_then(bench):
     requests = {0: [fault(command_delay=5e-3)], 2 * MS: [Request('voltage', (100.0,))]}
-    told = drive_bench(bench, 10 * MS, requests)
-    volts = [output.readings.voltage_v for output in told.outputs]
+    run = drive_bench(bench, 10 * MS, requests)
+    volts = [output.readings.voltage_v for output in run.outputs]
     assert volts[6] == 0.0
     assert volts[7] == pytest.approx(100.0)
-    delayed = [bool(status & Status.MOVE_DELAYED) for status in told.status]
+    delayed = [bool(status & Status.MOVE_DELAYED) for status in run.status]
     assert delayed == [False] * 2 + [True] * 5 + [False] * 3
-    assert told.events[-1].time_ns == 8 * MS
+    assert run.events[-1].time_ns == 8 * MS
 
 
 def test_delayed_commands_keep_their_order_when_the_delay_shrinks(bench):
@@ -141,16 +141,16 @@ def test_delayed_commands_keep_their_order_when_the_delay_shrinks(bench):
         MS: [fault(command_delay=1e-3), Request('voltage', (200.0,))],
         2 * MS: [Request('stop')],
     }
-    told = drive_bench(bench, 8 * MS, requests)
-    assert told.outputs[-1].readings.voltage_v == pytest.approx(100.0)  # the later arrival
+    run = drive_bench(bench, 8 * MS, requests)
+    assert run.outputs[-1].readings.voltage_v == pytest.approx(100.0)  # the later arrival
 
 
 def test_a_reset_keeps_the_faults(bench):
-    told = drive_bench(
+    run = drive_bench(
         bench, 20 * MS, {0: [fault(runner_stuck=True)], 2 * MS: [Request('reset'), steps(10)]}
     )
-    assert told.outputs[-1].readings.truth_position_m == 0.0
-    assert told.status[-1] & Status.FAULT
+    assert run.outputs[-1].readings.truth_position_m == 0.0
+    assert run.status[-1] & Status.FAULT
 
 
 def test_faults_of_the_parameters_hold_from_the_start(stand):
@@ -179,14 +179,14 @@ def test_a_bad_fault_is_refused(name, value, kind):
 
 def test_a_fault_that_the_stand_cannot_have_is_refused_and_changes_nothing(stand):
     bench = Bench(stand.updated(FREE | {'contact.law': 'coulomb'}))
-    told = drive_bench(bench, 3 * MS, {MS: [fault(dead_foot=1), steps(1)]})
-    assert [(e.command, e.result) for e in told.events] == [
+    run = drive_bench(bench, 3 * MS, {MS: [fault(dead_foot=1), steps(1)]})
+    assert [(e.command, e.result) for e in run.events] == [
         ('fault', Result.INVALID_PARAMETER),
         ('steps', Result.DONE),
     ]
-    assert 'rigid law of Coulomb' in told.events[0].message
+    assert "Coulomb's law" in run.events[0].message
     assert bench.faults.names == ()
-    assert not told.status[-1] & Status.FAULT
+    assert not run.status[-1] & Status.FAULT
 
 
 def test_a_reset_ends_delayed_commands_with_an_event_each(bench):
@@ -194,10 +194,10 @@ def test_a_reset_ends_delayed_commands_with_an_event_each(bench):
         0: [fault(command_delay=5e-3), steps(5), Request('preload', (0.6,))],
         2 * MS: [Request('reset')],
     }
-    told = drive_bench(bench, 8 * MS, requests)
-    assert [(e.number, e.result, e.message) for e in told.events[1:]] == [
+    run = drive_bench(bench, 8 * MS, requests)
+    assert [(e.number, e.result, e.message) for e in run.events[1:]] == [
         (2, Result.ABORTED, 'reset by command 4'),
         (3, Result.ABORTED, 'reset by command 4'),
         (4, Result.DONE, ''),
     ]
-    assert not told.status[2] & Status.MOVE_DELAYED
+    assert not run.status[2] & Status.MOVE_DELAYED

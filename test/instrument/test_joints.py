@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Joints: which number counts, what is refused, and one set point that a stream moves."""
+"""Joints: precedence of numbers, refusals, and a set point moved by a stream."""
 
 import math
 
@@ -83,12 +83,12 @@ def test_a_position_wins_and_what_is_empty_or_no_number_is_not_commanded(request
         (
             joint((0.0, 1.0)),
             WrongKind,
-            'joint position [0.0, 1.0] is not a list of 1 numbers; give one to each name, or none',
+            'joint position [0.0, 1.0] is not a list of 1 numbers; give a number for each name',
         ),
         (
             joint((), (0.0,), names=('arm', *OWN)),
             WrongKind,
-            'joint velocity [0.0] is not a list of 2 numbers; give one to each name, or none at',
+            'joint velocity [0.0] is not a list of 2 numbers; give a number for each name, or',
         ),
         (joint((), (), (0.0, 0.0, 0.0), names=()), WrongKind, 'is not a list of 1 numbers'),
         (
@@ -133,11 +133,11 @@ def test_without_possible_steps_a_velocity_is_refused(stand):
 
 
 def test_a_target_is_reached_and_held(bench_with):
-    told = drive_bench(bench_with(), 300 * MS, {0: [to(2e-6)]})
-    [event] = told.events
+    run = drive_bench(bench_with(), 300 * MS, {0: [to(2e-6)]})
+    [event] = run.events
     assert (event.command, event.result) == ('joint', Result.DONE)
-    assert told.status[-1] & Status.IN_POSITION
-    held = [output.readings.truth_position_m for output in told.outputs[-50:]]
+    assert run.status[-1] & Status.IN_POSITION
+    held = [output.readings.truth_position_m for output in run.outputs[-50:]]
     assert np.abs(np.array(held) - 2e-6).max() < TOLERANCE_M
 
 
@@ -153,20 +153,20 @@ def test_a_stream_of_targets_moves_one_set_point_and_tells_of_the_last(bench_wit
     bench = bench_with()
     speed_m_per_s, end_ns = 4e-5, 200 * MS
     targets = stream(end_ns, lambda t: to(speed_m_per_s * t * 1e-9))
-    told = drive_bench(bench, 400 * MS, targets)
-    [event] = told.events
+    run = drive_bench(bench, 400 * MS, targets)
+    [event] = run.events
     assert (event.number, event.result) == (len(targets), Result.DONE)
     assert bench.replaced == len(targets) - 1
-    way = [output.readings.truth_position_m for output in told.outputs[:200]]
+    way = [output.readings.truth_position_m for output in run.outputs[:200]]
     wanted_m = speed_m_per_s * 1e-3 * np.arange(1, 201)
     lag_m = wanted_m[20:] - np.array(way)[20:]
     assert np.abs(lag_m).max() < speed_m_per_s * PERIOD_NS * 1e-9 + BEHIND_M
 
 
-def test_a_target_that_was_told_is_not_counted_as_replaced(bench_with):
+def test_a_reported_target_is_not_counted_as_replaced(bench_with):
     bench = bench_with()
-    told = drive_bench(bench, 400 * MS, {0: [to(1e-6)], 200 * MS: [to(1.05e-6)]})
-    assert [(e.number, e.result) for e in told.events] == [(1, Result.DONE), (2, Result.DONE)]
+    run = drive_bench(bench, 400 * MS, {0: [to(1e-6)], 200 * MS: [to(1.05e-6)]})
+    assert [(e.number, e.result) for e in run.events] == [(1, Result.DONE), (2, Result.DONE)]
     assert bench.replaced == 0
 
 
@@ -174,8 +174,8 @@ def test_steps_that_lead_beyond_another_target_are_broken_off(bench_with):
     bench = bench_with()
     drive_bench(bench, 100 * MS, {0: [to(100e-6)]})
     target_m = bench.sensing.position_m + 3e-6
-    told = drive_bench(bench, 300 * MS, {0: [to(target_m)]})
-    way_m = np.array([output.readings.truth_position_m for output in told.outputs])
+    run = drive_bench(bench, 300 * MS, {0: [to(target_m)]})
+    way_m = np.array([output.readings.truth_position_m for output in run.outputs])
     assert way_m.max() < target_m + 0.5 * STROKE_M
     assert abs(way_m[-1] - target_m) < TOLERANCE_M
 
@@ -183,21 +183,21 @@ def test_steps_that_lead_beyond_another_target_are_broken_off(bench_with):
 @pytest.mark.parametrize('velocity_m_per_s', [1e-7, -1e-5, 5e-5])
 def test_a_velocity_is_followed(bench_with, velocity_m_per_s):
     requests = stream(400 * MS, lambda _: at(velocity_m_per_s))
-    told = drive_bench(bench_with(), 400 * MS, requests)
-    way_m = np.array([output.readings.truth_position_m for output in told.outputs])
+    run = drive_bench(bench_with(), 400 * MS, requests)
+    way_m = np.array([output.readings.truth_position_m for output in run.outputs])
     wanted_m = velocity_m_per_s * 1e-3 * np.arange(1, 401)
     assert np.abs(way_m - wanted_m).max() < 3.0 * BEHIND_M
-    assert told.events == []
-    assert told.status[-1] & Status.MOVING
-    assert told.status[-1] & Status.CLOSED_LOOP
+    assert run.events == []
+    assert run.status[-1] & Status.MOVING
+    assert run.status[-1] & Status.CLOSED_LOOP
 
 
 def test_a_velocity_that_the_steps_do_not_reach_is_not_made_up_for(bench_with):
     bench = bench_with()
     drive_bench(bench, 400 * MS, stream(400 * MS, lambda _: at(1.6e-4)))
     there_m = bench.sensing.position_m
-    told = drive_bench(bench, 200 * MS, {0: [at(0.0)]})
-    assert [event.result for event in told.events] == [Result.DONE]
+    run = drive_bench(bench, 200 * MS, {0: [at(0.0)]})
+    assert [event.result for event in run.events] == [Result.DONE]
     assert 0.0 < bench.sensing.position_m - there_m < 11.0 * STROKE_M
 
 
@@ -205,59 +205,59 @@ def test_velocities_add_up_to_their_way_and_0_holds_the_end_of_it(bench_with):
     bench = bench_with()
     forth = stream(100 * MS, lambda _: at(3e-5))
     back = stream(200 * MS, lambda _: at(-1e-5), 100 * MS)
-    told = drive_bench(bench, 500 * MS, {**forth, **back, 200 * MS: [at(0.0)]})
-    [event] = told.events
+    run = drive_bench(bench, 500 * MS, {**forth, **back, 200 * MS: [at(0.0)]})
+    [event] = run.events
     assert (event.number, event.command, event.result) == (21, 'joint', Result.DONE)
     assert abs(bench.sensing.position_m - 2e-6) < TOLERANCE_M
     assert bench.replaced == 2
-    assert told.status[-1] & Status.IN_POSITION
+    assert run.status[-1] & Status.IN_POSITION
 
 
 def test_the_watchdog_ends_a_velocity_that_nobody_renews(bench_with):
     bench = bench_with(jog__timeout=0.05)
     nothing = {t: [joint((NAN,), (NAN,))] for t in range(35 * MS, 200 * MS, PERIOD_NS)}
-    told = drive_bench(bench, 200 * MS, {**stream(31 * MS, lambda _: at(2e-5)), **nothing})
-    [event] = told.events
+    run = drive_bench(bench, 200 * MS, {**stream(31 * MS, lambda _: at(2e-5)), **nothing})
+    [event] = run.events
     assert (event.number, event.result, event.time_ns) == (1, Result.DONE, 80 * MS)
     assert event.message == 'jog.timeout passed without a new command'
-    assert not told.status[-1] & (Status.MOVING | Status.CLOSED_LOOP)
+    assert not run.status[-1] & (Status.MOVING | Status.CLOSED_LOOP)
 
 
-def test_nothing_commanded_is_neither_told_nor_done(bench_with):
-    told = drive_bench(bench_with(), 20 * MS, {0: [joint((NAN,), (NAN,))], 10 * MS: [joint()]})
-    assert told.events == []
-    assert not told.status[-1] & (Status.MOVING | Status.CLOSED_LOOP | Status.REFUSED)
+def test_an_empty_command_has_no_event_and_no_effect(bench_with):
+    run = drive_bench(bench_with(), 20 * MS, {0: [joint((NAN,), (NAN,))], 10 * MS: [joint()]})
+    assert run.events == []
+    assert not run.status[-1] & (Status.MOVING | Status.CLOSED_LOOP | Status.REFUSED)
 
 
 def test_a_velocity_ends_at_a_soft_limit_and_may_lead_back(bench_with):
     bench = bench_with(limits__soft_min=-1e-6, limits__soft_max=1e-6)
-    told = drive_bench(bench, 100 * MS, {0: [at(5e-5)]})
-    [event] = told.events
+    run = drive_bench(bench, 100 * MS, {0: [at(5e-5)]})
+    [event] = run.events
     assert event.result is Result.RANGE_LIMIT_REACHED
     assert 'above limits.soft_max 1e-06 m' in event.message
-    assert told.status[-1] & Status.MOVEMENT_FAILED
-    told = drive_bench(bench, 20 * MS, {0: [at(-5e-5)]})
-    assert told.events == []
+    assert run.status[-1] & Status.MOVEMENT_FAILED
+    run = drive_bench(bench, 20 * MS, {0: [at(-5e-5)]})
+    assert run.events == []
     assert bench.sensing.position_m < 1e-6
 
 
 @pytest.mark.parametrize('request_', [to(20e-6), at(5e-5)], ids=['target', 'velocity'])
 def test_a_runner_that_comes_no_nearer_is_at_an_end_stop(stand, request_):
-    told = drive_bench(Bench(stand), 300 * MS, {0: [request_]})
-    [event] = told.events
+    run = drive_bench(Bench(stand), 300 * MS, {0: [request_]})
+    [event] = run.events
     assert (event.command, event.result) == ('joint', Result.END_STOP_REACHED)
 
 
 def test_without_a_reading_a_velocity_fails(bench_with):
-    told = drive_bench(bench_with(fault__interferometer='dropout'), 5 * MS, {2 * MS: [at(1e-5)]})
-    assert [event.result for event in told.events] == [Result.NO_SENSOR]
+    run = drive_bench(bench_with(fault__interferometer='dropout'), 5 * MS, {2 * MS: [at(1e-5)]})
+    assert [event.result for event in run.events] == [Result.NO_SENSOR]
 
 
 def test_another_kind_of_move_aborts_a_joint_and_a_joint_another_move(bench_with):
     position = Request('position', (50e-6, 0.0, 0.0))
     requests = {0: [at(1e-5)], 10 * MS: [position], 20 * MS: [to(1e-6)]}
-    told = drive_bench(bench_with(), 30 * MS, requests)
-    assert [(e.command, e.result, e.message) for e in told.events] == [
+    run = drive_bench(bench_with(), 30 * MS, requests)
+    assert [(e.command, e.result, e.message) for e in run.events] == [
         ('joint', Result.ABORTED, 'replaced by command 2'),
         ('position', Result.ABORTED, 'replaced by command 3'),
     ]

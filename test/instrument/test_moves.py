@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Moves of every kind: how they run, how they end, what stops them."""
+"""Moves of every kind: start, course, end and limits."""
 
 from dataclasses import replace
 
@@ -39,23 +39,23 @@ def bench_with(stand):
 
 @pytest.mark.parametrize(('count', 'sign'), [(12, 1.0), (-12, -1.0)])
 def test_steps_are_made_in_their_direction_and_counted(bench_with, count, sign):
-    told = drive_bench(bench_with(), 20 * MS, {0: [steps(count)]})
-    (event,) = told.events
+    run = drive_bench(bench_with(), 20 * MS, {0: [steps(count)]})
+    (event,) = run.events
     assert (event.command, event.result, event.steps) == ('steps', Result.DONE, 12)
-    assert len(told.ramps) == 12
-    assert 10 * 0.25 * STEP_M < sign * told.trace[-1, POSITION] < 12 * STEP_M
+    assert len(run.ramps) == 12
+    assert 10 * 0.25 * STEP_M < sign * run.trace[-1, POSITION] < 12 * STEP_M
 
 
 def test_steps_have_the_amplitude_and_the_frequency_of_the_parameters(bench_with):
     bench = bench_with(step__amplitude=120.0, step__frequency=250.0)
-    told = drive_bench(bench, 20 * MS, {0: [steps(3)]})
-    assert told.trace[:, VOLTAGE].max() == pytest.approx(120.0, rel=1e-2)
-    assert told.events[0].time_ns == 13 * MS  # three periods of 4 ms, and the last fall
+    run = drive_bench(bench, 20 * MS, {0: [steps(3)]})
+    assert run.trace[:, VOLTAGE].max() == pytest.approx(120.0, rel=1e-2)
+    assert run.events[0].time_ns == 13 * MS  # three periods of 4 ms, and the last fall
 
 
 def test_no_step_at_all_is_done_at_once_and_replaces_nothing(bench_with):
-    told = drive_bench(bench_with(), 10 * MS, {0: [steps(5)], 2 * MS: [steps(0)]})
-    assert [(e.number, e.result, e.steps) for e in told.events] == [
+    run = drive_bench(bench_with(), 10 * MS, {0: [steps(5)], 2 * MS: [steps(0)]})
+    assert [(e.number, e.result, e.steps) for e in run.events] == [
         (2, Result.DONE, 0),
         (1, Result.DONE, 5),
     ]
@@ -64,21 +64,21 @@ def test_no_step_at_all_is_done_at_once_and_replaces_nothing(bench_with):
 def test_a_jog_runs_on_while_it_is_renewed_and_stops_when_it_is_not(bench_with):
     bench = bench_with(jog__timeout=0.01)
     renewed = {n * MS: [jog(1000.0)] for n in range(0, 30, 5)}
-    told = drive_bench(bench, 50 * MS, renewed)
-    (event,) = told.events
+    run = drive_bench(bench, 50 * MS, renewed)
+    (event,) = run.events
     assert (event.number, event.command, event.result) == (1, 'jog', Result.DONE)
     assert event.message == 'jog.timeout passed without a new command'
     assert event.time_ns == 35 * MS  # 10 ms after the last one
     assert event.steps == 35
-    assert Status.MOVING not in told.status[-1]
-    np.testing.assert_array_equal(told.trace[36 * 50 :, VOLTAGE], told.trace[-1, VOLTAGE])
+    assert Status.MOVING not in run.status[-1]
+    np.testing.assert_array_equal(run.trace[36 * 50 :, VOLTAGE], run.trace[-1, VOLTAGE])
 
 
 def test_a_jog_goes_on_at_another_rate_counts_all_its_steps_and_ends_by_zero(bench_with):
     requests = {0: [jog(500.0)], 4 * MS: [jog(-1000.0)], 8 * MS: [jog(0.0)], 9 * MS: [jog(0.0)]}
     bench = bench_with()
-    told = drive_bench(bench, 12 * MS, requests)
-    assert [(e.number, e.result, e.message, e.steps) for e in told.events] == [
+    run = drive_bench(bench, 12 * MS, requests)
+    assert [(e.number, e.result, e.message, e.steps) for e in run.events] == [
         (1, Result.DONE, 'ended by command 3', 2 + 4),
         (4, Result.DONE, 'no jog was running', 0),
     ]
@@ -99,8 +99,8 @@ def test_a_set_point_that_the_next_of_its_topic_replaces_is_counted_not_told(
 ):
     bench = bench_with(amplifier__bandwidth=300.0, stand__preload_rate=2.0)
     streamed = {n * MS: [request_of(value)] for n, value in enumerate(values)}
-    told = drive_bench(bench, 300 * MS, streamed)
-    assert [(e.number, e.result) for e in told.events] == [(3, Result.DONE)]
+    run = drive_bench(bench, 300 * MS, streamed)
+    assert [(e.number, e.result) for e in run.events] == [(3, Result.DONE)]
     assert bench.replaced == 2
 
 
@@ -115,8 +115,8 @@ def test_a_set_point_that_the_next_of_its_topic_replaces_is_counted_not_told(
 )
 def test_a_move_of_a_given_extent_that_the_next_of_its_kind_cuts_off_is_told(bench_with, move):
     bench = bench_with()
-    told = drive_bench(bench, 10 * MS, {0: [move], 5 * MS: [move]})
-    [event] = told.events
+    run = drive_bench(bench, 10 * MS, {0: [move], 5 * MS: [move]})
+    [event] = run.events
     assert (event.number, event.result) == (1, Result.ABORTED)
     assert event.message == 'replaced by command 2'
     assert bench.replaced == 0
@@ -124,12 +124,12 @@ def test_a_move_of_a_given_extent_that_the_next_of_its_kind_cuts_off_is_told(ben
 
 def test_a_waveform_is_played_once_with_straight_lines_and_then_held(bench_with):
     rows = ((0.0, 0.0), (2e-3, 100.0), (3e-3, 100.0), (5e-3, 20.0))
-    told = drive_bench(bench_with(), 8 * MS, {0: [waveform(*rows)]})
-    times_s = np.arange(1, len(told.trace) + 1) * 20e-6
+    run = drive_bench(bench_with(), 8 * MS, {0: [waveform(*rows)]})
+    times_s = np.arange(1, len(run.trace) + 1) * 20e-6
     wanted_v = np.interp(times_s, *np.array(rows).T)
-    np.testing.assert_allclose(told.trace[:, VOLTAGE], wanted_v, rtol=0.0, atol=1e-6)
-    assert [bool(status & Status.STREAMING) for status in told.status] == [True] * 4 + [False] * 4
-    (event,) = told.events
+    np.testing.assert_allclose(run.trace[:, VOLTAGE], wanted_v, rtol=0.0, atol=1e-6)
+    assert [bool(status & Status.STREAMING) for status in run.status] == [True] * 4 + [False] * 4
+    (event,) = run.events
     assert (event.command, event.result) == ('waveform', Result.DONE)
 
 
@@ -151,29 +151,29 @@ def expected_v(*stretches):
     return np.array(points)
 
 
-def assert_played(told, *stretches):
-    times_s = np.arange(1, len(told.trace) + 1) * 20e-6
+def assert_played(run, *stretches):
+    times_s = np.arange(1, len(run.trace) + 1) * 20e-6
     points = expected_v(*stretches)
     wanted_v = np.interp(times_s, *points.T)
     # A jump between two waveforms is slewed; it lasts two microseconds, a sample twenty.
-    np.testing.assert_allclose(told.trace[:, VOLTAGE], wanted_v, rtol=0.0, atol=1e-6)
+    np.testing.assert_allclose(run.trace[:, VOLTAGE], wanted_v, rtol=0.0, atol=1e-6)
 
 
 @pytest.mark.parametrize('cycles', [2, 7])
 def test_a_waveform_repeats_as_often_as_it_says_and_its_cycles_are_counted(bench_with, cycles):
     bench = bench_with(amplifier__voltage_initial=10.0)
-    told = drive_bench(bench, 20 * MS, {0: [repeated(HILL, cycles)]})
-    assert_played(told, (HILL, cycles))
-    [event] = told.events
-    assert (event.result, event.steps, len(told.ramps)) == (Result.DONE, cycles, cycles)
+    run = drive_bench(bench, 20 * MS, {0: [repeated(HILL, cycles)]})
+    assert_played(run, (HILL, cycles))
+    [event] = run.events
+    assert (event.result, event.steps, len(run.ramps)) == (Result.DONE, cycles, cycles)
 
 
 def test_the_next_waveform_waits_for_the_end_of_the_cycle_and_the_last_holds(bench_with):
     bench = bench_with(amplifier__voltage_initial=10.0)
     requests = {0: [repeated(HILL)], 5 * MS: [repeated(RIDGE)], 12 * MS: [waveform(*HILL)]}
-    told = drive_bench(bench, 20 * MS, requests)
-    assert_played(told, (HILL, 3), (RIDGE, 4), (HILL, 1))
-    assert [(e.number, e.result, e.steps, e.message) for e in told.events] == [
+    run = drive_bench(bench, 20 * MS, requests)
+    assert_played(run, (HILL, 3), (RIDGE, 4), (HILL, 1))
+    assert [(e.number, e.result, e.steps, e.message) for e in run.events] == [
         (1, Result.ABORTED, 2, 'replaced by command 2'),
         (2, Result.ABORTED, 3, 'replaced by command 3'),
         (3, Result.DONE, 0, ''),
@@ -183,9 +183,9 @@ def test_the_next_waveform_waits_for_the_end_of_the_cycle_and_the_last_holds(ben
 def test_a_waveform_that_still_waits_gives_way_to_the_next_without_being_played(bench_with):
     bench = bench_with(amplifier__voltage_initial=10.0)
     both = [repeated(RIDGE), repeated(((0.0, 30.0), (2e-3, 50.0), (3e-3, 30.0)))]
-    told = drive_bench(bench, 9 * MS, {0: [repeated(HILL)], 2 * MS: both, 3 * MS: both[:1]})
-    assert_played(told, (HILL, 2), (RIDGE, 3))
-    assert [(e.number, e.steps) for e in told.events] == [(1, 1), (2, 0), (3, 0)]
+    run = drive_bench(bench, 9 * MS, {0: [repeated(HILL)], 2 * MS: both, 3 * MS: both[:1]})
+    assert_played(run, (HILL, 2), (RIDGE, 3))
+    assert [(e.number, e.steps) for e in run.events] == [(1, 1), (2, 0), (3, 0)]
 
 
 def test_phase_is_kept_over_ten_thousand_cycles_of_a_wave_that_came_after_another(bench_with):
@@ -204,7 +204,7 @@ def test_what_the_amplifier_makes_of_a_saw_tooth_does_the_same_as_a_waveform(ben
     rows = ((0.0, 300.0), (fall_s, slope_v_per_s * fall_s), (1e-3, 300.0))
     played = drive_bench(bench_with(), 45 * MS, {0: [repeated(rows, 40)]})
     stepped = drive_bench(bench_with(), 45 * MS, {0: [sawtooth(300.0, 1000.0, 40)]})
-    played_m, stepped_m = (np.diff(told.ramps[-10:, RAMP_END]) for told in (played, stepped))
+    played_m, stepped_m = (np.diff(run.ramps[-10:, RAMP_END]) for run in (played, stepped))
     np.testing.assert_allclose(played_m, stepped_m, rtol=1e-6)
 
 
@@ -221,8 +221,8 @@ def test_what_the_amplifier_makes_of_a_saw_tooth_does_the_same_as_a_waveform(ben
     ],
 )
 def test_a_repetition_that_cannot_be_is_refused(bench_with, rows, cycles, message):
-    told = drive_bench(bench_with(), 2 * MS, {0: [repeated(rows, cycles)]})
-    [event] = told.events
+    run = drive_bench(bench_with(), 2 * MS, {0: [repeated(rows, cycles)]})
+    [event] = run.events
     assert event.result is Result.INVALID_PARAMETER
     assert message in event.message
 
@@ -236,13 +236,13 @@ def test_steps_stop_at_a_soft_limit_and_may_go_back(bench_with, name, sign):
         'jog': jog(sign * 1000.0),
     }[name]
     bench = bench_with(limits__soft_min=-1e-6, limits__soft_max=1e-6)
-    told = drive_bench(bench, 60 * MS, {0: [request]})
-    (event,) = told.events
+    run = drive_bench(bench, 60 * MS, {0: [request]})
+    (event,) = run.events
     assert (event.command, event.result) == (name, Result.RANGE_LIMIT_REACHED)
     assert f'limits.soft_{"max" if sign > 0 else "min"}' in event.message
-    assert told.status[-1] & Status.RANGE_LIMIT_REACHED
-    assert told.status[-1] & Status.MOVEMENT_FAILED
-    assert 1e-6 < sign * told.trace[-1, POSITION] < 1e-6 + 2 * STEP_M
+    assert run.status[-1] & Status.RANGE_LIMIT_REACHED
+    assert run.status[-1] & Status.MOVEMENT_FAILED
+    assert 1e-6 < sign * run.trace[-1, POSITION] < 1e-6 + 2 * STEP_M
     back = drive_bench(bench, 10 * MS, {0: [steps(-sign * 5)]})
     assert back.events[-1].result is Result.DONE
     assert not back.status[-1] & (Status.RANGE_LIMIT_REACHED | Status.MOVEMENT_FAILED)
@@ -250,30 +250,30 @@ def test_steps_stop_at_a_soft_limit_and_may_go_back(bench_with, name, sign):
 
 def test_a_direct_voltage_knows_no_soft_limits(bench_with):
     bench = bench_with(limits__soft_min=-1e-9, limits__soft_max=1e-9)
-    told = drive_bench(bench, 5 * MS, {0: [Request('voltage', (300.0,))]})
-    assert [e.result for e in told.events] == [Result.DONE]
-    assert told.trace[-1, POSITION] > 1e-9
+    run = drive_bench(bench, 5 * MS, {0: [Request('voltage', (300.0,))]})
+    assert [e.result for e in run.events] == [Result.DONE]
+    assert run.trace[-1, POSITION] > 1e-9
 
 
 def test_a_new_move_clears_what_the_last_one_left(bench_with):
     bench = bench_with(limits__soft_max=1e-6)
     drive_bench(bench, 40 * MS, {0: [steps(100)]})
-    told = drive_bench(bench, MS, {0: [Request('voltage', (10.0,))]})
-    assert not told.status[-1] & Status.MOVEMENT_FAILED
+    run = drive_bench(bench, MS, {0: [Request('voltage', (10.0,))]})
+    assert not run.status[-1] & Status.MOVEMENT_FAILED
 
 
 def test_a_switched_off_amplifier_aborts_the_move_and_refuses_the_next_one(bench_with):
     bench = bench_with()
     off = {0: [steps(100)], 5 * MS: [Request('enable_amplifier', (0.0,))], 6 * MS: [steps(1)]}
-    told = drive_bench(bench, 10 * MS, off)
-    assert [(e.number, e.command, e.result) for e in told.events] == [
+    run = drive_bench(bench, 10 * MS, off)
+    assert [(e.number, e.command, e.result) for e in run.events] == [
         (1, 'steps', Result.AMPLIFIER_DISABLED),
         (2, 'enable_amplifier', Result.DONE),
         (3, 'steps', Result.AMPLIFIER_DISABLED),
     ]
-    assert not told.status[-1] & Status.AMPLIFIER_ENABLED
-    assert told.status[-1] & Status.REFUSED
-    assert told.trace[-1, VOLTAGE] == 0.0
+    assert not run.status[-1] & Status.AMPLIFIER_ENABLED
+    assert run.status[-1] & Status.REFUSED
+    assert run.trace[-1, VOLTAGE] == 0.0
     on = drive_bench(bench, 10 * MS, {0: [Request('enable_amplifier', (1.0,)), steps(3)]})
     assert on.events[-1].result is Result.DONE
     assert on.status[-1] & Status.AMPLIFIER_ENABLED
@@ -298,25 +298,25 @@ def test_the_zero_of_position_and_force_can_be_set(stand):
 def test_moves_that_begin_beyond_a_soft_limit_do_not_go_on_outwards(bench_with, sign):
     bench = bench_with(limits__soft_min=-1e-6, limits__soft_max=1e-6)
     requests = {n * MS: [jog(sign * 1000.0)] for n in range(60)}
-    told = drive_bench(bench, 60 * MS, requests)
-    assert abs(told.trace[-1, POSITION]) < 1e-6 + 2 * STEP_M
-    later = [event for event in told.events if event.time_ns > told.events[0].time_ns]
+    run = drive_bench(bench, 60 * MS, requests)
+    assert abs(run.trace[-1, POSITION]) < 1e-6 + 2 * STEP_M
+    later = [event for event in run.events if event.time_ns > run.events[0].time_ns]
     assert later
     assert {(e.result, e.steps) for e in later} == {(Result.RANGE_LIMIT_REACHED, 0)}
-    assert told.status[-1] & Status.MOVEMENT_FAILED
+    assert run.status[-1] & Status.MOVEMENT_FAILED
 
 
 def test_a_waveform_that_is_played_once_makes_no_steps(bench_with):
-    told = drive_bench(bench_with(), 5 * MS, {0: [waveform((0.0, 0.0), (2e-3, 100.0))]})
-    assert [(event.result, event.steps) for event in told.events] == [(Result.DONE, 0)]
+    run = drive_bench(bench_with(), 5 * MS, {0: [waveform((0.0, 0.0), (2e-3, 100.0))]})
+    assert [(event.result, event.steps) for event in run.events] == [(Result.DONE, 0)]
 
 
 @pytest.mark.parametrize(('frequency_hz', 'count'), [(1000.0, 10), (-1000.0, 10), (300.0, 1)])
 def test_the_end_of_steps_tells_their_mean_length(bench_with, frequency_hz, count):
-    told = drive_bench(bench_with(), 300 * MS, {5 * MS: [sawtooth(300.0, frequency_hz, count)]})
-    way_m = told.outputs[-1].readings.position_m - told.outputs[4].readings.position_m
+    run = drive_bench(bench_with(), 300 * MS, {5 * MS: [sawtooth(300.0, frequency_hz, count)]})
+    way_m = run.outputs[-1].readings.position_m - run.outputs[4].readings.position_m
     settled_m = np.sign(frequency_hz) * way_m / count
-    assert told.events[0].step_m == pytest.approx(settled_m, abs=RINGING_M / count)
+    assert run.events[0].step_m == pytest.approx(settled_m, abs=RINGING_M / count)
 
 
 @pytest.mark.parametrize(
@@ -330,16 +330,16 @@ def test_the_end_of_steps_tells_their_mean_length(bench_with, frequency_hz, coun
 )
 def test_moves_whose_steps_have_no_one_length_tell_none(bench_with, requests, ends):
     due = {i * 20 * MS: [each] for i, each in enumerate(requests)}
-    told = drive_bench(bench_with(), 60 * MS, {**due, 50 * MS: [Request('stop')]})
-    events = [each for each in told.events if each.command != 'stop']
+    run = drive_bench(bench_with(), 60 * MS, {**due, 50 * MS: [Request('stop')]})
+    events = [each for each in run.events if each.command != 'stop']
     assert len(events) == ends
     assert all(each.step_m is None for each in events)
 
 
 def test_without_a_reading_a_step_has_no_length(bench_with):
     dropout = Request('fault', settings=(('fault.interferometer', 'dropout'),))
-    told = drive_bench(bench_with(), 60 * MS, {0: [dropout], 5 * MS: [steps(10)]})
-    assert (told.events[1].steps, told.events[1].step_m) == (10, None)
+    run = drive_bench(bench_with(), 60 * MS, {0: [dropout], 5 * MS: [steps(10)]})
+    assert (run.events[1].steps, run.events[1].step_m) == (10, None)
 
 
 def test_a_tag_comes_back_with_every_end_of_a_command(bench_with):
@@ -347,8 +347,8 @@ def test_a_tag_comes_back_with_every_end_of_a_command(bench_with):
         replace(sawtooth(300.0, frequency_hz), tag=tag)
         for frequency_hz, tag in ((1000.0, 'left'), (0.0, 'right'))
     )
-    told = drive_bench(bench_with(), 20 * MS, {0: [begun], 5 * MS: [refused, Request('stop')]})
-    assert [(e.tag, e.result) for e in told.events] == [
+    run = drive_bench(bench_with(), 20 * MS, {0: [begun], 5 * MS: [refused, Request('stop')]})
+    assert [(e.tag, e.result) for e in run.events] == [
         ('right', Result.INVALID_PARAMETER),
         ('left', Result.ABORTED),
         ('', Result.DONE),

@@ -32,7 +32,7 @@ BANK_TOLERANCE = 3e-3
 
 
 def ran(stand: Parameters, **how: Any) -> SawtoothRun:
-    """Return what a run comes to that nobody records."""
+    """Return the result of a run without a recording."""
     return simulate(stand, **how, is_recorded=False).result
 
 

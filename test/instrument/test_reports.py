@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""An event is read as it was written; a text of anybody else is none."""
+"""An event is read as it was written; a foreign text is no event."""
 
 import json
 from typing import Any
@@ -61,5 +61,5 @@ def test_an_event_with_a_field_of_another_kind_is_none(name: str, value: Any):
 
 
 def test_of_an_event_nothing_is_kept_that_it_does_not_have():
-    told = json.loads(EVENT.to_json())
-    assert read_event(json.dumps({**told, 'more': [[]]})) == told
+    content = json.loads(EVENT.to_json())
+    assert read_event(json.dumps({**content, 'more': [[]]})) == content

@@ -31,7 +31,7 @@ DEAD_FOOT = Request('fault', settings=(('fault.dead_foot', 1),))
 
 
 class Way(NamedTuple):
-    """What leads to a bit, and away from it again, on which stand."""
+    """Requests that set and clear a bit, and their stand."""
 
     there: Request
     back: Request

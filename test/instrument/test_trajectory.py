@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Trajectories of the closed loop: what lies between their points, how they end, refusals."""
+"""Trajectories of the closed loop: interpolation, ends, refusals."""
 
 import json
 import re
@@ -43,7 +43,7 @@ def trajectory(rows: Any = ROWS, **settings: Any) -> Request:
 
 
 def run(bench: Bench, request: Request, simulated_s: float = 1.0) -> list[Event]:
-    """Carry out a request; return the events up to the first, or in so much time."""
+    """Carry out a request; return the events up to the first, or until a time."""
     block_ns = bench.parameters.block_ns
     events = [*bench.update(bench.time_ns + block_ns, [request]).events]
     end_ns = bench.time_ns + simulated_s / NANO

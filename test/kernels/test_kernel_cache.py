@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Where machine code is kept, and whose: a folder per version of the sources, closed to others."""
+"""Cache of machine code: a folder for each version of the sources, closed to others."""
 
 import importlib
 import os
@@ -24,7 +24,7 @@ from llvmlite.binding import get_host_cpu_features
 from numba.core.caching import FunctionCache
 
 from stickslip_ros.kernels import cache as kernel_cache
-from stickslip_ros.kernels.cache import CONFIG, Folders, cache_folders, why_not_kept
+from stickslip_ros.kernels.cache import CONFIG, Folders, cache_folders, cache_problem
 from stickslip_ros.kernels.kernel import entry_point, in_python, kernel
 from stickslip_ros.sources import FOLDERS, sources_digest
 
@@ -37,7 +37,7 @@ KEPT = '*.twice-*.nbc'
 
 
 def fresh_folders() -> Folders:
-    """Ask again for what a program asks once."""
+    """Return the folders again, although a program asks once."""
     sources_digest.cache_clear()
     folders: Folders = cache_folders.__wrapped__()
     return folders
@@ -72,7 +72,7 @@ def test_the_folder_lies_in_the_package_if_that_can_be_written(package):
     assert folders.write.name.startswith('stickslip_ros-')
     assert folders.read == (folders.write,)
     assert folders.write.stat().st_mode & 0o022 == 0
-    assert not why_not_kept()
+    assert not cache_problem()
 
 
 def test_the_folder_stays_the_same_while_the_sources_do(package):
@@ -164,7 +164,7 @@ def test_without_a_folder_kernels_are_compiled_and_it_is_said(package, tmp_path,
     assert fresh_folders() == Folders((), None)
     assert entry_point(lambda value: 4.0 * value)(1.5) == 6.0
     assert sorted(tmp_path.rglob('*')) == before
-    why = why_not_kept()
+    why = cache_problem()
     assert str(tmp_path / 'user') in why
     assert 'set NUMBA_CACHE_DIR' in why
     assert '\n' not in why
@@ -325,7 +325,7 @@ def test_a_run_over_damaged_kernels_says_so_and_the_next_one_compiles_nothing(tm
     kept = sorted((tmp_path / folder.name).glob('*.advance.*-entry-*.nbc'))
     for damage, file in zip(cycle(DAMAGES), kept, strict=False):
         damage(file)
-    told = [
+    lines = [
         subprocess.run(
             [BIN / 'stickslip', 'simulate', '--voltage', '150', '--steps', '1'],
             env={**os.environ, 'NUMBA_CACHE_DIR': str(tmp_path)},
@@ -336,9 +336,9 @@ def test_a_run_over_damaged_kernels_says_so_and_the_next_one_compiles_nothing(tm
         for _ in range(2)
     ]
     assert re.fullmatch(
-        r'compiled kernel /.*; it is compiled anew, with others like it\n', told[0]
+        r'compiled kernel /.*; it is compiled anew, with others like it\n', lines[0]
     )
-    assert told[1] == ''
+    assert lines[1] == ''
 
 
 AS_ANOTHER_USER = """
@@ -394,7 +394,7 @@ def compiled_for_others(tmp_path_factory) -> Path:
 
 
 @pytest.fixture
-def brought(package, compiled_for_others, monkeypatch) -> Path:
+def bundled(package, compiled_for_others, monkeypatch) -> Path:
     """Give the folder in which a wheel brings it."""
     monkeypatch.setattr(kernel_cache, 'cache_folders', fresh_folders)
     monkeypatch.syspath_prepend(compiled_for_others)
@@ -409,43 +409,43 @@ def _is_brought() -> bool:
 
 
 @pytest.mark.skipif(not HAS_ALL, reason=f'this processor is older than {FOR_OTHERS}')
-def test_what_a_wheel_brings_is_loaded_and_not_compiled_again(brought):
+def test_what_a_wheel_brings_is_loaded_and_not_compiled_again(bundled):
     assert _is_brought()
-    assert fresh_folders().brought == brought
+    assert fresh_folders().bundled == bundled
     assert not [*fresh_folders().write.iterdir()]
 
 
-def _age(package: Path, brought: Path, patch: pytest.MonkeyPatch) -> None:
+def _age(package: Path, bundled: Path, patch: pytest.MonkeyPatch) -> None:
     (package / 'drive/plant.py').write_text('another_version = True\n')
 
 
-def _open(package: Path, brought: Path, patch: pytest.MonkeyPatch) -> None:
-    next(brought.iterdir()).chmod(0o666)
+def _open(package: Path, bundled: Path, patch: pytest.MonkeyPatch) -> None:
+    next(bundled.iterdir()).chmod(0o666)
 
 
-def _upgrade(package: Path, brought: Path, patch: pytest.MonkeyPatch) -> None:
+def _upgrade(package: Path, bundled: Path, patch: pytest.MonkeyPatch) -> None:
     patch.setattr(numba, '__version__', '1.0.0')
 
 
-def _ask_for_another(package: Path, brought: Path, patch: pytest.MonkeyPatch) -> None:
+def _ask_for_another(package: Path, bundled: Path, patch: pytest.MonkeyPatch) -> None:
     patch.setattr(kernel_cache, 'PORTABLE_FEATURES', frozenset({'+vector_unit_of_tomorrow'}))
 
 
 @pytest.mark.parametrize('change', [_age, _open, _upgrade, _ask_for_another])
 def test_what_was_brought_for_others_or_can_be_forged_is_left(
-    change, package, brought, monkeypatch
+    change, package, bundled, monkeypatch
 ):
-    change(package, brought, monkeypatch)
+    change(package, bundled, monkeypatch)
     assert not _is_brought()
 
 
-def test_what_a_wheel_brings_is_trusted_as_its_sources_are(package, brought):
+def test_what_a_wheel_brings_is_trusted_as_its_sources_are(package, bundled):
     (package / 'kernels/cache.py').chmod(0o664)
-    [file] = brought.iterdir()
+    [file] = bundled.iterdir()
     file.chmod(0o664)
-    assert fresh_folders().brought == brought
+    assert fresh_folders().bundled == bundled
     file.chmod(0o666)
-    assert fresh_folders().brought is None
+    assert fresh_folders().bundled is None
 
 
 if MINE == 0:  # only root can be two users

@@ -48,6 +48,6 @@ def test_every_name_is_a_parameter(path: Path):
 
 @pytest.mark.parametrize('path', PATHS, ids=lambda path: path.name)
 def test_every_value_stands_below_a_comment_that_calls_it_assumed(path: Path):
-    told = comments(path)
-    assert told.keys() == written(path).keys()
-    assert [name for name, comment in told.items() if 'assumed' not in comment] == []
+    found = comments(path)
+    assert found.keys() == written(path).keys()
+    assert [name for name, comment in found.items() if 'assumed' not in comment] == []

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What an update of parameters refuses, and what the refusal says."""
+"""Refusals of an update of parameters, and their messages."""
 
 import math
 
@@ -155,7 +155,7 @@ def test_an_empty_voltage_range_is_refused(maximum_v):
     assert f'amplifier.voltage_min 100 V is not below amplifier.voltage_max, {maximum_v:g} V' in (
         message
     )
-    assert message.endswith('; lower it or raise the other')
+    assert message.endswith('; lower it or raise amplifier.voltage_max')
 
 
 @pytest.mark.parametrize('initial_v', [-1.0, 301.0])

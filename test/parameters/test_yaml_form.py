@@ -94,7 +94,7 @@ def test_a_description_gives_unit_bounds_and_source():
     assert compression.endswith('of the chunks; zstd | lz4 | none (assumed)')
 
 
-def test_a_description_for_who_shows_limits_beside_it_leaves_them_out():
+def test_a_description_without_limits():
     preload = describe(spec_of('stand.preload'), limits=False)
     assert preload.endswith('in the paper [N] (Section 2)')
     compression = describe(spec_of('record.compression'), limits=False)
@@ -158,13 +158,13 @@ def test_a_text_on_which_the_reader_stumbles_is_refused_too(text):
     [
         (
             _under_node('    stand:\n      preload: 0.1\n    stand:\n      preload: 0.2\n'),
-            "run.yaml: line 5: 'stand' stands in line 3 too; keep one of the two",
+            "run.yaml: line 5: 'stand' is already in line 3; keep one of the two",
         ),
         (
             _under_node('    stand: {preload: 0.1, preload: 0.2}\n'),
-            "line 3: 'preload' stands in line 3 too; keep one of the two",
+            "line 3: 'preload' is already in line 3; keep one of the two",
         ),
-        ('/**: {}\n/**: {}\n', "line 2: '/**' stands in line 1 too; keep one of the two"),
+        ('/**: {}\n/**: {}\n', "line 2: '/**' is already in line 1; keep one of the two"),
         (
             _under_node('    stand.preload: 0.1\n    stand:\n      preload: 0.1\n'),
             'run.yaml: gives stand.preload twice; keep one of the two',

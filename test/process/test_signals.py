@@ -26,7 +26,7 @@ sys.exit(signals.run('it', work, is_node={is_node}))
 """
 
 
-def ended(
+def run_work(
     *work: str, is_node: bool = False, words: tuple[str, ...] = ()
 ) -> subprocess.CompletedProcess[str]:
     """Run a process that does these lines of work."""
@@ -43,27 +43,27 @@ def ended(
 
 @pytest.mark.parametrize(('is_node', 'status'), [(True, 0), (False, 130)])
 def test_a_signal_before_there_is_anything_to_close_ends_at_once(is_node: bool, status: int):
-    told = ended('send(signal.SIGHUP)', 'threading.Event().wait()', is_node=is_node)
-    assert told.returncode == status
-    assert told.stderr == 'it: ended by SIGHUP before it had started\n'
+    process = run_work('send(signal.SIGHUP)', 'threading.Event().wait()', is_node=is_node)
+    assert process.returncode == status
+    assert process.stderr == 'it: ended by SIGHUP before it had started\n'
 
 
 def test_signals_that_come_together_ask_for_the_end_once():
     burst = 'for _ in range(70_000): send(signal.SIGINT); send(signal.SIGTERM)'
-    told = ended('signals.begin()', burst, 'await_stop()', 'return 7')
-    assert (told.returncode, told.stderr) == (7, '')
+    process = run_work('signals.begin()', burst, 'await_stop()', 'return 7')
+    assert (process.returncode, process.stderr) == (7, '')
 
 
 def test_a_signal_that_the_system_gives_to_another_thread_is_heeded():
     there = 'signal.pthread_kill(threading.get_ident(), signal.SIGINT)'
-    told = ended('signals.begin()', there, 'await_stop()', 'return 7')
-    assert (told.returncode, told.stderr) == (7, '')
+    process = run_work('signals.begin()', there, 'await_stop()', 'return 7')
+    assert (process.returncode, process.stderr) == (7, '')
 
 
 def test_under_nohup_a_closed_terminal_ends_nothing():
     lines = ('send(signal.SIGHUP)', 'send(signal.SIGTERM)', 'threading.Event().wait()')
-    told = ended(*lines, words=('nohup',))
-    assert told.stderr.splitlines()[-1] == 'it: ended by SIGTERM before it had started'
+    process = run_work(*lines, words=('nohup',))
+    assert process.stderr.splitlines()[-1] == 'it: ended by SIGTERM before it had started'
 
 
 @pytest.mark.parametrize(
@@ -72,43 +72,43 @@ def test_under_nohup_a_closed_terminal_ends_nothing():
         (True, 'GRACE_S', 3, 'not closed within 0.1 s; `stickslip recover` repairs a recording'),
         (
             False,
-            'LAST_S',
+            'VERB_GRACE_S',
             130,
-            'stopped in the midst of its work: what it was writing is not whole',
+            'stopped during its work: the file being written is incomplete',
         ),
     ],
 )
 def test_work_that_heeds_nothing_is_cut_off(is_node: bool, limit: str, status: int, line: str):
     lines = (f'signals.{limit} = 0.1', 'signals.begin()', 'send(signal.SIGINT)')
-    told = ended(*lines, 'while True: pass', is_node=is_node)
-    assert told.returncode == status
-    assert told.stderr.startswith(f'it: {line}')
+    process = run_work(*lines, 'while True: pass', is_node=is_node)
+    assert process.returncode == status
+    assert process.stderr.startswith(f'it: {line}')
 
 
 def test_work_that_was_done_gives_its_own_status():
-    assert ended('return 1').returncode == 1
+    assert run_work('return 1').returncode == 1
 
 
 def test_what_work_raises_is_told_and_gives_status_1():
-    told = ended('raise ZeroDivisionError')
-    assert told.returncode == 1
-    assert told.stderr.splitlines()[-1] == 'ZeroDivisionError'
+    process = run_work('raise ZeroDivisionError')
+    assert process.returncode == 1
+    assert process.stderr.splitlines()[-1] == 'ZeroDivisionError'
 
 
 @pytest.mark.parametrize(
-    ('error', 'told_last'),
+    ('error', 'last_lines'),
     [
         ('OSError("Signal 1 ignored due to race condition")', []),
         ('OSError("disk")', ['OSError: disk']),
     ],
 )
 def test_that_the_interpreter_ignores_a_signal_as_well_is_no_news(
-    error: str, told_last: list[str]
+    error: str, last_lines: list[str]
 ):
     class_of = (
         f'Last = type("Last", (), {{"__del__": lambda self: (_ for _ in ()).throw({error})}})'
     )
     lines = (class_of, 'signals.begin()', 'send(signal.SIGINT)', 'await_stop()', 'Last()')
-    told = ended(*lines, 'return 7')
-    assert told.returncode == 7
-    assert told.stderr.splitlines()[-1:] == told_last
+    process = run_work(*lines, 'return 7')
+    assert process.returncode == 7
+    assert process.stderr.splitlines()[-1:] == last_lines

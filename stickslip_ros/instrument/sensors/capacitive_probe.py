@@ -4,13 +4,13 @@
 """
 The capacitive probe, from the mean displacement of the feet to the reading.
 
-In this order: white noise, low-pass of the electronics, faults, quantisation.
+Its stages are white noise, low-pass of the electronics, faults, and quantisation.
 
 """
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.instrument.sensors.reader import Reader
-from stickslip_ros.instrument.sensors.signal_chain import displayed, filtered, sensor_kind
+from stickslip_ros.instrument.sensors.signal_chain import display_value, filter_value, sensor_kind
 from stickslip_ros.kernels.kernel import entry_point
 from stickslip_ros.kernels.record import Record
 
@@ -23,8 +23,8 @@ def read_foot_positions(
     probe = sensors[0]
     for i in range(len(trace)):
         probe.memory.samples += 1
-        level_m = filtered(probe, trace[i, sees], noise[i])
-        trace[i, column] = displayed(probe, level_m + probe.fault.offset)
+        level_m = filter_value(probe, trace[i, sees], noise[i])
+        trace[i, column] = display_value(probe, level_m + probe.fault.offset)
 
 
 class CapacitiveProbe(Reader):

@@ -4,8 +4,8 @@
 """
 The laser interferometer, from the true position of the runner to the reading.
 
-In this order: loss of the beam, cyclic error, drift of the zero, white noise, low-pass, samples of
-its own, latency, faults, zero, quantisation. docs/explanation/sensors.md has the formulas.
+Its stages are loss of the beam, cyclic error, drift of the zero, white noise, low-pass, sampling,
+latency, faults, zero, and quantisation. docs/explanation/sensors.md has the formulas.
 
 """
 
@@ -18,7 +18,7 @@ import numpy as np
 from stickslip_ros.arrays import Array
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.instrument.sensors.reader import Noise, Reader
-from stickslip_ros.instrument.sensors.signal_chain import displayed, filtered, sensor_kind
+from stickslip_ros.instrument.sensors.signal_chain import display_value, filter_value, sensor_kind
 from stickslip_ros.instrument.state_tree import ANY_FLOAT, refusal
 from stickslip_ros.kernels.kernel import entry_point, kernel
 from stickslip_ros.kernels.record import FLAG, FLOAT, Record
@@ -26,9 +26,9 @@ from stickslip_ros.parameters import InterferometerParameters
 
 SENSOR_PRESENT, IS_REFERENCED = int(Status.SENSOR_PRESENT), int(Status.IS_REFERENCED)
 DRIFT_STREAM = 1
-"""Number of the random walk below the stream of the sensor: it leaves the white noise alone."""
+"""Number of the random walk's stream, separate from the white noise of the sensor."""
 ON_TIME = 1e-9
-"""A sample of its own that is late by less than this share of its period is on time."""
+"""Rounding of the time of a sample, relative to its period."""
 
 
 class Interferometer(
@@ -36,30 +36,30 @@ class Interferometer(
 ):
     """The interferometer."""
 
-    is_referenced: bool  # Whether its zero was set
-    position_m: float  # Mean reading of the last block; not a number where there is none
+    is_referenced: bool  # Whether the zero was set
+    position_m: float  # Mean reading of the last block; NaN without a reading
     KIND = sensor_kind(
         {
-            'truth_m': FLOAT,  # True position at the last sample; not a number before the first
-            'lost': FLAG,  # Whether the beam was lost
-            'wandered_m': FLOAT,  # Random drift of the zero up to now
-            'counted_m': FLOAT,  # The level as long as the beam is there, then the last count
-            'sample': FLOAT,  # Number of its own sample that is shown; at time 0 it saw rest
-            'held_m': FLOAT,  # Value of that sample
+            'truth_m': FLOAT,  # True position at the last sample; NaN before the first
+            'lost': FLAG,  # Whether the beam is lost
+            'wandered_m': FLOAT,  # Random drift of the zero so far
+            'counted_m': FLOAT,  # Output of the low-pass; after a loss of the beam the last one
+            'sample': FLOAT,  # Number of the held sample; sample 0 is at rest
+            'held_m': FLOAT,  # Value of the held sample
         },
-        step_max_m=FLOAT,  # Longest way in one sample that can be counted; inf is any
+        step_max_m=FLOAT,  # Largest countable way in a trace sample; inf: no limit
         cyclic_error_m=FLOAT,  # Amplitude of the cyclic error
-        fringe_rad_per_m=FLOAT,  # Its phase per distance
-        drift_m=FLOAT,  # Steady drift of the zero in one sample
-        walk_m=FLOAT,  # Random drift of the zero in one sample, rms
-        period=FLOAT,  # Samples of the trace between two of its own, 0 where it has none
-        lag=FLOAT,  # Age of a reading in samples of the trace
+        fringe_rad_per_m=FLOAT,  # Phase of the cyclic error per distance
+        drift_m=FLOAT,  # Steady drift of the zero in a trace sample
+        walk_m=FLOAT,  # Random drift of the zero in a trace sample, rms
+        period=FLOAT,  # Period of its samples in trace samples; 0: the trace rate
+        lag=FLOAT,  # Latency in trace samples
     )
     ALARMS: ClassVar[Mapping[str, int]] = {'lost': int(Status.BEAM_LOST)}
 
     @staticmethod
     def constants_of(setting: InterferometerParameters, rate_hz: float) -> Mapping[str, Any]:
-        """Return limits, cyclic error, drift and times."""
+        """Return limit, cyclic error, drift and times."""
         return {
             'step_max_m': setting.velocity_max / rate_hz if setting.velocity_max else math.inf,
             'cyclic_error_m': setting.cyclic_error,
@@ -71,7 +71,7 @@ class Interferometer(
         }
 
     def reset(self) -> None:
-        """Go back to the start: at rest at zero, the beam found, the same noise again."""
+        """Return to the start: rest at zero, a beam, and the same noise again."""
         super().reset()
         self.memory['truth_m'] = math.nan
         self._is_lost = self.memory['lost']
@@ -82,7 +82,7 @@ class Interferometer(
         self.position_m = 0.0
 
     def recall(self, values: dict[str, Any]) -> None:
-        """Remember what was read from a file."""
+        """Restore values from a checkpoint."""
         if len(values['past_m']) != len(self.past_m):
             expected = f'{len(self.past_m)} numbers, as long as interferometer.latency'
             raise refusal(
@@ -94,7 +94,7 @@ class Interferometer(
         self.position_m = values['position_m']
 
     def zero(self) -> None:
-        """Make the present reading 0; a lost beam is found, the count starts anew."""
+        """Make the present reading 0; after a loss of the beam, counting starts again."""
         memory = self.record[0].memory
         if memory.lost:
             self.past_m.fill(memory.level)
@@ -106,7 +106,7 @@ class Interferometer(
         self.position_m = 0.0
 
     def read(self, trace: Array) -> None:
-        """Write its readings into its column of a trace."""
+        """Write the readings into its column of a trace."""
         noise = self.noise.take(len(trace))
         walk = self.walk.take(len(trace)) if self._wanders else noise
         read_positions(self.record, self.past_m, trace, self.sees, self.column, noise, walk)
@@ -115,7 +115,7 @@ class Interferometer(
 
     @property
     def status_bits(self) -> int:
-        """Bits of Status that it sets."""
+        """Status bits of the sensor."""
         present = SENSOR_PRESENT * (not math.isnan(self.position_m))
         return present | IS_REFERENCED * self.is_referenced | super().status_bits
 
@@ -133,8 +133,8 @@ def read_positions(
     """
     Write the readings of a block, m.
 
-    ``past_m`` is a ring of the latest counts, as long as the latency; ``noise`` and ``walk``,
-    shape (samples,), are unit noise of the readings and of the random drift.
+    ``past_m`` is a ring of the latest counts, as long as the latency. ``noise`` and ``walk``,
+    shape (samples,), are unit noise of readings and random drift.
 
     """
     optics = sensors[0]
@@ -149,15 +149,15 @@ def read_positions(
             newest = math.floor(time / optics.period + ON_TIME)
             if newest > beam.sample:
                 beam.sample = float(newest)
-                beam.held_m = _remembered(past_m, min(beam.sample * optics.period, time))
+                beam.held_m = _count_at(past_m, min(beam.sample * optics.period, time))
         else:
-            beam.held_m = _remembered(past_m, time)
-        trace[i, column] = displayed(optics, beam.held_m + optics.fault.offset)
+            beam.held_m = _count_at(past_m, time)
+        trace[i, column] = display_value(optics, beam.held_m + optics.fault.offset)
 
 
 @kernel
 def _count(optics: Record, truth_m: float, noise: float, walk: float) -> None:
-    """Advance from the light to the count."""
+    """Compute the count from the true position."""
     beam = optics.memory
     if abs(truth_m - beam.truth_m) > optics.step_max_m:
         beam.lost = True
@@ -166,14 +166,14 @@ def _count(optics: Record, truth_m: float, noise: float, walk: float) -> None:
     seen_m = truth_m + (optics.drift_m * beam.samples + beam.wandered_m)
     if optics.cyclic_error_m > 0.0:
         seen_m += optics.cyclic_error_m * math.sin(optics.fringe_rad_per_m * truth_m)
-    level_m = filtered(optics, seen_m, noise)
+    level_m = filter_value(optics, seen_m, noise)
     if not beam.lost:
         beam.counted_m = level_m
 
 
 @kernel
-def _remembered(past_m: Array, time: float) -> float:
-    """Return the count at a time, in samples of the trace: linear between two of them."""
+def _count_at(past_m: Array, time: float) -> float:
+    """Return the count at a time in trace samples, interpolated linearly."""
     before = math.floor(time)
     share = time - before
     count_m = past_m[int(before) % len(past_m)]

@@ -4,8 +4,8 @@
 """
 The load cell, from the true force in its spring to the reading.
 
-In this order: hysteresis of the mechanics, white noise of bridge and amplifier, low-pass of the
-electronics, drift of the zero, faults, saturation, tare, quantisation.
+Its stages are hysteresis of the mechanics, white noise of bridge and amplifier, low-pass of the
+electronics, drift of the zero, faults, saturation, tare, and quantisation.
 docs/explanation/sensors.md has the formulas.
 
 """
@@ -20,8 +20,8 @@ from stickslip_ros.instrument.sensors.reader import Reader
 from stickslip_ros.instrument.sensors.signal_chain import (
     LOOP,
     PLAYS,
-    displayed,
-    filtered,
+    display_value,
+    filter_value,
     follow,
     loop_of,
     sensor_kind,
@@ -42,12 +42,12 @@ def read_forces(sensors: Record, trace: Array, sees: int, column: int, noise: Ar
         force_n = trace[i, sees]
         if cell.loop.weight > 0.0:
             force_n = follow(cell.loop, memory.plays_n, force_n)
-        level_n = filtered(cell, force_n, noise[i])
+        level_n = filter_value(cell, force_n, noise[i])
         sensed_n = level_n + cell.drift_n * memory.samples + cell.fault.offset
         if abs(sensed_n) >= cell.limit_n:
             sensed_n = math.copysign(cell.limit_n, sensed_n)
             memory.overrange = True
-        trace[i, column] = displayed(cell, sensed_n)
+        trace[i, column] = display_value(cell, sensed_n)
 
 
 class LoadCell(Reader):
@@ -58,9 +58,9 @@ class LoadCell(Reader):
             'overrange': FLAG,  # Whether a sample of the last block reached the limit
             'plays_n': (FLOAT, (PLAYS,)),  # Plays of the hysteresis
         },
-        loop=LOOP,  # Its hysteresis
-        drift_n=FLOAT,  # Drift of the zero in one sample
-        limit_n=FLOAT,  # Force at which it saturates; inf is none
+        loop=LOOP,  # Hysteresis
+        drift_n=FLOAT,  # Drift of the zero in a sample
+        limit_n=FLOAT,  # Force at saturation; inf: none
     )
     KERNEL = staticmethod(read_forces)
     ALARMS: ClassVar[Mapping[str, int]] = {'overrange': int(Status.FORCE_OVERRANGE)}

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What all sensors have in common: noise of their own, a fault, a zero, a memory."""
+"""Base of all sensors: noise, faults, zero and memory."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -19,55 +19,55 @@ NUMBERS_AT_ONCE = 4096
 
 
 class Noise:
-    """Normal random numbers, drawn many at once: the same ones, however many one takes."""
+    """A sequence of normal random numbers, drawn in blocks, independent of how it is taken."""
 
     REMEMBERED: ClassVar[Mapping[str, Any]] = {'place': range(1 << 128)}
 
     def __init__(self, seed: tuple[int, ...]) -> None:
         self._source = np.random.default_rng(seed)
-        self._before = self._source.bit_generator.state
-        self._drawn: Array = np.empty(0)
-        self._taken = self._older = 0
+        self._block_state = self._source.bit_generator.state
+        self._numbers: Array = np.empty(0)
+        self._used = self._leftover = 0
 
     @property
     def place(self) -> int:
-        """State of the generator after the numbers that were taken, not those that were drawn."""
+        """State of the generator after the last number taken, not the last one drawn."""
         source = np.random.default_rng(0)
-        source.bit_generator.state = self._before
-        source.standard_normal(self._taken - self._older)
+        source.bit_generator.state = self._block_state
+        source.standard_normal(self._used - self._leftover)
         return int(source.bit_generator.state['state']['state'])
 
     def recall(self, values: dict[str, Any]) -> None:
-        """Go on at a place that was read from a file."""
-        self._before['state']['state'] = values['place']
-        self._source.bit_generator.state = self._before
+        """Continue at a place from a checkpoint."""
+        self._block_state['state']['state'] = values['place']
+        self._source.bit_generator.state = self._block_state
 
     def take(self, count: int) -> Array:
         """Return the next numbers, shape (count,)."""
-        if self._taken + count > len(self._drawn):
-            self._before = self._source.bit_generator.state
-            self._older = len(self._drawn) - self._taken
+        if self._used + count > len(self._numbers):
+            self._block_state = self._source.bit_generator.state
+            self._leftover = len(self._numbers) - self._used
             more = self._source.standard_normal(max(count, NUMBERS_AT_ONCE))
-            self._drawn = np.concatenate((self._drawn[self._taken :], more))
-            self._taken = 0
-        self._taken += count
-        return self._drawn[self._taken - count : self._taken]
+            self._numbers = np.concatenate((self._numbers[self._used :], more))
+            self._used = 0
+        self._used += count
+        return self._numbers[self._used - count : self._used]
 
 
 class Reader:
-    """A sensor at work; each has a class of its own."""
+    """Base class of the sensors."""
 
-    KIND: ClassVar[Kind]  # Its `sensor_kind`
-    KERNEL: ClassVar[Callable[..., None]]  # What `read` calls, with unit noise
-    ALARMS: ClassVar[Mapping[str, int]] = {}  # Status bits that flags of its memory set
+    KIND: ClassVar[Kind]  # Type from `sensor_kind`
+    KERNEL: ClassVar[Callable[..., None]]  # Kernel of `read`, with unit noise
+    ALARMS: ClassVar[Mapping[str, int]] = {}  # Status bits by the flags of the memory
     REMEMBERED: ClassVar[Mapping[str, Any]]
-    record: Record  # An array of one record of KIND
-    memory: Record  # What changes of it, an array of one record
-    sees: int  # Column of a trace that it looks at
-    column: int  # Column that receives its readings
+    record: Record  # Array of one record of KIND
+    memory: Record  # Changing part of ``record``
+    sees: int  # Trace column of the measured quantity
+    column: int  # Trace column of the readings
 
     def __init_subclass__(cls, **more: Any) -> None:
-        """Note what a sensor remembers."""
+        """Define REMEMBERED: memory, noise and ``more``."""
         cls.REMEMBERED = {'memory': (cls.KIND['memory'], (1,)), 'noise': Noise, **more}
 
     def __init__(self, row: Sensor, column: int, parameters: Parameters) -> None:
@@ -86,28 +86,28 @@ class Reader:
 
     @staticmethod
     def constants_of(_setting: Any, _rate_hz: float) -> Mapping[str, Any]:
-        """Return what only this kind of sensor is by its parameters, at a rate of the trace."""
+        """Return the constants of this kind of sensor for its parameters and a sample rate."""
         return {}
 
     def read(self, trace: Array) -> None:
-        """Write its readings into its column of a trace."""
+        """Write the readings into its column of a trace."""
         noise = self.noise.take(len(trace))
         self.KERNEL(self.record, trace, self.sees, self.column, noise)
 
     def reset(self) -> None:
-        """Go back to the start: at rest at zero, the same noise again."""
+        """Return to the start: rest at zero, and the same noise again."""
         self.record = self._first.copy()
         self.memory = self.record['memory']
         self._alarms = [(bit, self.memory[name]) for name, bit in self.ALARMS.items()]
         self.noise = Noise(self.seed)
 
     def recall(self, values: dict[str, Any]) -> None:
-        """Remember what was read from a file."""
+        """Restore values from a checkpoint."""
         self.memory[:] = values['memory']
         self.noise.recall(values['noise'])
 
-    def break_down(self, faults: FaultParameters) -> None:
-        """Have its part of these faults from now on."""
+    def apply_faults(self, faults: FaultParameters) -> None:
+        """Set the present faults of the sensor."""
         fault = self.record[0].fault
         fault.condition = CONDITIONS[getattr(faults, self._name)]
         fault.offset = getattr(faults, f'{self._name}_offset')
@@ -119,7 +119,7 @@ class Reader:
 
     @property
     def status_bits(self) -> int:
-        """Bits of Status that it sets."""
+        """Status bits of the sensor."""
         bits = 0
         for bit, flag in self._alarms:
             bits |= bit * flag.item()

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Kernels: the stages that the signal of a sensor goes through.
+Kernels: the stages of a sensor's signal.
 
-Low-pass filters are solved exactly from sample to sample. Hysteresis is made of play operators
-(Prandtl-Ishlinskii). Last of all a sensor breaks down, subtracts its zero, and quantises.
+Low-pass filters are solved exactly from sample to sample. Hysteresis consists of play operators
+(Prandtl-Ishlinskii). The last stages are faults, zero and quantisation.
 
 """
 
@@ -21,37 +21,37 @@ from stickslip_ros.kernels.record import COUNT, FLOAT, Field, Kind, Record, kind
 
 WORKS, FROZEN, DROPPED_OUT = range(3)
 CONDITIONS = {'none': WORKS, 'freeze': FROZEN, 'dropout': DROPPED_OUT}
-"""Conditions of a sensor, after the words of ``fault.<sensor>``."""
+"""Conditions of a sensor, by the choices of ``fault.<sensor>``."""
 
 _FINEST = 2.0**52
-"""From this number of quantisation steps on, the reading itself has no finer digits."""
+"""Number of quantisation steps above which a floating-point reading has no finer digits."""
 PLAYS = 16
-"""Play operators of a loop; an even number, for which the weights below are exact."""
+"""Play operators of a loop; the weights below are exact for an even number."""
 
 LOOP = kind(
     direct=FLOAT,  # Share of the input that passes without a loop
-    weight=FLOAT,  # Share of the input that passes each play; 0 is no loop
-    spacing=FLOAT,  # Between the half-widths of neighbouring plays, in the unit of the input
+    weight=FLOAT,  # Share of the input that passes each play; 0: no loop
+    spacing=FLOAT,  # Difference of the half-widths of neighbouring plays, in the input's unit
 )
 SENSOR_FAULT = kind(
     condition=COUNT,  # WORKS, FROZEN or DROPPED_OUT
-    offset=FLOAT,  # Jump of the reading, in its unit
+    offset=FLOAT,  # Offset of the reading, in its unit
 )
-"""What is broken about a sensor."""
+"""Fault of a sensor."""
 
 
 def sensor_kind(memory: Mapping[str, Field], **constants: Field) -> Kind:
-    """Return the type of the records of a sensor: what all have, and what this one has besides."""
+    """Return the record type of a sensor: the common fields and its own memory and constants."""
     return kind(
-        noise=FLOAT,  # Standard deviation of the white noise of one sample
-        gain=FLOAT,  # Share of the way that the low-pass goes to its input in one sample
-        resolution=FLOAT,  # Quantisation step; 0 is none
+        noise=FLOAT,  # Standard deviation of the white noise of a sample
+        gain=FLOAT,  # Share of the way that the low-pass goes to its input in a sample
+        resolution=FLOAT,  # Quantisation step; 0: none
         fault=SENSOR_FAULT,
         memory=kind(
-            samples=COUNT,  # Samples of the trace that it has read
+            samples=COUNT,  # Samples read so far
             level=FLOAT,  # Output of the low-pass
-            standing=FLOAT,  # Value behind the display, before the zero is subtracted
-            zero=FLOAT,  # Value that is shown as 0
+            standing=FLOAT,  # Value before zero and quantisation; a frozen sensor keeps it
+            zero=FLOAT,  # Value that reads 0
             **memory,
         ),
         **constants,
@@ -60,10 +60,9 @@ def sensor_kind(memory: Mapping[str, Field], **constants: Field) -> Kind:
 
 def low_pass_gain(bandwidth_hz: float, sample_rate_hz: float) -> float:
     """
-    Return the share of the way that a first-order low-pass goes to its input in one sample.
+    Return the share of the way that a first-order low-pass goes to its input in a sample.
 
-    y' = 2 pi f_c (x - y), exact for an input that is constant between two samples; without a
-    bandwidth it goes all the way.
+    y' = 2 pi f_c (x - y), exact for a constant input between two samples; 1 without a bandwidth.
 
     """
     decay = math.exp(-2.0 * math.pi * bandwidth_hz / sample_rate_hz)
@@ -72,21 +71,21 @@ def low_pass_gain(bandwidth_hz: float, sample_rate_hz: float) -> float:
 
 def loop_of(opening: float, full_scale: float) -> Record:
     """
-    Return the loop that goes from -full_scale to full_scale with a gain of 1.
+    Return the loop from -full_scale to full_scale with a gain of 1.
 
     Parameters
     ----------
     opening : float
-        Distance of its branches in the middle, as a share of ``full_scale``; 0 is no loop.
+        Distance of its branches in the middle, as a share of ``full_scale``; 0: no loop.
     full_scale : float
         Largest input, in its unit.
 
     Notes
     -----
-    Play j of N has the half-width r_j = (j - 1/2) full_scale/N. All weights are w. At the ends
-    of the loop the plays give sum (full_scale - r_j) w = N w full_scale/2, in the middle its
-    branches are 2 w sum min(r_j, full_scale - r_j) = N w full_scale/2 apart. So w is
-    2 opening/N, and 1 - opening passes directly: this is the gain right after a reversal.
+    Play j of N has the half-width r_j = (j - 1/2) full_scale/N and the weight w. At the ends of
+    the loop the plays give sum (full_scale - r_j) w = N w full_scale/2. In the middle the branches
+    are 2 w sum min(r_j, full_scale - r_j) = N w full_scale/2 apart. So w is 2 opening/N, and the
+    share 1 - opening passes directly, which is the gain after a reversal.
 
     """
     return record(
@@ -96,25 +95,25 @@ def loop_of(opening: float, full_scale: float) -> Record:
 
 @kernel
 def follow(loop: Record, plays: Array, value: float) -> float:
-    """Return what the loop makes of its next input; ``plays`` is changed in place."""
+    """Return the output of a loop for its next input; ``plays`` is changed in place."""
     total = move_plays(plays, len(plays), 0.5, loop.spacing, value)
     return float(loop.direct * value + loop.weight * total)
 
 
 @kernel
-def filtered(sensor: Record, value: float, noise: float) -> float:
-    """Return what the low-pass makes of a value and white noise, of which the unit is given."""
+def filter_value(sensor: Record, value: float, noise: float) -> float:
+    """Return the output of the low-pass for a value with unit white noise."""
     memory = sensor.memory
     memory.level += sensor.gain * (value + sensor.noise * noise - memory.level)
     return float(memory.level)
 
 
 @kernel
-def displayed(sensor: Record, value: float) -> float:
+def display_value(sensor: Record, value: float) -> float:
     """
-    Return the reading: the value above the zero in whole steps, or not a number.
+    Return the reading: the value minus the zero, quantised; NaN after a dropout.
 
-    A frozen sensor keeps the value that stands behind the display.
+    A frozen sensor keeps its last value.
 
     """
     memory = sensor.memory

@@ -166,11 +166,11 @@ def _compilation_reported(parsed: argparse.Namespace) -> Iterator[None]:
     if 'numba' not in sys.modules or parsed.verb.reports_compilation:
         yield
         return
-    from stickslip_ros.kernels.cache import why_not_kept
+    from stickslip_ros.kernels.cache import cache_problem
     from stickslip_ros.kernels.kernel import compilation_reported
 
     def report(done: int) -> None:
-        line = why_not_kept() or ('compiling kernels, once' if sys.stderr.isatty() else '')
+        line = cache_problem() or ('compiling kernels, once' if sys.stderr.isatty() else '')
         if done == 0 and line:
             sys.stderr.write(f'stickslip: {line}\n')
 
