@@ -3,15 +3,21 @@
 
 """Rigs with random parameters, and their recordings: the study of docs/studies/learned_rigs.md."""
 
+import os
 import sys
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from stickslip_ros import StickSlipError, fit
+
 sys.path.append(str(Path(__file__).parents[2] / 'test' / 'lab' / 'fitting'))
 from spring_rig import Rig, voltage
 
+FULL = os.environ.get('STUDIES') == 'full'  # make studies
+RIGS = 50 if FULL else 1  # of each kind
+KINDS = ('ideal', 'realistic') if FULL else ('ideal',)
 FASTEST_HZ = 600.0
 ROWS = voltage((-60.0, 250.0, 1), (-170.0, 200.0, 1), (280.0, 300.0, 5), (300.0, FASTEST_HZ, 8))
 PARAMETERS = {
@@ -58,3 +64,58 @@ def table_of(kind, rig, chance):
     commands = pd.DataFrame({'time_s': ROWS[:, 0], 'voltage_v': ROWS[:, 1]})
     is_slow = rate_hz < 10.0 * FASTEST_HZ
     return both[0].merge(both[1], on='time_s', how='outer'), commands if is_slow else None
+
+
+def learned(kind, number):
+    """Learn a rig; return a row for each parameter, or why it was refused."""
+    chance = np.random.default_rng([number, kind == 'ideal'])
+    rig = rig_of(kind, chance)
+    about = {'kind': kind, 'rig': number}
+    table, commands = table_of(kind, rig, chance)
+    try:
+        found = fit(
+            table,
+            list(PARAMETERS),
+            commands=commands,
+            preloads_n=(rig.preload_n,),
+            starts=1,
+            workers=1,
+        )
+    except StickSlipError as refusal:
+        return [{**about, 'refused': str(refusal)}]
+    rows = []
+    for each in found.estimates:
+        true = getattr(rig, PARAMETERS[each.name])
+        rows.append(
+            {
+                **about,
+                'parameter': each.name,
+                # What the fit itself says: no interval holds, or none is given for this one.
+                'told': not found.holds,
+                'undetermined': each.undetermined,
+                'holds': each.low <= true <= each.high,
+                'standard errors off': np.log(each.value / true)
+                * each.value
+                / each.standard_error,
+                'standard error (%)': 100.0 * each.standard_error / each.value,
+                'chi-square per reading': found.reduced_chi_square,
+                'seconds': found.wall_s,
+            }
+        )
+    return rows
+
+
+def learn():
+    """Learn every rig; return a row for each parameter."""
+    return pd.DataFrame(
+        [row for k in range(1, RIGS + 1) for kind in KINDS for row in learned(kind, k)]
+    )
+
+
+def counted(kept):
+    """Count the intervals, and those that hold the truth, by parameter and kind of rig."""
+    held = kept.pivot_table(
+        index='parameter', columns='kind', values='holds', aggfunc=['size', 'sum']
+    )
+    held.loc['all'] = held.sum()
+    return held
