@@ -49,7 +49,8 @@ nb_execution_in_temp = True
 nb_execution_timeout = -1 if os.environ.get('STUDIES') == 'full' else 120
 os.environ['STUDIES_FOLDER'] = str(Path(__file__).parent / 'studies')  # they run elsewhere
 EXAMPLE = str(Path(__file__).parent / 'examples' / 'scan_controller')
-os.environ['PYTHONPATH'] = os.pathsep.join([EXAMPLE, os.environ.get('PYTHONPATH', '')])
+IMPORTED = [EXAMPLE, os.environ['STUDIES_FOLDER'], os.environ.get('PYTHONPATH', '')]
+os.environ['PYTHONPATH'] = os.pathsep.join(IMPORTED)
 
 autodoc_member_order = 'bysource'
 autodoc_typehints = 'description'

@@ -7,7 +7,7 @@
 Each error is a change of one place in the sources. All of ``stickslip validate`` runs on the copy;
 where it passes, the tests of TESTS run until one fails. Nothing is chosen beforehand, and an error
 that nobody sees stays in the list. The copy compiles its own kernels, so this takes minutes for
-each. Prints the table of docs/evidence/validation.md.
+each. Prints a table; docs/evidence/validation.md has its counts.
 """
 
 import argparse

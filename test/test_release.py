@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from stickslip_ros import __version__
+
 ROOT = Path(__file__).resolve().parents[1]
 WRITTEN = 'setup.py', 'package.xml', 'CITATION.cff'
 URL, MAIL = 'https://example.org/stickslip', 'someone@example.org'
@@ -28,6 +30,7 @@ def copy(tmp_path: Path) -> Path:
         text = (ROOT / name).read_text()
         for said in stands_for if name in WRITTEN else ():
             text = text.replace(said, stands_for[said])
+        text = text.replace('Forthcoming\n---', f'{__version__} (2026-01-01)\n---')
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(text)
     return tmp_path

@@ -6,10 +6,12 @@
 import math
 import re
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
+import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import pytest
@@ -35,16 +37,16 @@ lines: 19, 17, 10 %, and the mean of 20 has a standard error of up to 8, 5, 6 %.
 
 @cache
 def study(name: str) -> dict[str, Any]:
-    """Run the cells of a study, once; return its names."""
+    """Run the cells of a study, once; return its names and those of its module."""
     page = DOCS / 'studies' / f'{name}.md'
     names: dict[str, Any] = {}
     with pytest.MonkeyPatch.context() as patch, mpl.rc_context({'backend': 'agg'}):
         patch.delenv('STUDIES', raising=False)
-        patch.setenv('STUDIES_FOLDER', str(page.parent))
+        patch.syspath_prepend(str(page.parent))
         for cell in re.findall(r'```{code-cell}\n(.*?)```', page.read_text('utf-8'), re.DOTALL):
             exec(compile(cell, str(page), 'exec'), names)
-        names['plt'].close('all') if 'plt' in names else None
-    return names
+        plt.close('all')
+        return {**vars(import_module(name)), **names}
 
 
 def recorded(name: str) -> pd.DataFrame:
@@ -53,8 +55,9 @@ def recorded(name: str) -> pd.DataFrame:
 
 @pytest.mark.parametrize('name', NAMES)
 def test_a_study_runs_on_the_public_interface_alone(name):
-    page = (DOCS / 'studies' / f'{name}.md').read_text('utf-8')
-    assert set(re.findall(r'(?:from|import) (stickslip_ros\S*)', page)) == {'stickslip_ros'}
+    texts = [(DOCS / 'studies' / f'{name}.{end}').read_text('utf-8') for end in ('md', 'py')]
+    used = re.findall(r'(?:from|import) (stickslip_ros\S*)', ''.join(texts))
+    assert set(used) == {'stickslip_ros'}
     assert study(name)
 
 

@@ -25,7 +25,7 @@ def markdown_row(cells: Iterable[str]) -> str:
 
 def families_table(outcomes: Mapping[str, Sequence[CheckedAnswer]]) -> str:
     """Return what each family is compared with, and how close it comes."""
-    lines = [markdown_row(FAMILIES), markdown_row(['---'] * len(FAMILIES))]
+    lines = [markdown_row(FAMILIES), '|---' * len(FAMILIES) + '|']
     for family, found in outcomes.items():
         rows = [each.reference for each in found]
         words = (re.split('[:;] ', row.source)[0] for row in rows)
@@ -41,7 +41,7 @@ def families_table(outcomes: Mapping[str, Sequence[CheckedAnswer]]) -> str:
 def spheres_table() -> str:
     """Return random rough spheres over the body that stands for them: mean and scatter."""
     rows = [row for row in read_references(TABLES[1:]) if 'spheres' in row.source]
-    lines = [markdown_row(SPHERES), markdown_row(['---'] * len(SPHERES))]
+    lines = [markdown_row(SPHERES), '|---' * len(SPHERES) + '|']
     for case in dict.fromkeys(row.case for row in rows):
         load_n, told = float(case.rpartition('=')[2]), []
         for quantity, ours in ANSWERED.items():

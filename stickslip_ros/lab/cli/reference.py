@@ -29,13 +29,12 @@ Written by: stickslip parameters > config/test_stand.yaml
 _TITLE = """\
 # Topics and services
 
-Written by `stickslip interface > docs/reference/interface.md`; a test compares.
+For programmers who connect to the drive. `stickslip interface` writes this page.
 
 Node `stickslip_drive`, executable `drive`. Names are relative, so a namespace moves them. All
 numbers are SI. +x is the direction in which a slow ramp of positive frequency pulls the runner.
-[The node](node.md) explains [time and stamps](node.md#time), and
-[depths](node.md#quality-of-service), which are given here for the default
-[parameters](parameters.md); every topic is reliable.
+[Stamps](node.md#time) are simulated time. [Depths](node.md#quality-of-service) are those of the
+default [parameters](parameters.md); every topic is reliable.
 """
 
 

@@ -170,12 +170,9 @@ def test_a_damping_that_is_ignored_is_found(wrong):
     assert missed('Drive', case='damping=80') == {'drive_mean_m', 'drive_end_m', 'drive_loss_j'}
 
 
-def test_every_error_put_in_on_purpose_has_its_place_in_the_sources_and_on_the_page():
+def test_every_error_put_in_on_purpose_has_its_place_in_the_sources_and_is_counted_on_the_page():
     script = runpy.run_path(str(ROOT / 'scripts' / 'mutate.py'))
     page = DOCUMENT.read_text(encoding='utf-8')
     assert f'Of {len(script["MUTATIONS"])} errors' in page
     for mutation in script['MUTATIONS']:
         assert script['mutated'](mutation)
-    table = page.partition('| error | module |')[2].splitlines()[2:]
-    places = {f'| {each.what} | `{each.module}` ' for each in script['MUTATIONS']}
-    assert {line.rpartition('| `')[0] for line in table} <= places
