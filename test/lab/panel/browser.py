@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from playwright.sync_api import Browser, Locator, Page, ViewportSize, sync_playwright
+from waits import await_that
 
 from stickslip_ros.testing.stand import reserve_domain
 
@@ -99,6 +100,11 @@ def ink(page: Page, place: str) -> int:
     return int(page.locator(f'{place} canvas').first.evaluate(INK))
 
 
+def frames(page: Page) -> int:
+    """Return how many pictures the page has shown."""
+    return int(page.locator('body').get_attribute('data-frames') or 0)
+
+
 def take_picture(picture: Path) -> None:
     """Draw the panel of a free runner that steps."""
     folder = picture.parent
@@ -115,8 +121,8 @@ def take_picture(picture: Path) -> None:
         page.locator('#events >> text=DONE').wait_for()
         page.get_by_label('Sawtooth forwards').click()
         page.locator('#velocity', has_text=re.compile(r'^\+4\d')).wait_for()
-        frames = page.locator('body').get_attribute('data-frames')
-        page.wait_for_function(f'Number(document.body.dataset.frames) > {frames} + 12')
+        first = frames(page)
+        await_that(lambda: frames(page) > first + 12, 'frames', lambda: frames(page))
         page.screenshot(path=picture)
 
 

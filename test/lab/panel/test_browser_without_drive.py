@@ -23,11 +23,11 @@ from test_curves import sawtooth_samples
 from waits import IDLE_S, await_that
 
 from stickslip_ros.instrument.reports import Status
+from stickslip_ros.lab.panel import player
 from stickslip_ros.lab.panel.controls import lamps, sheet, shown_parameters
 from stickslip_ros.lab.panel.curves import SAMPLE_COLUMNS
 from stickslip_ros.lab.panel.model import ACTIVE, Model
-from stickslip_ros.lab.panel.player import Player
-from stickslip_ros.lab.runs.sawtooth_run import SawtoothRun
+from stickslip_ros.lab.runs.run_result import SawtoothRun
 from stickslip_ros.lab.tables.experiment import parse_experiment
 from stickslip_ros.parameters import specs
 
@@ -139,6 +139,7 @@ def page(drive: Told, running: Browser) -> Iterator[Page]:
 
 
 def press(page: Page, name: str) -> None:
+    """Press a button."""
     page.get_by_role('button', name=name, exact=True).click()
 
 
@@ -171,7 +172,7 @@ def test_a_jog_is_sent_while_it_is_held_and_a_voltage_that_was_drawn_however_bus
         begin()
         assert [drive.wish() for _ in range(2 * RENEWALS)] == [jog] * 2 * RENEWALS
         end()
-        wish = jog
+        wish: Mapping[str, Any] = jog
         while wish == jog:
             wish = drive.wish()
         assert wish == command('jog', 0)
@@ -349,7 +350,7 @@ def test_faults_come_by_switch_and_go(drive: Told, page: Page):
     expect(note(page, 'fault.dead_foot')).to_have_text('9 is above the maximum 6')
     press(page, 'Clear faults')
     assert drive.wish() == service('clear_faults')
-    drive.take_part('faults', 0, 'none', {'interferometer': 'none', 'runner_stuck': 'False'})
+    drive.take_part('faults', 0, 'none', {})  # each has its default
     drive.take_status(0)
     expect(lamp(page, 'FAULT')).to_have_count(0)
     expect(sensor).to_have_value('none')
@@ -403,7 +404,9 @@ def test_a_script_is_noted_saved_opened_and_sent_line_by_line(
     expect(told).to_have_text('ended by STOP')
     drive.end('steps', 3)
     expect(page.locator('#events p')).to_have_count(3)
-    assert not drive.has_wishes()
+    lines.fill('steps 7')
+    press(page, 'Run')
+    assert drive.wish() == line('steps 7')
 
 
 def test_a_script_waits_for_a_silent_drive_and_ends_where_its_drive_is_not_active_or_anew(
@@ -547,6 +550,9 @@ def test_the_stand_moves_as_the_drive_does_and_a_twin_is_shown_below(drive: Told
         assert ink(page, place) > 0
 
 
+SETTLED = """() => new Promise((done) => {
+    requestAnimationFrame(() => requestAnimationFrame(done));
+})"""
 CUT_OFF = """([place, text]) => {
     const shown = document.querySelector(place), before = shown.textContent;
     shown.textContent = text;
@@ -582,11 +588,13 @@ def test_the_page_fits_every_width_does_not_jump_and_names_its_controls(
     for number, width in enumerate((768, 820, 1024, 1440, 2200)):
         page.set_viewport_size(ViewportSize(width=width, height=900))
         page.emulate_media(color_scheme='light')
+        page.evaluate(SETTLED)
         assert page.evaluate('document.documentElement.scrollWidth') <= width
         drive.take_status(Status.MOVING)
         expect(lamp(page, 'MOVING')).to_be_visible()
         before = [pytest.approx(box, abs=1) for box in page.evaluate(BOXES)]
         page.emulate_media(color_scheme='dark')
+        page.evaluate(SETTLED)
         assert page.evaluate('document.documentElement.scrollWidth') <= width
         assert page.evaluate(BOXES) == before
         drive.take_status(0)
@@ -643,9 +651,11 @@ def test_the_page_loads_from_here_only_shows_text_as_text_and_admits_no_other_si
 
 
 def test_a_recording_is_played_on_the_same_scope(
-    running: Browser, recorded_run: tuple[SawtoothRun, Path]
+    running: Browser, recorded_run: tuple[SawtoothRun, Path], monkeypatch: pytest.MonkeyPatch
 ):
-    source = Player(recorded_run[1])
+    clock_s = [100.0]
+    monkeypatch.setattr(player, 'monotonic', lambda: clock_s[0])
+    source = player.Player(recorded_run[1])
     told = {'kind': 'recording', **lamps(), 'run': source.overview()}
     with served(source, told) as address, closing(tools.opened(running, address)) as page:
         expect(page.locator('#controls')).to_be_hidden()
@@ -653,15 +663,20 @@ def test_a_recording_is_played_on_the_same_scope(
         page.keyboard.press('End')
         expect(page.locator('#events')).to_contain_text('sawtooth')
         end_s = float(page.locator('#events time').first.inner_text().removesuffix(' s'))
-        page.locator('#seek').fill(f'{end_s:.3f}')
+        page.locator('#seek').fill(f'{end_s}')
         expect(page.locator('#trigger')).to_contain_text('1000 Hz')
         expect(lamp(page, 'AMPLIFIER_ENABLED')).to_be_visible()
         assert page.locator('#speed').input_value() not in {'1', ''}
-        page.locator('#speed').select_option('0.001')
+        page.locator('#seek').fill('0')
+        expect(page.locator('#events p')).to_have_count(0)
+        page.locator('#speed').select_option('0.01')
         page.get_by_role('button', name='Play').click()
         expect(page.locator('#play')).to_have_text('Pause')
-        page.locator('#speed').select_option('10')
+        clock_s[0] += 100.0 * end_s - 0.1
+        expect(page.locator('#place')).to_contain_text(f'{end_s - 0.001:.4f} s of')
+        clock_s[0] += 1e3
         expect(page.locator('#play')).to_have_text('Play')
+        expect(page.locator('#events')).to_contain_text('sawtooth')
         assert page.evaluate(NO_CONTROL_WITHOUT_NAME) == []
 
 
