@@ -3,34 +3,17 @@
 
 """What the tests of the panel share: logs out of the home folder, and links to drives."""
 
-import time
 from collections.abc import Callable, Iterator
 
 import pytest
+from waits import await_that
 
 from stickslip_ros.lab.panel.link import Link
-
-TIMEOUT_S = 20.0
-
-
-def await_that(condition: Callable[[], object], what: str) -> None:
-    """Wait until a condition holds."""
-    end_s = time.monotonic() + TIMEOUT_S
-    while not condition():
-        if time.monotonic() > end_s:
-            raise TimeoutError(f'{what} did not come within {TIMEOUT_S:g} s')
-        time.sleep(0.01)
 
 
 @pytest.fixture(scope='session', autouse=True)
 def _surroundings(quiet_ros: None) -> None:
     """Have what the machine has set up for ROS left out of every test."""
-
-
-@pytest.fixture
-def eventually() -> Callable[[Callable[[], object], str], None]:
-    """Give what waits until a condition holds."""
-    return await_that
 
 
 @pytest.fixture
@@ -43,12 +26,14 @@ def link(ros_domain: int) -> Iterator[Link]:
 
 @pytest.fixture
 def wait(link: Link) -> Callable[..., None]:
-    """Give what waits for a condition of the page's state, and says that state if it fails."""
+    """Give a function that waits for a condition of the page's state."""
+
+    def news() -> tuple[object, ...]:
+        """Return what changes when the drive does something, not with its time alone."""
+        told = link.state()
+        return told['lifecycle'], told['bits'], told['drives'], told['events'], told['notes']
 
     def wait_for(condition: Callable[[dict], object]) -> None:
-        try:
-            await_that(lambda: condition(link.state()), 'the state')
-        except TimeoutError:
-            raise AssertionError(link.state()) from None
+        await_that(lambda: condition(link.state()), 'state that is waited for', news)
 
     return wait_for

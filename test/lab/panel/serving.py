@@ -13,12 +13,12 @@ import pytest
 from stickslip_ros.lab.panel import server
 from stickslip_ros.lab.panel.model import Source
 
-TIMEOUT_S = 20.0
-
 
 @contextmanager
-def served(source: Source, sheet: Mapping[str, Any]) -> Iterator[str]:
-    """Serve a source; give the address of its page."""
+def served(
+    source: Source, sheet: Mapping[str, Any], *beside: tuple[Source, Mapping[str, Any]]
+) -> Iterator[str]:
+    """Serve a source, and others beside it; give the address of the page."""
     ends, started = threading.Event(), threading.Event()
     addresses: list[str] = []
 
@@ -31,16 +31,19 @@ def served(source: Source, sheet: Mapping[str, Any]) -> Iterator[str]:
         started.set()
 
     def run() -> None:
-        with suppress(KeyboardInterrupt):
-            server.serve(source, sheet, 0, start)
+        try:
+            with suppress(KeyboardInterrupt):
+                server.serve(source, sheet, 0, start, beside)
+        finally:
+            started.set()
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(server, 'stop_if_asked', heed)
         thread = threading.Thread(target=run)
         thread.start()
         try:
-            assert started.wait(TIMEOUT_S)
+            started.wait()
             yield addresses[0]
         finally:
             ends.set()
-            thread.join(TIMEOUT_S)
+            thread.join()

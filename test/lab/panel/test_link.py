@@ -10,10 +10,15 @@ from time import monotonic
 from typing import Any
 
 import pytest
-from std_msgs.msg import String
+from geometry_msgs.msg import PointStamped
+from std_msgs.msg import Float64MultiArray, MultiArrayDimension, String
+from test_model import opened
 
 from stickslip_ros.instrument.reports import Status
+from stickslip_ros.lab.cli.main import main
+from stickslip_ros.lab.cli.panel import NICENESS
 from stickslip_ros.lab.panel import link as link_module
+from stickslip_ros.lab.panel import server
 from stickslip_ros.lab.panel.link import Link
 from stickslip_ros.lab.panel.model import PANEL
 from stickslip_ros.testing import Stand
@@ -29,6 +34,16 @@ def word(told: dict[str, Any]) -> str:
 
 def note(told: dict[str, Any], control: str) -> dict[str, Any]:
     return dict(told['notes'].get(control, {'text': '', 'bad': False}))
+
+
+def recorder(told: dict[str, Any]) -> dict[str, str]:
+    """Return the diagnostics of the recorder."""
+    return dict(told['parts'].get('recorder', {}).get('values', {}))
+
+
+def faults(told: dict[str, Any]) -> dict[str, str]:
+    """Return the diagnostics of faults."""
+    return dict(told['parts'].get('faults', {}).get('values', {}))
 
 
 @pytest.fixture
@@ -113,30 +128,92 @@ def test_a_command_that_a_silent_drive_was_not_sent_is_told_as_such(
     assert not note(link.state(), 'script')['unsent']
 
 
-def test_services_faults_and_states_are_switched(stand: Stand, link: Link, wait: Wait):
+def test_services_are_called_and_answer(stand: Stand, link: Link, wait: Wait):
     wait(lambda told: word(told) in ACTIVE)
     link.do({'do': 'service', 'name': 'set_paused', 'wanted': True})
     wait(lambda told: word(told) == 'paused')
     assert note(link.state(), 'set_paused')['text'].startswith('paused at')
+    link.do({'do': 'service', 'name': 'step_simulation', 'wanted': True})
+    wait(lambda told: note(told, 'step_simulation')['text'].startswith('advanced to'))
     link.do({'do': 'service', 'name': 'set_paused', 'wanted': False})
     wait(lambda told: word(told) in ACTIVE)
     link.do({'do': 'service', 'name': 'set_recording', 'wanted': False})
     wait(lambda told: 'not recording' in note(told, 'set_recording')['text'])
-    link.do({'do': 'set', 'name': 'fault.interferometer', 'value': 'dropout'})
-    wait(lambda told: told['parts'].get('faults', {}).get('message') == 'interferometer')
+    link.do({'do': 'service', 'name': 'set_recording', 'wanted': True})
+    wait(lambda told: float(recorder(told).get('size_bytes', 0)) > 0)
+    assert recorder(link.state()).keys() >= {'file', 'length_s', 'dropped'}
+    link.do({'do': 'service', 'name': 'set_recording', 'wanted': False})
+    wait(lambda told: not recorder(told).get('file'))
+    link.do({'do': 'service', 'name': 'enable_amplifier', 'wanted': False})
+    wait(lambda told: not told['bits'] & Status.AMPLIFIER_ENABLED)
+    link.do({'do': 'command', 'name': 'steps', 'values': [1]})
+    wait(lambda told: 'AMPLIFIER_DISABLED' in note(told, 'steps')['text'])
+
+
+def test_faults_and_states_are_switched(stand: Stand, link: Link, wait: Wait):
+    wait(lambda told: word(told) in ACTIVE)
+    for name, value in (('interferometer', 'dropout'), ('runner_stuck', True)):
+        link.do({'do': 'set', 'name': f'fault.{name}', 'value': value})
+        wait(lambda told: faults(told).get(name) == str(value))  # noqa: B023 - at once
+    assert link.state()['parts']['faults']['message'] == 'interferometer, runner_stuck'
     link.do({'do': 'set', 'name': 'fault.dead_foot', 'value': 9})
     wait(lambda told: 'above the maximum 6' in note(told, 'fault.dead_foot')['text'])
-    link.do({'do': 'lifecycle', 'name': 'lifecycle', 'transition': 'deactivate'})
-    wait(lambda told: word(told) == 'inactive')
-    link.do({'do': 'command', 'name': 'voltage', 'values': [1]})
-    wait(lambda told: 'the node is inactive' in note(told, 'voltage')['text'])
-    assert link.state()['parameters']['load_cell.contact'] == 'attached'
-    link.do({'do': 'set', 'name': 'load_cell.contact', 'value': 'absent'})
-    wait(lambda told: told['parameters']['load_cell.contact'] == 'absent')
-    link.do({'do': 'lifecycle', 'name': 'lifecycle', 'transition': 'configure'})
-    wait(lambda told: note(told, 'lifecycle')['bad'])
-    link.do({'do': 'lifecycle', 'name': 'lifecycle', 'transition': 'activate'})
-    wait(lambda told: word(told) in ACTIVE)
+    link.do({'do': 'service', 'name': 'clear_faults', 'wanted': True})
+    wait(lambda told: not told['bits'] & Status.FAULT and not faults(told))
+    for contact in ('absent', 'attached'):
+        link.do({'do': 'lifecycle', 'name': 'lifecycle', 'transition': 'deactivate'})
+        wait(lambda told: word(told) == 'inactive')
+        link.do({'do': 'command', 'name': 'voltage', 'values': [1]})
+        wait(lambda told: 'the node is inactive' in note(told, 'voltage')['text'])
+        assert link.state()['parameters']['load_cell.contact'] != contact
+        link.do({'do': 'set', 'name': 'load_cell.contact', 'value': contact})
+        wait(lambda told: told['parameters']['load_cell.contact'] == contact)  # noqa: B023
+        link.do({'do': 'lifecycle', 'name': 'lifecycle', 'transition': 'configure'})
+        wait(lambda told: note(told, 'lifecycle')['bad'])
+        link.do({'do': 'lifecycle', 'name': 'lifecycle', 'transition': 'activate'})
+        wait(lambda told: word(told) in ACTIVE)
+        link.do({'do': 'command', 'name': 'steps', 'values': [1]})
+        wait(lambda told: note(told, 'steps')['text'] == 'DONE')
+
+
+def test_a_twin_in_the_namespace_of_the_drive_is_heard(stand: Stand, link: Link, wait: Wait):
+    kinds = {'position': PointStamped, 'residual': PointStamped}
+    kinds |= {'steps': Float64MultiArray, 'parameters': Float64MultiArray}
+    twin = {
+        key: stand.operator.node.create_publisher(kind, f'/twin/{key}', 1000)
+        for key, kind in kinds.items()
+    }
+    fit, window = 't[s],contact.friction,contact.friction_sigma', 't[s],steps'
+    heard: dict[str, Any] = {}
+    curves: set[str] = set()
+
+    def publish(key: str, labels: str, row: list[float]) -> None:
+        message = Float64MultiArray(data=[float(each) for each in row])
+        message.layout.dim = [
+            MultiArrayDimension(label='row', size=1, stride=len(row)),
+            MultiArrayDimension(label=labels, size=len(row), stride=len(row)),
+        ]
+        twin[key].publish(message)
+
+    def is_heard(_: Any) -> bool:
+        """Publish a window and a fit; return whether the panel has heard all topics."""
+        for at_ms in range(5):
+            for key in ('position', 'residual'):
+                message = PointStamped()
+                message.header.stamp.sec, message.header.stamp.nanosec = 7, at_ms * 1_000_000
+                twin[key].publish(message)
+        publish('parameters', fit, [7.2, 0.24, 0.003])
+        publish('steps', window, [7.2, 99])
+        frame = link.twin_frame()
+        if frame is not None:
+            head, shown = opened(frame)
+            heard.update(head['twin'])
+            curves.update(shown)
+        return curves >= {'twin_rig', 'twin_residual'} and heard['fits'] and heard['window']
+
+    wait(is_heard)
+    assert heard['fits'] == [['contact.friction', '0.24 ± 0.003 ']]
+    assert heard['window']['steps'] == 99.0
 
 
 def test_what_no_page_of_ours_wishes_is_passed_over(stand: Stand, link: Link, wait: Wait):
@@ -256,3 +333,24 @@ def test_one_of_two_drives_is_chosen(start_drive: Callable[..., Stand], link: Li
     wait(lambda told: told['drive'] == '/right/stickslip_drive' and word(told) in ACTIVE)
     link.do({'do': 'command', 'name': 'steps', 'values': [1]})
     wait(lambda told: note(told, 'steps')['text'] == 'DONE')
+
+
+def test_the_verb_serves_the_panels_of_several_drives_and_lets_the_drives_go_first(
+    ros_domain: int, monkeypatch: pytest.MonkeyPatch
+):
+    served: list[str] = []
+    nice: list[int] = []
+
+    def serve(source: Link, sheet: Any, port: int, _: Any, beside: Any) -> None:
+        for each, told in ((source, sheet), *beside):
+            served.append(each.model.drive)
+            assert told['kind'] == 'drive'
+            each.close()
+
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
+    monkeypatch.setattr(server, 'serve', serve)
+    monkeypatch.setattr('os.nice', nice.append)
+    words = ['--namespace', '/stage/x', '--beside', '/stage/y', '--beside', 'stage/z']
+    assert main(['panel', *words]) == 0
+    assert served == [f'/stage/{axis}/stickslip_drive' for axis in 'xyz']
+    assert nice == [NICENESS]

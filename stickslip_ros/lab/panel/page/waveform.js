@@ -53,7 +53,7 @@ export function addWaveform(made, command) {
     return each;
   });
 
-  whenStateComes(() => {
+  const draw = () => {
     const isFile = shape.value === FILE;
     for (const each of [amplitude, frequency]) each.field.disabled = isFile;
     grey(buttons[0], isFile ? "a file is played as it is" : "");
@@ -66,7 +66,9 @@ export function addWaveform(made, command) {
     drawn = inputs;
     const [x, y] = [0, 1].map((part) => wave.map((row) => row[part]));
     plot.draw({ wave: { x, y, base: 0 } }, 0, x.at(-1));
-  });
+  };
+  whenStateComes(draw);
+  fields.addEventListener("input", draw); // a state may be a second off
   async function take(chosen) {
     const address = `waveform?name=${encodeURIComponent(chosen.name)}`;
     const told = await fetch(address, { method: "POST", body: chosen }).then((answer) => answer.json())
