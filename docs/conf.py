@@ -40,7 +40,7 @@ root_doc = 'index'
 html_theme = 'furo' if find_spec('furo') else 'sphinx_rtd_theme'
 html_static_path = ['static']
 html_css_files = ['wide.css']
-html_search_scorer = 'static/scorer.js'
+html_search_scorer = str(Path(__file__).parent / 'static' / 'scorer.js')
 html_show_search_summary = False  # which a browser does not fetch from file://
 html_title = f'stickslip_ros {release}'
 
@@ -116,12 +116,10 @@ def add_parameters(_app, page, source):
 
 def add_words(_app, page, source):
     """Enter the words of a page into the index of the site, below its title."""
-    entries = ''.join(f'single: ! {word}\n' for word in FOUND_FIRST.get(page, ()))
+    entries = ', '.join(f'! {word}' for word in FOUND_FIRST.get(page, ()))
     if entries:
-        index = f'\n```{{index}}\n{entries}```\n'
-        source[0] = re.sub(
-            r'^# .*\n', lambda title: title[0] + index, source[0], count=1, flags=re.MULTILINE
-        )
+        title = re.search(r'^# .*\n', source[0], re.MULTILINE)[0]
+        source[0] = source[0].replace(title, f'{title}\n```{{index}} {entries}\n```\n', 1)
 
 
 def check_words(app, failure):
