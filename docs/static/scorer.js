@@ -1,3 +1,6 @@
+// Copyright 2026 The stickslip_ros maintainers
+// SPDX-License-Identifier: Apache-2.0
+
 // How the search of the site ranks: Sphinx's own numbers; studies and decisions come last.
 var Scorer = {
   score: ([docname, , , , score]) =>
