@@ -6,6 +6,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -62,7 +63,7 @@ def stand_at(
     return parameters.updated({**preload, **(changes or {})})
 
 
-def preload_style(preload_n: float) -> dict[str, object]:
+def preload_style(preload_n: float) -> dict[str, Any]:
     """Return the colour and the dashes of a preload, the same in every figure, for ``plot``."""
     return curve_style(_STYLES[preload_n])
 

@@ -226,7 +226,8 @@ def test_a_preload_has_one_colour_in_all_figures_and_no_two_figures_have_the_sam
         with styled():
             drawn = new_figure(*FIGURES[name].inches)
             FIGURES[name].draw(tables[name], drawn)
-        for line in (line for axes in drawn.axes for line in axes.lines):
+        lines: list[Any] = [line for axes in drawn.axes for line in axes.lines]
+        for line in lines:
             if label := re.search(r'[\d.]+ N$', str(line.get_label())):
                 seen.setdefault(label[0], set()).add((line.get_color(), str(line._dash_pattern)))
     assert seen.keys() == {'0.1 N', '0.4 N', '0.5 N', '0.7 N', '1 N'}
