@@ -133,7 +133,8 @@ def check_words(app, failure):
             entries = index['indexentries'].get(word.lower(), [])
             found = {index['docnames'][number] for number, _, is_main in entries if is_main}
             if found != {page}:
-                raise ValueError(f'the search finds {word} first in {found}, not in {page}')
+                hint = 'name it once in FOUND_FIRST, and write all pages: sphinx -a'
+                raise ValueError(f'the search finds {word} first in {found}, not {page}; {hint}')
 
 
 def setup(app):
