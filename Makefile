@@ -109,11 +109,12 @@ hooks: $(VENV)/tests.stamp ## run the checks of lint before every commit
 bench: $(VENV)/kernels.stamp $(VENV)/tests.stamp ## compare with other programs: benchmarks/results.json; ARGS=NAME for one
 	$(BIN)/python -m benchmarks $(ARGS)
 
+# -a: Sphinx keeps only the index entries of the pages that it writes.
 docs: $(DOCS)/lock.stamp ## build the documentation site, notebooks included: build/docs/index.html
-	PYTHONPATH="$(CURDIR)" $(DOCS)/bin/python -m sphinx -W --keep-going -d build/doctrees docs build/docs
+	PYTHONPATH="$(CURDIR)" $(DOCS)/bin/python -m sphinx -a -W --keep-going -d build/doctrees docs build/docs
 
 studies: $(DOCS)/lock.stamp ## the same with every study in full: build/studies/studies
-	STUDIES=full PYTHONPATH="$(CURDIR)" $(DOCS)/bin/python -m sphinx -W --keep-going -d build/studies-doctrees docs build/studies
+	STUDIES=full PYTHONPATH="$(CURDIR)" $(DOCS)/bin/python -m sphinx -a -W --keep-going -d build/studies-doctrees docs build/studies
 
 wheel: $(RELEASE)/lock.stamp ## build the wheel with its kernels into dist/, install it elsewhere and use it there
 	$(RELEASE)/bin/python scripts/wheel_check.py $(LOCK)

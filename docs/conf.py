@@ -3,6 +3,7 @@
 
 """How Sphinx builds these pages: `make docs`; rosdoc2 reads the same file."""
 
+import json
 import os
 import re
 from importlib.util import find_spec
@@ -39,6 +40,7 @@ root_doc = 'index'
 html_theme = 'furo' if find_spec('furo') else 'sphinx_rtd_theme'
 html_static_path = ['static']
 html_css_files = ['wide.css']
+html_search_scorer = str(Path(__file__).parent / 'static' / 'scorer.js')
 html_show_search_summary = False  # which a browser does not fetch from file://
 html_title = f'stickslip_ros {release}'
 
@@ -57,6 +59,26 @@ autodoc_typehints = 'description'
 napoleon_google_docstring = False
 napoleon_use_ivar = True
 napoleon_use_rtype = False
+
+FOUND_FIRST = {
+    'start/first_steps': ('install', 'demo', 'pip'),
+    'start/scientist': ('notebook', 'Jupyter', 'citation'),
+    'start/control_engineer': ('backlash', 'closed loop'),
+    'start/ros_developer': ('ROS', 'topic', 'workspace'),
+    'start/teacher': ('lesson', 'exercise'),
+    'howto/bring_your_data': ('MATLAB', 'units', 'CSV', 'Excel', 'HDF5', 'LabVIEW'),
+    'howto/fit': ('fit', 'encoder'),
+    'howto/several_drives': ('namespace',),
+    'howto/test_a_controller': ('pytest', 'lockstep'),
+    'howto/ros2_control': ('MoveIt', 'trajectory'),
+    'howto/when_something_is_odd': ('late', 'slow'),
+    'explanation/fit': ('uncertainty', 'error bars'),
+    'explanation/physics': ('friction', 'roughness'),
+    'reference/parameters': ('seed',),
+    'reference/python': ('pandas', 'DataFrame'),
+    'reference/recordings': ('bag', 'MCAP'),
+}
+"""Words whose page the search of the site shows first: main entries of its index."""
 
 rosdoc2_settings = {
     'allow_other_extensions': True,
@@ -93,10 +115,35 @@ def add_parameters(_app, page, source):
         source[0] += f'| `{name}`{{#{anchor}}} | {default} | {bounds} | {told} |\n'
 
 
+def add_words(_app, page, source):
+    """Enter the words of a page into the index of the site, below its title."""
+    entries = ', '.join(f'! {word}' for word in FOUND_FIRST.get(page, ()))
+    if entries:
+        title = re.search(r'^# .*\n', source[0], re.MULTILINE)[0]
+        source[0] = source[0].replace(title, f'{title}\n```{{index}} {entries}\n```\n', 1)
+
+
+def check_words(app, failure):
+    """Fail the build where a word is no main entry of its page alone, which outranks all else."""
+    if failure or app.builder.name != 'html':
+        return
+    text = (Path(app.outdir) / 'searchindex.js').read_text(encoding='utf-8')
+    index = json.loads(text.removeprefix('Search.setIndex(').removesuffix(')'))
+    for page, words in FOUND_FIRST.items():
+        for word in words:
+            entries = index['indexentries'].get(word.lower(), [])
+            found = {index['docnames'][number] for number, _, is_main in entries if is_main}
+            if found != {page}:
+                hint = 'name it once in FOUND_FIRST, and write all pages: sphinx -a'
+                raise ValueError(f'the search finds {word} first in {found}, not {page}; {hint}')
+
+
 def setup(app):
     """Register what is built with the pages."""
     app.add_lexer('csv', TextLexer)
     app.connect('source-read', add_help_of_verbs)
     app.connect('source-read', add_parameters)
+    app.connect('source-read', add_words)
+    app.connect('build-finished', check_words)
     in_the_code = ['reference/verbs', 'reference/parameters']
     app.connect('env-get-outdated', lambda *_: in_the_code)

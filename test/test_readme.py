@@ -3,11 +3,14 @@
 
 """The worked example of the start runs as it stands; what the pages name exists."""
 
+import json
 import re
 import runpy
 import shlex
 from pathlib import Path
+from typing import Any
 
+import matplotlib.pyplot as plt
 import pytest
 
 from stickslip_ros.interface.topics import TOPICS
@@ -57,7 +60,8 @@ def test_the_line_that_makes_the_program_known_stands_before_its_first_command(p
     assert ['source', '.venv/bin/activate'] in typed[:first]
     programs = {words[0] for words in typed if words}
     assert {'make', 'source', 'stickslip'} <= programs
-    assert programs <= {'make', 'source', 'rosdep', 'ros2', 'stickslip'}
+    own = '.venv-python/bin/python'
+    assert programs <= {'make', 'source', 'rosdep', 'ros2', 'stickslip', 'python3', own}
 
 
 def test_the_example_runs_as_it_stands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
@@ -79,6 +83,32 @@ def test_the_energy_balances_as_closely_as_the_first_page_says(
     assert main(['sweep', *words]) == 0
     found = re.search(r'largest energy residual +(\S+)', capsys.readouterr().out)
     assert 0.0 < float(found[1]) < float(told[1])
+
+
+def test_the_loop_of_the_control_engineer_reaches_its_target(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv('MPLBACKEND', 'agg')
+    text = (ROOT / 'docs' / 'start' / 'control_engineer.md').read_text(encoding='utf-8')
+    [block] = re.findall(r'^```python\n(.*?)^```', text, re.DOTALL | re.MULTILINE)
+    names: dict[str, Any] = {}
+    exec(compile(block, 'control_engineer.md', 'exec'), names)
+    plt.close('all')
+    assert max(abs(each - 20.0) for each in names['read_nm'][20:]) < 1.0
+    assert (tmp_path / 'loop.png').exists()
+
+
+def test_the_answers_of_the_teacher_are_right(capsys: pytest.CaptureFixture[str]):
+    text = (ROOT / 'docs' / 'start' / 'teacher.md').read_text(encoding='utf-8')
+    [base] = re.findall(r'^stickslip (simulate .*) --voltage 300V$', text, re.MULTILINE)
+    rows = re.findall(r'\| (?:`(.*)` )?\| (-?\d+) nm \|', text)
+    assert len(rows) == 7
+    for option, answer_nm in rows:
+        voltage = [] if '--voltage' in option else ['--voltage', '300V']
+        assert main([*base.split(), *voltage, *option.split(), '--json']) == 0
+        step_nm = 1e9 * json.loads(capsys.readouterr().out)['step_length_m']
+        assert step_nm == pytest.approx(float(answer_nm), abs=0.6), option
 
 
 def anchors_of(page: Path) -> set[str]:
@@ -143,6 +173,33 @@ def test_every_parameter_has_an_anchor_on_the_site():
     assert [name for name, _ in anchors] == list(specs())
     assert dict(anchors)['contact.line_seed'] == 'contact-line-seed'
     assert len({anchor for _, anchor in anchors}) == len(anchors)
+
+
+def test_twelve_questions_to_the_search_are_entered_below_the_title_of_their_page():
+    site = runpy.run_path(str(ROOT / 'docs' / 'conf.py'))
+    asked = {
+        'install': 'start/first_steps',
+        'backlash': 'start/control_engineer',
+        'MATLAB': 'howto/bring_your_data',
+        'units': 'howto/bring_your_data',
+        'pandas': 'reference/python',
+        'seed': 'reference/parameters',
+        'notebook': 'start/scientist',
+        'ROS': 'start/ros_developer',
+        'fit': 'howto/fit',
+        'namespace': 'howto/several_drives',
+        'pytest': 'howto/test_a_controller',
+        'friction': 'explanation/physics',
+    }
+    words = [word.lower() for each in site['FOUND_FIRST'].values() for word in each]
+    assert len(set(words)) == len(words)
+    for page in site['FOUND_FIRST']:
+        text = [(ROOT / 'docs' / f'{page}.md').read_text(encoding='utf-8')]
+        site['add_words'](None, page, text)
+        below = re.split(r'^# ', text[0], maxsplit=1, flags=re.MULTILINE)[1].splitlines()
+        assert below[2].startswith('```{index} ! ')
+        for word, place in asked.items():
+            assert (f' ! {word},' in f'{below[2]},') == (place == page), word
 
 
 @pytest.mark.parametrize('page', PAGES, ids=lambda page: page.name)

@@ -152,7 +152,7 @@ def test_the_walk_leads_from_a_drive_to_the_comparison_with_a_measurement(
 ):
     monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
     monkeypatch.chdir(tmp_path)
-    commands = typed('start/walkthrough.md', tmp_path)
+    commands = typed('start/ros_developer.md', tmp_path)
     walk(commands)
     assert ['stickslip', 'replay', 'runs/walk.mcap'] in commands  # ends with 0 if it is identical
     position_m = open_run('runs/walk.mcap').frame['position_m'].iloc[-1]

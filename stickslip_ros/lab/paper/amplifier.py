@@ -15,6 +15,7 @@ from stickslip_ros.lab.paper.curves import (
     SLOPE_MIN,
     STEP_FREQUENCY_HZ,
     STEP_RUN_STEPS,
+    preload_style,
     stand_at,
     zero_by_steps_m,
 )
@@ -55,7 +56,8 @@ def _draw_slew(table: Table, figure: Figure) -> None:
         for preload_n, rows in table.by_preload():
             rates = rows.column('slew_rate_v_per_s') * MICRO
             values_nm = rows.column(name) * NM
-            axes.plot(rates, values_nm, marker='o', label=f'preload {preload_n:g} N')
+            how = preload_style(preload_n)
+            axes.plot(rates, values_nm, marker='o', label=f'preload {preload_n:g} N', **how)
     step.set_ylabel(f'step length at {AMPLITUDE_MAX_M * NM:g} nm (nm)')
     zero.set(ylabel='0-amplitude, step length extrapolated (nm)', ylim=(0.0, None))
     step.axhline(0.0, color='0.3', linewidth=0.8)

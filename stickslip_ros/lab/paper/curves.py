@@ -6,6 +6,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -21,6 +22,7 @@ from stickslip_ros.lab.runs.plotting import (
     GREY,
     PURPLE,
     VERMILION,
+    curve_style,
     label_end,
 )
 from stickslip_ros.lab.runs.sawtooth_run import drive_course
@@ -29,6 +31,7 @@ from stickslip_ros.parameters import Parameters
 from stickslip_ros.units import MN, NM
 
 PRELOADS_N = (0.1, 0.5, 1.0)
+FIG2_PRELOADS_N = (0.1, 0.4, 0.7, 1.0)
 AMPLITUDE_MAX_M = 160e-9
 STEP_FREQUENCY_HZ = 200.0
 STEP_RUN_STEPS = 120
@@ -40,6 +43,8 @@ ZERO_STEP_S = 1e-5
 """Time step of runs that only look for a 0-amplitude; a tenth of it moves none by 0.1 nm."""
 PRELOAD_MIN_N, PRELOAD_MAX_N = 0.1, 1.0
 PROFILES = ('rough', 'smooth')
+_DRAWN_N = dict.fromkeys((*PRELOADS_N, *FIG2_PRELOADS_N))
+_STYLES = {preload_n: number for number, preload_n in enumerate(_DRAWN_N)}
 _CURVES = {
     'max_presliding_upper_m': (GREY, '', '--', '$u_{x,max}$ of an upper contact, $F_{n1}$'),
     'max_presliding_lower_m': (BLACK, '', '-', '$u_{x,max}$ of a lower contact, $F_{n2}$'),
@@ -56,6 +61,11 @@ def stand_at(
     """Return parameters at a constant preload, with these changes."""
     preload = {'stand.preload': preload_n, 'stand.preload_end': 0.0}
     return parameters.updated({**preload, **(changes or {})})
+
+
+def preload_style(preload_n: float) -> dict[str, Any]:
+    """Return the colour and the dashes of a preload, the same in every figure, for ``plot``."""
+    return curve_style(_STYLES[preload_n])
 
 
 def max_presliding_m(parameters: Parameters) -> tuple[float, float]:
@@ -123,7 +133,8 @@ def _draw_forces(table: Table, figure: Figure) -> None:
     for preload_n, rows in table.by_preload():
         amplitudes_nm = rows.column('amplitude_m') * NM
         forces_mn = rows.column('force_mean_n') * MN
-        [line] = axes.plot(amplitudes_nm, forces_mn, label=f'{preload_n:g} N')
+        how = preload_style(preload_n)
+        [line] = axes.plot(amplitudes_nm, forces_mn, label=f'{preload_n:g} N', **how)
         label_end(axes, line, f'{forces_mn[-1]:.0f} mN')
     axes.set(xlabel='actuation amplitude (nm)', xlim=(0.0, AMPLITUDE_MAX_M * NM))
     axes.set(ylabel='generated force, mean of the last cycle (mN)', ylim=(0.0, None))
@@ -152,7 +163,8 @@ def _figure(name: str, shows: str, profile: str, preloads_n: Sequence[float]) ->
             f'{assumed(parameters)}'
         )
 
-    title = f'Generated force over actuation amplitude, {profile} contacts'
+    number = name.removeprefix('fig')
+    title = f'Fig. {number}: generated force over actuation amplitude, {profile} contacts'
     return PaperFigure(name, title, 65, cases, _draw_forces, caption, (8.5, 5.4))
 
 
@@ -160,7 +172,7 @@ FIG2 = _figure(
     'fig2',
     "The drive at the preloads of the paper's Fig. 2, which shows an experiment.",
     'rough',
-    (0.1, 0.4, 0.7, 1.0),
+    FIG2_PRELOADS_N,
 )
 FIG6A = _figure('fig6a', "The simulated curves of the paper's Fig. 6a.", 'rough', PRELOADS_N)
 FIG6B = _figure('fig6b', "The simulated curves of the paper's Fig. 6b.", 'smooth', PRELOADS_N)
@@ -211,7 +223,7 @@ def _presliding_caption(parameters: Parameters) -> str:
 
 FIG7 = PaperFigure(
     'fig7',
-    'Maximal presliding and 0-amplitude over preload',
+    'Fig. 7: maximal presliding and 0-amplitude over preload',
     19,
     lambda parameters, points: [
         partial(

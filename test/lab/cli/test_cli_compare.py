@@ -16,7 +16,8 @@ from stickslip_ros.lab.cli.main import build_parser, main
 from stickslip_ros.lab.tables.experiment import POINT_COLUMNS, TIME_COLUMNS
 from stickslip_ros.parameters import SENSORS
 
-PAGE = (Path(__file__).resolve().parents[3] / 'docs/howto/compare.md').read_text(encoding='utf-8')
+HOWTO = Path(__file__).resolve().parents[3] / 'docs/howto'
+PAGE = (HOWTO / 'compare.md').read_text(encoding='utf-8')
 DIGITS = 0.05
 """Of a number that the page gives to three digits; the machine may round another way."""
 
@@ -51,14 +52,15 @@ def test_the_commands_of_the_page_work_and_give_its_numbers(capsys: Any, example
     assert files <= {path.name for path in example.iterdir()}
 
 
-def test_the_page_documents_every_column_of_an_experiment_file():
+def test_the_page_of_data_documents_every_column_of_an_experiment_file():
+    page = (HOWTO / 'bring_your_data.md').read_text(encoding='utf-8')
     optional = {each.quantity for each in SENSORS if each.switch}
     for name, spec in {**POINT_COLUMNS, **TIME_COLUMNS}.items():
         if optional & {name, name.replace('_sigma_', '_')}:
             continue
-        assert f'`{name}`' in PAGE
+        assert f'`{name}`' in page
         if '_sigma_' not in name:
-            assert f'| `{name}` | {spec.unit} |' in PAGE
+            assert f'| `{name}` | {spec.unit} |' in page
 
 
 def test_the_page_defines_every_number_of_the_table(capsys: Any, example: Path):

@@ -32,6 +32,7 @@ from stickslip_ros.lab.runs.sweep import STEADY_RULE
 from stickslip_ros.lab.runs.zero_amplitude import FIT_POINTS, STEP_MIN_M
 
 NEEDED = {'contact': ('--normal-force', '0.1'), 'simulate': ('--voltage', '100')}
+COMMAND = 'import sys; from stickslip_ros.lab.cli.start import stickslip; sys.exit(stickslip())'
 SLOW = ('numba', 'scipy', 'matplotlib', 'rich', 'numpy', 'yaml', 'rclpy')
 WITH_PARAMETERS = ('contact', 'simulate', 'drive', 'demo', 'parameters')
 ROOT = Path(__file__).resolve().parents[3]
@@ -49,6 +50,20 @@ def parsers() -> dict[str, argparse.ArgumentParser]:
 
 
 NAMES = list(parsers())
+
+
+@pytest.mark.parametrize('words', ['--help', 'contact --normal-force 0.2', 'contact'])
+def test_the_package_as_a_module_is_the_command(words: str):
+    module, command = (
+        subprocess.run([*start, *words.split()], capture_output=True, text=True, check=False)
+        for start in ([sys.executable, '-m', 'stickslip_ros'], [sys.executable, '-c', COMMAND])
+    )
+    assert module.stdout or module.stderr.startswith('stickslip: ')
+    assert (module.returncode, module.stdout, module.stderr) == (
+        command.returncode,
+        command.stdout,
+        command.stderr,
+    )
 
 
 @pytest.mark.parametrize(

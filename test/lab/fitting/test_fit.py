@@ -39,7 +39,7 @@ DOF = 3
 SETS, SETS_INSIDE = 40, 34
 """With 95 % coverage fewer of 40 come about with a chance of 0.34 %; of intervals half as wide as
 they should be, so many with one of 1.0 %. The seeds are fixed. Studies of 100 data sets and more
-are in docs/howto/fit.md."""
+are in docs/explanation/fit.md."""
 
 
 @pytest.fixture(scope='module')

@@ -220,6 +220,23 @@ def test_without_colour_the_curves_of_a_panel_differ_and_no_caption_is_in_the_pi
     assert max(map(len, words_in(picture))) < CAPTION
 
 
+def test_a_preload_has_one_colour_in_all_figures_and_no_two_figures_have_the_same_title(tables):
+    seen: dict[str, set[tuple[object, str]]] = {}
+    for name in ('fig2', 'fig6a', 'fig6b', 'slew'):
+        with styled():
+            drawn = new_figure(*FIGURES[name].inches)
+            FIGURES[name].draw(tables[name], drawn)
+        lines: list[Any] = [line for axes in drawn.axes for line in axes.lines]
+        for line in lines:
+            if label := re.search(r'[\d.]+ N$', str(line.get_label())):
+                seen.setdefault(label[0], set()).add((line.get_color(), str(line._dash_pattern)))
+    assert seen.keys() == {'0.1 N', '0.4 N', '0.5 N', '0.7 N', '1 N'}
+    assert all(len(looks) == 1 for looks in seen.values())
+    assert len(set.union(*seen.values())) == len(seen)
+    titles = [figure.title for figure in FIGURES.values()]
+    assert len(set(titles)) == len(titles)
+
+
 def words_in(picture):
     """Return the texts of a picture in SVG."""
     return re.findall('<!-- (.*?) -->', picture.read_text(encoding='utf-8'), re.DOTALL)

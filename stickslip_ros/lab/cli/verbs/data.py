@@ -57,8 +57,8 @@ DATA = (
         'compare',
         'compare runs, sweeps, experiments and the model',
         'Compare A with B, each a recording (MCAP file or bag, of any program: --map says which '
-        'topic is what), a table of a sweep (CSV, Parquet) or a table of an experiment (see '
-        'docs/howto/compare.md). Tables are compared by amplitude and preload, '
+        'topic is what), a table of a sweep (CSV, Parquet) or a table of an experiment '
+        '(docs/howto/bring_your_data.md). Tables are compared by amplitude and preload, '
         'runs over time. The word model for B runs the drive at the points of A, or under the '
         'voltage that drove A, which is recognised however slow its monitor is. Without B, a '
         'recording is compared with the experiment that it carries.',
