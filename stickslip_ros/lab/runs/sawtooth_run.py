@@ -118,7 +118,7 @@ def drive_course(
         change_preload(plants, states, parameters, parameters.stand.preload_end)
     start_clock(states)
     most, loss_j, ledger = steps or STEADY_STEPS_MAX, 0.0, take_ledger(plants, states)
-    logs, done = [np.empty((0, 3))], 0
+    logs, done = list[Array]([np.empty((0, 3))]), 0
     while done < most and (steps or not is_steady(plants[0], np.concatenate(logs))):
         stop_if_asked()
         cycles = min(STEADY_WINDOW, most - done)

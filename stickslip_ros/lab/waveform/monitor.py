@@ -85,11 +85,11 @@ def monitor_of(
         raise OutOfRange(
             'voltage', float(volts[0]), 'V', 'at all times', 'record a drive that runs'
         )
-    apart_s = np.diff(times)
-    period_s = float(np.median(apart_s))
-    jitter_s = GAUSSIAN * float(np.median(np.abs(apart_s - period_s))) / math.sqrt(2.0)
+    spacing_s = np.diff(times)
+    period_s = float(np.median(spacing_s))
+    jitter_s = GAUSSIAN * float(np.median(np.abs(spacing_s - period_s))) / math.sqrt(2.0)
     # drops and gaps last whole periods
-    period_s = float(np.sum(apart_s) / np.maximum(np.rint(apart_s / period_s), 1.0).sum())
+    period_s = float(np.sum(spacing_s) / np.maximum(np.rint(spacing_s / period_s), 1.0).sum())
     noise_v = _noise(times, volts)
     rails_v = low_v, high_v
     return Monitor(times, volts, period_s, jitter_s, noise_v, shows_falls, left_out, rails_v)

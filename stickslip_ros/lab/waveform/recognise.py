@@ -184,7 +184,8 @@ def recognise(times_s: ArrayLike, voltage_v: ArrayLike, stand: Parameters) -> Re
 
 def _segment(part: CoursePart) -> Segment:
     """Return a part of the course in the words of its kind."""
-    piece, (start_s, start_v), (end_s, end_v) = part.piece, *part.rows[[0, -1]].tolist()
+    (start_s, start_v), (end_s, end_v) = part.rows[[0, -1]].tolist()
+    piece = part.piece
     segment = Segment(AS_SAMPLED, start_s, end_s, start_v, end_v, part.last - part.first)
     if piece is None:
         return segment

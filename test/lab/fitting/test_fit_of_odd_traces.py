@@ -42,9 +42,21 @@ def frame(rig: Rig = RIG, sign: float = 1.0) -> pd.DataFrame:
     )
 
 
-def fitted(table: pd.DataFrame, preloads_n: tuple[float, ...] = (0.35,)) -> Fit:
+def fitted(
+    table: pd.DataFrame,
+    preloads_n: tuple[float, ...] = (0.35,),
+    commands: Path | None = None,
+) -> Fit:
     free = ['contact.friction', 'runner.mass', 'actuator.gain']
-    return fit(table, free, parameters=STAND, preloads_n=preloads_n, starts=1, workers=1)
+    return fit(
+        table,
+        free,
+        parameters=STAND,
+        preloads_n=preloads_n,
+        commands=commands,
+        starts=1,
+        workers=1,
+    )
 
 
 def test_a_table_over_time_is_compared_at_the_preload_that_is_said():
@@ -245,15 +257,13 @@ def with_monitor(rows: np.ndarray, rate_hz: float) -> pd.DataFrame:
 def test_the_commands_help_where_a_monitor_is_too_slow(tmp_path: Path):
     table, commands = with_monitor(ROWS, 2000.0), tmp_path / 'commands.csv'
     pd.DataFrame(ROWS, columns=['time_s', 'voltage_v']).to_csv(commands, index=False)
-    free = ['contact.friction', 'runner.mass', 'actuator.gain']
-    known = {'parameters': STAND, 'preloads_n': (0.35,), 'starts': 1, 'workers': 1}
     too_slow = (
         r'a monitor of 2000 Hz takes 3\.33 samples in a cycle of \S+ Hz, below the 10 '
         r'\(\S+ Hz\) that show it; give the commands with --commands \(Python: commands\)$'
     )
     with pytest.raises(StickSlipError, match=too_slow):
-        fit(table, free, **known)
-    found = fit(table, free, commands=commands, **known)
+        fitted(table)
+    found = fitted(table, commands=commands)
     assert found.holds
     friction, mass, _ = found.estimates
     assert friction.low < RIG.friction < friction.high
