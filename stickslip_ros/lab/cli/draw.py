@@ -7,7 +7,7 @@ import argparse
 
 from stickslip_ros.errors import StickSlipError, UnknownName
 from stickslip_ros.files import prepare_output, replacing
-from stickslip_ros.lab.cli.chosen import chosen_parameters
+from stickslip_ros.lab.cli.chosen import chosen_for, chosen_parameters
 from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.drawing.picture import draw_stand
 from stickslip_ros.lab.drawing.urdf import robot_description
@@ -26,7 +26,7 @@ def draw_verb(arguments: argparse.Namespace) -> Answer:
     if path.suffix == '.urdf':
         text = robot_description(parameters if run is None else run.parameters)
     else:
-        text = draw_stand(run or parameters, arguments.end)
+        text = draw_stand(run or parameters, **chosen_for(draw_stand, arguments))
     with replacing(path) as part:
         part.write_text(text, encoding='utf-8')
     return Answer({'drawing': str(path)}, [f'drawing {path}'])

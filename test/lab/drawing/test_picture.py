@@ -74,7 +74,7 @@ def test_a_run_without_cycles_or_without_a_trace_is_refused():
 
 def test_the_verb_writes_drawing_film_and_description(tmp_path: Path):
     run, film, stand = (tmp_path / name for name in ('run.mcap', 'film.svg', 'stand.urdf'))
-    simulate(Parameters(), amplitude_m=100e-9, steps=8, path=run)
+    simulate(Parameters(), amplitude_m=100e-9, steps=8, record=run)
     assert main(['draw', str(run), '-o', str(film)]) == 0
     assert film.read_text(encoding='utf-8').count('<animate') > 10
     assert main(['draw', '--set', 'runner.mass=6g', '-o', str(stand)]) == 0
