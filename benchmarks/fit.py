@@ -18,7 +18,7 @@ from benchmarks.sizes import Sizes
 from stickslip_ros.arrays import Array
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
 from stickslip_ros.lab.experiments.predict import predict
-from stickslip_ros.lab.fitting.fit import fit
+from stickslip_ros.lab.fitting.fit import FitOptions, fit
 from stickslip_ros.parameters import Parameters
 
 TRUE = {
@@ -98,7 +98,7 @@ def _experiment(cycles: int) -> Experiment:
 
 def _ours(seen: Experiment) -> tuple[int, float]:
     """Return the runs of a fit, and the friction coefficient that it finds."""
-    found = fit(seen, list(TRUE), parameters=START, starts=1, workers=1)
+    found = fit(seen, list(TRUE), parameters=START, options=FitOptions(starts=1, workers=1))
     return found.evaluations, found.estimates[0].value
 
 

@@ -40,7 +40,7 @@ def run(sizes: Sizes) -> Outcome:
             default_s,
             partial(run_drive, parameters, AMPLITUDE_M, FREQUENCY_HZ, cycles),
         ),
-        ('simulate, no file', default_s, partial(simulated, is_recorded=False)),
+        ('simulate, no file', default_s, partial(simulated, record=False)),
         ('simulate', default_s, simulated),
     ]
     times = in_turn([Program(call, cycles * PERIOD_S) for _, _, call in calls], sizes)

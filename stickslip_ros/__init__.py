@@ -16,9 +16,12 @@ __version__ = '1.0.0'
 
 PUBLIC = {
     'Bench': 'instrument.bench',
+    'CompareOptions': 'lab.comparison.compare',
     'ComparisonReport': 'lab.comparison.report',
     'DriveRun': 'lab.runs.run_result',
     'Fit': 'lab.fitting.report',
+    'FitOptions': 'lab.fitting.fit',
+    'Free': 'lab.fitting.free',
     'LinearDrive': 'lab.linear.linearise',
     'MeasuredResponse': 'lab.linear.swept_sine',
     'Output': 'instrument.reports',

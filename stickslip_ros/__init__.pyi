@@ -7,11 +7,14 @@ from stickslip_ros.errors import StickSlipError as StickSlipError
 from stickslip_ros.instrument.bench import Bench as Bench
 from stickslip_ros.instrument.commands import Request as Request
 from stickslip_ros.instrument.reports import Output as Output
+from stickslip_ros.lab.comparison.compare import CompareOptions as CompareOptions
 from stickslip_ros.lab.comparison.compare import compare as compare
 from stickslip_ros.lab.comparison.report import ComparisonReport as ComparisonReport
 from stickslip_ros.lab.drawing.picture import draw_stand as draw_stand
 from stickslip_ros.lab.drawing.urdf import robot_description as robot_description
+from stickslip_ros.lab.fitting.fit import FitOptions as FitOptions
 from stickslip_ros.lab.fitting.fit import fit as fit
+from stickslip_ros.lab.fitting.free import Free as Free
 from stickslip_ros.lab.fitting.report import Fit as Fit
 from stickslip_ros.lab.linear.linearise import LinearDrive as LinearDrive
 from stickslip_ros.lab.linear.linearise import linearise as linearise

@@ -124,4 +124,4 @@ def keywords(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) ->
 def recorded_run(tmp_path_factory: pytest.TempPathFactory) -> tuple[SawtoothRun, Path]:
     """Give result and recording of twenty full steps at 1 kHz, with the default stand."""
     path = tmp_path_factory.mktemp('run') / 'run.mcap'
-    return simulate(Parameters(), voltage_v=300.0, steps=20, path=path).result, path
+    return simulate(Parameters(), voltage_v=300.0, steps=20, record=path).result, path

@@ -17,6 +17,9 @@ from pandas.testing import assert_frame_equal
 
 import stickslip_ros
 from stickslip_ros import (
+    CompareOptions,
+    FitOptions,
+    Free,
     Parameters,
     Run,
     StickSlipError,
@@ -86,7 +89,7 @@ def test_a_run_is_that_of_the_command_line(run: Run, capsys: pytest.CaptureFixtu
 
 def test_a_run_that_is_not_recorded_has_a_result_and_no_file(run: Run, tmp_path: Path):
     given: Any = {'amplitude_m': AMPLITUDE_M, 'frequency_hz': FREQUENCY_HZ, 'steps': STEPS}
-    silent = simulate(**given, is_recorded=False)
+    silent = simulate(**given, record=False)
     assert silent.force_mean_n == run.force_mean_n
     assert 'generated force, mean of the last cycle' in silent._repr_html_()
     assert re.fullmatch(
@@ -98,10 +101,10 @@ def test_a_run_that_is_not_recorded_has_a_result_and_no_file(run: Run, tmp_path:
 
 def test_a_run_can_be_recorded_where_one_likes(tmp_path: Path):
     path = tmp_path / 'run.mcap'
-    assert simulate(Parameters(), voltage_v=300.0, steps=1, path=path).path == path
+    assert simulate(Parameters(), voltage_v=300.0, steps=1, record=path).path == path
     assert repr(open_run(path)) == f'Run({path})'
     with pytest.raises(StickSlipError, match='it exists'):
-        simulate(Parameters(), voltage_v=300.0, steps=1, path=path)
+        simulate(Parameters(), voltage_v=300.0, steps=1, record=path)
 
 
 @pytest.mark.parametrize('given', [{}, {'amplitude_m': 60e-9, 'voltage_v': 300.0}])
@@ -143,7 +146,7 @@ def test_a_run_that_is_too_long_is_read_by_stretches(
         _ = open_run(path).frame
     with pytest.raises(StickSlipError, match='--window'):
         compare(path, path)
-    inside = compare(path, path, window_s=(0.001, 0.003))
+    inside = compare(path, path, options=CompareOptions(window_s=(0.001, 0.003)))
     assert inside.quantities[0].agreement.points == len(open_run(path).table((0.001, 0.003)))
 
 
@@ -233,7 +236,7 @@ def test_comparisons_take_runs_files_and_parameters(run: Run, tmp_path: Path):
     table = tmp_path / 'forces.csv'
     force_n = run_drive(Parameters(), 100e-9, 1000.0, STEPS).force_mean_n
     table.write_text(f'preload_n,amplitude_m,force_n\n0.5,100e-9,{force_n!r}\n')
-    against = compare(table, Parameters(), steps=STEPS)
+    against = compare(table, Parameters(), options=CompareOptions(steps=STEPS))
     assert against.quantities[0].agreement.largest == pytest.approx(0.0, abs=1e-12)
 
 
@@ -256,14 +259,16 @@ def test_files_that_tell_little_are_compared_and_fitted_with_what_is_said_of_the
         'headers': {'amplitude_m': 'A (nm)', 'force_n': 'CH2 (mN)'},
         'preloads_n': [0.1, 0.5],
     }
-    agreement = compare(paths, stand, steps=STEPS, **said).quantities[0].agreement
+    agreement = (
+        compare(paths, stand, options=CompareOptions(steps=STEPS, **said)).quantities[0].agreement
+    )
     assert agreement.points == 4
     assert agreement.largest == pytest.approx(0.0, abs=1e-12)
-    points = fit(paths, ['contact.friction'], starts=1, **said).experiments
+    points = fit(paths, ['contact.friction'], options=FitOptions(starts=1, **said)).experiments
     assert [one.settings['stand.preload'] for one in points] == [0.1, 0.1, 0.5, 0.5]
     for read in (
-        lambda: compare(paths[0], stand, **said),
-        lambda: fit(paths[0], ['contact.friction'], **said),
+        lambda: compare(paths[0], stand, options=CompareOptions(**said)),
+        lambda: fit(paths[0], 'contact.friction', options=FitOptions(**said)),
     ):
         with pytest.raises(StickSlipError, match='above the number of tables, 1'):
             read()
@@ -278,7 +283,7 @@ def test_a_fit_finds_the_friction_that_made_the_forces(tmp_path: Path):
     table = tmp_path / 'forces.csv'
     lines = [f'0.5,{amplitude_m!r},{force_n!r},0.001' for amplitude_m, force_n in rows]
     table.write_text('\n'.join(['preload_n,amplitude_m,force_n,force_sigma_n', *lines]))
-    found = fit(table, ['contact.friction'], bounds={'contact.friction': (0.1, 0.5)}, starts=1)
+    found = fit(table, Free('contact.friction', low=0.1, high=0.5), options=FitOptions(starts=1))
     assert found.estimates[0].value == pytest.approx(0.23, rel=1e-3)
     assert 'contact.friction' in found._repr_html_()
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from stickslip_ros import StickSlipError, fit
+from stickslip_ros import FitOptions, StickSlipError, fit
 
 sys.path.append(str(Path(__file__).parents[2] / 'test' / 'lab' / 'fitting'))
 from spring_rig import Rig, voltage
@@ -73,14 +73,8 @@ def learned(kind, number):
     about = {'kind': kind, 'rig': number}
     table, commands = table_of(kind, rig, chance)
     try:
-        found = fit(
-            table,
-            list(PARAMETERS),
-            commands=commands,
-            preloads_n=(rig.preload_n,),
-            starts=1,
-            workers=1,
-        )
+        options = FitOptions(commands=commands, preloads_n=(rig.preload_n,), starts=1, workers=1)
+        found = fit(table, list(PARAMETERS), options=options)
     except StickSlipError as refusal:
         return [{**about, 'refused': str(refusal)}]
     rows = []

@@ -195,7 +195,7 @@ def test_a_prefactor_without_effect_on_a_line_is_refused_and_the_rms_height_coun
 
 def test_the_drive_runs_on_rough_lines():
     stand = Parameters().updated({'contact.profile': 'rough_line', 'stand.preload': 0.5})
-    run = simulate(stand, voltage_v=300.0, steps=30, is_recorded=False).result
+    run = simulate(stand, voltage_v=300.0, steps=30, record=False).result
     limit_n = sum(contact.max_force_n for contact in contacts_of(stand))
     assert run.steps == 30
     assert math.isfinite(run.force_mean_n)

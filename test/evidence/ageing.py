@@ -15,7 +15,7 @@ package has a closed form of the speed instead, fewer springs and steps 100 time
 
 import math
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -78,37 +78,57 @@ def _ends_m(voltage_v: float, *changes: tuple[str, float | str]) -> Array:
     widths_m = np.repeat([n * row.width_m for n, row in zip(counts, rows, strict=True)], SPRINGS)
     pressed_m = np.concatenate([row.depths_m[0] - row.heights_m for row in rows])
     widths_m, pressed_m = widths_m[pressed_m > 0.0], pressed_m[pressed_m > 0.0]
-    positions_m = _slide(
-        G_STAR_PA * widths_m,
-        E_STAR_PA * widths_m * pressed_m,
+    ageing = Ageing(
         float(values['contact.friction_rate']),
         float(values['contact.friction_ageing']),
         float(values['contact.friction_distance']),
         float(values['contact.rest_time']),
+    )
+    runner = Runner(
         float(values['runner.mass']),
         float(values['runner.damping']),
         0.0 if values['load_cell.contact'] == 'absent' else float(values['load_cell.stiffness']),
+    )
+    positions_m = _slide(
+        G_STAR_PA * widths_m,
+        E_STAR_PA * widths_m * pressed_m,
+        ageing,
+        runner,
         mean_foot(values, voltage_v, steps_s),
         steps_s,
     )
     return positions_m[len(steps_s) // DRIVEN_CYCLES - 1 :: len(steps_s) // DRIVEN_CYCLES]
 
 
+class Ageing(NamedTuple):
+    """Rate a, ageing b, distance of renewal, and time of rest before; SI units."""
+
+    a: float
+    b: float
+    distance_m: float
+    rest_s: float
+
+
+class Runner(NamedTuple):
+    """Mass, damping, and stiffness of the cell; SI units."""
+
+    mass_kg: float
+    damping: float
+    cell_n_per_m: float
+
+
 @compiled
 def _slide(
     n_per_m: Array,
     normal_n: Array,
-    a: float,
-    b: float,
-    distance_m: float,
-    rest_s: float,
-    mass_kg: float,
-    damping: float,
-    cell_n_per_m: float,
+    ageing: Ageing,
+    runner: Runner,
     feet_m: Array,
     steps_s: Array,
 ) -> Array:
     """Step the runner by velocity Verlet; return its position at the end of each step, m."""
+    a, b, distance_m, rest_s = ageing
+    mass_kg, damping, cell_n_per_m = runner
     forces_n, ages_s = np.zeros(len(normal_n)), np.full(len(normal_n), rest_s)
     positions_m = np.zeros(len(steps_s))
     x = v = u = pull_n = 0.0

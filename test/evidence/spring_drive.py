@@ -170,15 +170,13 @@ def run_springs(
         runner,
         frame,
         stack,
-        counts.astype(np.float64),
-        feet_m,
-        steps_s,
-        np.outer(feet_m, kinds[:, 1]),
-        np.array([row.heights_m for row in rows]),
-        np.array([row.width_m for row in rows]) * counts,
-        np.stack([row.depths_m for row in rows], axis=1),
-        np.zeros(len(rows)),
-        np.zeros((len(rows), SPRINGS)),
+        FootMotion(steps_s, feet_m, np.outer(feet_m, kinds[:, 1])),
+        FootSprings(
+            counts.astype(np.float64),
+            np.array([row.heights_m for row in rows]),
+            np.array([row.width_m for row in rows]) * counts,
+            np.stack([row.depths_m for row in rows], axis=1),
+        ),
         sums,
     )
     return CycleMotion(sums[:, 0] / PERIOD_S, sums[:, 1], lost_j)
@@ -342,37 +340,47 @@ class Frame(NamedTuple):
     feet_share: float
 
 
+class FootMotion(NamedTuple):
+    """Steps of time, the mean of the feet at their ends, and each kind of foot, (steps, kinds)."""
+
+    steps_s: Array
+    mean_m: Array
+    feet_m: Array
+
+
+class FootSprings(NamedTuple):
+    """Feet of each kind, heights and widths of their springs, and depths, (steps, kinds)."""
+
+    counts: Array
+    heights_m: Array
+    widths_m: Array
+    depths_m: Array
+
+
 @compiled
 def _step(
     runner: Runner,
     frame: Frame,
     stack: Stack,
-    counts: Array,
-    mean_m: Array,
-    steps_s: Array,
-    feet_m: Array,
-    heights_m: Array,
-    widths_m: Array,
-    depths_m: Array,
-    places_m: Array,
-    forces_n: Array,
+    motion: FootMotion,
+    springs: FootSprings,
     sums: Array,
 ) -> float:
     """
     Step the runner; return the friction loss, J.
 
-    ``places_m`` and ``forces_n`` are those of feet and springs, from 0 on; ``sums`` receives the
-    integral of the position over each cycle and the position at its end.
+    ``sums`` receives the integral of the position over each cycle and the position at its end.
 
     """
+    counts, heights_m, widths_m, depths_m = springs
+    places_m, forces_n = np.zeros(len(counts)), np.zeros(heights_m.shape)  # of feet and springs
     m, c, h_sum, cycle = runner.mass_kg, runner.damping_n_s_per_m, 0.0, 0
-    x = v = contact_n = lost_j = 0.0
-    centre_m = centre_w = frame_m = foot_w = 0.0
+    x = v = contact_n = lost_j = centre_m = centre_w = frame_m = foot_w = 0.0
     z, z_w, loads_n = np.zeros((3, len(places_m)))
     stiff = stack.omega_per_s**2
     others_n = runner.load_n
-    for i in range(len(steps_s)):
-        h = steps_s[i]
+    for i in range(len(motion.steps_s)):
+        h = motion.steps_s[i]
         v += 0.5 * h * (others_n - contact_n - c * v) / m
         sums[cycle, 0] += 0.5 * h * x
         x += h * v
@@ -382,10 +390,10 @@ def _step(
         swing = centre_w - frame.feet_share * foot_w
         centre_w += 0.5 * h * (pull - frame.damping_per_s * swing)
         centre_m += h * centre_w
-        foot_w = (mean_m[i] - (mean_m[i - 1] if i else 0.0)) / h
-        mean_z = mean_m[i]
+        foot_w = (motion.mean_m[i] - (motion.mean_m[i - 1] if i else 0.0)) / h
+        mean_z = motion.mean_m[i]
         if stack.exists:
-            drive_m = feet_m[i - 1] if i else np.zeros(len(z))
+            drive_m = motion.feet_m[i - 1] if i else np.zeros(len(z))
             pulls = stiff * (drive_m - z) - stack.damping_per_s * z_w + loads_n / stack.foot_kg
             pull -= frame.damping_per_s * swing
             recoil = pull - frame.feet_share * np.sum(counts * pulls) / 6.0
@@ -395,7 +403,7 @@ def _step(
         frame_m = centre_m - frame.feet_share * mean_z
         contact_n = 0.0
         for foot in range(len(places_m)):
-            place_m = z[foot] if stack.exists else feet_m[i, foot]
+            place_m = z[foot] if stack.exists else motion.feet_m[i, foot]
             moved_m = x - frame_m - place_m - places_m[foot]
             before_n = contact_n
             places_m[foot] += moved_m
@@ -413,7 +421,11 @@ def _step(
         others_n = runner.load_n - runner.cell_n_per_m * cell_m
         pull = contact_n * frame.per_kg - frame.omega_per_s**2 * frame_m
         if stack.exists:
-            pulls = stiff * (feet_m[i] - z) - stack.damping_per_s * z_w + loads_n / stack.foot_kg
+            pulls = (
+                stiff * (motion.feet_m[i] - z)
+                - stack.damping_per_s * z_w
+                + loads_n / stack.foot_kg
+            )
             swing = centre_w - frame.feet_share * foot_w
             recoil = pull - frame.damping_per_s * swing
             recoil -= frame.feet_share * np.sum(counts * pulls) / 6.0

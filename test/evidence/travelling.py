@@ -148,8 +148,9 @@ def _motion(voltage_v: float, *changes: tuple[str, float | str]) -> CycleMotion:
     preload_n = float(values.get('stand.preload', PAPER['stand.preload']))
     sums = np.zeros((DRIVEN_CYCLES, 2))
     lost_j = _slide(
-        lines_m, line.fixed_m, line.spacing_m, preload_n * np.array(SHARES), damping,
-        float(PAPER['runner.mass']), mean_foot(PAPER, voltage_v, steps_s), steps_s, sums,
+        lines_m, line.fixed_m, line.spacing_m, preload_n * np.array(SHARES),
+        (damping, float(PAPER['runner.mass'])), mean_foot(PAPER, voltage_v, steps_s),
+        steps_s, sums,
     )  # fmt: skip
     return CycleMotion(sums[:, 0] / PERIOD_S, sums[:, 1], lost_j)
 
@@ -160,13 +161,13 @@ def _slide(
     fixed_m: Array,
     spacing_m: float,
     normal_n: Array,
-    damping: float,
-    mass_kg: float,
+    runner: tuple[float, float],
     feet_m: Array,
     steps_s: Array,
     sums: Array,
 ) -> float:
-    """Step a free runner by velocity Verlet; return the friction loss, J, and fill the sums."""
+    """Step a runner of a damping and a mass; return the friction loss, J, and fill the sums."""
+    damping, mass_kg = runner
     springs, shear = fixed_m.shape[1], G_STAR_PA * spacing_m
     forces_n, limits_n = np.zeros((2, FEET, springs))
     heights_m = np.zeros(springs)

@@ -62,7 +62,7 @@ def test_a_fall_that_settles_within_rounding_of_its_aim_ends():
             voltage_v=113.76725643485543,
             frequency_hz=1153.3955451232346,
             steps=50,
-            is_recorded=False,
+            record=False,
         ).result.steps
         == 50
     )

@@ -33,7 +33,7 @@ BANK_TOLERANCE = 3e-3
 
 def ran(stand: Parameters, **how: Any) -> SawtoothRun:
     """Return the result of a run without a recording."""
-    return simulate(stand, **how, is_recorded=False).result
+    return simulate(stand, **how, record=False).result
 
 
 def quiet(**values):

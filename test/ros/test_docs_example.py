@@ -21,7 +21,7 @@ import matplotlib.pyplot as plt
 import pytest
 from executables import BIN, end
 
-from stickslip_ros import compare, open_run
+from stickslip_ros import CompareOptions, compare, open_run
 from stickslip_ros.lab.cli.main import main
 from stickslip_ros.process.signals import STOPPED
 
@@ -157,7 +157,7 @@ def test_the_walk_leads_from_a_drive_to_the_comparison_with_a_measurement(
     assert ['stickslip', 'replay', 'runs/walk.mcap'] in commands  # ends with 0 if it is identical
     position_m = open_run('runs/walk.mcap').frame['position_m'].iloc[-1]
     assert position_m == pytest.approx(1e-6, abs=NOISE_M)
-    aligned = compare('runs/stage.mcap', 'measured.csv', align=True)
+    aligned = compare('runs/stage.mcap', 'measured.csv', options=CompareOptions(align=True))
     assert aligned.alignment.shift_s == pytest.approx(-CLOCK_AHEAD_S, abs=HALF_A_ROW_S)
     assert abs(aligned.quantities[0].agreement.bias) < NOISE_M
     assert Path('runs/walk.html').exists()

@@ -7,7 +7,7 @@ import argparse
 
 import numpy as np
 
-from stickslip_ros.lab.cli.chosen import chosen_look, chosen_parameters
+from stickslip_ros.lab.cli.chosen import chosen_for, chosen_look, chosen_parameters
 from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.linear.bode import BAND
 from stickslip_ros.lab.linear.linearise import linearise
@@ -27,17 +27,12 @@ def bode_verb(arguments: argparse.Namespace) -> Answer:
     if arguments.output:
         check_table_path(arguments.output)
     if arguments.frequency is None:
-        resonance_hz = linearise(parameters, arguments.at_voltage).resonance_hz
+        resonance_hz = linearise(parameters, arguments.at_voltage_v).resonance_hz
         frequencies = resonance_hz * np.geomspace(*BAND, POINTS)
     else:
         frequencies = np.array(parse_floats('--frequency', arguments.frequency, FREQUENCY_SPEC))
-    measured = measure_response(
-        parameters,
-        frequencies,
-        arguments.at_voltage,
-        workers=arguments.workers,
-        progress=not arguments.json,
-    )
+    given = {**chosen_for(measure_response, arguments), 'frequency_hz': frequencies}
+    measured = measure_response(parameters, **given, progress=not arguments.json)
     rows = bode_rows(measured)
     if arguments.output:
         write_table(rows, arguments.output, parameters)

@@ -5,6 +5,8 @@
 
 import argparse
 import sys
+from collections.abc import Callable
+from inspect import signature
 from typing import Any
 
 from stickslip_ros.errors import OutOfRange
@@ -53,6 +55,12 @@ def chosen_values(arguments: argparse.Namespace) -> dict[str, object]:
         name: value for name, value in vars(arguments).items() if '.' in name and value is not None
     }
     return {**values, **parse_assignments(arguments.assignments), **named}
+
+
+def chosen_for(owner: Callable[..., Any], arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return those arguments of a function, or fields of a record, that a command line gives."""
+    typed = {name: getattr(arguments, name, None) for name in signature(owner).parameters}
+    return {name: value for name, value in typed.items() if value is not None}
 
 
 def chosen_look(arguments: argparse.Namespace) -> dict[str, Any]:

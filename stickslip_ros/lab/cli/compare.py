@@ -8,14 +8,13 @@ import shlex
 
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.files import prepare_output
-from stickslip_ros.lab.cli.chosen import chosen_draws, chosen_look, chosen_parameters
-from stickslip_ros.lab.cli.experiment import said_of_tables
+from stickslip_ros.lab.cli.chosen import chosen_draws, chosen_for, chosen_look, chosen_parameters
+from stickslip_ros.lab.cli.experiment import shown_tables
 from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.comparison.by_amplitude import MODEL
-from stickslip_ros.lab.comparison.compare import compare
+from stickslip_ros.lab.comparison.compare import CompareOptions, compare
 from stickslip_ros.lab.runs import plotting
 from stickslip_ros.lab.runs.bands import BAND_DRAWS
-from stickslip_ros.lab.runs.recorded import parse_window
 
 _SUFFIXES = ('.html', '.htm')
 SECONDS_MAX = 1e12
@@ -28,20 +27,12 @@ def compare_verb(arguments: argparse.Namespace) -> Answer:
         *files, b = arguments.files
     _check(arguments, b)
     look = chosen_look(arguments)
-    model = {'frequency_hz': arguments.frequency, 'steps': arguments.steps}
     comparison = compare(
         files,
         chosen_parameters(arguments) if b == MODEL else b,
-        **said_of_tables(arguments),
-        **{name: value for name, value in model.items() if value is not None},
-        commands=arguments.commands,
-        frequency_max_hz=arguments.frequency_max,
-        shift_s=arguments.shift,
-        align=arguments.align,
-        offset=arguments.offset,
-        window_s=parse_window(arguments.window) if arguments.window else None,
+        options=CompareOptions(**chosen_for(CompareOptions, arguments)),
         draws=chosen_draws(arguments, BAND_DRAWS),
-        workers=arguments.workers,
+        report=shown_tables(arguments),
         progress=not arguments.json,
     )
     if arguments.output is not None:
@@ -55,7 +46,7 @@ def compare_verb(arguments: argparse.Namespace) -> Answer:
 
 def _check(arguments: argparse.Namespace, b: str | None) -> None:
     """Refuse what would be without effect, or fail after the work is done."""
-    report, shift_s = arguments.output, arguments.shift
+    report, shift_s = arguments.output, arguments.shift_s
     if MODEL in map(str, arguments.files[:-1]):
         hint = f'write it last: stickslip compare A {MODEL}'
         raise OutOfRange('A', MODEL, '', 'the word for B', hint)
@@ -67,7 +58,7 @@ def _check(arguments: argparse.Namespace, b: str | None) -> None:
     given = {
         '--set': ' '.join(arguments.assignments),
         '--params': ' '.join(map(str, arguments.params)),
-        '--frequency': arguments.frequency,
+        '--frequency': arguments.frequency_hz,
         '--steps': arguments.steps,
         '--draws': arguments.draws,
     }

@@ -5,12 +5,13 @@
 
 import argparse
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import prepare_output, read_bytes
-from stickslip_ros.lab.cli.chosen import to_numbers
+from stickslip_ros.lab.cli.chosen import chosen_for
+from stickslip_ros.lab.cli.options import to_path
 from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.tables.experiment import (
     EXPERIMENT_COLUMNS,
@@ -20,7 +21,7 @@ from stickslip_ros.lab.tables.experiment import (
     read_joined,
     write_experiment,
 )
-from stickslip_ros.parameters import parse_assignments, read_yaml
+from stickslip_ros.parameters import read_yaml
 
 _CSV = '.csv'
 
@@ -33,7 +34,7 @@ def import_verb(arguments: argparse.Namespace) -> Answer:
             raise WrongKind('output', str(output), 'a .csv file', 'end its name so')
         prepare_output(output)
     read: list[MeasuredTable] = []
-    reading = Reading(**{**said_of_tables(arguments), 'report': read.append})
+    reading = Reading(**chosen_for(Reading, arguments), report=read.append)
     reading.check_count(len(arguments.files))
     if len(arguments.files) == 1:
         whole = read_experiment(arguments.files[0], reading)
@@ -56,27 +57,25 @@ def import_verb(arguments: argparse.Namespace) -> Answer:
     return Answer(content, [*lines, f'table   {output}'] if output else lines)
 
 
-def said_of_tables(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return what a command line says of tables; what is understood is told before the work."""
+def shown_tables(arguments: argparse.Namespace) -> Callable[[MeasuredTable], None] | None:
+    """Return a function that shows how a table was read, before the work; none for JSON."""
 
     def show(experiment: MeasuredTable) -> None:
         print(*_lines(experiment), sep='\n', file=sys.stderr)
 
-    text = ','.join(getattr(arguments, 'preload', ()))
-    headers: Any = {}
-    if arguments.map_file is not None:
-        hint = 'write lines such as position_m: /rig/encoder.point.x'
-        content = read_bytes(arguments.map_file, 'check --map-file').decode('utf-8', 'replace')
-        headers = read_yaml(content, str(arguments.map_file), hint)
-        if not isinstance(headers, dict) or not all(
-            isinstance(each, str) for pair in headers.items() for each in pair
-        ):
-            raise WrongKind(str(arguments.map_file), content[:80], 'names with headers', hint)
-    return {
-        'headers': headers | parse_assignments(arguments.headers, '--map NAME=HEADER'),
-        'preloads_n': to_numbers('--preload', text, 'N') if text else (),
-        'report': None if arguments.json else show,
-    }
+    return None if arguments.json else show
+
+
+def read_headers(path: str) -> dict[str, str]:
+    """Return the names and headers of a YAML file."""
+    hint = 'write lines such as position_m: /rig/encoder.point.x'
+    content = read_bytes(to_path(path), 'check --map-file').decode('utf-8', 'replace')
+    headers: Any = read_yaml(content, path, hint)
+    if not isinstance(headers, dict) or not all(
+        isinstance(each, str) for pair in headers.items() for each in pair
+    ):
+        raise WrongKind(path, content[:80], 'names with headers', hint)
+    return headers
 
 
 def _lines(experiment: MeasuredTable) -> Iterator[str]:

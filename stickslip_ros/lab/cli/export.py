@@ -15,10 +15,9 @@ import numpy as np
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError, WrongKind
 from stickslip_ros.extras import load_extra
 from stickslip_ros.files import prepare_output, replacing
-from stickslip_ros.lab.cli.experiment import said_of_tables
 from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.runs.mapped import mapped_series
-from stickslip_ros.lab.runs.recorded import parse_window, series_by_stretch, stretches_of
+from stickslip_ros.lab.runs.recorded import series_by_stretch, stretches_of
 from stickslip_ros.lab.runs.recorded_run import frame_of
 from stickslip_ros.recording.reader import Recording
 
@@ -38,13 +37,13 @@ def export_verb(arguments: argparse.Namespace) -> Answer:
         raise WrongKind('--output', str(output), f'one of {", ".join(NEEDS)}', 'end its name so')
     if NEEDS[suffix]:
         load_extra(f'a table {suffix}', NEEDS[suffix])
-    topics = said_of_tables(arguments)['headers']
+    topics = arguments.headers or {}
     if topics and arguments.readings:
         problem = '--readings are topics of our own recordings, --map names those of others'
         raise StickSlipError(f'{problem}; leave one of the two away')
     prepare_output(output)
     recording = Recording(arguments.file)
-    window = parse_window(arguments.window) if arguments.window else None
+    window = arguments.window_s
     if topics:
         found = mapped_series(recording, topics)
         if window:

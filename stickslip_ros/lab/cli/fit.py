@@ -7,12 +7,13 @@ import argparse
 import shlex
 from collections.abc import Iterator
 
-from stickslip_ros.errors import OutOfRange
-from stickslip_ros.lab.cli.chosen import chosen_look, chosen_parameters
-from stickslip_ros.lab.cli.experiment import said_of_tables
+from stickslip_ros.errors import OutOfRange, WrongKind
+from stickslip_ros.lab.cli.chosen import chosen_for, chosen_look, chosen_parameters
+from stickslip_ros.lab.cli.experiment import shown_tables
 from stickslip_ros.lab.cli.printing import CHECK_FAILED, Answer
 from stickslip_ros.lab.fitting.figure import draw_fit
-from stickslip_ros.lab.fitting.fit import fit
+from stickslip_ros.lab.fitting.fit import FitOptions, fit
+from stickslip_ros.lab.fitting.free import Free
 from stickslip_ros.lab.fitting.plan import Plan, plan
 from stickslip_ros.lab.fitting.report import (
     as_object,
@@ -20,8 +21,7 @@ from stickslip_ros.lab.fitting.report import (
     write_fit,
 )
 from stickslip_ros.lab.runs.plotting import looking, save_figure
-from stickslip_ros.lab.runs.recorded import parse_window
-from stickslip_ros.parameters import parse_assignments
+from stickslip_ros.parameters import parse_assignments, spec_of
 from stickslip_ros.progress import shown_progress
 from stickslip_ros.sections import Section
 
@@ -31,28 +31,15 @@ def fit_verb(arguments: argparse.Namespace) -> Answer:
     for path in arguments.output:
         check_output(path)
     look = chosen_look(arguments)
-    if arguments.seed < 0:
-        raise OutOfRange('seed', arguments.seed, '', 'below 0', 'raise it')
-    names = [name.strip() for name in ','.join(arguments.free).split(',') if name.strip()]
+    options = FitOptions(**chosen_for(FitOptions, arguments))
+    if options.seed < 0:
+        raise OutOfRange('seed', options.seed, '', 'below 0', 'raise it')
     fitted = fit(
         arguments.files,
-        names,
-        **said_of_tables(arguments),
+        chosen_free(arguments),
         parameters=chosen_parameters(arguments),
-        start=parse_assignments(arguments.start),
-        bounds=parse_assignments(arguments.bounds),
-        known=parse_assignments(arguments.known),
-        commands=arguments.commands,
-        frequency_hz=arguments.frequency,
-        frequency_max_hz=arguments.frequency_max,
-        steps=arguments.steps,
-        window_s=parse_window(arguments.window) if arguments.window else None,
-        outliers=arguments.outliers,
-        shape_m=arguments.shape,
-        step_share=arguments.step_share,
-        starts=arguments.starts,
-        seed=arguments.seed,
-        workers=arguments.workers,
+        options=options,
+        report=shown_tables(arguments),
         progress=not arguments.json,
     )
     origin = ', '.join(path.name for path in arguments.files)
@@ -75,6 +62,27 @@ def fit_verb(arguments: argparse.Namespace) -> Answer:
         files.append(arguments.figure)
     parts = [*fitted.sections(), *planned, *(f'file    {path}' for path in files)]
     return Answer(content, parts, 0 if fitted.holds else CHECK_FAILED)
+
+
+def chosen_free(arguments: argparse.Namespace) -> list[Free]:
+    """Return the free parameters of a command line; refuse values of others."""
+    names = [name.strip() for name in ','.join(arguments.free).split(',') if name.strip()]
+    starts, known = arguments.start or {}, arguments.known or {}
+    bounds = parse_assignments(arguments.bounds, '--bounds NAME=LOW:HIGH')
+    for flag, given in (('--start', starts), ('--bounds', bounds), ('--known', known)):
+        for name in given:
+            spec_of(name)
+            if name not in names:
+                hint = f'add it to --free, or set it with --set {name}=VALUE'
+                raise OutOfRange(f'parameter of {flag}', name, '', 'not free', hint)
+    free = []
+    for name in names:
+        low, colon, high = bounds.get(name, ':').partition(':')
+        if not colon:
+            what = f'bounds of {name}'
+            raise WrongKind(what, low, 'LOW:HIGH', f'write --bounds {name}=LOW:HIGH')
+        free.append(Free(name, starts.get(name), low or None, high or None, known.get(name)))
+    return free
 
 
 def _plan(chosen: Plan) -> Iterator[Section | str]:

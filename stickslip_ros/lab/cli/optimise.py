@@ -11,7 +11,7 @@ from typing import Any
 
 from stickslip_ros.errors import RecordingError, WrongKind
 from stickslip_ros.files import prepare_output
-from stickslip_ros.lab.cli.chosen import chosen_draws, chosen_look, chosen_parameters
+from stickslip_ros.lab.cli.chosen import chosen_draws, chosen_for, chosen_look, chosen_parameters
 from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.design.objectives import COST_MAX, OBJECTIVES, WaveGoal, cell_of
 from stickslip_ros.lab.design.picture import draw_search
@@ -58,13 +58,8 @@ def optimise_verb(arguments: argparse.Namespace) -> Answer:
             show(done, search.total, note)
 
         try:
-            result = optimise(
-                search,
-                journal=journal,
-                workers=arguments.workers,
-                scheduler=arguments.scheduler,
-                progress=progress,
-            )
+            given = chosen_for(optimise, arguments)
+            result = optimise(search, **given, journal=journal, progress=progress)
         except SearchStopped as stop:
             write(stop.wave)
             kept = f'best wave so far in {path}; the same command goes on'
@@ -80,14 +75,13 @@ def optimise_verb(arguments: argparse.Namespace) -> Answer:
 def chosen_search(arguments: argparse.Namespace) -> WaveSearch:
     """Return what a command line asks for; refuses names and numbers."""
     stand = chosen_parameters(arguments)
-    names = 'knots', 'evaluations', 'seed'
     return WaveSearch(
-        WaveGoal(arguments.objective, arguments.load, arguments.speed, arguments.backwards),
-        stand,
-        _limits('--frequency', arguments.frequency, 'Hz'),
-        _limits('--preload', arguments.preload or str(stand.stand.preload), 'N'),
+        goal=WaveGoal(**chosen_for(WaveGoal, arguments)),
+        stand=stand,
+        frequencies_hz=_limits('--frequency', arguments.frequency, 'Hz'),
+        preloads_n=_limits('--preload', arguments.preload or str(stand.stand.preload), 'N'),
         judges=tuple(chosen_draws(arguments, JUDGES)),
-        **{name: getattr(arguments, name) for name in names},
+        **chosen_for(WaveSearch, arguments),
     )
 
 

@@ -9,8 +9,10 @@ Nothing here imports what takes long: help, completion and refusals do without i
 """
 
 import argparse
+import itertools
 import re
 from collections.abc import Callable
+from functools import cache, partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -23,8 +25,10 @@ if TYPE_CHECKING:
 
 # ruff: noqa: PLC0415 - see above
 
-UNITS = {'m': 'm', 'n': 'N', 'v': 'V', 's': 's', 'hz': 'Hz'}
+UNITS = {'m_per_s': 'm/s', 'm': 'm', 'n': 'N', 'v': 'V', 's': 's', 'hz': 'Hz'}
 """Units by the endings of names."""
+FLAGS = {'headers': '--map', 'preloads_n': '--preload'}
+"""Flags that are not the name of their field."""
 Option = Callable[[Any], object]
 """An option adds itself to a parser of argparse, or to a group of one."""
 
@@ -84,83 +88,103 @@ def option(
     if metavar is None and (flags.startswith('-') or kind is to_path):
         metavar = {to_path: 'FILE', int: 'N'}.get(kind) or unit.upper() or None
     if unit:
-        kind = _to_quantity(flags.rsplit(maxsplit=1)[-1], unit)
+        flag = flags.rsplit(maxsplit=1)[-1]
+        kind = lambda text: _late('parameters.typed.to_si')(flag, text, unit)  # noqa: E731
     if kind is not None:
         more['type'] = kind
     return lambda to: to.add_argument(*flags.split(), metavar=metavar, help=text, **more)
 
 
-def of_function(function: str, *names: str, **more: Any) -> tuple[Option, ...]:
+def options_of(owner: str, *names: str) -> tuple[Option, ...]:
     """
-    Return options for arguments of a function, as ``study.sweep.sweep``.
+    Return options for arguments of a function or fields of a record, as ``runs.sweep.sweep``.
 
-    What it declares says default, unit and help; ``more`` goes to argparse instead. Its source is
-    read, not imported, which takes long.
+    Name, annotation, default and documentation give flag, unit, kind and help, see ``_FORMS``.
+    The source is read, not imported, which takes long. An option that is not typed is None.
 
     """
-
-    def of_one(name: str) -> Option:
-        stem, _, unit = name.rpartition('_')
-        stem, unit = (stem, UNITS[unit]) if unit in UNITS else (name, '')
-        flag = f'--{stem}'.replace('_', '-')
-
-        def add(to: Any) -> object:
-            declared = _declared(function)[name]
-            if declared.kind == 'bool':
-                return switch(flag, declared.text)(to)
-            text, default = declared.text.removesuffix(f', {unit}'), declared.default
-            if unit and default is not None:
-                text += f' (default: {default:g}{unit})'
-            kind = None if unit else {'int': int, 'float': float}.get(declared.kind)
-            return option(flag, text, kind, unit=unit, **{'default': default, **more})(to)
-
-        return add
-
-    return tuple(map(of_one, names))
+    return tuple(partial(_add_declared, owner, name) for name in names)
 
 
-class _Declared(NamedTuple):
-    """An argument as its function declares it: annotation, default, what the docstring says."""
+def _add_declared(owner: str, name: str, to: Any) -> object:
+    kind, default, text = _declared(owner)[name]
+    ending = next((each for each in UNITS if name.endswith(f'_{each}')), '')
+    stem, unit = name.removesuffix(f'_{ending}'), UNITS.get(ending, '')
+    flag = FLAGS.get(name, f'--{stem}'.replace('_', '-'))
+    text = text.removesuffix(f', {unit}').replace('%', '%%')
+    if kind == 'bool':
+        return switch(flag, text, dest=name)(to)
+    if default:
+        text += f' (default: {default:g}{unit})'
+    if kind not in _FORMS:
+        number = {'int': int, 'float': float}.get(kind)
+        return option(flag, text, number, unit=unit, dest=name)(to)
+    convert, metavar, hint, more = _FORMS[kind]
+    read = partial(convert, f'{flag} {metavar}')
+    return option(flag, text + hint, read, metavar, dest=name, **more)(to)
 
-    kind: str
-    default: Any
-    text: str
 
-
-def _declared(function: str) -> dict[str, _Declared]:
+@cache
+def _declared(owner: str) -> dict[str, tuple[str, Any, str]]:
+    """Return annotation, default and documentation of arguments or fields, out of the source."""
     import ast
-    import re
     from pathlib import Path
 
-    module, _, name = function.rpartition('.')
+    module, _, name = owner.rpartition('.')
     path = Path(__file__).parents[1].joinpath(*module.split('.')).with_suffix('.py')
     body = ast.parse(path.read_text(encoding='utf-8')).body
-    [found] = (each for each in body if isinstance(each, ast.FunctionDef) and each.name == name)
-    sections = f'{ast.get_docstring(found)}\n'
-    texts = dict(re.findall(r'^(\w+) : .*\n((?: {4}.*\n)+)', sections, re.MULTILINE))
-    arguments = [*found.args.args, *found.args.kwonlyargs]
-    defaults = [*found.args.defaults, *found.args.kw_defaults]
+    [found] = (each for each in body if getattr(each, 'name', '') == name)
+    rows: list[tuple[str, ast.expr | None, ast.expr | None, str]] = []
+    if isinstance(found, ast.ClassDef):  # each field has its docstring below
+        for each, below in itertools.pairwise(found.body):
+            if isinstance(each, ast.AnnAssign) and isinstance(below, ast.Expr):
+                text = ast.literal_eval(below.value).strip().partition('\n\n')[0]
+                rows.append((ast.unparse(each.target), each.annotation, each.value, text))
+    elif isinstance(found, ast.FunctionDef):
+        sections = f'{ast.get_docstring(found)}\n'
+        texts = dict(re.findall(r'^(\w+) : .*\n((?: {4}.*\n)+)', sections, re.MULTILINE))
+        arguments = [*found.args.args, *found.args.kwonlyargs]
+        defaults = [*found.args.defaults, *found.args.kw_defaults]
+        for one, value in zip(arguments[-len(defaults) :], defaults, strict=True):
+            rows.append((one.arg, one.annotation, value, texts.get(one.arg, '')))
     declared = {}
-    for each, default in zip(arguments[-len(defaults) :], defaults, strict=True):
-        text = ' '.join(texts.get(each.arg, '').split()).rstrip('.')
-        value = default.value if isinstance(default, ast.Constant) else None
-        kind = ast.unparse(each.annotation) if each.annotation else ''
-        declared[each.arg] = _Declared(kind, value, text[:1].lower() + text[1:])
+    for name, annotation, value, text in rows:
+        kind = ast.unparse(annotation).strip("'") if annotation else ''
+        words = ' '.join(text.split()).rstrip('.')
+        default = value.value if isinstance(value, ast.Constant) else None
+        shown = words[:1].lower() + words[1:]
+        declared[name] = kind.removesuffix(' | None'), default, shown
     return declared
 
 
-def _to_quantity(flag: str, unit: str) -> Callable[[str], float]:
-    """Return what reads a quantity in a unit, and refuses in one line, not with the usage."""
+class _Joined(argparse.Action):
+    """Joins values that are typed in several places; those of a ``const`` option give way."""
 
-    def convert(text: str) -> float:
-        from stickslip_ros.parameters.typed import to_si
+    def __call__(self, _: Any, to: argparse.Namespace, values: Any, _flag: Any = None) -> None:
+        """Add the values."""
+        old = getattr(to, self.dest) or type(values)()
+        if isinstance(values, list):
+            values = old + values
+        else:
+            values = values | old if self.const else old | values
+        setattr(to, self.dest, values)
 
+
+def _late(name: str) -> Callable[..., Any]:
+    """Return a function, imported when it is called, whose refusals argparse does not rewrite."""
+    module, _, function = name.rpartition('.')
+
+    def call(*given: Any) -> Any:
         try:
-            return to_si(flag, text, unit)
-        except TypeError as error:  # of which argparse would make a line of its own
+            return getattr(import_module(f'stickslip_ros.{module}'), function)(*given)
+        except StickSlipError as error:  # of some argparse would make a line of its own
             raise StickSlipError(str(error)) from None
 
-    return convert
+    return call
+
+
+def _to_mapping(form: str, text: str) -> Any:
+    return _late('parameters.parse_assignments')([text], form)
 
 
 def to_namespace(text: str) -> str:
@@ -235,7 +259,51 @@ def folder(default: str = 'runs') -> Option:
     return output('folder to write into', metavar='DIR', default=default)
 
 
-WORKERS = option('--workers', 'threads (default: one per core)', int, default=0)
+_JOINED: dict[str, Any] = {'action': _Joined}
+_FORMS: dict[str, tuple[Callable[[str, str], Any], str, str, dict[str, Any]]] = {
+    'Table': (lambda _, text: to_path(text), 'FILE', '', {}),
+    'tuple[float, float]': (
+        lambda _, text: _late('lab.runs.recorded.parse_window')(text),
+        'LENGTH@START',
+        ': 2ms@0.3s is 2 ms from 0.3 s on (default: the whole run)',
+        {},
+    ),
+    'Mapping[str, str]': (
+        _to_mapping,
+        'NAME=HEADER',
+        ', as force_n="Force (mN)" or position_m=/rig/encoder.point.x; may be repeated',
+        _JOINED,
+    ),
+    'float | str': (_to_mapping, 'NAME=VALUE', '; may be repeated', _JOINED),
+    'Known | str': (
+        _to_mapping,
+        'NAME=VALUE+-SHARE',
+        ', as runner.mass=3g+-1%%; may be repeated',
+        _JOINED,
+    ),
+    'Sequence[float]': (
+        lambda form, text: _late('lab.cli.chosen.to_numbers')(form.split()[0], text, 'N'),
+        'NEWTONS',
+        ', with commas; may be repeated',
+        _JOINED,
+    ),
+}
+"""By the annotation of a field: how it is read from an example and a text, how it is shown."""
+READING = 'experiments.options.ReadingOptions'
+[WORKERS] = options_of(READING, 'workers')
+[WINDOW] = options_of(READING, 'window_s')
+MAP = (
+    *options_of(READING, 'headers'),
+    option(
+        '--map-file',
+        'YAML file of these names and headers; --map wins',
+        _late('lab.cli.experiment.read_headers'),
+        'FILE',
+        dest='headers',
+        action=_Joined,
+        const=True,
+    ),
+)
 LOOK = (
     option(
         '--style',
@@ -273,17 +341,4 @@ NO_LOAD_CELL = switch(
     'a free runner: sets load_cell.contact=absent',
     dest='load_cell.contact',
     const='absent',
-)
-MAP = many(
-    '--map',
-    'column of a table, or topic and field of a recording, that holds a quantity, and its unit, '
-    'as force_n="Force (mN)" or position_m=/rig/encoder.point.x',
-    'NAME=HEADER',
-    dest='headers',
-)
-MAP_FILE = option('--map-file', 'YAML file of such names and headers; --map wins', to_path)
-OF_FILES = many(
-    '--preload',
-    'preload of files that name none: one of all, or one of each, with commas',
-    'NEWTONS',
 )

@@ -11,7 +11,6 @@ from typing import Any
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.extras import load_extra
-from stickslip_ros.lab.cli.experiment import said_of_tables
 from stickslip_ros.lab.cli.printing import Answer
 
 NICENESS = 4
@@ -44,10 +43,8 @@ def panel_verb(arguments: argparse.Namespace) -> Answer:
         if arguments.beside:
             raise StickSlipError('--beside is without effect on a recording; leave it')
         from stickslip_ros.lab.panel.player import Player
-        from stickslip_ros.lab.runs.recorded import parse_window
 
-        window = parse_window(arguments.window) if arguments.window else None
-        source = Player(file, said_of_tables(arguments)['headers'], window)
+        source = Player(file, arguments.headers or {}, arguments.window_s)
         first = {'kind': 'recording', **lamps(), 'run': source.overview()}
     serve(source, first, arguments.port, say, beside)
     return Answer(None)

@@ -7,7 +7,7 @@ import argparse
 from typing import Any
 
 from stickslip_ros.files import make_folder
-from stickslip_ros.lab.cli.chosen import chosen_parameters
+from stickslip_ros.lab.cli.chosen import chosen_for, chosen_parameters
 from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.paper.figure import write_figure
 from stickslip_ros.lab.paper.make import chosen_figures, make_tables
@@ -21,13 +21,8 @@ def figures_verb(arguments: argparse.Namespace) -> Answer:
     figures = chosen_figures(None if arguments.only is None else arguments.only.split(','))
     make_folder(arguments.output)
     with shown_progress('runs', quiet=arguments.json) as progress:
-        tables = make_tables(
-            figures,
-            parameters,
-            points=arguments.points,
-            workers=arguments.workers,
-            progress=progress,
-        )
+        given = chosen_for(make_tables, arguments)
+        tables = make_tables(figures, parameters, **given, progress=progress)
     content: dict[str, Any] = {}
     with shown_progress('figures', quiet=arguments.json) as progress:
         for figure in figures:

@@ -10,7 +10,6 @@ from typing import Any
 
 from stickslip_ros.files import make_folder, prepare_output
 from stickslip_ros.lab.cli.chosen import chosen_look
-from stickslip_ros.lab.cli.experiment import said_of_tables
 from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.runs.recorded import recorded_stand, sections_of
 from stickslip_ros.recording.reader import Recording
@@ -47,14 +46,13 @@ def plot_verb(arguments: argparse.Namespace) -> Answer:
     from stickslip_ros.lab.runs import plotting, recorded, run_figure  # noqa: PLC0415
     from stickslip_ros.lab.runs.recorded_run import Run  # noqa: PLC0415
 
-    window = None if arguments.window is None else recorded.parse_window(arguments.window)
     picture = arguments.output or arguments.file.parent / f'{arguments.file.stem}.png'
     if arguments.output:
         prepare_output(picture)
-    run = Run(arguments.file, topics=said_of_tables(arguments)['headers'])
+    run = Run(arguments.file, topics=arguments.headers or {})
     series = run.series if run.topics else None
     with plotting.looking(**chosen_look(arguments)):
-        plot = run_figure.plot_run(run.recording, picture, window, quantities=series)
+        plot = run_figure.plot_run(run.recording, picture, arguments.window_s, quantities=series)
     content = {'picture': str(picture), **plain(plot)}
     rows = [
         (

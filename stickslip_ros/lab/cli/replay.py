@@ -13,7 +13,7 @@ from pathlib import Path
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.cli.chosen import chosen_values
-from stickslip_ros.lab.cli.experiment import said_of_tables
+from stickslip_ros.lab.cli.experiment import shown_tables
 from stickslip_ros.lab.cli.printing import CHECK_FAILED, Answer
 from stickslip_ros.lab.experiments.reading import DriveSource, played
 from stickslip_ros.lab.runs.replay import Replay, read_drive_input, replay, replay_input
@@ -48,7 +48,7 @@ def _replay(arguments: argparse.Namespace, output: Path) -> Replay:
         def show(now_ns: int, end_ns: int) -> None:
             progress(now_ns // 1_000_000, end_ns // 1_000_000)
 
-        reading = Reading(**said_of_tables(arguments))
+        reading = Reading(arguments.headers or {}, report=shown_tables(arguments))
         is_run = not reading.headers and is_recording(arguments.file)
         if is_run and Recording(arguments.file).is_ours:
             return replay(
@@ -58,8 +58,7 @@ def _replay(arguments: argparse.Namespace, output: Path) -> Replay:
             raise WrongKind('--output', 'nothing', 'a file', 'give the recording to write with -o')
         stand = Parameters().updated(changes)
         given = read_drive_input(arguments.file, stand, reading)
-        source = DriveSource(None, arguments.frequency_max)
-        voltage = played(given, stand, source)
+        voltage = played(given, stand, DriveSource())
         for line in voltage.said:
             print(f'drive   {line}', file=sys.stderr)
         time_s, voltage_v = voltage.rows.T

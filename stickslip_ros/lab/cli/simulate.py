@@ -17,7 +17,7 @@ import numpy as np
 
 from stickslip_ros.errors import RecordingError, StickSlipError, WrongKind
 from stickslip_ros.files import prepare_output
-from stickslip_ros.lab.cli.chosen import chosen_draws, chosen_parameters
+from stickslip_ros.lab.cli.chosen import chosen_draws, chosen_for, chosen_parameters
 from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.runs.bands import BAND_DRAWS, LEVELS, band_of, bands_over
 from stickslip_ros.lab.runs.courses import Course
@@ -50,29 +50,21 @@ def simulate_verb(arguments: argparse.Namespace) -> Answer:
     parameters, waveform = chosen_parameters(arguments), arguments.waveform
     if waveform is not None:
         try:
-            given = read_drive_input(waveform, parameters)
+            cycle = read_drive_input(waveform, parameters)
         except RecordingError as error:
             if '--map' not in str(error):
                 raise
             hint = 'of stickslip import, whose -o FILE simulate reads'
             raise StickSlipError(f'{error} {hint}') from None
-        waveform = np.column_stack((given.time_s, given.voltage_v))
+        waveform = np.column_stack((cycle.time_s, cycle.voltage_v))
     if arguments.output:
         if arguments.output.suffix.lower() not in {'', '.mcap'}:
             hint = 'write .mcap, then make a table of it with stickslip export'
             raise WrongKind('--output', str(arguments.output), 'an .mcap file', hint)
         prepare_output(arguments.output, is_new=True)
-    run = simulate(
-        parameters,
-        amplitude_m=arguments.amplitude,
-        voltage_v=arguments.voltage,
-        waveform=waveform,
-        frequency_hz=arguments.frequency,
-        steps=arguments.steps,
-        path=arguments.output,
-        is_recorded=arguments.output is not None,
-        progress=not arguments.json,
-    )
+    given = {**chosen_for(simulate, arguments), 'waveform': waveform}
+    file = arguments.output or False
+    run = simulate(parameters, **given, record=file, progress=not arguments.json)
     result = run.result
     bands = list[Section]()
     if draws := chosen_draws(arguments, BAND_DRAWS):
@@ -94,7 +86,7 @@ def _bands(
 
     def course(stand: Parameters) -> Course[dict[str, float]]:
         amplitude_m = voltage_v * stand.actuator.gain
-        run = yield from drive_course(stand, amplitude_m, hertz, arguments.steps)
+        run = yield from drive_course(stand, amplitude_m, hertz, arguments.steps or 0)
         return {name: getattr(run, name) for name in _BANDS}
 
     with shown_progress('draws', quiet=arguments.json) as progress:
@@ -121,7 +113,7 @@ def sweep_verb(arguments: argparse.Namespace) -> Answer:
         varied=tuple(axes),
         frequencies_hz=parse_floats('frequency', arguments.frequency, FREQUENCY_SPEC),
         amplitudes_m=parse_floats('amplitude', arguments.amplitude, AMPLITUDE_SPEC),
-        steps=arguments.steps,
+        **chosen_for(Sweep, arguments),
     )
     journal_path = path.with_name(f'{path.name}.journal')
     with (
@@ -129,16 +121,11 @@ def sweep_verb(arguments: argparse.Namespace) -> Answer:
         shown_progress('runs', quiet=arguments.json, resumes=True) as progress,
     ):
         resumed = len(journal.rows)
-        rows = run_sweep(
-            sweep,
-            journal=journal,
-            workers=arguments.workers,
-            scheduler=arguments.scheduler,
-            progress=progress,
-        )
+        given = chosen_for(run_sweep, arguments)
+        rows = run_sweep(sweep, **given, journal=journal, progress=progress)
         if draws := chosen_draws(arguments, BAND_DRAWS):
             over_draws = [
-                run_sweep(replace(sweep, parameters=each), workers=arguments.workers)
+                run_sweep(replace(sweep, parameters=each), workers=arguments.workers or 0)
                 for each in draws
             ]
             for case, row in enumerate(rows):
@@ -162,17 +149,11 @@ def sweep_verb(arguments: argparse.Namespace) -> Answer:
 
 def zero_amplitude_verb(arguments: argparse.Namespace) -> Answer:
     """Find the amplitude below which a free runner makes no steps."""
-    result = zero_amplitude(
-        chosen_parameters(arguments),
-        arguments.frequency,
-        steps=arguments.steps,
-        progress=not arguments.json,
-    )
+    stand, given = chosen_parameters(arguments), chosen_for(zero_amplitude, arguments)
+    result = zero_amplitude(stand, **given, progress=not arguments.json)
     tables = result.sections()
     if draws := chosen_draws(arguments, _SLOW_DRAWS):
-        found = [
-            zero_amplitude(each, arguments.frequency, steps=arguments.steps) for each in draws
-        ]
+        found = [zero_amplitude(each, **given) for each in draws]
         band = band_of([each.zero_amplitude_m for each in found])
         row = ("0-amplitude, Edeler's", *(f'{NM * value:.3f}' for value in band.values()), 'nm')
         tables.append(

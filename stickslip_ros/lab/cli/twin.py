@@ -16,5 +16,5 @@ def twin_verb(arguments: argparse.Namespace) -> Answer:
     chosen_parameters(arguments)  # refuses what cannot be
     words = ros_arguments(arguments)
     if arguments.headers:
-        words += ['-p', f"twin.map:='{', '.join(arguments.headers)}'"]
+        words += ['-p', f"twin.map:='{', '.join(map('='.join, arguments.headers.items()))}'"]
     return Answer(None, status=main(words))

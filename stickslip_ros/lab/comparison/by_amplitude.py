@@ -21,6 +21,7 @@ from stickslip_ros.lab.comparison.result import (
     threshold_of,
 )
 from stickslip_ros.lab.experiments.experiment import NUMBERS
+from stickslip_ros.lab.experiments.options import ReadingOptions
 from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.lab.experiments.reading import of_points
 from stickslip_ros.lab.runs.batch import Progress, pool_of
@@ -112,9 +113,7 @@ def of_sweep(table: 'Path | DataFrame') -> PointTable:
 def of_model(
     table: PointTable,
     parameters: Parameters,
-    frequency_hz: float,
-    steps: int,
-    workers: int,
+    options: ReadingOptions,
     progress: bool | Progress,
 ) -> PointTable:
     """
@@ -133,8 +132,9 @@ def of_model(
             raise Incomparable(name, problem, 'take --set or the column away')
     if FORCE_COLUMN not in table.columns and 'step_length_m' in table.columns:
         parameters = parameters.updated(WITHOUT_CELL)
-    asked = of_points(table.side.origin, table.columns, frequency_hz, steps, names)
-    with progress_of(progress, 'runs') as show, pool_of(workers) as pool:
+    frequency_hz, origin = options.frequency_hz, table.side.origin
+    asked = of_points(origin, table.columns, frequency_hz, options.steps, names)
+    with progress_of(progress, 'runs') as show, pool_of(options.workers) as pool:
         found = predict(parameters, asked, pool=pool, progress=show)
     columns = {table.axis: table.columns[table.axis], **table.settings}
     columns.setdefault(FREQUENCY_COLUMN, [frequency_hz] * table.side.rows)

@@ -116,9 +116,12 @@ class WaveGoal:
     """What a wave shall do best: one of OBJECTIVES, and its constraints."""
 
     objective: str
-    load_n: float = 0.0  # against the motion; 0 takes what the objective says
-    speed_m_per_s: float = 0.0  # that a wave must make; 0 is any
+    load_n: float = 0.0
+    """Force against the motion; 0 is that of the objective, N."""
+    speed_m_per_s: float = 0.0
+    """Least speed of the wave; 0 is any, m/s."""
     backwards: bool = False
+    """Move the runner the other way."""
 
     def __post_init__(self) -> None:
         """Refuse what cannot be meant."""

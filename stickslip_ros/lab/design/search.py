@@ -66,9 +66,12 @@ class WaveSearch:
     stand: Parameters  # its amplifier limits the waves
     frequencies_hz: tuple[float, float]  # lowest and highest
     preloads_n: tuple[float, float]  # lowest and highest
-    knots: int = 8  # of the spline
-    evaluations: int = 1000  # of each search
+    knots: int = 8
+    """Knots of the spline, 6 to 16."""
+    evaluations: int = 1000
+    """Evaluations of each search."""
     seed: int = 0
+    """Seed of the search."""
     judges: tuple[Parameters, ...] = ()  # stands that judge a wave by their mean; none: the stand
 
     def __post_init__(self) -> None:

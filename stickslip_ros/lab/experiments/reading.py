@@ -6,7 +6,6 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,10 +27,11 @@ from stickslip_ros.lab.experiments.experiment import (
     VoltageStep,
     ZeroAmplitudeRuns,
 )
+from stickslip_ros.lab.experiments.options import ReadingOptions
 from stickslip_ros.lab.experiments.sensor_limits import check_limits
 from stickslip_ros.lab.runs.mapped import mapped_series
 from stickslip_ros.lab.runs.recorded import recorded_series, recorded_stand
-from stickslip_ros.lab.runs.recorded_run import Run
+from stickslip_ros.lab.runs.recorded_run import recording_of
 from stickslip_ros.lab.runs.replay import DriveInput
 from stickslip_ros.lab.runs.sweep import bare_name
 from stickslip_ros.lab.runs.zero_amplitude import WITHOUT_CELL
@@ -40,13 +40,11 @@ from stickslip_ros.lab.tables.experiment import (
     BY_AMPLITUDE,
     OVER_TIME,
     MeasuredTable,
-    Reading,
-    listed_tables,
+    listed_sources,
     read_experiment,
 )
 from stickslip_ros.lab.waveform.recognise import GIVE_COMMANDS, recognise
 from stickslip_ros.parameters import SENSORS, Parameters, ReplaceableDefault, Scalar
-from stickslip_ros.recording.integrity import is_recording
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_file import TOPICS_RECORD
 from stickslip_ros.recording.series import Series
@@ -72,21 +70,17 @@ _OWN = ('stand.', 'load_cell.contact', 'load_cell.gap')
 
 @dataclass(frozen=True)
 class DriveSource:
-    """What is known of the voltage beside the recording of it."""
+    """Commands and window of a recording's voltage."""
 
     commands: 'Table | None' = None  # times and voltages, exactly
-    frequency_max_hz: float | None = None  # without effect
     window_s: tuple[float, float] | None = None  # stretch of recordings that counts, in their time
 
 
 def read_experiments(
     given: Any,
     stand: Parameters,
-    reading: Reading,
-    source: DriveSource,
-    frequency_hz: float = 1000.0,
-    steps: int = 0,
-    outliers: float = 6.0,
+    options: ReadingOptions,
+    report: Callable[[MeasuredTable], None] | None = None,
 ) -> list[Experiment]:
     """
     Return the experiments that files, frames, runs and experiments hold.
@@ -97,16 +91,10 @@ def read_experiments(
         A recording or a table over time is one experiment, each row of a table by amplitude one.
     stand : Parameters
         Slew rate and range of its amplifier help to recognise a voltage.
-    reading : Reading
-        Which column or topic is what, and preloads.
-    source : DriveSource
-        What is known of the voltage, and the window.
-    frequency_hz : float
-        Steps per second of points that have none.
-    steps : int
-        Cycles from rest after which numbers were read; 0: when they were steady.
-    outliers : float
-        Robust standard deviations from which a lone reading is left out; 0 keeps all.
+    options : ReadingOptions
+        How they are read.
+    report : callable, optional
+        Called with each ``MeasuredTable`` when it has been read.
 
     Raises
     ------
@@ -114,21 +102,22 @@ def read_experiments(
         If there is no voltage or nothing that was seen, or the voltage is none that can be played.
 
     """
-    if steps < 0:
-        raise OutOfRange('steps', steps, '', 'below 0', 'give a number, or 0 for steady numbers')
+    if options.steps < 0:
+        hint = 'give a number, or 0 for steady numbers'
+        raise OutOfRange('steps', options.steps, '', 'below 0', hint)
+    outliers = options.outliers
     if outliers < 0.0:
         raise OutOfRange('outliers', outliers, '', 'below 0', 'give 6, or 0 to keep all')
-    listed = [given] if isinstance(given, Experiment | Run) else listed_tables(given)
+    reading, listed = options.reading(report), listed_sources(given)
+    source = DriveSource(options.commands, window_s=options.window_s)
     reading.check_count(len(listed))
     found = list[Experiment]()
     for number, each in enumerate(listed):
         if isinstance(each, Experiment):
             found.append(each)
             continue
-        if isinstance(each, Run) or (isinstance(each, Path) and is_recording(each)):
-            recording = each.recording if isinstance(each, Run) else Recording(each)
-            topics = (each.topics if isinstance(each, Run) else None) or reading.topics
-            one = _of_recording(recording, topics, stand, reading.preload_n(number), source)
+        if recorded := recording_of(each, reading.topics):
+            one = _of_recording(*recorded, stand, reading.preload_n(number), source)
         else:
             table = read_experiment(each, reading, number=number)
             if table.kind == BY_AMPLITUDE:
@@ -136,7 +125,9 @@ def read_experiments(
                     if quantity in table.columns and not np.any(table.columns[quantity]):
                         hint = f'check the column {quantity}'
                         raise RecordingError(table.origin, f'has no {quantity} other than 0', hint)
-                found += of_points(table.origin, table.columns, frequency_hz, steps)
+                found += of_points(
+                    table.origin, table.columns, options.frequency_hz, options.steps
+                )
                 continue
             one = _of_table(table, stand, reading.preload_n(number), source)
         found.append(without_outliers(one, outliers) if outliers else one)
@@ -162,7 +153,7 @@ def voltage_of(
 
     """
     if source.commands is not None:
-        [commands] = listed_tables(source.commands)
+        [commands] = listed_sources(source.commands)
         table = read_experiment(commands, kind=OVER_TIME, measured=(_VOLTAGE,))
         rows = np.column_stack((table.columns['time_s'], table.columns[_VOLTAGE]))
         rows[:, 0] -= rows[0, 0]

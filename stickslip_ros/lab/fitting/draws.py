@@ -12,7 +12,7 @@ import numpy as np
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError
 from stickslip_ros.files import read_bytes
-from stickslip_ros.lab.fitting.free import Free
+from stickslip_ros.lab.fitting.free import Coordinate
 from stickslip_ros.lab.fitting.statistics import UNDETERMINED, vague
 from stickslip_ros.parameters import Parameters
 
@@ -21,14 +21,19 @@ DRAWS_MAX = 10_000
 
 
 def drawn(
-    stand: Parameters, free: Sequence[Free], place: Array, covariance: Array, count: int, seed: int
+    stand: Parameters,
+    free: Sequence[Coordinate],
+    place: Array,
+    covariance: Array,
+    count: int,
+    seed: int,
 ) -> list[Parameters]:
     """
     Return stands from the normal distribution of coordinates.
 
     Parameters
     ----------
-    stand, free : Parameters, sequence of Free
+    stand, free : Parameters, sequence of Coordinate
         The fitted stand, and which of its parameters were free.
     place, covariance : array, shapes (free,) and (free, free)
         Minimum and covariance of the coordinates; what has no variance stays as it is.
@@ -99,13 +104,13 @@ def read_note(path: Path) -> str:
     return str(json.loads(path.read_bytes()).get('bands', ''))
 
 
-def _read(path: Path) -> tuple[Parameters, list[Free], Array, Array, bool]:
+def _read(path: Path) -> tuple[Parameters, list[Coordinate], Array, Array, bool]:
     """Return stand, free parameters, minimum, its covariance, and whether the fit holds."""
     hint = 'give the .json of stickslip fit -o'
     try:
         said = json.loads(read_bytes(path, hint))
         free = [
-            Free(each['name'], each['unit'], each['start'], each['lower'], each['upper'])
+            Coordinate(each['name'], each['unit'], each['start'], each['lower'], each['upper'])
             for each in said['estimates']
         ]
         stand = Parameters().updated(said['parameters'])

@@ -6,10 +6,10 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TypeAlias
 
 from stickslip_ros.errors import OutOfRange, WrongKind
-from stickslip_ros.parameters import Parameters, spec_of
+from stickslip_ros.parameters import Parameters, Scalar, spec_of
 from stickslip_ros.parameters.typed import to_si_list
 
 FITTED_GROUPS = ('contact', 'friction_law', 'runner', 'load_cell', 'actuator', 'amplifier')
@@ -39,12 +39,41 @@ OF_A_FALL = 'actuator.resonance', 'actuator.damping_ratio', 'amplifier.bandwidth
 """What shows in the microseconds after a fall; one of them cannot be told without the others."""
 
 
+Known: TypeAlias = tuple[float, float]
+"""A value and its relative standard error."""
+
+
 @dataclass(frozen=True)
 class Free:
-    """
-    A parameter that a fit may change: where the first search starts, bounds, both allowed.
+    """A parameter that a fit may change. Quantities are numbers in SI units, or typed: ``3g``."""
 
-    Bounds that nobody has given are ``movable``: a search that ends on one goes on beyond it.
+    name: str
+    """Name of the parameter, ``contact.friction``."""
+    start: float | str | None = None
+    """Value from which the first search starts; by default that of the stand."""
+    low: float | str | None = None
+    """Lower bound; by default a decade below the start, and a search may go beyond it."""
+    high: float | str | None = None
+    """Upper bound; by default a decade above the start, and a search may go beyond it."""
+    known: Known | str | None = None
+    """
+    Value measured otherwise, and its relative standard error.
+
+    A pair of numbers, ``(3e-3, 0.01)``, or typed, ``3g+-1%``.
+
+    """
+
+
+FreeParameters: TypeAlias = str | Free | Sequence[str | Free]
+"""Free parameters as a fit takes them."""
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """
+    A coordinate of a search: a free parameter, its start and its bounds, both allowed.
+
+    Bounds that were not given are ``movable``: a search that ends on one goes on beyond it.
 
     """
 
@@ -78,7 +107,7 @@ class Free:
         """Return the value of a coordinate, wherever it is."""
         return math.exp(coordinate) if self.is_log else coordinate * (self.upper - self.lower)
 
-    def widened(self, value: float, share: float) -> 'Free':
+    def widened(self, value: float, share: float) -> 'Coordinate':
         """Return it with the bound moved on which a value sits, within a share of the range."""
         spec, z = spec_of(self.name), self.to_coordinate(value)
         low, high = self.coordinates
@@ -103,27 +132,22 @@ class Free:
 
 
 def choose_free(
-    parameters: Parameters,
-    names: Sequence[str],
-    starts: Mapping[str, float | str] | None = None,
-    bounds: Mapping[str, tuple[float, float] | str] | None = None,
-) -> tuple[Parameters, tuple[Free, ...], tuple[str, ...]]:
+    parameters: Parameters, free: FreeParameters
+) -> tuple[Parameters, tuple[Coordinate, ...], tuple[str, ...]]:
     """
-    Return the stand of a fit, its free parameters, and notes about what was changed for it.
+    Return the stand of a fit, its coordinates, and notes about what was changed for it.
 
-    Starts and bounds are numbers or what was typed, bounds as ``low:high``. Without them a
-    parameter starts from the stand's value, a decade below and above its start and its default.
     Raises StickSlipError if a parameter cannot be fitted, or a start or a bound does not fit.
 
     """
-    starts, bounds = starts or {}, bounds or {}
-    _check_names(names, {'--start': starts, '--bounds': bounds})
+    chosen = listed_free(free)
+    names = [each.name for each in chosen]
+    _check_names(names)
     parameters, notes = _let_roughness_act(parameters, names)
     flat = parameters.flat()
-    free = []
-    for name in names:
-        start = spec_of(name).check(name, starts.get(name, flat[name] or TYPICAL.get(name, 0.0)))
-        free.append(_free(name, float(start), bounds.get(name)))
+    coordinates = [
+        _coordinate(each, flat[each.name] or TYPICAL.get(each.name, 0.0)) for each in chosen
+    ]
     off = [name for name in OF_A_FALL if name not in names and not flat[name]]
     if off and not set(OF_A_FALL).isdisjoint(names):
         note = (
@@ -131,41 +155,39 @@ def choose_free(
             f'the others; free {", ".join(OF_A_FALL)} together, or set what is known'
         )
         notes = (*notes, note)
-    return parameters.updated({one.name: one.start for one in free}), tuple(free), notes
+    starts = {one.name: one.start for one in coordinates}
+    return parameters.updated(starts), tuple(coordinates), notes
 
 
-def choose_known(
-    known: Mapping[str, tuple[float, float] | str], free: Sequence[Free]
-) -> dict[str, tuple[float, float]]:
-    """
-    Return values of free parameters that were measured otherwise, and relative standard errors.
+def listed_free(free: FreeParameters) -> list[Free]:
+    """Return free parameters as a list; a name alone is enough."""
+    listed = [free] if isinstance(free, str | Free) else free
+    return [Free(each) if isinstance(each, str) else each for each in listed]
 
-    Typed they are ``3g+-1%``. Raises StickSlipError if one is not free, or no such pair.
 
-    """
+def known_of(free: FreeParameters) -> dict[str, Known]:
+    """Return values that were measured otherwise, and errors; StickSlipError if one is no pair."""
     found = {}
-    for name, given in known.items():
-        spec, what = spec_of(name), f'--known {name}'
-        example = f'write {name}=VALUE+-1%, as 0.25+-1% or 3g+-1%'
-        if name not in {one.name for one in free}:
-            raise OutOfRange(what, str(given), '', 'not free', f'set it with --set {name}=VALUE')
+    for one in listed_free(free):
+        if (given := one.known) is None:
+            continue
+        spec, what = spec_of(one.name), f'--known {one.name}'
+        example = f'write {one.name}=VALUE+-1%, as 0.25+-1% or 3g+-1%'
         if isinstance(given, str):
             value, sign, error = given.replace('±', '+-').partition('+-')
             if not sign or not error.strip().endswith('%'):
                 raise WrongKind(what, given, 'VALUE+-SHARE%', example)
             [number] = to_si_list(what, (value,), spec.unit)
             [percent] = to_si_list(what, (error.strip().rstrip('%'),), '')
-            pair = number, 0.01 * percent
-        else:
-            pair = given
-        value_si, share = float(spec.check(name, pair[0])), float(pair[1])
+            given = number, 0.01 * percent
+        value_si, share = float(spec.check(one.name, given[0])), float(given[1])
         if not (share > 0.0 and value_si > 0.0):
-            raise OutOfRange(what, str(given), '', 'not above 0', example)
-        found[name] = (value_si, share)
+            raise OutOfRange(what, str(one.known), '', 'not above 0', example)
+        found[one.name] = (value_si, share)
     return found
 
 
-def _check_names(names: Sequence[str], others: Mapping[str, Mapping[str, Any]]) -> None:
+def _check_names(names: Sequence[str]) -> None:
     if not names:
         raise WrongKind('--free', '', 'a list of parameters', 'name one, as contact.friction')
     for name in names:
@@ -176,14 +198,8 @@ def _check_names(names: Sequence[str], others: Mapping[str, Mapping[str, Any]]) 
             limit = 'no property of the drive that a force tells of'
             hint = f'free quantities of {", ".join(FITTED_GROUPS)}'
             raise OutOfRange('free parameter', name, '', limit, hint)
-        if list(names).count(name) > 1:
+        if names.count(name) > 1:
             raise OutOfRange('parameter', name, '', 'freed twice', 'name it once')
-    for option, given in others.items():
-        for name in given:
-            spec_of(name)
-            if name not in names:
-                hint = f'add it to --free, or set it with --set {name}=VALUE'
-                raise OutOfRange(f'parameter of {option}', name, '', 'not free', hint)
 
 
 def _let_roughness_act(
@@ -206,35 +222,27 @@ def _let_roughness_act(
     return parameters.updated({PREFACTOR: 0.0}), (note,)
 
 
-def _free(name: str, start: float, bounds: tuple[float, float] | str | None) -> Free:
-    spec = spec_of(name)
-    if bounds is not None:
-        lower, upper = _checked_bounds(name, bounds)
-    elif start > 0.0:
-        lowest, highest = spec.minimum or 0.0, spec.maximum or math.inf
-        known = float(spec.default) or start  # 0 has no logarithm: a search moves its bound there
-        lower = max(min(start, known) / DECADE, lowest)
-        upper = min(max(start, known) * DECADE, highest)
-    else:
+def _coordinate(free: Free, present: Scalar) -> Coordinate:
+    """Return the coordinate of a free parameter; by default it starts from its present value."""
+    name, spec = free.name, spec_of(free.name)
+    start = float(spec.check(name, present if free.start is None else free.start))
+    if free.low is None and free.high is None and not start > 0.0:
         limit = 'a start without a scale'
         hint = f'give --start {name}=VALUE or --bounds {name}=LOW:HIGH'
         raise OutOfRange(name, start, spec.unit, limit, hint)
+    known = float(spec.default) or start  # 0 has no logarithm: a search moves its bound there
+    lower = max(min(start, known) / DECADE, spec.minimum or 0.0)
+    upper = min(max(start, known) * DECADE, spec.maximum or math.inf)
+    if free.low is not None:
+        lower = float(spec.check(name, free.low))
+    if free.high is not None:
+        upper = float(spec.check(name, free.high))
+    if not lower < upper:
+        limit = f'not below the upper one, {upper:g} {spec.unit}'.rstrip()
+        raise OutOfRange(f'lower bound of {name}', lower, spec.unit, limit, 'swap them')
     if not lower <= start <= upper:
         limit = f'outside of its bounds, {lower:g} to {upper:g} {spec.unit}'.rstrip()
         hint = f'move one of them: --start {name}=VALUE, --bounds {name}=LOW:HIGH'
         raise OutOfRange(f'start of {name}', start, spec.unit, limit, hint)
-    return Free(name, spec.unit, start, lower, upper, movable=bounds is None)
-
-
-def _checked_bounds(name: str, given: Sequence[float] | str) -> tuple[float, float]:
-    spec, what = spec_of(name), f'bounds of {name}'
-    if isinstance(given, str):
-        low, colon, high = given.partition(':')
-        if not colon:
-            raise WrongKind(what, given, 'LOW:HIGH', f'write --bounds {name}=LOW:HIGH')
-        given = to_si_list(what, (low, high), spec.unit)
-    lower, upper = (float(spec.check(name, each)) for each in given)
-    if not lower < upper:
-        limit = f'not below the upper one, {upper:g} {spec.unit}'.rstrip()
-        raise OutOfRange(f'lower bound of {name}', lower, spec.unit, limit, 'swap them')
-    return lower, upper
+    is_movable = free.low is None and free.high is None
+    return Coordinate(name, spec.unit, start, lower, upper, movable=is_movable)

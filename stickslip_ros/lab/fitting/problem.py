@@ -21,7 +21,7 @@ from stickslip_ros.lab.experiments.experiment import (
     VoltageStep,
 )
 from stickslip_ros.lab.experiments.predict import Prediction, predict_all
-from stickslip_ros.lab.fitting.free import Free
+from stickslip_ros.lab.fitting.free import Coordinate
 from stickslip_ros.lab.fitting.metric import Allowance, Metric, metric_of, waves_of
 from stickslip_ros.lab.runs.batch import Pool
 from stickslip_ros.parameters import Parameters
@@ -83,7 +83,7 @@ class Problem:
 
     Attributes
     ----------
-    parameters, free : Parameters, tuple of Free
+    parameters, free : Parameters, tuple of Coordinate
         The stand, and which of its parameters may change.
     experiments : tuple of Experiment
         What was seen. The steps of each run are fixed, so that its numbers are smooth.
@@ -101,7 +101,7 @@ class Problem:
     """
 
     parameters: Parameters
-    free: tuple[Free, ...]
+    free: tuple[Coordinate, ...]
     experiments: tuple[Experiment, ...]
     noise: StandardErrors
     allowance: Allowance | None = None
@@ -408,7 +408,7 @@ def _check_scale(one: Experiment, stand: Parameters) -> None:
 
 def pose(
     parameters: Parameters,
-    free: tuple[Free, ...],
+    free: tuple[Coordinate, ...],
     experiments: Sequence[Experiment],
     known: Mapping[str, tuple[float, float]] | None = None,
     tick: Callable[[], None] = silent,

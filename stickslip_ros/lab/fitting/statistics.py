@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.stats import norm, t
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.lab.fitting.free import Free
+from stickslip_ros.lab.fitting.free import Coordinate
 from stickslip_ros.lab.fitting.problem import Problem
 from stickslip_ros.lab.fitting.profile import profile
 from stickslip_ros.parameters import spec_of
@@ -32,7 +32,7 @@ _SHARE = 1e-3  # part of an undetermined combination from which a parameter belo
 
 
 @dataclass(frozen=True)
-class Estimate(Free):
+class Estimate(Coordinate):
     """
     A free parameter with its value and 95 % interval, which is even about its coordinate.
 

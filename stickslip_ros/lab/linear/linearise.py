@@ -197,8 +197,8 @@ def linearise(parameters: Parameters, at_voltage_v: float | None = None) -> Line
     parameters : Parameters
         The stand, at ``stand.preload``.
     at_voltage_v : float, optional
-        Voltage, V, to which the drive has come from rest; by default half-way between the limits
-        of the amplifier.
+        Voltage to which the drive has come from rest; by default half-way between the limits of
+        the amplifier, V.
 
     Raises
     ------

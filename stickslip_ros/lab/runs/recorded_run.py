@@ -23,6 +23,7 @@ from stickslip_ros.lab.runs.recorded import (
 )
 from stickslip_ros.lab.runs.run_result import SawtoothRun
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.recording.integrity import is_recording
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.series import Series
 from stickslip_ros.sections import Section, Shown
@@ -67,7 +68,7 @@ class Run(Shown):
     def recording(self) -> Recording:
         """Topics, messages, metadata, attachments; refused if there are none or damaged ones."""
         if self._path is None:
-            raise StickSlipError('the run was not recorded; simulate with is_recorded=True')
+            raise StickSlipError('the run was not recorded; simulate without record=False')
         return Recording(self._path)
 
     @property
@@ -244,6 +245,17 @@ def open_run(path: str | Path, topics: Mapping[str, str] | None = None) -> Run:
     run = Run(path, topics=topics)
     _ = run.series if topics else run.recording  # refuses now what cannot be read
     return run
+
+
+def recording_of(
+    source: object, topics: Mapping[str, str]
+) -> tuple[Recording, Mapping[str, str]] | None:
+    """Return a recording, of a Run or a path, and its topics: its own first; None of a table."""
+    if isinstance(source, Run):
+        return source.recording, source.topics or topics
+    if isinstance(source, Path) and is_recording(source):
+        return Recording(source), topics
+    return None
 
 
 def frame_of(found: Mapping[str, Series], source: str) -> 'DataFrame':

@@ -21,10 +21,10 @@ from stickslip_ros.interface.topics import recorded_channels
 from stickslip_ros.lab.runs.batch import Progress
 from stickslip_ros.lab.runs.mapped import mapped_series
 from stickslip_ros.lab.runs.recorded import recorded_stand
+from stickslip_ros.lab.runs.recorded_run import recording_of
 from stickslip_ros.lab.tables.experiment import AS_IT_IS, OVER_TIME, Reading, read_experiment
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import stop_if_asked
-from stickslip_ros.recording.integrity import is_recording
 from stickslip_ros.recording.reader import Difference, Recording, compare_data, data_digest
 from stickslip_ros.recording.requests import channels_of, recorded_requests
 from stickslip_ros.recording.run import ReportingBench, RunWriter
@@ -201,12 +201,12 @@ def _span(recording: Recording) -> tuple[int, int]:
 
 def read_drive_input(path: Path, stand: Parameters, reading: Reading = AS_IT_IS) -> DriveInput:
     """Read a voltage, or a stroke where there is none, over time."""
-    if is_recording(path):
-        topics = {name: text for name, text in reading.topics.items() if name in {_VOLTAGE, _FOOT}}
+    topics = {name: text for name, text in reading.topics.items() if name in {_VOLTAGE, _FOOT}}
+    if recorded := recording_of(path, topics):
         if not topics:
             hint = f'say which topic is the voltage: --map {_VOLTAGE}=/rig/amplifier.data'
             raise RecordingError(path, 'gives no voltage to play', hint)
-        found = mapped_series(Recording(path), topics)
+        found = mapped_series(*recorded)
         name = _VOLTAGE if _VOLTAGE in found else _FOOT
         time_s, values = found[name].time_s, found[name].value
     else:

@@ -143,8 +143,7 @@ def simulate(
     waveform: ArrayLike | None = None,
     frequency_hz: float | None = None,
     steps: int = 0,
-    path: str | Path | None = None,
-    is_recorded: bool = True,
+    record: str | Path | bool = True,
     progress: bool | Progress = False,
 ) -> Run:
     """
@@ -164,10 +163,9 @@ def simulate(
         Steps per second; negative ones go backwards. By default 1000, or as the waveform says.
     steps : int
         Number of steps; 0 goes on until the force is steady, at most 5000.
-    path : path-like, optional
-        The file to record; by default one that lives as long as what is returned.
-    is_recorded : bool
-        Whether there is a file at all; without one a run takes less time.
+    record : path-like or bool
+        The file to record; by default one that lives as long as what is returned. ``False``
+        records nothing, which takes less time.
     progress : bool or callable
         Whether to show how far it has come; or what is called with steps done and wanted, 0 if
         that is not known.
@@ -209,12 +207,9 @@ def simulate(
         voltage_v = float(np.ptp(stretched[:, 1]))
     wave = check_request(request, parameters)
     stand = start_on_wave(parameters, wave)
-    grid_ns, folder, file = stand.trace_period_ns, None, Path(path) if path else None
-    if file is None and is_recorded:
-        folder = Path(tempfile.mkdtemp(prefix='stickslip-'))
-        file = folder / 'run.mcap'
-    elif file is None:
-        grid_ns = stand.block_ns
+    folder = Path(tempfile.mkdtemp(prefix='stickslip-')) if record is True else None
+    file = Path(record) if isinstance(record, str | Path) else folder and folder / 'run.mcap'
+    grid_ns = stand.trace_period_ns if file else stand.block_ns
     joins = is_steered_by_requests(stand, is_recorded=file is not None)
     bench = Bench(stand.updated({'sim.block': stand.trace.period}) if joins else stand)
     try:

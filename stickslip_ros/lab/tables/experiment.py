@@ -6,7 +6,7 @@
 import dataclasses
 import io
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -172,11 +172,11 @@ class Reading:
 AS_IT_IS = Reading()
 
 
-def listed_tables(given: Any) -> list[Any]:
-    """Return one table, the path of a file or a frame of pandas, or several, as a list."""
-    is_one = isinstance(given, str | Path) or hasattr(given, 'to_csv')
-    tables = [given] if is_one else given
-    return [Path(each) if isinstance(each, str) else each for each in tables]
+def listed_sources(given: Any) -> list[Any]:
+    """Return one source of data, or several, as a list; texts become paths."""
+    is_one = isinstance(given, str) or hasattr(given, 'to_csv') or not isinstance(given, Iterable)
+    sources = [given] if is_one else given
+    return [Path(each) if isinstance(each, str) else each for each in sources]
 
 
 def read_experiment(

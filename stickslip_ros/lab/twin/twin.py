@@ -26,7 +26,7 @@ from stickslip_ros.lab.experiments.reading import (
     experiment_over_time,
     without_outliers,
 )
-from stickslip_ros.lab.fitting.fit import Searching, fit_experiments
+from stickslip_ros.lab.fitting.fit import FitOptions, fit_experiments
 from stickslip_ros.lab.fitting.free import FROM_ZERO, choose_free
 from stickslip_ros.lab.fitting.metric import metric_of, waves_of
 from stickslip_ros.lab.fitting.problem import FINEST, shifted
@@ -35,8 +35,6 @@ from stickslip_ros.lab.twin.settings import TwinParameters
 from stickslip_ros.lab.twin.window import Window
 from stickslip_ros.parameters import Parameters, to_nanoseconds
 
-_OUTLIERS = 6.0
-"""Robust standard deviations from which a lone reading is left out."""
 _FITTED_MOST = 3000
 """Readings of a window that are fitted, the first: more take longer and tell little more."""
 _SAMPLES_MIN = 32  # readings of a window below which a quantity is none
@@ -175,7 +173,7 @@ class Twin:
             self._source,
             {},
         )
-        return without_outliers(one, _OUTLIERS)
+        return without_outliers(one, FitOptions().outliers)
 
     def is_due(self, look: Look) -> bool:
         """Return whether a window is the first of a period, and is to be fitted; ask once."""
@@ -201,8 +199,8 @@ class Twin:
             self._free,
             [replace(one, seen=seen)],
             known=self._known,
-            outliers=_OUTLIERS,
-            how=Searching(starts, workers=1, is_warm=True),
+            options=FitOptions(starts=starts, workers=1),
+            is_warm=True,
         )
 
     def follow(self, fitted: Fit) -> None:

@@ -127,6 +127,23 @@ def test_with_steps_every_run_makes_as_many_as_the_experiment(experiment, capsys
     assert result['warnings'] == []
 
 
+@pytest.mark.parametrize(
+    ('words', 'said'),
+    [
+        (['--start', 'runner.mass=3g'], "--start 'runner.mass' is not free; add it to --free"),
+        (['--known', 'runner.mass=3g+-1%'], "--known 'runner.mass' is not free; add it"),
+        (['--bounds', 'runner.mas=1:2'], 'did you mean runner.mass'),
+        (['--bounds', 'contact.friction=0.1'], "bounds of contact.friction '0.1' is not LOW:HIGH"),
+        (['--bounds', 'contact.friction'], 'is not an assignment; write --bounds NAME=LOW:HIGH'),
+        (['--start', 'contact.friction'], 'is not an assignment; write --start NAME=VALUE'),
+    ],
+)
+def test_what_is_typed_of_a_parameter_is_refused_before_anything_is_read(words, said, capsys):
+    assert fit(Path('none.csv'), '--free', 'contact.friction', *words) == 2
+    [line] = capsys.readouterr().err.splitlines()
+    assert said in line
+
+
 def test_ctrl_c_says_how_far_the_fit_came_and_ends_with_130(experiment, capsys, monkeypatch):
     def pressed(*_: object) -> None:
         raise KeyboardInterrupt

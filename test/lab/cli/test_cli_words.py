@@ -12,6 +12,7 @@ import shlex
 import subprocess
 import sys
 from functools import cache
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -19,12 +20,23 @@ import pytest
 import yaml
 
 import stickslip_ros
+from stickslip_ros import (
+    CompareOptions,
+    FitOptions,
+    Free,
+    simulate,
+    sweep,
+    zero_amplitude,
+)
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError, UnknownName
 from stickslip_ros.lab.cli.bode import POINTS
+from stickslip_ros.lab.cli.chosen import chosen_for
 from stickslip_ros.lab.cli.drive import ros_arguments
 from stickslip_ros.lab.cli.main import build_parser, main
 from stickslip_ros.lab.cli.verbs import VERBS
 from stickslip_ros.lab.comparison.by_amplitude import MODEL
+from stickslip_ros.lab.design.objectives import WaveGoal
+from stickslip_ros.lab.design.search import WaveSearch
 from stickslip_ros.lab.fitting.free import FITTED_GROUPS
 from stickslip_ros.lab.paper.make import FIGURES
 from stickslip_ros.lab.runs.sawtooth_run import STEADY_STEPS_MAX
@@ -188,25 +200,61 @@ def test_one_spelling_of_an_option_is_one_thing():
 
 
 @pytest.mark.parametrize(
-    ('verb', 'name', 'arguments'),
+    ('verb', 'owner', 'names'),
     [
-        ('simulate', 'simulate', ('amplitude_m', 'voltage_v', 'frequency_hz', 'steps')),
-        ('sweep', 'sweep', ('steps',)),
-        ('zero-amplitude', 'zero_amplitude', ('frequency_hz', 'steps')),
-        ('fit', 'fit', ('frequency_hz', 'frequency_max_hz', 'steps', 'starts', 'seed')),
+        ('simulate', simulate, ('amplitude_m', 'voltage_v', 'frequency_hz', 'steps')),
+        ('sweep', sweep, ('steps',)),
+        ('zero-amplitude', zero_amplitude, ('frequency_hz', 'steps')),
+        ('fit', FitOptions, tuple(signature(FitOptions).parameters)),
+        ('fit', Free, ('start', 'known')),
+        ('compare', CompareOptions, tuple({*signature(CompareOptions).parameters} - {'outliers'})),
+        ('optimise', WaveSearch, ('knots', 'evaluations', 'seed')),
+        ('optimise', WaveGoal, ('load_n', 'speed_m_per_s', 'backwards')),
     ],
 )
-def test_an_option_has_the_default_and_the_words_of_the_argument_of_its_function(
-    verb: str, name: str, arguments: tuple[str, ...]
+def test_an_option_has_the_default_and_the_words_of_its_argument_or_field(
+    verb: str, owner: Any, names: tuple[str, ...]
 ):
-    function = getattr(stickslip_ros, name)
-    options, said = parsers()[verb]._option_string_actions, function.__doc__.lower().split()
-    for argument in arguments:
-        option = options[f'--{argument.rpartition("_")[0] or argument}'.replace('_', '-')]
-        default = inspect.signature(function).parameters[argument].default
-        words = (option.help or '').partition(' (default')[0].lower().split()
-        assert option.default == default
-        assert ' '.join(words) in ' '.join(said)
+    options = {each.dest: each for each in reversed(parsers()[verb]._actions)}
+    owners = owner.mro()[:-1] if isinstance(owner, type) else [owner]
+    sources = [inspect.getsource(each) for each in owners]
+    said = ' '.join(' '.join(sources).lower().split())
+    for name in names:
+        shown, _, default = (options[name].help or '').replace('%%', '%').partition(' (default: ')
+        words = re.split(r', as |: 2ms@|; may be|, with commas|, m/s', shown.lower())[0]
+        assert words in said
+        assert not options[name].default
+        expected = signature(owner).parameters[name].default
+        if isinstance(expected, int | float) and expected:
+            assert float(re.sub('[A-Za-z]+\\)', '', default).rstrip(')')) == expected
+
+
+def test_a_record_gets_what_is_typed_and_else_its_defaults():
+    words = 'fit a.csv --free contact.friction'
+    assert chosen_for(FitOptions, build_parser().parse_args(words.split())) == {}
+    words += ' --frequency 2kHz --window 2ms@1s --preload 100mN --preload 0.2N,300mN --starts 3'
+    words += ' --map force_n=F --commands b.csv --shape 1nm --start runner.mass=3g'
+    parsed = build_parser().parse_args(words.split())
+    assert FitOptions(**chosen_for(FitOptions, parsed)) == FitOptions(
+        frequency_hz=2000.0,
+        window_s=(1.0, 1.002),
+        preloads_n=[0.1, 0.2, 0.3],
+        starts=3,
+        headers={'force_n': 'F'},
+        commands=Path('b.csv'),
+        shape_m=1e-9,
+    )
+    assert parsed.start == {'runner.mass': '3g'}
+
+
+@pytest.mark.parametrize('is_first', [True, False])
+def test_a_typed_header_wins_over_that_of_a_file_wherever_it_stands(
+    tmp_path: Path, is_first: bool
+):
+    (tmp_path / 'map.yaml').write_text('force_n: Kraft\ntime_s: Zeit\n')
+    words = [['--map', 'force_n=CH2'], ['--map-file', str(tmp_path / 'map.yaml')]]
+    typed = sum(words if is_first else words[::-1], ['import', 'a.csv'])
+    assert build_parser().parse_args(typed).headers == {'force_n': 'CH2', 'time_s': 'Zeit'}
 
 
 def test_help_tells_the_numbers_of_the_package(capsys: Any):

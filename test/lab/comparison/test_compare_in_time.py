@@ -12,7 +12,7 @@ import pytest
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.interface.cdr import pack_stamped
 from stickslip_ros.interface.channels import Channel, Qos
-from stickslip_ros.lab.comparison.compare import compare
+from stickslip_ros.lab.comparison.compare import CompareOptions, compare
 from stickslip_ros.lab.comparison.in_time import estimate_alignment
 from stickslip_ros.lab.runs.recorded import recorded_series
 from stickslip_ros.message_types import POINT_STAMPED
@@ -29,8 +29,8 @@ SUBSAMPLE = 0.05
 MS_NS = 1_000_000
 
 
-def compared(a, b=None, **shift):
-    return compare(a, b, **shift)
+def compared(a, b=None, **options):
+    return compare(a, b, options=CompareOptions(**options))
 
 
 def write_series(path, series, late_s=0.0, sigma=None):
@@ -126,7 +126,7 @@ def test_another_seed_and_preload_are_named_and_the_numbers_are_direct(recorded_
     from stickslip_ros.lab.runs.sawtooth_run import simulate  # noqa: PLC0415 - this test only
 
     other = Parameters().updated({'sim.seed': 2, 'stand.preload': 0.4})
-    simulate(other, voltage_v=300.0, steps=20, path=tmp_path / 'other.mcap')
+    simulate(other, voltage_v=300.0, steps=20, record=tmp_path / 'other.mcap')
     comparison = compared(recorded_run[1], tmp_path / 'other.mcap')
     assert {each.name for each in comparison.differences} == {'sim.seed', 'stand.preload'}
     a, b = (

@@ -12,7 +12,7 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from stickslip_ros.errors import RecordingError
-from stickslip_ros.lab.comparison.compare import compare
+from stickslip_ros.lab.comparison.compare import CompareOptions, compare
 from stickslip_ros.lab.runs.page import page_of
 from stickslip_ros.lab.runs.plotting import svg_of
 from stickslip_ros.parameters import Parameters
@@ -59,13 +59,13 @@ def points(tmp_path_factory):
         '0.1,6e-8,0.03,1e-3\n0.1,1.6e-7,0.06,1e-3\n0.5,6e-8,0.01,1e-3\n0.5,1.6e-7,0.17,1e-3\n',
         encoding='utf-8',
     )
-    return compare(path, Parameters(), steps=20)
+    return compare(path, Parameters(), options=CompareOptions(steps=20))
 
 
 @pytest.fixture(scope='module')
 def runs(recorded_run):
     path = str(recorded_run[1])
-    return compare(path, path, shift_s=1e-3)
+    return compare(path, path, options=CompareOptions(shift_s=1e-3))
 
 
 @pytest.fixture(scope='module', params=['points', 'runs'])

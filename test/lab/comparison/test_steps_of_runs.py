@@ -95,7 +95,7 @@ def test_a_simulated_run_scatters_in_a_comparison_as_it_says_itself(tmp_path):
     for travel in (0.0, 1.0):
         parameters = Parameters().updated({**free, 'contact.travel': travel})
         path = tmp_path / f'{travel}.mcap'
-        runs.append(simulate(parameters, amplitude_m=113.77e-9, steps=200, path=path))
+        runs.append(simulate(parameters, amplitude_m=113.77e-9, steps=200, record=path))
     report = compare(*runs)
     noise_m = 0.3e-9  # of two readings of the interferometer
     for run, steps in zip(runs, report.steps, strict=True):

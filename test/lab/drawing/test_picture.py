@@ -80,7 +80,7 @@ def test_a_run_without_cycles_or_without_a_trace_is_refused():
 
 def test_the_example_draws_a_recording_up_to_a_time(film: Callable[..., Path], tmp_path: Path):
     run, path = tmp_path / 'run.mcap', tmp_path / 'new' / 'film.svg'
-    simulate(Parameters(), amplitude_m=100e-9, steps=8, path=run)
+    simulate(Parameters(), amplitude_m=100e-9, steps=8, record=run)
     moving = [each for each in ET.parse(film(run, path)).iter() if 'animate' in each.tag]
     assert len(moving) > 10
     assert {len(each.attrib['values'].split(';')) for each in moving} == {2, FRAMES}

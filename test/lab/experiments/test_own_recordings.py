@@ -12,18 +12,18 @@ import pytest
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.lab.comparison.compare import compare
+from stickslip_ros.lab.comparison.compare import CompareOptions, compare
 from stickslip_ros.lab.comparison.result import Incomparable
 from stickslip_ros.lab.experiments.experiment import Experiment, Voltage
+from stickslip_ros.lab.experiments.options import ReadingOptions
 from stickslip_ros.lab.experiments.predict import predict
-from stickslip_ros.lab.experiments.reading import DriveSource, read_experiments
+from stickslip_ros.lab.experiments.reading import read_experiments
 from stickslip_ros.lab.experiments.sensor_clock import lateness_of
-from stickslip_ros.lab.fitting.fit import fit
-from stickslip_ros.lab.fitting.free import choose_free
+from stickslip_ros.lab.fitting.fit import FitOptions, fit
+from stickslip_ros.lab.fitting.free import Free, choose_free
 from stickslip_ros.lab.fitting.metric import Allowance
 from stickslip_ros.lab.fitting.problem import StandardErrors, pose
 from stickslip_ros.lab.runs.recorded import recorded_stand
-from stickslip_ros.lab.tables.experiment import Reading
 from stickslip_ros.parameters import SENSORS, Parameters, load_yaml
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run import ReportingBench, RunWriter
@@ -58,7 +58,7 @@ def recorded(
 
 def experiment_of(path: Path, **known) -> Experiment:
     stand = recorded_stand(Recording(path))
-    [one] = read_experiments([path], stand, Reading(), DriveSource(**known))
+    [one] = read_experiments([path], stand, ReadingOptions(**known))
     return one
 
 
@@ -156,9 +156,9 @@ def test_a_model_is_told_as_the_stand_that_was_run(tmp_path):
     path = recorded(tmp_path / 'run.mcap', WAVES, stand)
     found = compare(path, Parameters())
     assert found.b.changed == {'load_cell.contact': 'absent', 'stand.preload': 0.35}
-    for given in ({'frequency_hz': 500.0}, {'steps': 10}):
+    for given in (CompareOptions(frequency_hz=500.0), CompareOptions(steps=10)):
         with pytest.raises(Incomparable, match='is over time, where the voltage says frequency'):
-            compare(path, Parameters(), **given)
+            compare(path, Parameters(), options=given)
 
 
 def test_a_window_cuts_off_the_force_that_steps_before_it_have_built_up(tmp_path):
@@ -229,7 +229,7 @@ def test_a_sensor_that_holds_its_samples_keeps_its_low_pass(tmp_path):
 def test_a_recording_with_a_load_cell_is_fitted_to_the_noise(tmp_path):
     plan = ((0, Request('sawtooth', (213.31360581535392, 1000.0, 40.0))),)
     path = recorded(tmp_path / 'run.mcap', plan, Parameters(), 45)
-    found = fit(path, ['contact.friction'], start={'contact.friction': 0.25}, starts=2)
+    found = fit(path, Free('contact.friction', start=0.25), options=FitOptions(starts=2))
     assert found.holds
     [friction] = found.estimates
     assert abs(friction.value - 0.3) < 3.0 * friction.standard_error < 1e-3

@@ -19,8 +19,8 @@ from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.experiments import predict as predict_module
 from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps
 from stickslip_ros.lab.fitting.draws import read_draws
-from stickslip_ros.lab.fitting.fit import Searching, fit, fit_experiments
-from stickslip_ros.lab.fitting.free import choose_free
+from stickslip_ros.lab.fitting.fit import FitOptions, fit, fit_experiments
+from stickslip_ros.lab.fitting.free import Free, choose_free
 from stickslip_ros.lab.fitting.missing import Missing
 from stickslip_ros.lab.fitting.report import Fit, as_object, warnings_of
 from stickslip_ros.lab.runs.courses import Course
@@ -34,6 +34,7 @@ SAME_ERRORS = 5e-3
 other degrees."""
 ROUNDING = 1e-6
 """Of a fit to the same data in other words: the tolerance of the search."""
+ALONE = FitOptions(starts=1, workers=1)
 DOF = 3
 """Five points, two parameters."""
 SETS, SETS_INSIDE = 40, 34
@@ -53,10 +54,10 @@ def fitted(
     """Fit from a place beside the truth; dots of parameters are written as __ in bounds."""
     beside = {'contact.friction': '0.27', 'runner.damping': '70'}
     free_names = names.split() or list(TRUTH)
-    start = {name: text for name, text in beside.items() if name in free_names}
-    bounds = {name.replace('__', '.'): text for name, text in values.items()}
-    stand, free, _ = choose_free(truth, free_names, start, bounds)
-    return fit_experiments(stand, free, points, how=Searching(starts, workers=1))
+    bounds = {name.replace('__', '.'): text.split(':') for name, text in values.items()}
+    wanted = [Free(each, beside.get(each), *bounds.get(each, ())) for each in free_names]
+    stand, free, _ = choose_free(truth, wanted)
+    return fit_experiments(stand, free, points, options=FitOptions(starts=starts, workers=1))
 
 
 @pytest.fixture(scope='module')
@@ -83,7 +84,7 @@ def test_what_was_measured_several_times_is_computed_once_and_told_from_the_firs
     def show(done: int, total: int) -> None:
         told.append((done, total))
 
-    found = fit(frame, ['contact.friction'], starts=1, workers=1, progress=show)
+    found = fit(frame, 'contact.friction', options=ALONE, progress=show)
     assert told == [(number, 0) for number in range(1, len(told) + 1)]
     assert len(set(runs)) == len(runs)
     assert {each[1].amplitude_m for each in runs if isinstance(each[1], SawtoothSteps)} == {
@@ -123,7 +124,7 @@ def test_data_without_noise_give_the_parameters_back_from_most_starts(truth):
 def test_the_rms_height_comes_back_and_the_prefactor_gives_way(truth):
     rough = truth.updated({'contact.prefactor': 0.0, 'contact.rms_height': 1.3e-6})
     stand, free, notes = choose_free(truth, ['contact.rms_height'])
-    fit = fit_experiments(stand, free, exact_points(rough), how=Searching(1))
+    fit = fit_experiments(stand, free, exact_points(rough), options=FitOptions(starts=1))
     assert_same_values(fit, [1.3e-6])
     assert fit.parameters.contact.prefactor == 0.0
     assert notes == (
@@ -210,7 +211,10 @@ def test_the_truth_lies_in_the_intervals_as_often_as_they_promise(truth, known):
     for seed in range(SETS):
         stand, free, _ = choose_free(truth, list(TRUTH))
         found = fit_experiments(
-            stand, free, noisy_points(truth, seed, known=known), how=Searching(1, workers=1)
+            stand,
+            free,
+            noisy_points(truth, seed, known=known),
+            options=ALONE,
         )
         inside += [one.low <= TRUTH[one.name] <= one.high for one in found.estimates]
     assert np.all(inside >= SETS_INSIDE)
@@ -257,9 +261,9 @@ def test_on_a_given_bound_nothing_is_estimated_and_a_wrong_model_is_told_by_its_
 @pytest.mark.parametrize('damping', [0.0, 0.5])
 def test_default_bounds_give_way_to_what_the_model_is_by_default(damping):
     stand = Parameters().updated({'runner.damping': damping})
-    start, free, _ = choose_free(stand, list(TRUTH), {'runner.damping': '20'})
+    start, free, _ = choose_free(stand, ['contact.friction', Free('runner.damping', start='20')])
     assert free[1].lower == 2.0
-    fit = fit_experiments(start, free, exact_points(stand), how=Searching(1, workers=1))
+    fit = fit_experiments(start, free, exact_points(stand), options=ALONE)
     friction, found = fit.estimates
     assert found.lower == 0.0
     assert abs(found.value - damping) < 0.05
@@ -310,8 +314,11 @@ def test_two_moduli_that_act_as_one_are_told(truth):
 
 def test_the_number_of_threads_changes_nothing(truth):
     points = noisy_points(truth, 3)
-    stand, free, _ = choose_free(truth, list(TRUTH), {'runner.damping': '60'})
-    one, two = (fit_experiments(stand, free, points, how=Searching(3, workers=n)) for n in (1, 2))
+    stand, free, _ = choose_free(truth, ['contact.friction', Free('runner.damping', start='60')])
+    one, two = (
+        fit_experiments(stand, free, points, options=FitOptions(starts=3, workers=workers))
+        for workers in (1, 2)
+    )
     assert (one.estimates, one.searches) == (two.estimates, two.searches)
     assert np.array_equal(one.covariance, two.covariance)
 

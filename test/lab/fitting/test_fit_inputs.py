@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps
-from stickslip_ros.lab.experiments.reading import DriveSource, read_experiments
+from stickslip_ros.lab.experiments.options import ReadingOptions
+from stickslip_ros.lab.experiments.reading import read_experiments
 from stickslip_ros.lab.fitting.fit import fit
-from stickslip_ros.lab.fitting.free import FITTED_GROUPS, Free, choose_free
-from stickslip_ros.lab.tables.experiment import Reading
+from stickslip_ros.lab.fitting.free import FITTED_GROUPS, Coordinate, Free, choose_free
 from stickslip_ros.parameters import Parameters, specs
 
 ROUNDING = 1e-12
@@ -49,40 +49,38 @@ def test_a_piezo_that_rings_beside_an_amplifier_without_a_bandwidth_is_told():
 
 
 def test_default_bounds_hold_the_default_of_the_model_too():
-    _, (friction,), _ = choose_free(
-        Parameters(), ['contact.friction'], {'contact.friction': '0.02'}
-    )
+    _, (friction,), _ = choose_free(Parameters(), Free('contact.friction', start='0.02'))
     assert (friction.lower, friction.upper) == pytest.approx((2e-3, 3.0), rel=ROUNDING, abs=0.0)
     assert friction.movable
 
 
 def test_default_bounds_move_and_given_ones_stay():
-    free = Free('runner.mass', 'kg', 3e-3, 3e-4, 3e-2, movable=True)
+    free = Coordinate('runner.mass', 'kg', 3e-3, 3e-4, 3e-2, movable=True)
     assert free.widened(3e-4, 1e-3).lower == pytest.approx(3e-5, rel=ROUNDING, abs=0.0)
     assert free.widened(3e-4, 1e-3).upper == 3e-2
     assert free.widened(3e-2, 1e-3).upper == pytest.approx(0.3)
     assert free.widened(3e-3, 1e-3) == free
-    given = Free('runner.mass', 'kg', 3e-3, 3e-4, 3e-2)
+    given = Coordinate('runner.mass', 'kg', 3e-3, 3e-4, 3e-2)
     assert given.widened(3e-4, 1e-3) == given
-    damping = Free('runner.damping', 'N s/m', 20.0, 2.0, 200.0, movable=True)
+    damping = Coordinate('runner.damping', 'N s/m', 20.0, 2.0, 200.0, movable=True)
     assert damping.widened(2.0, 1e-3).lower == 0.0
-    limited = Free('contact.poisson_runner', '', 0.3, 0.03, 0.5, movable=True)
+    limited = Coordinate('contact.poisson_runner', '', 0.3, 0.03, 0.5, movable=True)
     assert limited.widened(0.5, 1e-3) == limited
     assert limited.is_limited(0.4999)
 
 
 def test_start_and_bounds_as_typed_are_taken():
     stand, (free,), _ = choose_free(
-        Parameters(), ['runner.damping'], {'runner.damping': '50'}, {'runner.damping': '0:200'}
+        Parameters(), Free('runner.damping', start='50', low='0', high='200')
     )
-    assert free == Free('runner.damping', 'N s/m', 50.0, 0.0, 200.0)
+    assert free == Coordinate('runner.damping', 'N s/m', 50.0, 0.0, 200.0)
     assert not free.is_log
     assert stand.runner.damping == 50.0
 
 
 @given(st.floats(0.0, 1.0), st.booleans())
 def test_a_coordinate_and_its_value_belong_to_each_other(share, is_log):
-    free = Free('runner.damping', 'N s/m', 1.0, 0.01 if is_log else 0.0, 100.0)
+    free = Coordinate('runner.damping', 'N s/m', 1.0, 0.01 if is_log else 0.0, 100.0)
     lower, upper = free.coordinates
     value = free.to_value(lower + share * (upper - lower))
     assert free.lower <= value <= free.upper
@@ -93,7 +91,7 @@ def test_only_quantities_of_the_drive_can_be_freed():
     freed = set()
     for name, spec in specs().items():
         try:
-            choose_free(Parameters(), [name], {}, {name: f'{spec.minimum}:{spec.maximum}'})
+            choose_free(Parameters(), [Free(name, low=spec.minimum, high=spec.maximum)])
         except StickSlipError:
             continue
         freed.add(name)
@@ -104,51 +102,46 @@ def test_only_quantities_of_the_drive_can_be_freed():
 
 
 @pytest.mark.parametrize(
-    ('names', 'starts', 'bounds', 'message'),
+    ('free', 'message'),
     [
-        (['contact.fricton'], {}, {}, 'did you mean contact.friction'),
-        (['contact.law'], {}, {}, "free parameter 'contact.law' is not a quantity"),
-        (['contact.line_points'], {}, {}, 'is not a quantity'),
-        (['sim.dt'], {}, {}, "'sim.dt' is no property of the drive"),
-        (['stand.preload'], {}, {}, "'stand.preload' is no property of the drive"),
-        (['trace.period'], {}, {}, 'free quantities of contact, friction_law, runner'),
-        ([], {}, {}, 'is not a list of parameters'),
-        (['runner.mass', 'runner.mass'], {}, {}, "'runner.mass' is freed twice"),
+        ('contact.fricton', 'did you mean contact.friction'),
+        ('contact.law', "free parameter 'contact.law' is not a quantity"),
+        ('contact.line_points', 'is not a quantity'),
+        ('sim.dt', "'sim.dt' is no property of the drive"),
+        ('stand.preload', "'stand.preload' is no property of the drive"),
+        ('trace.period', 'free quantities of contact, friction_law, runner'),
+        ([], 'is not a list of parameters'),
+        (['runner.mass', Free('runner.mass')], "'runner.mass' is freed twice"),
+        ('friction_law.viscous', 'friction_law.viscous 0 N s/m is a start without a scale'),
+        (Free('runner.mass', start='much'), "'much' is not a number in kg"),
+        (Free('runner.mass', low='2e-3', high='1e-3'), 'is not below the upper one'),
+        (Free('runner.mass', low='1e-3', high=11.0), 'above the maximum 10 kg'),
         (
-            ['friction_law.viscous'],
-            {},
-            {},
-            'friction_law.viscous 0 N s/m is a start without a scale',
-        ),
-        (['runner.mass'], {'runner.damping': '5'}, {}, "'runner.damping' is not free"),
-        (['runner.mass'], {'runner.mass': 'much'}, {}, "'much' is not a number in kg"),
-        (['runner.mass'], {}, {'runner.mass': '1e-3'}, "'1e-3' is not LOW:HIGH"),
-        (['runner.mass'], {}, {'runner.mass': '2e-3:1e-3'}, 'is not below the upper one'),
-        (['runner.mass'], {}, {'runner.mass': '1e-3:11'}, 'above the maximum 10 kg'),
-        (
-            ['runner.mass'],
-            {},
-            {'runner.mass': '4e-3:5e-3'},
+            Free('runner.mass', low='4e-3', high='5e-3'),
             'start of runner.mass 0.003 kg is outside of its bounds, 0.004 to 0.005 kg',
         ),
         (
             ['contact.rms_height', 'contact.prefactor'],
-            {},
-            {},
             "'contact.rms_height' is without effect while contact.prefactor is free",
         ),
     ],
 )
-def test_what_does_not_fit_is_refused(names, starts, bounds, message):
+def test_what_does_not_fit_is_refused(free, message):
     with pytest.raises(StickSlipError) as refusal:
-        choose_free(Parameters(), names, starts, bounds)
+        choose_free(Parameters(), free)
     assert message in str(refusal.value)
 
 
+def test_one_bound_alone_leaves_the_other_a_decade_away():
+    _, (mass,), _ = choose_free(Parameters(), Free('runner.mass', high='4g'))
+    assert (mass.lower, mass.upper) == pytest.approx((3e-4, 4e-3), rel=ROUNDING, abs=0.0)
+    assert not mass.movable
+
+
 def test_names_are_refused_before_anything_is_read():
-    for names, known in ((['friction'], {}), (['contact.friction'], {'contact.friction': '0.3'})):
+    for free in ('friction', Free('contact.friction', known='0.3')):
         with pytest.raises(StickSlipError, match='friction') as refusal:
-            fit('there_is_no.mcap', names, known=known)
+            fit('there_is_no.mcap', free)
         assert 'there_is_no' not in str(refusal.value)
 
 
@@ -159,7 +152,7 @@ def test_a_chosen_prefactor_does_not_give_way_silently():
 
 
 def read(path: Path, frequency_hz: float = 1000.0) -> list[Experiment]:
-    return read_experiments(path, Parameters(), Reading(), DriveSource(), frequency_hz)
+    return read_experiments(path, Parameters(), ReadingOptions(frequency_hz=frequency_hz))
 
 
 def test_a_file_is_read_with_and_without_its_optional_columns(tmp_path):
@@ -202,5 +195,5 @@ def test_a_file_without_usable_numbers_is_refused(text, message, tmp_path):
 
 
 def test_an_infinite_scale_has_no_rounding_beyond_its_bounds():
-    free = Free('contact.friction', '', 0.3, 0.1, 0.7)
+    free = Coordinate('contact.friction', '', 0.3, 0.1, 0.7)
     assert free.to_value(math.log(0.7) + 1e-9) == 0.7

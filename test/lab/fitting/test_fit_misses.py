@@ -17,7 +17,7 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
 from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.lab.fitting.draws import read_draws
-from stickslip_ros.lab.fitting.fit import fit
+from stickslip_ros.lab.fitting.fit import FitOptions, fit
 from stickslip_ros.lab.fitting.free import choose_free
 from stickslip_ros.lab.fitting.missing import missing_from
 from stickslip_ros.lab.fitting.problem import Predicted, Problem, StandardErrors, pose
@@ -65,7 +65,7 @@ def ringing() -> Fit:
     one = Experiment('rig', SETTINGS, Voltage(ROWS), (seen,))
     stand = Parameters().updated({'runner.damping': rig.damping_n_s_per_m})
     free = ['contact.friction', 'runner.mass']
-    return fit(one, free, parameters=stand, starts=1, workers=1)
+    return fit(one, free, parameters=stand, options=FitOptions(starts=1, workers=1))
 
 
 def test_a_ringing_piezo_that_passes_for_little_friction_is_found_by_a_trial(ringing: Fit):
@@ -156,7 +156,12 @@ def test_a_value_that_is_held_wrong_and_moves_a_free_one_is_told():
     time_s, position_m = rig.positions(ROWS, RATE_HZ, 4)
     one = Experiment('rig', SETTINGS, Voltage(ROWS), (Seen('position_m', position_m, time_s),))
     stand = Parameters().updated({'runner.damping': rig.damping_n_s_per_m})
-    held = fit(one, ['contact.friction', 'actuator.gain'], parameters=stand, starts=1, workers=1)
+    held = fit(
+        one,
+        ['contact.friction', 'actuator.gain'],
+        parameters=stand,
+        options=FitOptions(starts=1, workers=1),
+    )
     assert held.p_value is not None
     assert held.p_value > 0.01  # the allowance covers what is missed
     assert held.is_biased

@@ -3,6 +3,8 @@
 
 """0-amplitude and ring-down of rigs of springs, and of a linear oscillator, tell what they are."""
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -10,11 +12,11 @@ from spring_rig import G_STAR_PA, SHARES, SLEW_V_PER_S, Rig, _row
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.lab.comparison.compare import compare
+from stickslip_ros.lab.comparison.compare import CompareOptions, compare
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, VoltageStep
 from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.lab.experiments.ring_down import ring_down
-from stickslip_ros.lab.fitting.fit import fit
+from stickslip_ros.lab.fitting.fit import FitOptions, fit
 from stickslip_ros.lab.fitting.plan import plan
 from stickslip_ros.lab.fitting.report import as_object
 from stickslip_ros.lab.runs.zero_amplitude import zero_amplitude
@@ -135,7 +137,8 @@ def test_who_knows_a_0_amplitude_and_a_ring_down_learns_friction_mass_and_dampin
         }
     )
     free = ['contact.friction', 'runner.mass', 'runner.damping']
-    found = fit([zeros, ringing], free, preloads_n=(rig.preload_n,), steps=STEPS, starts=1)
+    said: Any = {'preloads_n': (rig.preload_n,), 'steps': STEPS}
+    found = fit([zeros, ringing], free, options=FitOptions(**said, starts=1))
     for one, true in zip(
         found.estimates, (rig.friction, rig.mass_kg, rig.damping_n_s_per_m), strict=True
     ):
@@ -152,10 +155,11 @@ def test_who_knows_a_0_amplitude_and_a_ring_down_learns_friction_mass_and_dampin
     assert points[0]['model'] == pytest.approx(of_model.zero_amplitude_m, rel=1e-9, abs=0.0)
     with pytest.raises(StickSlipError, match='readings to plan by'):
         plan(found)
-    compared = compare(ringing, found.parameters, preloads_n=(rig.preload_n,))
+    options = CompareOptions(preloads_n=(rig.preload_n,))
+    compared = compare(ringing, found.parameters, options=options)
     assert [each.name for each in compared.quantities] == ['ringing_hz', 'decay_s']
     assert compared.quantities[0].agreement.rms < 20.0
-    alone = compare(zeros, found.parameters, preloads_n=(rig.preload_n,), steps=STEPS)
+    alone = compare(zeros, found.parameters, options=CompareOptions(**said))
     assert alone.axis == 'preload_n'
     assert alone.quantities[0].agreement.rms < 0.5e-9
     assert [axes.get_xlabel() for axes in alone.plot().axes][-1] == 'preload (N)'
@@ -173,5 +177,5 @@ def test_who_knows_a_0_amplitude_and_a_ring_down_learns_friction_mass_and_dampin
 )
 def test_numbers_that_need_more_or_less_are_refused(columns: dict, message: str):
     with pytest.raises(StickSlipError) as refusal:
-        fit(pd.DataFrame(columns), ['runner.mass'], preloads_n=(0.5,))
+        fit(pd.DataFrame(columns), ['runner.mass'], options=FitOptions(preloads_n=(0.5,)))
     assert message in str(refusal.value)

@@ -13,23 +13,24 @@ from spring_rig import Rig, voltage
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.cli.main import main
-from stickslip_ros.lab.comparison.compare import compare
+from stickslip_ros.lab.comparison.compare import CompareOptions, compare
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage, noise_of
-from stickslip_ros.lab.experiments.reading import LEAD_S, DriveSource, read_experiments
+from stickslip_ros.lab.experiments.options import ReadingOptions
+from stickslip_ros.lab.experiments.reading import LEAD_S, read_experiments
 from stickslip_ros.lab.experiments.sensor_clock import lateness_of
-from stickslip_ros.lab.fitting.fit import fit
+from stickslip_ros.lab.fitting.fit import FitOptions, fit
 from stickslip_ros.lab.fitting.free import choose_free
 from stickslip_ros.lab.fitting.problem import pose
 from stickslip_ros.lab.fitting.report import Fit, warnings_of
 from stickslip_ros.lab.fitting.result import P_VALUE_MIN
 from stickslip_ros.lab.runs.replay import DriveInput, replay_input
-from stickslip_ros.lab.tables.experiment import Reading
 from stickslip_ros.parameters import Parameters
 
 ROWS = voltage((-60.0, 250.0, 1), (280.0, 300.0, 3), (300.0, 600.0, 4))
 RATE_HZ = 50e3
 RIG = Rig(preload_n=0.35, friction=0.26)
 STAND = Parameters().updated({'runner.damping': RIG.damping_n_s_per_m})
+PRELOADED = CompareOptions(preloads_n=(0.35,))
 ROUNDED_M = 1e-9
 GAIN_SHARE = 1e-3  # that readings of the feet without noise leave
 
@@ -48,19 +49,15 @@ def fitted(
     commands: Path | None = None,
 ) -> Fit:
     free = ['contact.friction', 'runner.mass', 'actuator.gain']
-    return fit(
-        table,
-        free,
-        parameters=STAND,
-        preloads_n=preloads_n,
-        commands=commands,
-        starts=1,
-        workers=1,
-    )
+    options = FitOptions(preloads_n=preloads_n, commands=commands, starts=1, workers=1)
+    return fit(table, free, parameters=STAND, options=options)
 
 
 def test_a_table_over_time_is_compared_at_the_preload_that_is_said():
-    said, unsaid = compare(frame(), STAND, preloads_n=(0.35,)), compare(frame(), STAND)
+    said, unsaid = (
+        compare(frame(), STAND, options=PRELOADED),
+        compare(frame(), STAND),
+    )
     set_by_name = compare(frame(), STAND.updated({'stand.preload': '0.5'}))
     for each in (said, set_by_name):
         assert not any('preload' in note for note in each.b.notes)
@@ -76,7 +73,7 @@ def test_a_model_is_compared_with_the_bands_of_its_draws():
         for each in chance.normal(size=40)
     ]
     middle = STAND.updated({'contact.friction': RIG.friction})
-    found = compare(frame(), middle, preloads_n=(0.35,), draws=draws, progress=False)
+    found = compare(frame(), middle, draws=draws, progress=False, options=PRELOADED)
     [position] = found.quantities
     assert position.agreement.within_95 is not None
     assert position.agreement.within_68 is not None
@@ -86,7 +83,7 @@ def test_a_model_is_compared_with_the_bands_of_its_draws():
     assert part.band is not None
     lows = [part.band[name] for name in ('low_95', 'low_68', 'middle', 'high_68', 'high_95')]
     assert np.all(np.diff(lows, axis=0) > 0.0)
-    wrong = compare(frame(), STAND, preloads_n=(0.35,), draws=[STAND, STAND])
+    wrong = compare(frame(), STAND, draws=[STAND, STAND], options=PRELOADED)
     assert wrong.quantities[0].agreement.within_95 < 0.7
     assert found.to_json()['quantities'][0]['agreement']['width_95'] > 4.0 * RIG.noise_m
     assert len(found.plot().axes) == 2
@@ -133,7 +130,7 @@ def test_a_sensor_that_shows_noise_alone_is_refused(noise_m: float):
 
 
 def read(table: pd.DataFrame, window_s: tuple[float, float] | None = None) -> Experiment:
-    [one] = read_experiments(table, STAND, Reading(), DriveSource(window_s=window_s))
+    [one] = read_experiments(table, STAND, ReadingOptions(window_s=window_s))
     return one
 
 
@@ -187,7 +184,7 @@ def test_readings_that_drop_out_for_a_while_are_no_counter():
 
 
 def test_a_force_of_nothing_beside_a_motion_is_left_out_and_told():
-    [one] = read_experiments(frame().assign(force_n=0.0), STAND, Reading(), DriveSource())
+    [one] = read_experiments(frame().assign(force_n=0.0), STAND, ReadingOptions())
     assert [each.quantity for each in one.seen] == ['position_m']
     assert 'force_n shows noise alone and is left out' in one.notes[0]
 
@@ -198,7 +195,8 @@ def test_a_recording_of_this_package_without_a_load_cell_is_fitted_by_its_motion
     )
     path = tmp_path / 'own.mcap'
     replay_input(DriveInput('rows', ROWS[:, 0], ROWS[:, 1], is_voltage=True), path, truth)
-    found = fit(path, ['contact.friction', 'actuator.gain'], parameters=STAND, starts=1)
+    free = ['contact.friction', 'actuator.gain']
+    found = fit(path, free, parameters=STAND, options=FitOptions(starts=1))
     [one] = found.experiments
     assert [each.quantity for each in one.seen] == ['position_m']
     assert one.notes == ()
@@ -290,7 +288,7 @@ def test_a_window_of_a_long_recording_is_run_from_shortly_before_it():
         {'time_s': time_s, 'voltage_v': np.interp(time_s, *rows.T), 'position_m': position_m}
     )
     window_s = 0.2, 0.23
-    [one] = read_experiments(table, STAND, Reading(), DriveSource(window_s=window_s))
+    [one] = read_experiments(table, STAND, ReadingOptions(window_s=window_s))
     [seen] = one.seen
     assert isinstance(one.drive, Voltage)
     assert one.drive.begins_s == pytest.approx(0.2 - LEAD_S, rel=0.0, abs=1.0 / RATE_HZ)
@@ -298,7 +296,7 @@ def test_a_window_of_a_long_recording_is_run_from_shortly_before_it():
         window_s, rel=0.0, abs=1.5 / RATE_HZ
     )
     stand = STAND.updated({'contact.friction': RIG.friction})
-    found = compare(table, stand, preloads_n=(0.35,), window_s=window_s)
+    found = compare(table, stand, options=CompareOptions(preloads_n=(0.35,), window_s=window_s))
     assert found.quantities[0].agreement.rms < 3.0 * RIG.noise_m
 
 
@@ -306,9 +304,9 @@ def test_a_recording_that_is_too_long_or_has_nothing_in_the_window_is_refused():
     time_s = np.linspace(0.0, 10.0, 5000)
     table = pd.DataFrame({'time_s': time_s, 'voltage_v': time_s, 'position_m': 1e-6 * time_s})
     with pytest.raises(StickSlipError, match=r'10 s is above 2 s, .* --window 0.3s@2s'):
-        read_experiments(table, STAND, Reading(), DriveSource())
+        read_experiments(table, STAND, ReadingOptions())
     with pytest.raises(StickSlipError, match=r'0 samples of the position_m of .* from 0 to 10 s'):
-        read_experiments(table, STAND, Reading(), DriveSource(window_s=(11.0, 12.0)))
+        read_experiments(table, STAND, ReadingOptions(window_s=(11.0, 12.0)))
 
 
 @pytest.mark.parametrize('multiple', [1.0, 2.0])
@@ -316,7 +314,7 @@ def test_a_saw_tooth_at_a_multiple_of_the_rate_of_its_monitor_is_no_hold(multipl
     rate_hz = 1000.0
     table = with_monitor(voltage((280.0, multiple * rate_hz, 40), rest_s=8e-3), rate_hz)
     with pytest.raises(StickSlipError, match='give the commands'):
-        read_experiments(table, STAND, Reading(), DriveSource())
+        read_experiments(table, STAND, ReadingOptions())
 
 
 @pytest.mark.parametrize('factor', [1e3, 1e-3])
@@ -325,6 +323,6 @@ def test_a_motion_in_another_unit_is_refused_by_what_a_volt_moves(factor: float)
     with pytest.raises(StickSlipError, match=r'm per volt, .* check the units of position and'):
         fitted(scaled)
     lever = STAND.updated({'actuator.gain': factor * RIG.gain_m_per_v})
-    [one] = read_experiments(scaled, lever, Reading(), DriveSource())
+    [one] = read_experiments(scaled, lever, ReadingOptions())
     stand, free, _ = choose_free(lever, ['contact.friction'])
     assert pose(stand, free, [one]).has_traces

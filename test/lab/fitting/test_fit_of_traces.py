@@ -29,7 +29,8 @@ from stickslip_ros.lab.experiments.predict import (
 )
 from stickslip_ros.lab.experiments.sensor_clock import lateness_of
 from stickslip_ros.lab.fitting.draws import read_draws, read_note
-from stickslip_ros.lab.fitting.fit import fit
+from stickslip_ros.lab.fitting.fit import FitOptions, fit
+from stickslip_ros.lab.fitting.free import Free
 from stickslip_ros.lab.fitting.metric import DELAY_S, Allowance, metric_of, slower, waves_of
 from stickslip_ros.lab.fitting.report import Fit, as_object, warnings_of
 from stickslip_ros.parameters import Parameters, Scalar
@@ -80,7 +81,7 @@ def learned() -> tuple[Rig, Fit]:
         late_s=1.3e-3,
         low_pass_hz=20e3,
     )
-    return rig, fit(experiment(rig, 1), list(NAMES), starts=1)
+    return rig, fit(experiment(rig, 1), list(NAMES), options=FitOptions(starts=1))
 
 
 def test_a_rig_with_another_sensor_and_a_late_clock_is_learned(learned: tuple[Rig, Fit]):
@@ -114,7 +115,7 @@ def test_a_sensor_too_slow_for_the_ringing_is_told_and_its_intervals_are_wide():
     rig = Rig(preload_n=0.35, friction=0.24, mass_kg=3.4e-3, low_pass_hz=2e3)
     free = ['contact.friction', 'runner.mass', 'actuator.gain']
     stand = Parameters().updated({'runner.damping': rig.damping_n_s_per_m})
-    found = fit(experiment(rig, 1), free, parameters=stand, starts=1)
+    found = fit(experiment(rig, 1), free, parameters=stand, options=FitOptions(starts=1))
     assert_holds(found, rig)
     [[seen]] = [one.seen for one in found.experiments]
     assert seen.slow_s == pytest.approx(1.0 / (2.0 * np.pi * rig.low_pass_hz), rel=0.1, abs=0.0)
@@ -126,7 +127,7 @@ def test_a_sensor_too_slow_for_the_ringing_is_told_and_its_intervals_are_wide():
 @pytest.mark.parametrize('filters_readings', [True, False])
 def test_errors_allow_for_a_low_pass_of_readings_and_for_one_of_the_motion(filters_readings: bool):
     rig = Rig(0.65, noise_m=7e-10, low_pass_hz=6.5e3, filters_readings=filters_readings)
-    found = fit(experiment(rig, 3), list(NAMES), starts=1)
+    found = fit(experiment(rig, 3), list(NAMES), options=FitOptions(starts=1))
     assert found.holds
     assert_holds(found, rig)
     assert found.estimates[0].standard_error < 0.02
@@ -139,7 +140,8 @@ def test_digits_coarser_than_the_noise_count_twice_and_are_told():
     rounded = replace(fine, values=digit_m * np.round(fine.values / digit_m))
     free = ['contact.friction', 'runner.mass', 'actuator.gain']
     stand = Parameters().updated({'runner.damping': rig.damping_n_s_per_m})
-    found = fit(replace(seen, seen=(rounded,)), free, parameters=stand, starts=1)
+    coarse = replace(seen, seen=(rounded,))
+    found = fit(coarse, free, parameters=stand, options=FitOptions(starts=1))
     assert found.holds
     assert_holds(found, rig)
     assert any('is rounded by more than its noise' in note for note in found.notes)
@@ -158,7 +160,7 @@ def test_a_low_pass_of_readings_sees_a_step_at_the_next_reading_and_those_that_a
 
 def test_what_a_bound_left_over_does_not_pass_for_noise_once_it_has_moved():
     rig = Rig(damping_n_s_per_m=0.0, noise_m=1.5e-10)  # a search begins between 2 and 200 N s/m
-    found = fit(experiment(rig, 1), ['runner.damping'], parameters=Parameters(), starts=1)
+    found = fit(experiment(rig, 1), 'runner.damping', options=FitOptions(starts=1))
     [[noise]] = found.problem.noise.values
     assert noise == pytest.approx(rig.noise_m, rel=0.1, abs=0.0)
 
@@ -173,7 +175,7 @@ def test_a_sensor_of_500_hz_is_told_and_no_interval_misses_what_is_true():
         gain_m_per_v=4.93e-10,
         low_pass_hz=500.0,
     )
-    found = fit(experiment(rig, 2), list(NAMES), starts=1)
+    found = fit(experiment(rig, 2), list(NAMES), options=FitOptions(starts=1))
     assert_holds(found, rig)
     [[seen]] = [one.seen for one in found.experiments]
     assert seen.slow_s == pytest.approx(1.0 / (2.0 * np.pi * rig.low_pass_hz), rel=0.05, abs=0.0)
@@ -183,7 +185,7 @@ def test_a_sensor_of_500_hz_is_told_and_no_interval_misses_what_is_true():
 def test_noise_before_the_low_pass_of_a_sensor_is_shared_by_readings_and_told():
     rig = Rig(friction=0.33, mass_kg=2.7e-3, noise_m=5e-9, low_pass_hz=2e3, is_noise_behind=False)
     free = [name for name in NAMES if name != 'contact.prefactor']
-    found = fit(experiment(rig, 4), free, starts=1)
+    found = fit(experiment(rig, 4), free, options=FitOptions(starts=1))
     assert found.holds
     assert_holds(found, rig)
     [[seen]] = [one.seen for one in found.experiments]
@@ -212,7 +214,7 @@ def test_a_clock_that_noise_hides_is_tried_where_a_fit_leaves_too_much():
     assert not by_falls.is_clear
     free = ['contact.friction', 'runner.mass', 'actuator.gain']
     stand = Parameters().updated({'runner.damping': rig.damping_n_s_per_m})
-    found = fit(seen, free, parameters=stand, starts=1)
+    found = fit(seen, free, parameters=stand, options=FitOptions(starts=1))
     assert_holds(found, rig)
     assert found.problem.shifts_s[0] == pytest.approx(rig.late_s, rel=0.0, abs=2e-5)
 
@@ -257,11 +259,12 @@ def test_a_monitor_that_may_be_divided_is_the_first_thing_to_check(learned: tupl
 
 def test_a_mass_that_was_weighed_makes_the_others_surer():
     rig = Rig(preload_n=0.6, friction=0.33, mass_kg=2.6e-3)
-    free = ['contact.friction', 'contact.prefactor', 'runner.mass']
+    free: list[str | Free] = ['contact.friction', 'contact.prefactor', 'runner.mass']
     stand = Parameters().updated({'runner.damping': rig.damping_n_s_per_m})
     seen = experiment(rig, 2)
-    alone = fit(seen, free, parameters=stand, starts=1)
-    weighed = fit(seen, free, parameters=stand, starts=1, known={'runner.mass': '2.6g+-0.5%'})
+    alone = fit(seen, free, parameters=stand, options=FitOptions(starts=1))
+    sure = [*free[:2], Free('runner.mass', known='2.6g+-0.5%')]
+    weighed = fit(seen, sure, parameters=stand, options=FitOptions(starts=1))
     assert_holds(weighed, rig)
     for one, other in zip(alone.estimates, weighed.estimates, strict=True):
         assert other.standard_error < 0.5 * one.standard_error
@@ -271,12 +274,12 @@ def test_what_a_rig_has_and_the_stand_lacks_is_named_and_warned_of():
     rig = Rig(hysteresis=0.35)
     stand = Parameters().updated({'runner.damping': rig.damping_n_s_per_m})
     free = ['contact.friction', 'actuator.gain']
-    found = fit(experiment(rig, 3), free, parameters=stand, starts=2)
+    found = fit(experiment(rig, 3), free, parameters=stand, options=FitOptions(starts=2))
     assert found.missing[0].name == 'actuator.hysteresis'
     [warning] = [text for text in warnings_of(found) if 'lacks something' in text]
     assert 'freeing actuator.hysteresis would lower chi-square per reading from' in warning
     names = ['contact.friction', 'actuator.gain', 'actuator.hysteresis']
-    more = fit(experiment(rig, 3), names, parameters=stand, starts=2)
+    more = fit(experiment(rig, 3), names, parameters=stand, options=FitOptions(starts=2))
     worst = found.missing[0]
     assert more.estimates[2].low > 0.05
     assert more.missing[0].chi_square == pytest.approx(worst.expected, rel=0.1, abs=0.0)
@@ -295,7 +298,7 @@ def test_forces_and_a_trace_are_fitted_at_once():
     )
     free = ['contact.friction', 'actuator.gain']
     start = Parameters().updated({'runner.damping': 20.0})
-    found = fit([experiment(rig, 4), forces], free, parameters=start, starts=1)
+    found = fit([experiment(rig, 4), forces], free, parameters=start, options=FitOptions(starts=1))
     assert_holds(found, rig)
     assert len(found.experiments) == 4
 
@@ -423,12 +426,14 @@ def test_a_table_that_says_too_little_is_refused(
 @pytest.mark.parametrize(
     ('known', 'message'),
     [
-        ({'runner.mass': '3g'}, "'3g' is not VALUE+-SHARE%; write runner.mass=VALUE+-1%"),
-        ({'runner.mass': '3g+-0%'}, 'is not above 0'),
-        ({'runner.damping': '3+-1%'}, 'is not free; set it with --set runner.damping=VALUE'),
+        ('3g', "'3g' is not VALUE+-SHARE%; write runner.mass=VALUE+-1%"),
+        ('3g+-0%', 'is not above 0'),
+        ((-3e-3, 0.01), 'below the minimum'),
     ],
 )
-def test_what_is_known_beforehand_is_a_free_value_with_its_error(known: dict, message: str):
+def test_what_is_known_beforehand_is_a_free_value_with_its_error(
+    known: str | tuple[float, float], message: str
+):
     with pytest.raises(StickSlipError) as refusal:
-        fit(experiment(Rig(), 6), ['runner.mass'], known=known)
+        fit(experiment(Rig(), 6), Free('runner.mass', known=known))
     assert message in str(refusal.value)

@@ -13,7 +13,7 @@ from test_fit_of_traces import NAMES, experiment
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.experiments.experiment import Voltage
-from stickslip_ros.lab.fitting.fit import Searching, fit, fit_experiments
+from stickslip_ros.lab.fitting.fit import FitOptions, fit, fit_experiments
 from stickslip_ros.lab.fitting.free import choose_free
 from stickslip_ros.lab.fitting.plan import plan
 from stickslip_ros.parameters import Parameters
@@ -27,7 +27,7 @@ def test_a_second_preload_comes_first_and_has_the_errors_that_were_expected():
     stand = Parameters().updated({'runner.damping': rig.damping_n_s_per_m})
     free = [name for name in NAMES if name != 'runner.damping']
     first = experiment(rig, 1)
-    known = fit(first, free, parameters=stand, starts=1)
+    known = fit(first, free, parameters=stand, options=FitOptions(starts=1))
     planned = plan(known, 3)
     assert planned.names == tuple(free)
     best = planned.chosen[0]
@@ -40,7 +40,7 @@ def test_a_second_preload_comes_first_and_has_the_errors_that_were_expected():
     drive = best.experiment.drive
     assert isinstance(drive, Voltage)
     measured = experiment(replace(rig, preload_n=preload_n), 2, drive.rows)
-    both = fit([first, measured], free, parameters=stand, starts=1)
+    both = fit([first, measured], free, parameters=stand, options=FitOptions(starts=1))
     ratios = planned.errors[0] / both.uncertainty.errors_z
     assert np.all((ratios > 1.0 / AGREES) & (ratios < AGREES))
 
@@ -48,7 +48,7 @@ def test_a_second_preload_comes_first_and_has_the_errors_that_were_expected():
 def test_numbers_are_planned_too_and_a_count_that_is_none_is_refused():
     truth = Parameters().updated(TRUTH)
     stand, free, _ = choose_free(truth, list(TRUTH))
-    known = fit_experiments(stand, free, exact_points(truth), how=Searching(1))
+    known = fit_experiments(stand, free, exact_points(truth), options=FitOptions(starts=1))
     planned = plan(known, 2)
     assert all(each.commands[1].startswith('sawtooth ') for each in planned.chosen)
     assert np.all(planned.errors[1] < planned.errors_now)

@@ -12,9 +12,9 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from stickslip_ros import Parameters, StickSlipError, compare, linearise, open_run
+from stickslip_ros import CompareOptions, Parameters, StickSlipError, compare, linearise, open_run
 from stickslip_ros.lab.cli.main import main
-from stickslip_ros.lab.fitting.fit import fit
+from stickslip_ros.lab.fitting.fit import FitOptions, fit
 from stickslip_ros.lab.runs.plotting import save_figure
 from stickslip_ros.lab.runs.run_result import SawtoothRun
 
@@ -40,10 +40,14 @@ def drawn(name: str, run: Path, table: Path) -> Any:
     if name == 'linear drive':
         return linearise(Parameters())
     if name == 'fit':
-        return fit(table, ['contact.friction'], steps=20, starts=1)
+        return fit(table, ['contact.friction'], options=FitOptions(steps=20, starts=1))
     if name == 'force curves':
-        return compare(table, Parameters(), steps=20)
-    return compare(run, run, shift_s=1e-3) if name == 'two runs' else open_run(run)
+        return compare(table, Parameters(), options=CompareOptions(steps=20))
+    return (
+        compare(run, run, options=CompareOptions(shift_s=1e-3))
+        if name == 'two runs'
+        else open_run(run)
+    )
 
 
 @pytest.mark.parametrize('name', ['run', 'two runs', 'force curves', 'fit', 'linear drive'])
@@ -126,10 +130,10 @@ def test_a_style_is_typed_and_what_is_none_is_refused(
 
 def test_results_say_in_a_line_what_they_are(table: Path):
     assert repr(linearise(Parameters())).startswith('LinearDrive: resonance ')
-    fitted = fit(table, ['contact.friction'], steps=20, starts=1)
+    fitted = fit(table, ['contact.friction'], options=FitOptions(steps=20, starts=1))
     assert repr(fitted).startswith('contact.friction: 0.2')
     assert 'Warning: p-value' in repr(fitted)
     assert 'the model misses the points' in fitted._repr_html_()
-    compared = compare(table, Parameters(), steps=20)
+    compared = compare(table, Parameters(), options=CompareOptions(steps=20))
     assert repr(compared).startswith('Over 4 points the force of B')
     assert '<p>Chi-square of the force is ' in compared._repr_html_()

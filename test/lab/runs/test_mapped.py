@@ -14,7 +14,7 @@ from mcap_records import foreign_numbers
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
-from stickslip_ros import Parameters, StickSlipError, compare, open_run
+from stickslip_ros import CompareOptions, Parameters, StickSlipError, compare, open_run
 from stickslip_ros.lab.cli.main import main
 from stickslip_ros.lab.panel.player import Player
 from stickslip_ros.lab.runs.mapped import mapped_series
@@ -84,14 +84,15 @@ def test_a_rig_has_the_quantities_that_the_user_names(rig: Path, recorded_run: R
 def test_an_open_run_of_a_rig_is_compared_as_it_was_opened(rig: Path, recorded_run: Run):
     ours = open_run(recorded_run[1])
     opened = compare(ours, open_run(rig, topics=TOPICS))
-    named = compare(recorded_run[1], rig, headers=TOPICS)
+    named = compare(recorded_run[1], rig, options=CompareOptions(headers=TOPICS))
     assert opened.to_json() == named.to_json()
     table = compare(ours.frame, ours)
     assert [each.agreement.largest for each in table.quantities] == [0.0] * 4
 
 
 def test_clock_and_zero_of_a_rig_are_found_and_told(rig: Path, recorded_run: Run):
-    found = compare(recorded_run[1], rig, headers=TOPICS, align=True, offset=True)
+    options = CompareOptions(headers=TOPICS, align=True, offset=True)
+    found = compare(recorded_run[1], rig, options=options)
     first_s = open_run(recorded_run[1]).frame.index[1]
     assert found.alignment is not None
     assert found.alignment.shift_s == pytest.approx(first_s, abs=SAMPLE_S)
@@ -124,7 +125,7 @@ def test_a_rig_is_drawn_and_played_and_the_model_is_driven_by_what_drove_it(
     commands = pd.DataFrame({'time_s': times_s, 'voltage_v': volts})
     commands.to_csv(corners := tmp_path / 'corners.csv', index=False)
     assert main(['replay', str(corners), '-o', str(tmp_path / 'model.mcap')]) == 0
-    found = compare(rig, Parameters(), headers=TOPICS, commands=commands)
+    found = compare(rig, Parameters(), options=CompareOptions(headers=TOPICS, commands=commands))
     for each in found.quantities:
         assert each.agreement.relative_rms < 0.02
     assert main(['replay', str(rig), '-o', str(tmp_path / 'b.mcap')]) == 2
@@ -135,7 +136,8 @@ def test_a_rig_is_drawn_and_played_and_the_model_is_driven_by_what_drove_it(
 
 def test_a_window_leaves_out_what_is_not_wanted(rig: Path, recorded_run: Run):
     window_s = 0.0051, 0.00613
-    found = compare(recorded_run[1], rig, headers=TOPICS, window_s=window_s)
+    options = CompareOptions(headers=TOPICS, window_s=window_s)
+    found = compare(recorded_run[1], rig, options=options)
     for each in found.quantities:
         [part] = each.parts
         assert window_s[0] <= part.x.min() <= part.x.max() <= window_s[1]

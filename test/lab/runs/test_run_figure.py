@@ -164,7 +164,7 @@ def free_run(folder, voltage_v):
         voltage_v=voltage_v,
         frequency_hz=100.0,
         steps=6,
-        path=path,
+        record=path,
     )
     return path
 

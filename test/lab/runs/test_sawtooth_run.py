@@ -73,7 +73,7 @@ def _computed(result: SawtoothRun) -> dict:
 
 def ran(stand: Parameters, **how: Any) -> SawtoothRun:
     """Return what a run comes to that nobody records."""
-    return simulate(stand, **how, is_recorded=False).result
+    return simulate(stand, **how, record=False).result
 
 
 def test_a_run_reports_what_was_asked_for_and_what_came_of_it(recorded_run):
@@ -218,7 +218,7 @@ def test_a_run_that_the_stand_cannot_make_is_refused_before_a_file_is_made(
 ):
     path = tmp_path / 'run.mcap'
     with pytest.raises(kind) as caught:
-        simulate(stand, voltage_v=voltage_v, frequency_hz=frequency_hz, steps=steps, path=path)
+        simulate(stand, voltage_v=voltage_v, frequency_hz=frequency_hz, steps=steps, record=path)
     assert message in str(caught.value)
     assert not path.exists()
 
@@ -287,7 +287,7 @@ def test_a_run_whose_recording_is_deleted_ends_and_says_so(stand, tmp_path):
         path.unlink(missing_ok=True)
 
     with pytest.raises(RecordingError, match='it was deleted, moved or replaced'):
-        simulate(stand, voltage_v=300.0, steps=20, path=path, progress=delete)
+        simulate(stand, voltage_v=300.0, steps=20, record=path, progress=delete)
 
 
 @pytest.mark.parametrize('end_n', [0.0, 0.3, 1.0])
@@ -413,7 +413,7 @@ def test_behind_a_gap_the_drive_presses_as_hard_as_when_it_is_fixed(run, stand):
 def again(tmp_path_factory) -> Path:
     """Give another recording of the run that `recorded_run` gives."""
     path = tmp_path_factory.mktemp('again') / 'other_name.mcap'
-    simulate(Parameters(), voltage_v=300.0, steps=20, path=path)
+    simulate(Parameters(), voltage_v=300.0, steps=20, record=path)
     return path
 
 
@@ -454,7 +454,7 @@ def test_blocks_that_go_together_leave_the_bytes_of_blocks_that_go_alone(
                 module = 'stickslip_ros.lab.runs.sawtooth_run'
                 patched.setattr(f'{module}.is_steered_by_requests', lambda *_, **__: False)
             path = tmp_path / name
-            simulate(stand, voltage_v=87.3, frequency_hz=frequency_hz, steps=steps, path=path)
+            simulate(stand, voltage_v=87.3, frequency_hz=frequency_hz, steps=steps, record=path)
         lengths_ns.append(set(np.diff(ends_ns).tolist()))
     assert max(lengths_ns[0]) == stand.trace_period_ns
     assert lengths_ns[1] == {stand.block_ns}
@@ -482,7 +482,7 @@ def test_what_may_change_between_two_requests_is_recorded_block_by_block(setting
 def test_a_command_that_comes_late_makes_its_steps_whether_recorded_or_not():
     late = Parameters().updated({'fault.command_delay': 3e-3})
     counted = [
-        simulate(late, voltage_v=100.0, steps=30, is_recorded=recorded).result
+        simulate(late, voltage_v=100.0, steps=30, record=recorded).result
         for recorded in (True, False)
     ]
     assert [each.steps for each in counted] == [30, 30]
@@ -529,7 +529,7 @@ def test_a_waveform_of_the_same_shape_gives_the_force_of_a_saw_tooth(
     stand = Parameters()
     rows = as_the_amplifier_gives_it(300.0, 1000.0, stand) * np.array((stretch, 1.0))
     path = tmp_path / 'wave.mcap'
-    played = simulate(stand, waveform=rows, frequency_hz=1000.0, path=path).result
+    played = simulate(stand, waveform=rows, frequency_hz=1000.0, record=path).result
     stepped = ran(stand, voltage_v=300.0)
     assert played.steps == stepped.steps
     assert played.force_mean_n == pytest.approx(stepped.force_mean_n, rel=1e-4)

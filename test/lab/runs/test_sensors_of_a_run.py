@@ -27,7 +27,7 @@ LAG_M = 60e-9
 @pytest.fixture(scope='module')
 def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     stand = Parameters().updated({'capacitive_probe.enabled': True, 'sim.publish_truth': True})
-    run = simulate(stand, amplitude_m=130e-9, steps=20, is_recorded=True)
+    run = simulate(stand, amplitude_m=130e-9, steps=20, record=True)
     return run.save(tmp_path_factory.mktemp('run') / 'probe.mcap')
 
 

@@ -8,15 +8,14 @@ from stickslip_ros.lab.cli.options import (
     FIGURE,
     LOOK,
     MAP,
-    MAP_FILE,
-    OF_FILES,
     PARAMETERS,
-    WORKERS,
+    READING,
+    WINDOW,
     either,
     file,
     many,
-    of_function,
     option,
+    options_of,
     output,
     switch,
     titled,
@@ -24,19 +23,8 @@ from stickslip_ros.lab.cli.options import (
     verb,
 )
 
-COMPARE_IN_PYTHON = 'comparison.compare.compare'
-WINDOW = option(
-    '--window',
-    'stretch that counts: 2ms@0.3s is 2 ms from 0.3 s on (default: the whole run)',
-    metavar='LENGTH@START',
-)
-_COMMANDS = option(
-    '--commands',
-    'table of times and voltages that drove the recordings, where it is known',
-    to_path,
-    metavar='FILE',
-)
-FREQUENCY_MAX = of_function(COMPARE_IN_PYTHON, 'frequency_max_hz')
+COMPARE = 'comparison.compare.CompareOptions'
+FIT, FREE = 'fitting.fit.FitOptions', 'fitting.free.Free'
 RECORDING = 'an MCAP file, a bag directory, or a run in parts'
 
 DATA = (
@@ -47,9 +35,8 @@ DATA = (
         'say what was understood, and write them as CSV with our columns in SI units. Several '
         'tables by amplitude become one.',
         file('tables', nargs='+'),
-        MAP,
-        MAP_FILE,
-        OF_FILES,
+        *MAP,
+        *options_of(READING, 'preloads_n'),
         output('.csv to write (default: only say what was understood)'),
         module='experiment',
     ),
@@ -60,8 +47,8 @@ DATA = (
         'topic is what), a table of a sweep (CSV, Parquet) or a table of an experiment '
         '(docs/howto/bring_your_data.md). Tables are compared by amplitude and preload, '
         'runs over time. The word model for B runs the drive at the points of A, or under the '
-        'voltage that drove A, which is recognised however slow its monitor is. Without B, a '
-        'recording is compared with the experiment that it carries.',
+        'voltage that drove A: --commands, or the wave read off a monitor with ten samples a '
+        'cycle or more. Without B, a recording is compared with the experiment that it carries.',
         option(
             'files',
             'A: recording or table, or several experiments by amplitude; and last B: another '
@@ -69,22 +56,16 @@ DATA = (
             metavar='FILE',
             nargs='+',
         ),
-        MAP,
-        MAP_FILE,
-        OF_FILES,
+        *MAP,
+        *options_of(READING, 'preloads_n'),
         output('page to read or to print: .html'),
         *FIGURE,
-        either(
-            *of_function(COMPARE_IN_PYTHON, 'shift_s', 'align'),
-        ),
-        *of_function(COMPARE_IN_PYTHON, 'offset'),
+        either(*options_of(COMPARE, 'shift_s', 'align')),
+        *options_of(COMPARE, 'offset'),
         WINDOW,
         titled(
             'for the model',
-            _COMMANDS,
-            *FREQUENCY_MAX,
-            *of_function(COMPARE_IN_PYTHON, 'frequency_hz', 'steps', default=None),
-            WORKERS,
+            *options_of(READING, 'commands', 'frequency_hz', 'steps', 'workers'),
         ),
         DRAWS,
         *PARAMETERS,
@@ -95,52 +76,36 @@ DATA = (
         'Fit parameters of the drive to all that was measured, at once: recordings of any rig and '
         'tables over time, with the voltage that drove it and the position or force that was '
         'seen (--map says which topic is what), and tables of forces or step lengths by '
-        'amplitude (docs/howto/fit.md). What drove a recording is recognised in its voltage, '
-        'however slow the monitor is. Zero, drift, delay and low-pass of sensors are found '
-        'beside the parameters; intervals allow for what the model may be wrong by. Quantities of '
+        'amplitude (docs/howto/fit.md). The wave is read off a voltage monitor with ten samples a '
+        'cycle or more; else give --commands. Zero, drift, delay, low-pass of sensors are found '
+        'with the parameters; intervals allow for errors of the model. Quantities of '
         'contact, friction_law, runner, load_cell, actuator, amplifier may be freed. Freeing '
         'contact.rms_height sets contact.prefactor to 0, which would hide it.',
         file('recordings, tables over time, tables by amplitude', nargs='+'),
-        MAP,
-        MAP_FILE,
-        OF_FILES,
+        *MAP,
+        *options_of(READING, 'preloads_n'),
         many(
             '--free',
             'parameters to fit, as contact.friction,runner.damping',
             'NAMES',
             required=True,
         ),
-        many('--start', 'start of a free parameter (default: its present value)', 'NAME=VALUE'),
+        *options_of(FREE, 'start', 'known'),
         many(
             '--bounds',
             'bounds of a free parameter (default: a decade below and above its start)',
             'NAME=LOW:HIGH',
         ),
-        many(
-            '--known',
-            'a free parameter that was measured otherwise, and how surely: runner.mass=3g+-1%%',
-            'NAME=VALUE+-SHARE',
+        *options_of(
+            READING, 'commands', 'window_s', 'frequency_hz', 'steps', 'outliers', 'workers'
         ),
-        _COMMANDS,
-        WINDOW,
-        *of_function(
-            'fitting.fit.fit',
-            'frequency_hz',
-            'frequency_max_hz',
-            'steps',
-            'outliers',
-            'shape_m',
-            'step_share',
-            'starts',
-            'seed',
-        ),
+        *options_of(FIT, 'shape_m', 'step_share', 'starts', 'seed'),
         option(
             '--plan',
             'choose N measurements that would make the parameters surest',
             int,
             default=0,
         ),
-        WORKERS,
         many(
             '-o --output',
             '.json: everything; .html: a page; .yaml: the fitted stand for --params',
@@ -165,8 +130,7 @@ DATA = (
         'lost. Of a recording of another program --map says which topic is what.',
         file('the recording'),
         WINDOW,
-        MAP,
-        MAP_FILE,
+        *MAP,
         output('.png, .svg or .pdf (default: beside the recording, as PNG)'),
         *LOOK,
         module='recording',
@@ -193,8 +157,7 @@ DATA = (
             unit='Hz',
         ),
         WINDOW,
-        MAP,
-        MAP_FILE,
+        *MAP,
     ),
     verb(
         'recover',
@@ -214,10 +177,8 @@ DATA = (
         'docs/howto/compare.md), or a recording of another program with --map, is played as a '
         'waveform; in samples of a voltage the wave is recognised first, with its true falls.',
         file('recording, or table of voltages'),
-        MAP,
-        MAP_FILE,
+        *MAP,
         output('recording to write'),
-        *FREQUENCY_MAX,
         switch(
             '--from-rest',
             'replay a recording that began in the middle of a run from rest: not the same run',

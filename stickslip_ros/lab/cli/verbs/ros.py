@@ -5,18 +5,19 @@
 
 from stickslip_ros.lab.cli.options import (
     MAP,
-    MAP_FILE,
     NAMESPACE,
     PARAMETERS,
+    READING,
+    WINDOW,
     file,
     folder,
     many,
     option,
+    options_of,
     switch,
     to_namespace,
     verb,
 )
-from stickslip_ros.lab.cli.verbs.data import WINDOW
 
 ROS = (
     verb(
@@ -35,7 +36,7 @@ ROS = (
         'topics of --map, or the trace of a drive. Settings are parameters, as in: stickslip twin '
         '--params fitted.yaml --ros-args -p twin.period:=20.0',
         *PARAMETERS,
-        MAP,
+        *options_of(READING, 'headers'),
         takes_ros_arguments=True,
     ),
     verb(
@@ -67,8 +68,7 @@ ROS = (
         'Serve the front panel of a running drive, or of a recording, to a browser on this host, '
         'until Ctrl-C.',
         file('a recording to play; none: attach to a drive', nargs='?'),
-        MAP,
-        MAP_FILE,
+        *MAP,
         WINDOW,
         NAMESPACE,
         many('--beside', 'another drive, shown beside it', 'NAME', to_namespace),

@@ -1,0 +1,46 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""How experiments are read and run, in ``fit`` and in ``compare``."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from stickslip_ros.lab.tables.experiment import MeasuredTable, Reading
+
+if TYPE_CHECKING:
+    from stickslip_ros.lab.tables.formats import Table
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReadingOptions:
+    """How experiments are read and run."""
+
+    headers: Mapping[str, str] = field(default_factory=dict)
+    """
+    Column of a table, or topic and field of a recording, that holds a quantity, and its unit.
+
+    For example ``{'force_n': 'Force (mN)'}`` or ``{'position_m': '/rig/encoder.point.x'}``.
+
+    """
+    preloads_n: Sequence[float] = ()
+    """Preload of files that name none: one of all, or one of each, N."""
+    commands: 'Table | None' = None
+    """Table of times and voltages that drove the recordings, if they are known."""
+    window_s: tuple[float, float] | None = None
+    """Start and end of the stretch that counts, s."""
+    frequency_hz: float = 1000.0
+    """Steps per second of points that name none, Hz."""
+    steps: int = 0
+    """Steps from rest after which numbers are read; 0 waits for the steady state."""
+    outliers: float = 6.0
+    """Drop isolated readings more than this many robust standard deviations off; 0 keeps all."""
+    workers: int = 0
+    """Threads; 0 is one per core."""
+
+    def reading(
+        self, report: Callable[[MeasuredTable], None] | None = None, *, is_run: bool = True
+    ) -> Reading:
+        """Return how tables are read; ``is_run`` says whether a stand is run as they say."""
+        return Reading(self.headers, self.preloads_n, report, is_run)
