@@ -67,7 +67,7 @@ class CompareOptions(ReadingOptions):
 
     @property
     def read_of_b_s(self) -> tuple[float, float] | None:
-        """The same of B, in its own options."""
+        """The same of B, in its own times."""
         late_s = self.shift_s or 0.0
         return self.read_s and (self.read_s[0] - late_s, self.read_s[1] - late_s)
 

@@ -363,6 +363,8 @@ def test_tables_and_topics_give_the_same_voltages(name: str, values: np.ndarray,
     mcap = mcap_of(tmp_path / 'a.mcap', values.tolist())
     assert_is_the_wave(read_drive_input(csv, STAND))
     assert_is_the_wave(read_drive_input(table, STAND))
+    with pytest.raises(StickSlipError, match='gives no voltage to play; say which topic'):
+        read_drive_input(mcap, STAND)
     said = Reading({name: '/lab/signal.data'})
     assert_is_the_wave(read_drive_input(mcap, STAND, said))
     nameless = mcap.rename(tmp_path / 'recorded')
@@ -414,7 +416,7 @@ def test_too_many_rows_are_refused_with_the_most_that_go(tmp_path: Path):
         ('a.csv', b'time_s,voltage_v\n0,1\n0,2\n', 'line 3, column time_s'),
         ('a.csv', b'time_s,voltage_v\n0,nan\n', 'has no values'),
         ('a.parquet', b'nonsense', 'cannot be read'),
-        ('a.mcap', b'nonsense', 'say which topic'),
+        ('a.mcap', b'nonsense', 'it is not an MCAP file'),
     ],
 )
 def test_files_that_are_not_as_they_should_be_are_refused(
