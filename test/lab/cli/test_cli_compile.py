@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from processes import finish, run_process, start_process
 
 from stickslip_ros.instrument.compilation import KERNELS, RUNS_KERNELS
 from stickslip_ros.kernels import cache as kernel_cache
@@ -26,8 +27,6 @@ REALISTIC = str(Path(__file__).parents[3] / 'config/realistic.yaml')
 LINE = 'compiling kernels, once: ({done}) of {kernels}'
 OF_ALL = LINE.format(done=r'\d+', kernels=KERNELS + RUNS_KERNELS)
 OF_NODE = LINE.format(done=r'\d+', kernels=KERNELS)
-TIMEOUT_S = 280.0
-"""Long enough for a cold start beside other processes; the tests do not judge by it."""
 
 
 @pytest.fixture(scope='module')
@@ -48,14 +47,10 @@ def run(environment: dict[str, str], tmp_path_factory: pytest.TempPathFactory) -
     folder = tmp_path_factory.mktemp('work')
 
     def run(*words: str) -> Any:
-        return subprocess.run(
+        return run_process(
             [BIN / 'stickslip', *words],
             cwd=folder,
             env=environment,
-            capture_output=True,
-            text=True,
-            timeout=TIMEOUT_S,
-            check=False,
         )
 
     return run
@@ -121,11 +116,11 @@ def test_what_is_missing_is_compiled_and_counted(run, environment, files, all_ke
 
 def test_a_drive_that_compiles_ends_at_a_signal(environment, tmp_path):
     cold = {**environment, 'NUMBA_CACHE_DIR': str(tmp_path / 'cache')}
-    with subprocess.Popen([BIN / 'drive'], env=cold, stderr=subprocess.PIPE, text=True) as drive:
+    with start_process([BIN / 'drive'], env=cold, stderr=subprocess.PIPE) as drive:
         told = next(line for line in drive.stderr if re.search(OF_NODE, line))
         drive.send_signal(signal.SIGTERM)
-        rest = drive.stderr.read()
-        assert drive.wait(TIMEOUT_S) == 0
+        _, rest = finish(drive)
+        assert drive.returncode == 0
     assert f'0 of {KERNELS}' in told
     assert 'Traceback' not in rest
     assert 'active' not in rest

@@ -5,7 +5,6 @@
 
 import json
 import os
-import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -13,12 +12,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from processes import run_process
 
 from stickslip_ros.lab.cli.demo import DemoSummary
 from stickslip_ros.lab.runs.replay import replay
 from stickslip_ros.recording.reader import Recording
 
-TIMEOUT_S = 180.0
 PNG = b'\x89PNG\r\n\x1a\n'
 SETTINGS = ('--set', 'stand.preload=0.25')
 FREE_MS = 200
@@ -42,13 +41,9 @@ def demo(
     }
     environment.pop('ROS_NAMESPACE', None)
     return (
-        subprocess.run(
+        run_process(
             [STICKSLIP, 'demo', '--output', folder, '--json', *SETTINGS],
             env=environment,
-            capture_output=True,
-            text=True,
-            timeout=TIMEOUT_S,
-            check=False,
         ),
         folder,
     )

@@ -9,7 +9,6 @@ import json
 import os
 import re
 import shlex
-import subprocess
 import sys
 from functools import cache
 from pathlib import Path
@@ -17,6 +16,7 @@ from typing import Any
 
 import pytest
 import yaml
+from processes import run_process
 
 import stickslip_ros
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError, UnknownName
@@ -69,9 +69,7 @@ def test_a_verb_imports_no_more_than_it_needs(words: tuple[str, ...], spared: tu
         'except SystemExit: pass\n'
         f'print([each for each in {spared} if each in sys.modules])'
     )
-    told = subprocess.run(
-        [sys.executable, '-c', program], capture_output=True, text=True, check=True, timeout=60.0
-    )
+    told = run_process([sys.executable, '-c', program], check=True)
     assert told.stdout.splitlines()[-1] == '[]'
 
 

@@ -3,23 +3,12 @@
 
 """What the tests of the panel share: logs out of the home folder, and links to drives."""
 
-import time
 from collections.abc import Callable, Iterator
 
 import pytest
+from waiting import wait_until
 
 from stickslip_ros.lab.panel.link import Link
-
-TIMEOUT_S = 20.0
-
-
-def await_that(condition: Callable[[], object], what: str) -> None:
-    """Wait until a condition holds."""
-    end_s = time.monotonic() + TIMEOUT_S
-    while not condition():
-        if time.monotonic() > end_s:
-            raise TimeoutError(f'{what} did not come within {TIMEOUT_S:g} s')
-        time.sleep(0.01)
 
 
 @pytest.fixture(scope='session', autouse=True)
@@ -30,7 +19,7 @@ def _surroundings(quiet_ros: None) -> None:
 @pytest.fixture
 def eventually() -> Callable[[Callable[[], object], str], None]:
     """Give what waits until a condition holds."""
-    return await_that
+    return wait_until
 
 
 @pytest.fixture
@@ -47,7 +36,7 @@ def wait(link: Link) -> Callable[..., None]:
 
     def wait_for(condition: Callable[[dict], object]) -> None:
         try:
-            await_that(lambda: condition(link.state()), 'the state')
+            wait_until(lambda: condition(link.state()), 'the state')
         except TimeoutError:
             raise AssertionError(link.state()) from None
 

@@ -9,11 +9,10 @@ from contextlib import contextmanager, suppress
 from typing import Any
 
 import pytest
+from waiting import GIVE_UP_S
 
 from stickslip_ros.lab.panel import server
 from stickslip_ros.lab.panel.model import Source
-
-TIMEOUT_S = 20.0
 
 
 @contextmanager
@@ -39,8 +38,8 @@ def served(source: Source, sheet: Mapping[str, Any]) -> Iterator[str]:
         thread = threading.Thread(target=run)
         thread.start()
         try:
-            assert started.wait(TIMEOUT_S)
+            assert started.wait(GIVE_UP_S)
             yield addresses[0]
         finally:
             ends.set()
-            thread.join(TIMEOUT_S)
+            thread.join(GIVE_UP_S)
