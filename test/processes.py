@@ -4,7 +4,6 @@
 """Processes of tests: they end with the run that started them, and no limit guesses their time."""
 
 import ctypes
-import os
 import signal
 import subprocess
 import sys
@@ -15,9 +14,9 @@ from typing import Any
 
 from waiting import LOOK_S, PROGRESS_S, wait_until
 
+from stickslip_ros.process.children import bound_to_parent
+
 _PR_SET_PDEATHSIG = 1
-_LAUNCH = '[ "$PPID" = "$0" ] && exec "$@"'
-"""Goes on unless the parent was gone before its death would be heard of."""
 
 
 def end_with_parent() -> None:
@@ -27,11 +26,11 @@ def end_with_parent() -> None:
 
 def start_process(words: Sequence[object], **options: Any) -> 'subprocess.Popen[str]':
     """Start a process that is killed when this one is gone; ``options`` are those of Popen."""
-    bound = ('setpriv', '--pdeathsig', 'KILL', 'sh', '-c', _LAUNCH, str(os.getpid()))
-    return subprocess.Popen([*bound, *map(str, words)], **{'text': True, **options})
+    bound = bound_to_parent([*map(str, words)], 'KILL')
+    return subprocess.Popen(bound, **{'text': True, **options})
 
 
-def processor_ticks(pid: int) -> int:
+def processor_ticks(pid: int) -> dict[int, int]:
     """Return the processor time that a process and its descendants have used, in clock ticks."""
     children: dict[int, list[int]] = {}
     ticks: dict[int, int] = {}
@@ -41,17 +40,24 @@ def processor_ticks(pid: int) -> int:
             one = int(stat.parent.name)
             children.setdefault(int(fields[1]), []).append(one)
             ticks[one] = sum(map(int, fields[11:15]))
-    total, tree = 0, [pid]
-    while tree:
-        one = tree.pop()
-        total += ticks.get(one, 0)
+    tree = [pid]
+    for one in tree:  # grows meanwhile
         tree += children.get(one, [])
-    return total
+    return {one: ticks.get(one, 0) for one in tree}
+
+
+def is_gone(pid: int) -> bool:
+    """Return whether a process has ended: of a zombie the init process has not yet heard."""
+    try:
+        state = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()[0]
+    except OSError:
+        return True
+    return state == 'Z'
 
 
 def progress_of(process: 'subprocess.Popen[Any]') -> Callable[[], int]:
     """Return a function that tells how much a process and its descendants have worked."""
-    return lambda: processor_ticks(process.pid)
+    return lambda: sum(processor_ticks(process.pid).values())
 
 
 def finish(process: 'subprocess.Popen[Any]') -> tuple[Any, Any]:

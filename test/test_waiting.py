@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 import waiting
-from processes import finish, processor_ticks, progress_of, run_process, start_process
+from processes import finish, is_gone, processor_ticks, progress_of, run_process, start_process
 from waiting import GIVE_UP_S, wait_until
 
 TESTS = Path(__file__).parent
@@ -85,7 +85,7 @@ def test_the_work_of_a_child_of_a_process_is_its_progress():
         process.stdin.flush()
         assert process.stdout.readline() == 'has worked\n'
         assert progress() > before
-        assert progress() >= processor_ticks(process.pid) > 0
+        assert progress() >= processor_ticks(process.pid)[process.pid] > 0
         process.communicate('\n')
 
 
@@ -119,15 +119,6 @@ one = start_process(['sleep', '3600'])
 print(one.pid, flush=True)
 os.kill(os.getpid(), 9)
 """
-
-
-def is_gone(pid: int) -> bool:
-    """Return whether a process has ended: of a zombie the init process has not yet heard."""
-    try:
-        state = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()[0]
-    except OSError:
-        return True
-    return state == 'Z'
 
 
 def test_a_process_ends_with_the_one_that_was_killed():

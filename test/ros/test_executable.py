@@ -26,6 +26,7 @@ from stickslip_ros.interface.topics import NODE_NAME
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.ros.executable import DISCOVERY_VARIABLE, stay_on_this_host
 from stickslip_ros.runtime.pacing import KNOWS_SLICES, SLICE_S, scheduling
+from stickslip_ros.testing.stand import FIRST_PORT, PORTS_PER_DOMAIN
 from stickslip_ros.units import NANO
 
 
@@ -228,8 +229,6 @@ def test_signals_until_the_process_is_gone_do_not_kill_it(
 PROFILE = Path(__file__).resolve().parents[2] / 'config/loopback.xml'
 EVERYWHERE = '00000000'
 """The address 0.0.0.0 as /proc/net/udp writes it."""
-FIRST_PORT, PORTS_PER_DOMAIN = 7400, 250
-"""Where the standard of DDS puts the ports of a domain."""
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import re
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,7 @@ from stickslip_ros.kernels.cache import Folders
 from stickslip_ros.kernels.kernel import entry_point
 from stickslip_ros.lab.cli import compile as compilation
 from stickslip_ros.lab.cli.main import main
+from stickslip_ros.testing import reserve_domain
 
 BIN = Path(sys.executable).parent
 REALISTIC = str(Path(__file__).parents[3] / 'config/realistic.yaml')
@@ -30,16 +31,16 @@ OF_NODE = LINE.format(done=r'\d+', kernels=KERNELS)
 
 
 @pytest.fixture(scope='module')
-def environment(tmp_path_factory: pytest.TempPathFactory, ros_domain: int) -> dict[str, str]:
+def environment(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, str]]:
     """Give an environment whose kernel cache is empty at first."""
     folder = tmp_path_factory.mktemp('cold')
-    return {
-        **os.environ,
-        'NUMBA_CACHE_DIR': str(folder / 'cache'),
-        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
-        'ROS_DOMAIN_ID': str(60 + ros_domain),
-        'ROS_LOG_DIR': str(folder / 'log'),
-    }
+    with reserve_domain() as domain:
+        yield {
+            **os.environ,
+            'NUMBA_CACHE_DIR': str(folder / 'cache'),
+            'ROS_DOMAIN_ID': str(domain),
+            'ROS_LOG_DIR': str(folder / 'log'),
+        }
 
 
 @pytest.fixture(scope='module')

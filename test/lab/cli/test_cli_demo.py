@@ -28,18 +28,16 @@ STICKSLIP = Path(sys.executable).with_name('stickslip')
 
 
 @pytest.fixture(scope='module')
-def demo(
-    tmp_path_factory: pytest.TempPathFactory, ros_domain: int, compiled_kernels: None
-) -> tuple[Any, Path]:
+def demo(tmp_path_factory: pytest.TempPathFactory, compiled_kernels: None) -> tuple[Any, Path]:
     """Run the demo once; give the ended process and its folder."""
     folder = tmp_path_factory.mktemp('demo')
     environment = {
         **os.environ,
         'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
-        'ROS_DOMAIN_ID': str(60 + ros_domain),
         'ROS_LOG_DIR': str(folder / 'log'),
     }
-    environment.pop('ROS_NAMESPACE', None)
+    for name in ('ROS_NAMESPACE', 'ROS_DOMAIN_ID'):
+        environment.pop(name, None)
     return (
         run_process(
             [STICKSLIP, 'demo', '--output', folder, '--json', *SETTINGS],
