@@ -34,7 +34,7 @@ settings.register_profile(
 )
 settings.load_profile('deterministic')
 
-pytest_plugins = ['stickslip_ros.testing.pytest_plugin']
+pytest_plugins = ['stickslip_ros.testing.pytest_plugin', 'second_try']
 LONGEST = (
     'test_benchmarks.py',
     'test_browser.py',

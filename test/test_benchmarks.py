@@ -63,6 +63,7 @@ def assert_is_a_benchmark(benchmark):
         assert set(verdict) == VERDICT
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures('compiled_kernels')
 @pytest.mark.parametrize('name', sorted(BENCHMARKS))
 def test_every_benchmark_runs_and_has_rows_as_those_that_are_kept(name, kept):
@@ -75,12 +76,14 @@ def test_every_benchmark_runs_and_has_rows_as_those_that_are_kept(name, kept):
         assert left_out or list(row) == list(kept['benchmarks'][name]['rows'][0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['speed', 'c', 'lugre'])
 def test_what_a_table_calls_accurate_is(name):
     for row in tiny(name)['rows']:
         assert row.get('worst_error') is None or row['worst_error'] <= ACCURACY
 
 
+@pytest.mark.slow
 def test_the_drive_in_c_gives_the_bits_of_ours():
     differences = {row['program']: row['difference'] for row in tiny('c')['rows']}
     exact = {in_c.AS_WRITTEN: 0.0, 'ours': 0.0}
@@ -220,6 +223,7 @@ def two_trees(tmp_path):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_a_tree_is_compared_with_a_commit_in_what_both_can_do(two_trees):
     commit = against.commit_of('HEAD', two_trees)
     outcome = against.run(commit, TINY, two_trees)

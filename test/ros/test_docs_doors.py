@@ -19,6 +19,8 @@ from processes import start_process
 from pymeasure.instruments.attocube import ANC300Controller
 from waiting import GIVE_UP_S
 
+pytestmark = pytest.mark.slow
+
 EXAMPLES = Path(__file__).parents[2] / 'docs' / 'examples'
 FREE = {'load_cell.contact': 'absent', 'runner.damping': 5.0}
 STEPS = 50

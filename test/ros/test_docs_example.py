@@ -167,6 +167,7 @@ def test_the_map_of_steps_is_the_table_of_its_page_and_a_load_speeds_the_runner_
     assert (tmp_path / 'step_map.png').exists()
 
 
+@pytest.mark.slow
 def test_the_tests_of_the_example_package_pass(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     project = Path(shutil.copytree(EXAMPLE, tmp_path / 'scan_controller'))
     monkeypatch.setenv('PYTHONPATH', str(project))

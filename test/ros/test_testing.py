@@ -59,6 +59,7 @@ def test_for_ever(tmp_path):
 """
 
 
+@pytest.mark.slow
 def test_what_a_killed_run_has_started_ends_with_it(
     tmp_path: Path, ros_domain: int, compiled_kernels: None
 ):
@@ -68,7 +69,7 @@ def test_what_a_killed_run_has_started_ends_with_it(
     environment, nothing = {**os.environ, **here}, subprocess.DEVNULL
     with start_process(words, cwd=tmp_path, env=environment, stdout=nothing) as run:
         wait_until(
-            lambda: len(processor_ticks(run.pid)) == 4,
+            lambda: len(processor_ticks(run.pid)) >= 4,
             'pytest, its worker, a demo and the drive of that',
             progress=progress_of(run),
         )

@@ -16,7 +16,10 @@ from rclpy.action import ActionClient
 from stickslip_ros.testing import Stand
 from stickslip_ros.units import NANO, NS_PER_S
 
-pytestmark = pytest.mark.skipif(bool(why_not()), reason=why_not())
+pytestmark = [
+    pytest.mark.skipif(bool(why_not()), reason=why_not()),
+    pytest.mark.slow,  # builds the types of the action
+]
 
 ACTION = 'stickslip_drive/follow_joint_trajectory'
 JOINT = 'runner_joint'

@@ -75,6 +75,7 @@ def files(environment: dict[str, str]) -> Callable[[], list[Path]]:
     return lambda: sorted(Path(environment['NUMBA_CACHE_DIR']).rglob('*.nbc'))
 
 
+@pytest.mark.slow
 def test_a_demo_that_finds_no_kernels_waits_for_them_and_says_so(cold_demo, files):
     assert cold_demo.returncode == 0, cold_demo.stderr
     told = [int(done) for done in re.findall(OF_NODE, cold_demo.stderr)]
@@ -85,6 +86,7 @@ def test_a_demo_that_finds_no_kernels_waits_for_them_and_says_so(cold_demo, file
     assert len(files()) == KERNELS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     'words',
     [
@@ -103,6 +105,7 @@ def test_after_that_nothing_is_compiled(words, run, files, all_kept):
     assert bool(done.stdout) == (words != ('compile',))
 
 
+@pytest.mark.slow
 def test_what_is_missing_is_compiled_and_counted(run, environment, files, all_kept):
     before = files()
     [lost] = [file for file in before if '.advance.observe-' in file.name]
@@ -115,6 +118,7 @@ def test_what_is_missing_is_compiled_and_counted(run, environment, files, all_ke
     assert '"kernels": 0' in run('compile', '--json').stdout
 
 
+@pytest.mark.slow
 def test_a_drive_that_compiles_ends_at_a_signal(environment, tmp_path):
     cold = {**environment, 'NUMBA_CACHE_DIR': str(tmp_path / 'cache')}
     with start_process([BIN / 'drive'], env=cold, stderr=subprocess.PIPE) as drive:
