@@ -149,9 +149,11 @@ def limits_of(text: str) -> Iterator[int]:
     for node in ast.walk(ast.parse(text)):
         if not isinstance(node, ast.Call):
             continue
-        name = node.func.attr if isinstance(node.func, ast.Attribute) else ''
-        if name == 'join' and isinstance(node.func.value, ast.Constant):
-            continue  # of texts
+        name = ''
+        if isinstance(node.func, ast.Attribute):
+            name = node.func.attr
+            if name == 'join' and isinstance(node.func.value, ast.Constant):
+                continue  # of texts
         given = [each.value for each in node.keywords if each.arg in LIMITS]
         given += node.args[-1:] if name in WAITS or name == 'sleep' else []
         for each in given:

@@ -29,6 +29,12 @@ for each in sys.argv[1:]:
     assert main(each.split()) == 0
 print('panel:', Player(Path('run.mcap')).overview()['name'])
 """
+REFUSES = """
+import sys
+from stickslip_ros.lab.cli.main import main
+for each in sys.argv[1:]:
+    assert main(each.split()) == 2
+"""
 STICKSLIP = 'import sys; from stickslip_ros.lab.cli.start import stickslip; sys.exit(stickslip())'
 
 
@@ -59,9 +65,6 @@ def run_without_ros(packages: Path, program: str, *words: str) -> 'subprocess.Co
     [
         (DRIVE, (), 'drive: the drive needs ROS 2, but '),
         (STICKSLIP, ('drive',), 'stickslip: stickslip drive needs ROS 2, but '),
-        (STICKSLIP, ('command', 'voltage', '10V'), 'stickslip: stickslip command needs ROS 2, '),
-        (STICKSLIP, ('demo',), 'stickslip: stickslip demo needs ROS 2, but '),
-        (STICKSLIP, ('panel',), 'stickslip: stickslip panel needs ROS 2, but '),
     ],
 )
 def test_what_needs_ros_is_refused_in_one_line(
@@ -72,6 +75,15 @@ def test_what_needs_ros_is_refused_in_one_line(
     [line] = done.stderr.splitlines()
     assert line.startswith(start)
     assert line.endswith(REMEDY)
+
+
+def test_every_verb_that_needs_ros_is_refused_in_one_line(packages: Path):
+    verbs = ('command voltage 10V', 'demo', 'panel', 'twin')
+    done = run_without_ros(packages, REFUSES, *verbs)
+    assert (done.returncode, done.stdout) == (0, '')
+    for line, verb in zip(done.stderr.splitlines(), verbs, strict=True):
+        assert line.startswith(f'stickslip: stickslip {verb.split()[0]} needs ROS 2, but ')
+        assert line.endswith(REMEDY)
 
 
 def test_an_import_says_the_remedy_and_can_be_passed_over(packages: Path):
