@@ -33,7 +33,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo panel test test-pythons fuzz mutate evidence foreign same lint hooks bench docs studies wheel release colcon lock clean
+.PHONY: help setup demo panel test test-all test-ros test-pythons fuzz mutate evidence foreign same lint hooks bench docs studies wheel release colcon lock clean
 
 help: ## show this list
 	@echo 'make <target> [DISTRO=jazzy|kilted] [PYTHON=python3]'
@@ -51,8 +51,17 @@ panel: $(VENV)/kernels.stamp ## a drive, its runner free, and its front panel in
 	trap 'kill $$drive 2> /dev/null; wait $$drive' EXIT; trap : INT TERM; \
 	$(BIN)/stickslip panel $(ARGS) || test $$? -eq 130
 
+OF_ROS := test/interface test/lab/cli test/recording test/ros test/runtime test/test_launch_files.py
+PYTEST = $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder --max-worker-restart=0 --second-try
+
 test: $(VENV)/kernels.stamp $(VENV)/tests.stamp ## run the tests; ARGS='-k name' chooses, ARGS=--cov measures
-	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder --max-worker-restart=0 $(ARGS)
+	$(PYTEST) -m 'not slow' $(ARGS)
+
+test-all: $(VENV)/kernels.stamp $(VENV)/tests.stamp ## the same with those that take minutes
+	$(PYTEST) $(ARGS)
+
+test-ros: $(VENV)/kernels.stamp $(VENV)/tests.stamp ## run the tests that may differ between distributions
+	$(PYTEST) -m 'not slow' $(OF_ROS) $(ARGS)
 
 test-pythons: ## the same on every supported Python of this machine, each in .venv-<version>
 	@status=0; for version in 3.10 3.11 3.12 3.13; do \

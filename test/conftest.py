@@ -17,6 +17,7 @@ import matplotlib.font_manager  # noqa: F401 - a process that finds no font cach
 import pytest
 import setuptools
 from hypothesis import HealthCheck, settings
+from processes import end_with_parent
 
 from stickslip_ros.lab.runs.run_result import SawtoothRun
 from stickslip_ros.lab.runs.sawtooth_run import simulate
@@ -33,7 +34,7 @@ settings.register_profile(
 )
 settings.load_profile('deterministic')
 
-pytest_plugins = ['stickslip_ros.testing.pytest_plugin']
+pytest_plugins = ['stickslip_ros.testing.pytest_plugin', 'second_try']
 LONGEST = (
     'test_benchmarks.py',
     'test_browser.py',
@@ -44,8 +45,10 @@ LONGEST = (
 WINDOW = ('COLUMNS', 'LINES', 'FORCE_COLOR', 'NO_COLOR', 'TTY_COMPATIBLE')
 
 
-def pytest_configure() -> None:
+def pytest_configure(config: pytest.Config) -> None:
     """Let processes that tests start take SIGHUP, under nohup too, and one thread for algebra."""
+    if hasattr(config, 'workerinput'):
+        end_with_parent()
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
     # Threads of OpenBLAS spin while they wait, which on busy cores doubles the time of a fit.
     os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')

@@ -57,6 +57,7 @@ def assert_is_a_benchmark(benchmark):
     assert len({tuple(row) for row in benchmark['rows']}) <= 1
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures('compiled_kernels')
 @pytest.mark.parametrize('name', sorted(BENCHMARKS))
 def test_every_benchmark_runs_and_has_rows_as_those_that_are_kept(name, kept):
@@ -68,6 +69,7 @@ def test_every_benchmark_runs_and_has_rows_as_those_that_are_kept(name, kept):
         assert list(row) == list(kept['benchmarks'][name]['rows'][0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['speed', 'paper'])
 def test_what_a_table_calls_accurate_is(name):
     for row in tiny(name)['rows']:

@@ -5,7 +5,6 @@
 
 import json
 import re
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from pandas.testing import assert_frame_equal
+from processes import run_process
 
 import stickslip_ros
 from stickslip_ros import (
@@ -74,7 +74,7 @@ def test_an_unknown_name_is_refused_as_usual():
 
 def test_the_package_alone_imports_nothing_heavy():
     code = f'import stickslip_ros, sys; print([n for n in {HEAVY} if n in sys.modules])'
-    done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True)
+    done = run_process([sys.executable, '-c', code], check=True)
     assert done.stdout.strip() == '[]'
 
 

@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from processes import run_process
 
 from stickslip_ros import __version__
 
@@ -38,7 +39,7 @@ def copy(tmp_path: Path) -> Path:
 
 def release(folder: Path, *asked: str) -> 'subprocess.CompletedProcess[str]':
     command = [sys.executable, str(folder / 'scripts/release.py'), *asked]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
+    return run_process(command)
 
 
 def test_a_release_has_the_addresses_that_were_said_and_no_word_that_there_are_none(copy):

@@ -18,6 +18,8 @@ import pytest
 
 from stickslip_ros import load_yaml, run_drive
 
+pytestmark = pytest.mark.slow
+
 DOCS = Path(__file__).parents[1] / 'docs'
 NEEDS_SALIB = 'screening'
 """Only the environment of the documentation has SALib; building the site runs this study."""

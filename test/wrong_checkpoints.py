@@ -13,7 +13,6 @@ import base64
 import hashlib
 import json
 import signal
-import subprocess
 import sys
 import zlib
 from array import array
@@ -22,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from processes import run_process
 
 from stickslip_ros.drive.records import FOOT, STATE, TIME
 from stickslip_ros.errors import StickSlipError
@@ -34,8 +34,8 @@ from stickslip_ros.kernels.record import FLOAT
 from stickslip_ros.parameters import Parameters, load_yaml
 from stickslip_ros.recording.run import ReportingBench
 
-HANGS_S = 60
-"""A case that takes longer ends the process."""
+HANGS_S = 60.0
+"""Processor time after which a case ends the process."""
 BLOCKS = 3
 CONFIG = Path(__file__).parents[1] / 'config'
 WAVEFORM = array('d', (0.0, 20.0, 1.37e-3, 113.76725643485543, 7.7e-3, 20.0))
@@ -217,7 +217,7 @@ def failures_of(drive: str, first: int, every: int) -> Iterator[str]:
     following: int | None = first
     while following is not None:
         command = [sys.executable, __file__, drive, str(following), str(every)]
-        process = subprocess.run(command, capture_output=True, text=True, check=False)
+        process = run_process(command)
         lines = [line for line in process.stdout.splitlines() if not line.startswith(' ')]
         yield from (line for line in lines if 'FAILED' in line)
         last, following = lines[-1] if lines else 'nothing', None
@@ -236,7 +236,7 @@ def main() -> None:
         if number < first or (number - first) % every:
             continue
         print(number, drive, told, flush=True)
-        signal.alarm(HANGS_S)
+        signal.setitimer(signal.ITIMER_PROF, HANGS_S)
         try:
             print(f'  {outcome_of(with_content(data, changed))}', flush=True)
         except Exception as error:  # noqa: BLE001 - what a file must not cause

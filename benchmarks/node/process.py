@@ -16,9 +16,11 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from stickslip_ros.process.children import bound_to_parent
+from stickslip_ros.testing import reserve_domain
+
 ROOT = Path(__file__).resolve().parent.parent.parent
 END_TIMEOUT_S = 30.0
-FIRST_DOMAIN, DOMAINS = 81, 21
 ANSWER = 'answer: '
 
 _lanes = itertools.count()
@@ -29,7 +31,8 @@ class Lane:
 
     def __init__(self) -> None:
         number = next(_lanes)
-        self.domain = FIRST_DOMAIN + (os.getpid() + 17 * number) % DOMAINS
+        self._held = reserve_domain()  # until nothing refers to the lane
+        self.domain = self._held.__enter__()
         self.namespace = f'/bench_{os.getpid()}_{number}'
 
     @property
@@ -44,7 +47,7 @@ class Process:
     def __init__(self, words: Sequence[str], lane: Lane) -> None:
         self._errors = tempfile.TemporaryFile('w+', encoding='utf-8')  # noqa: SIM115 - close()
         self._process = subprocess.Popen(
-            [sys.executable, *words],
+            bound_to_parent([sys.executable, *words]),
             cwd=ROOT,
             env=os.environ
             | {

@@ -31,7 +31,7 @@ from stickslip_ros.ros.client import DriveClient, Handshake, stamp_ns
 from stickslip_ros.ros.executable import end_node
 from stickslip_ros.units import NANO, NS_PER_S
 
-TIMEOUT_S = 30.0
+TIMEOUT_S = 60.0
 LISTEN_DEPTH = 10_000
 
 
@@ -142,13 +142,19 @@ class Operator(DriveClient):
         Raises
         ------
         StickSlipError
-            If the condition does not hold in time; ``what`` names it.
+            If simulated time has stood still for ``timeout_s`` of wall-clock time, or if that much
+            of both has passed without the condition; ``what`` names it.
 
         """
-        end_s = time.monotonic() + timeout_s
+        start_s = since_s = time.monotonic()
+        last_ns, passed_ns = self.time_ns, 0
         while not condition():
             self.check()
-            if time.monotonic() > end_s:
+            now_s = time.monotonic()
+            if self.time_ns != last_ns:
+                passed_ns += max(self.time_ns - last_ns, 0)
+                last_ns, since_s = self.time_ns, now_s
+            if max(now_s - since_s, min(now_s - start_s, passed_ns * NANO)) > timeout_s:
                 why = f'{what} did not come within {timeout_s:g} s'
                 raise StickSlipError(f'{why}: {self.tell()}')
             self._executor.spin_once(timeout_sec=0.05)

@@ -25,7 +25,7 @@ NO_SIGNALS = SignalHandlerOptions.NO
 
 @pytest.fixture(scope='session')
 def ros_domain() -> Iterator[int]:
-    """Give a ROS domain that no other test process of this machine uses, on this host only."""
+    """Give a ROS domain that nothing else on this machine uses, on this host only."""
     with reserve_domain() as number:
         yield number
 

@@ -3,10 +3,9 @@
 
 """A drive beside a test, in a separate ROS domain, and an operator who commands it."""
 
-import fcntl
 import gc
 import os
-import tempfile
+import socket
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -25,7 +24,10 @@ from stickslip_ros.testing.lockstep import Lockstep
 from stickslip_ros.testing.operator import LISTEN_DEPTH, TIMEOUT_S, Operator
 from stickslip_ros.units import NS_PER_S
 
-DOMAINS = range(1, 21)
+DOMAINS = range(1, 102)
+"""Those whose ports lie below the ones that Linux gives away by itself."""
+FIRST_PORT, PORTS_PER_DOMAIN = 7400, 250
+"""Where the standard of DDS puts the ports of a domain."""
 _SPIN_S = 0.02
 HEARD_MAX = LISTEN_DEPTH // 2
 """Blocks after which the operator handles its messages: a topic may have several in one block."""
@@ -34,7 +36,9 @@ HEARD_MAX = LISTEN_DEPTH // 2
 @contextmanager
 def reserve_domain() -> Iterator[int]:
     """
-    Give a ROS domain that no other test process of this machine has, on this host only.
+    Give a ROS domain that nothing on this machine has, on this host only.
+
+    A socket without a file, which its process cannot outlive, keeps others from taking it too.
 
     Raises
     ------
@@ -43,22 +47,36 @@ def reserve_domain() -> Iterator[int]:
 
     """
     for number in DOMAINS:
-        with Path(tempfile.gettempdir(), f'stickslip_ros_domain_{number}').open('w') as file:
+        with socket.socket(socket.AF_UNIX) as lock:
             try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
+                lock.bind(f'\0stickslip_ros/domain/{number}')
+            except OSError:
+                continue
+            if _is_spoken_in(number):
                 continue
             chosen = os.environ.get(DISCOVERY_VARIABLE)
             os.environ[DISCOVERY_VARIABLE] = 'LOCALHOST'
             try:
                 yield number
             finally:
-                del os.environ[DISCOVERY_VARIABLE]
+                os.environ.pop(DISCOVERY_VARIABLE, None)
                 if chosen is not None:
                     os.environ[DISCOVERY_VARIABLE] = chosen
             return
     limits = f'{DOMAINS[0]} to {DOMAINS[-1]}'
     raise StickSlipError(f'all ROS domains for tests, {limits}, are taken; end a test run')
+
+
+def _is_spoken_in(domain: int) -> bool:
+    """Return whether a program of this host has a port of a domain."""
+    first = FIRST_PORT + PORTS_PER_DOMAIN * domain
+    rows = [
+        line.split()
+        for table in ('udp', 'udp6')
+        for line in Path('/proc/net', table).read_text(encoding='ascii').splitlines()[1:]
+    ]
+    ports = [int(row[1].rpartition(':')[2], 16) for row in rows]
+    return any(port in range(first, first + PORTS_PER_DOMAIN) for port in ports)
 
 
 class Stand:

@@ -5,19 +5,17 @@
 
 import json
 import os
-import subprocess
 import sys
 from pathlib import Path
 
+from processes import run_process
 from short_run import all_runs
 
 
 def test_compiled_and_interpreted_kernels_give_the_same_bits():
-    finished = subprocess.run(
+    finished = run_process(
         [sys.executable, Path(__file__).with_name('short_run.py')],
         env=os.environ | {'NUMBA_DISABLE_JIT': '1'},
-        capture_output=True,
-        text=True,
         check=True,
     )
     assert json.loads(finished.stdout) == {'interpreted': True, 'run': all_runs()}

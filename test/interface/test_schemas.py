@@ -19,22 +19,19 @@ from stickslip_ros.interface.schemas import SCHEMAS, TYPE_HASHES
 #: What reads ROS's definitions imports modules that Python has renamed since.
 pytestmark = pytest.mark.filterwarnings('ignore:module .sre_:DeprecationWarning')
 
-DOMAIN_ID = 93
 CLASSES = (
     Float64, Int32, UInt32, String, Float64MultiArray, PointStamped, WrenchStamped, JointState,
 )  # fmt: skip
 
 
 @pytest.fixture(scope='module')
-def node() -> Iterator[Node]:
+def node(ros_domain: int) -> Iterator[Node]:
     context = Context()
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-        rclpy.init(context=context, domain_id=DOMAIN_ID)
-        node = rclpy.create_node('schemas', context=context)
-        yield node
-        node.destroy_node()
-        context.try_shutdown()
+    rclpy.init(context=context, domain_id=ros_domain)
+    node = rclpy.create_node('schemas', context=context)
+    yield node
+    node.destroy_node()
+    context.try_shutdown()
 
 
 @pytest.mark.parametrize('message', CLASSES, ids=lambda each: each.__name__)

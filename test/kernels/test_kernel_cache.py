@@ -9,7 +9,6 @@ import pickle
 import random
 import re
 import shutil
-import subprocess
 import sys
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
@@ -22,6 +21,7 @@ import numba
 import pytest
 from llvmlite.binding import get_host_cpu_features
 from numba.core.caching import FunctionCache
+from processes import run_process
 
 from stickslip_ros.kernels import cache as kernel_cache
 from stickslip_ros.kernels.cache import CONFIG, Folders, cache_folders, cache_problem
@@ -326,11 +326,9 @@ def test_a_run_over_damaged_kernels_says_so_and_the_next_one_compiles_nothing(tm
     for damage, file in zip(cycle(DAMAGES), kept, strict=False):
         damage(file)
     lines = [
-        subprocess.run(
+        run_process(
             [BIN / 'stickslip', 'simulate', '--voltage', '150', '--steps', '1'],
             env={**os.environ, 'NUMBA_CACHE_DIR': str(tmp_path)},
-            capture_output=True,
-            text=True,
             check=True,
         ).stderr
         for _ in range(2)
@@ -363,12 +361,10 @@ print(json.dumps([half(3.0), sum(half.stats.cache_hits.values()), half.stats.cac
 def _as_user(user: int, place: Path) -> str:
     unusable = {'HOME': '/dev/null', 'XDG_CACHE_HOME': '/dev/null'}
     environment = {**os.environ, **unusable, 'NUMBA_CACHE_DIR': str(place / 'cache')}
-    done = subprocess.run(
+    done = run_process(
         [sys.executable, '-c', AS_ANOTHER_USER, str(user)],
         cwd=place,
         env=environment,
-        capture_output=True,
-        text=True,
         check=True,
     )
     return done.stdout
@@ -389,7 +385,7 @@ def compiled_for_others(tmp_path_factory) -> Path:
     place = tmp_path_factory.mktemp('wheel')
     (place / 'little.py').write_text('def half(x):\n    return 0.5 * x\n')
     environment = os.environ | FOR_OTHERS | {'NUMBA_CACHE_DIR': str(place / 'made')}
-    subprocess.run([sys.executable, '-c', BRING], cwd=place, env=environment, check=True)
+    run_process([sys.executable, '-c', BRING], cwd=place, env=environment, check=True)
     return place
 
 
@@ -482,7 +478,5 @@ print(numba.njit(lambda values: values.sum())(numpy.ones(3)))
 
 @pytest.mark.usefixtures('compiled_kernels')
 def test_kept_kernels_are_loaded_without_what_numba_compiles_with():
-    ended = subprocess.run(
-        [sys.executable, '-c', LOAD], capture_output=True, text=True, check=True
-    )
+    ended = run_process([sys.executable, '-c', LOAD], check=True)
     assert ended.stdout == 'False\n3.0\n'

@@ -7,8 +7,8 @@ import subprocess
 import sys
 
 import pytest
+from processes import run_process
 
-END_TIMEOUT_S = 60.0
 START = """
 import os, signal, sys, threading
 from stickslip_ros.process import signals, stopping
@@ -17,7 +17,7 @@ def send(number):
     os.kill(os.getpid(), number)
 
 def await_stop():
-    assert stopping._asked.wait({timeout})
+    stopping._asked.wait()
 
 def work():
     {work}
@@ -31,14 +31,8 @@ def run_work(
 ) -> subprocess.CompletedProcess[str]:
     """Run a process that does these lines of work."""
     lines = '\n    '.join(work)
-    program = START.format(work=lines, is_node=is_node, timeout=END_TIMEOUT_S)
-    return subprocess.run(
-        [*words, sys.executable, '-c', program],
-        capture_output=True,
-        text=True,
-        timeout=END_TIMEOUT_S,
-        check=False,
-    )
+    program = START.format(work=lines, is_node=is_node)
+    return run_process([*words, sys.executable, '-c', program])
 
 
 @pytest.mark.parametrize(('is_node', 'status'), [(True, 0), (False, 130)])

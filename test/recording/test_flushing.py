@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 from mcap_records import rows_of
+from waiting import wait_until
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.interface import cdr
@@ -26,20 +27,11 @@ from stickslip_ros.recording.recover import recover_file
 MS_NS = 1_000_000
 VOLTAGE = Channel('/voltage', FLOAT64, Qos(10))
 STATUS = Channel('/status', UINT32, Qos(1, latched=True))
-#: A machine that is busy with other things may be late by this.
-PATIENCE_S = 20.0
 
 
 def chunks_in(path: Path) -> int:
     with path.open('rb') as stream:
         return len(make_reader(stream).get_summary().chunk_indexes)
-
-
-def wait_for(condition: Callable[[], bool]) -> None:
-    deadline_s = time.monotonic() + PATIENCE_S
-    while not condition():
-        assert time.monotonic() < deadline_s, 'the disk was not written to'
-        time.sleep(0.005)
 
 
 def is_secured(recorder: Recorder, count: int) -> bool:
@@ -57,7 +49,7 @@ def test_what_waits_while_no_more_comes_can_be_recovered(tmp_path: Path, compres
     with Recorder(tmp_path / 'run.mcap', [STATUS, VOLTAGE], form=form) as recorder:
         recorder.put('/status', 0, cdr.pack_uint32(3))
         put_all(recorder, range(1, 4))
-        wait_for(lambda: recorder.secured == 4)
+        wait_until(lambda: recorder.secured == 4, 'the disk')
         copy = tmp_path / 'copy.mcap'
         copy.write_bytes((tmp_path / 'run.mcap').read_bytes())
     recovery = recover_file(copy, tmp_path / 'recovered.mcap')
@@ -73,7 +65,7 @@ def test_when_the_disk_is_written_to_changes_no_message(tmp_path: Path):
     with Recorder(tmp_path / 'halting.mcap', [VOLTAGE], form=form) as recorder:
         for start, end in pairwise(range(0, 101, 10)):
             put_all(recorder, range(start, end))
-            wait_for(partial(is_secured, recorder, end))
+            wait_until(partial(is_secured, recorder, end), 'the disk')
     assert rows_of(tmp_path / 'halting.mcap') == rows_of(tmp_path / 'hasty.mcap')
     assert chunks_in(tmp_path / 'halting.mcap') > 9
 
@@ -89,7 +81,7 @@ def test_an_idle_recorder_leaves_its_file_alone(tmp_path: Path):
     path = tmp_path / 'run.mcap'
     with Recorder(path, [VOLTAGE], form=FileForm(flush_period_s=0.01)) as recorder:
         put_all(recorder, range(1))
-        wait_for(lambda: recorder.secured == 1)
+        wait_until(lambda: recorder.secured == 1, 'the disk')
         before = path.stat().st_mtime_ns
         deadline_s = time.monotonic() + 0.1
         while time.monotonic() < deadline_s:
@@ -128,7 +120,7 @@ def test_a_file_that_does_not_stay_in_its_place_fails_the_recording(
         harm(path)
         put_all(recorder, range(10, 20))
         if flush_period_s < 1.0:
-            wait_for(lambda: recorder.error is not None)
+            wait_until(lambda: recorder.error is not None, 'the disk')
         else:
             assert recorder.error is None
     assert isinstance(recorder.error, RecordingError)
@@ -139,7 +131,7 @@ def test_a_part_that_does_not_stay_in_its_place_fails_the_recording(tmp_path: Pa
     form = FileForm(flush_period_s=0.1, in_parts=True)
     with Recorder(tmp_path / 'run.mcap', [VOLTAGE], form=form) as recorder:
         put_all(recorder, range(10))
-        wait_for(lambda: recorder.secured > 0)
+        wait_until(lambda: recorder.secured > 0, 'the disk')
         move(tmp_path / 'run_0.mcap')
         recorder.begin_part(10 * MS_NS)
         put_all(recorder, range(10, 20))

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import killed_runs
 import pytest
+from processes import finish, start_process
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.recording.reader import Recording
@@ -20,7 +21,6 @@ PROCESSES, RUNS_EACH = 2, 6
 """Together a run of every form at every pace."""
 #: What a process that has a processor may need to write, beyond the flush period.
 BUSY_S = 0.6
-TIMEOUT_S = 120.0
 
 
 @pytest.fixture(scope='module')
@@ -29,10 +29,10 @@ def killed(tmp_path_factory: pytest.TempPathFactory) -> list[dict]:
     folder = tmp_path_factory.mktemp('killed')
     command = [sys.executable, killed_runs.__file__, str(folder)]
     processes = [
-        subprocess.Popen([*command, str(seed), str(RUNS_EACH)], stdout=subprocess.PIPE)
+        start_process([*command, seed, RUNS_EACH], stdout=subprocess.PIPE)
         for seed in range(PROCESSES)
     ]
-    outputs = [each.communicate(timeout=TIMEOUT_S)[0] for each in processes]
+    outputs = [finish(each)[0] for each in processes]
     assert [each.returncode for each in processes] == [0] * PROCESSES
     return [json.loads(line) for output in outputs for line in output.splitlines()]
 

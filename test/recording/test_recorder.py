@@ -3,7 +3,6 @@
 
 """A recorder never holds up its caller, and what it loses can be proved from the file."""
 
-import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -14,6 +13,7 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 from mcap_records import rows_of
+from processes import run_process
 
 from stickslip_ros.errors import RecordingError, UnknownName
 from stickslip_ros.interface import cdr
@@ -256,7 +256,7 @@ recorder = Recorder({str(path)!r}, [Channel('/voltage', 'std_msgs/msg/Float64', 
 recorder.put('/voltage', 3, cdr.pack_float64(1.5))
 raise SystemExit(7)
 """
-    assert subprocess.run([sys.executable, '-c', program], check=False).returncode == 7
+    assert run_process([sys.executable, '-c', program]).returncode == 7
     assert list(Recording(path).messages()) == [('/voltage', 3, 1.5)]
 
 

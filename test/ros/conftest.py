@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from executables import await_network
+from processes import start_process
 from rclpy.context import Context
 
 from stickslip_ros.testing import Operator, Stand, open_context
@@ -49,19 +50,18 @@ def start(
 ) -> Iterator[Callable[..., subprocess.Popen[str]]]:
     """Give a function that starts the executable; what still runs at the end is killed."""
 
-    def start_process(*words: str) -> subprocess.Popen[str]:
-        process = subprocess.Popen(
+    def start_one(*words: str) -> subprocess.Popen[str]:
+        process = start_process(
             words,
             env={**os.environ, 'ROS_DOMAIN_ID': str(ros_domain)},
             cwd=tmp_path,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
-            text=True,
         )
         started.append(process)
         return process
 
-    yield start_process
+    yield start_one
     for process in started:
         process.kill()
         process.communicate()

@@ -12,15 +12,16 @@ client of it talk over DDS as with an installed ROS.
 import hashlib
 import os
 import shutil
-import subprocess
 import sys
 import sysconfig
+import tempfile
 from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from processes import run_process
 
 PACKAGE = 'control_msgs'
 FIELDS = ('position', 'velocity', 'acceleration')
@@ -60,6 +61,7 @@ USED = (
 )
 SUPPORTS = ('rosidl_typesupport_fastrtps_c', 'rosidl_typesupport_introspection_c')
 PREFIX = Path(sys.prefix)
+TESTS = str(Path(__file__).parents[1])
 
 
 def why_not() -> str:
@@ -72,22 +74,24 @@ def why_not() -> str:
 
 
 def import_folder(cache: Path) -> Path:
-    """Return the folder from which the types can be imported; what was built is kept."""
+    """Return the folder from which the types can be imported; a build is kept when it is whole."""
     folder = cache / hashlib.sha256(repr((DEFINITIONS, sys.version, PREFIX)).encode()).hexdigest()
-    if not (folder / 'done').exists():
-        shutil.rmtree(folder, ignore_errors=True)
-        build(folder)
-        (folder / 'done').touch()
+    if not folder.exists():
+        building = Path(tempfile.mkdtemp(dir=cache))
+        build(building)
+        try:
+            building.rename(folder)
+        except OSError:  # another run was faster
+            shutil.rmtree(building)
     return folder / 'py'
 
 
 def build(folder: Path) -> None:
     """Generate the sources of the package, compile and link them."""
-    subprocess.run(
+    run_process(
         [sys.executable, __file__, str(folder)],
-        env={**os.environ, 'AMENT_PREFIX_PATH': str(PREFIX)},
+        env={**os.environ, 'AMENT_PREFIX_PATH': str(PREFIX), 'PYTHONPATH': TESTS},
         check=True,
-        capture_output=True,
     )
     headers = [PREFIX / 'include', *(PREFIX / 'include').iterdir(), *folder.iterdir()]
     headers += map(Path, (sysconfig.get_path('include'), np.get_include()))
@@ -104,7 +108,7 @@ def build(folder: Path) -> None:
     needed += [libraries / 'librmw.so', libraries / 'librcutils.so']
     # rosidl asks for a library of this name for each support; what one holds may come of another.
     first, second = (root / f'lib{PACKAGE}__{support}.so' for support in SUPPORTS)
-    rest = f'-Wl,-rpath,{libraries}:{root}', '-Wl,--no-as-needed,--allow-shlib-undefined'
+    rest = f'-Wl,-rpath,{libraries}:$ORIGIN', '-Wl,--no-as-needed,--allow-shlib-undefined'
     run('g++', '-shared', *rest, f'-Wl,-soname={first.name}', '-o', first, *others, *needed)
     run('g++', '-shared', *rest, f'-Wl,-soname={second.name}', '-o', second, first)
     module = root / f'{PACKAGE}_s__rosidl_typesupport_c.so'
@@ -114,7 +118,7 @@ def build(folder: Path) -> None:
 
 def run(*words: object) -> None:
     """Run a command, and show what it says if it fails."""
-    subprocess.run([*map(str, words)], check=True)
+    run_process(words, check=True)
 
 
 def generators() -> Iterator[tuple[str, Any]]:

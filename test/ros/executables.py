@@ -13,8 +13,9 @@ from contextlib import suppress
 from itertools import cycle
 from pathlib import Path
 
-#: A process compiles nothing here, but loads kernels and finds its peers.
-END_TIMEOUT_S = 60.0
+from processes import finish, progress_of
+from waiting import wait_until
+
 BIN = Path(sys.executable).parent
 DRIVE = (str(BIN / 'drive'),)
 CLI_DRIVE = (str(BIN / 'stickslip'), 'drive')
@@ -24,20 +25,20 @@ def end(process: subprocess.Popen[str], *signals: int) -> tuple[int, str]:
     """Send signals; give exit status and what stands on stderr."""
     for number in signals:
         process.send_signal(number)
-    _, errors = process.communicate(timeout=END_TIMEOUT_S)
+    _, errors = finish(process)
     return process.returncode, errors
 
 
 def await_handlers(process: subprocess.Popen[str]) -> None:
     """Wait until an executable handles SIGTERM, which Python by itself does not."""
     status = Path(f'/proc/{process.pid}/status')
-    deadline_s = time.monotonic() + END_TIMEOUT_S
-    while time.monotonic() < deadline_s and process.poll() is None:
+
+    def does() -> bool:
+        assert process.poll() is None, process.communicate()
         [caught] = re.findall(r'^SigCgt:\s*(\w+)', status.read_text(), re.MULTILINE)
-        if int(caught, 16) >> (signal.SIGTERM - 1) & 1:
-            return
-        time.sleep(1e-3)
-    raise TimeoutError(f'{process.args!r} does not handle SIGTERM; status {process.poll()}')
+        return bool(int(caught, 16) >> (signal.SIGTERM - 1) & 1)
+
+    wait_until(does, f'handlers of {process.args!r}', progress=progress_of(process))
 
 
 def await_network(process: subprocess.Popen[str]) -> None:
@@ -47,25 +48,30 @@ def await_network(process: subprocess.Popen[str]) -> None:
     Who opens a context before it may hear of it only with the next announcement, 3 s later.
 
     """
-    deadline_s = time.monotonic() + END_TIMEOUT_S
-    while process.poll() is None:
+
+    def has_or_ended() -> bool:
         names = []
         with suppress(OSError):  # a thread may end meanwhile
             names += [
                 name.read_text() for name in Path(f'/proc/{process.pid}/task').glob('*/comm')
             ]
-        if any(name.startswith('dds') for name in names):
-            return
-        if time.monotonic() > deadline_s:
-            raise TimeoutError(f'{process.args!r} has no threads of DDS')
-        time.sleep(1e-2)
+        return process.poll() is not None or any(name.startswith('dds') for name in names)
+
+    wait_until(has_or_ended, f'threads of DDS of {process.args!r}', progress=progress_of(process))
 
 
 def pelt(process: subprocess.Popen[str], pauses_s: Iterator[float]) -> tuple[int, str]:
     """Send SIGINT and SIGTERM until a process is gone; give exit status and stderr."""
-    deadline_s = time.monotonic() + END_TIMEOUT_S
     numbers = cycle((signal.SIGINT, signal.SIGTERM))
-    while process.poll() is None and time.monotonic() < deadline_s:
+
+    def has_ended() -> bool:
         process.send_signal(next(numbers))
-        time.sleep(next(pauses_s))
+        return process.poll() is not None
+
+    wait_until(
+        has_ended,
+        f'the end of {process.args!r}',
+        progress=progress_of(process),
+        pause=lambda _: time.sleep(next(pauses_s)),
+    )
     return end(process)

@@ -15,11 +15,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from processes import start_process
 from pymeasure.instruments.attocube import ANC300Controller
+from waiting import GIVE_UP_S
+
+pytestmark = pytest.mark.slow
 
 EXAMPLES = Path(__file__).parents[2] / 'docs' / 'examples'
 FREE = {'load_cell.contact': 'absent', 'runner.damping': 5.0}
-TIMEOUT_S = 60.0
 STEPS = 50
 LEAST_STEP_M, STROKE_M = 80e-9, 160e-9
 """Way of a free runner in a step of 300 V, at least and at most."""
@@ -46,7 +49,7 @@ def door(stand: Any, start: Callable[..., Any]) -> Callable[..., Any]:
             found = re.search(until, line)
             if found:
                 return found
-        raise AssertionError(f'{name} has ended with {process.wait(TIMEOUT_S)}')
+        raise AssertionError(f'{name} has ended with {process.wait()}')
 
     return open_door
 
@@ -55,7 +58,7 @@ class Console:
     """A client of the console that says and hears lines."""
 
     def __init__(self, port: int, password: str = '123456') -> None:
-        self.socket = socket.create_connection(('127.0.0.1', port), TIMEOUT_S)
+        self.socket = socket.create_connection(('127.0.0.1', port), GIVE_UP_S)
         self.lines = self.socket.makefile('r', newline='\r\n')
         if password:
             self.say(password)
@@ -113,7 +116,7 @@ def test_pymeasure_steps_the_drive_through_the_console_of_an_anc300(stand: Any, 
         passwd='123456',
         query_delay=0.0,
         visa_library='@py',
-        timeout=1e3 * TIMEOUT_S,
+        timeout=1e3 * GIVE_UP_S,
     )
     axis = anc300.x
     assert anc300.version.startswith('attocube ANC300')
@@ -192,7 +195,7 @@ def test_the_console_stands_long_lines_heaps_of_queries_crowds_and_strangers(
     sending.start()
     assert second.ask('getv 1') == ['voltage = 30.000000 V', 'OK']
     assert set(first.hear(2 * QUERIES)) == {'frequency = 1000 Hz', 'OK'}
-    sending.join(TIMEOUT_S)
+    sending.join(GIVE_UP_S)
     endless = console()
     with pytest.raises(ConnectionError):
         say_on(endless)
@@ -248,12 +251,11 @@ def motor(door: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> Iterator
     for name, value in here.items():
         monkeypatch.setenv(name, value)
     door('epics_motor.py', 'serves stand:x')
-    with subprocess.Popen(
+    with start_process(
         [sys.executable, '-c', OPHYD],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        text=True,
     ) as process:
         yield Motor(process)
         process.kill()

@@ -20,13 +20,13 @@ from typing import Any
 import matplotlib.pyplot as plt
 import pytest
 from executables import BIN, end
+from processes import run_process, start_process
 
 from stickslip_ros import CompareOptions, compare, open_run
 from stickslip_ros.lab.cli.main import main
 from stickslip_ros.process.signals import STOPPED
 
 DOCS = Path(__file__).parents[2] / 'docs'
-TIMEOUT_S = 120.0
 CLOCK_AHEAD_S = 5021.3
 HALF_A_ROW_S = 1e-4
 NOISE_M = 1e-9
@@ -75,9 +75,7 @@ def project(tmp_path: Path) -> Path:
 def run_pytest(project: Path) -> str:
     """Run the tests of a project in a process of their own; give the last line."""
     command = [sys.executable, '-m', 'pytest', '-q', '-p', 'no:cacheprovider', str(project)]
-    done = subprocess.run(
-        command, cwd=project, capture_output=True, text=True, timeout=TIMEOUT_S, check=False
-    )
+    done = run_process(command, cwd=project)
     return done.stdout.splitlines()[-1]
 
 
@@ -100,13 +98,7 @@ def test_five_lines_wait_for_the_end_of_ones_own_command(
     monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
     [example] = examples('reference/moves.md')
     program = MOVER.format(example=example, target_m=20e-9)
-    done = subprocess.run(
-        [sys.executable, '-c', program],
-        capture_output=True,
-        text=True,
-        timeout=TIMEOUT_S,
-        check=True,
-    )
+    done = run_process([sys.executable, '-c', program], check=True)
     event = json.loads(done.stdout)
     assert (event['command'], event['number'], event['result']) == ('position', 2, 'DONE')
     assert event['stamp_ns'] > 0
@@ -124,7 +116,7 @@ def typed(page: str, folder: Path) -> list[list[str]]:
 def start(*command: str) -> 'subprocess.Popen[str]':
     """Start what a page types beside other programs; the panel takes a free port."""
     words = [*command, '--port', '0'] if command[1] == 'panel' else command
-    return subprocess.Popen([str(BIN / words[0]), *words[1:]], text=True, stdout=subprocess.PIPE)
+    return start_process([BIN / words[0], *words[1:]], stdout=subprocess.PIPE)
 
 
 def walk(commands: Iterable[list[str]]) -> None:
@@ -140,7 +132,7 @@ def walk(commands: Iterable[list[str]]) -> None:
                 assert panel.stdout.readline().startswith('the panel is at http://127.0.0.1:')
                 assert end(panel, signal.SIGINT)[0] == STOPPED
             elif program == 'python':
-                subprocess.run([sys.executable, *words], timeout=TIMEOUT_S, check=True)
+                run_process([sys.executable, *words], check=True)
                 if words == ['controller.py']:
                     assert end(drive, signal.SIGINT)[0] == 0
             else:
@@ -175,6 +167,7 @@ def test_the_map_of_steps_is_the_table_of_its_page_and_a_load_speeds_the_runner_
     assert (tmp_path / 'step_map.png').exists()
 
 
+@pytest.mark.slow
 def test_the_tests_of_the_example_package_pass(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     project = Path(shutil.copytree(EXAMPLE, tmp_path / 'scan_controller'))
     monkeypatch.setenv('PYTHONPATH', str(project))

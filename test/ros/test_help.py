@@ -3,10 +3,10 @@
 
 """Help comes before the long imports, and names every parameter."""
 
-import subprocess
 import sys
 
 import pytest
+from processes import run_process
 
 from stickslip_ros.parameters import specs
 
@@ -18,13 +18,12 @@ status = drive()
 print('imported', sorted({'numba', 'rclpy', 'matplotlib'} & sys.modules.keys()))
 sys.exit(status)
 """
-END_S = 60.0
 
 
 @pytest.mark.parametrize('word', ['-h', '--help'])
 def test_help_says_how_to_use_it_and_every_parameter(word: str):
     command = [sys.executable, '-c', CALL, word]
-    ended = subprocess.run(command, capture_output=True, text=True, timeout=END_S, check=False)
+    ended = run_process(command)
     assert (ended.returncode, ended.stderr) == (0, '')
     assert ended.stdout.startswith('usage: drive [-h] [--ros-args ')
     assert ended.stdout.endswith('imported []\n')

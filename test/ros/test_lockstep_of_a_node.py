@@ -32,6 +32,8 @@ NEAR_M = 4e-9
 """A tenth of the way is left 30 ms after the position was zeroed."""
 SOON_S = 1.0
 """A time-out of tests of time-outs, wall-clock."""
+AT_ONCE_S = 0.01
+"""The same where nothing is under way."""
 
 
 class Controller(Node):
@@ -199,16 +201,18 @@ def test_a_drive_with_a_pace_is_refused(start_drive: Callable):
 
 def test_a_wait_that_was_in_vain_says_what_holds_the_drive(start_drive: Callable):
     stand = start_drive(LOCKSTEP)
-    wait = partial(stand.operator.spin_until, lambda: False, 'the end', SOON_S)
-    held = f'the end did not come within {SOON_S:g} s: simulated time 0 s; lockstep, '
+    operator, session = stand.operator, stand.drive.session
+    wait = partial(operator.spin_until, lambda: False, 'the end', AT_ONCE_S)
+    held = f'the end did not come within {AT_ONCE_S:g} s: simulated time 0 s; lockstep, '
     with pytest.raises(StickSlipError, match=f'{held}no grant came'):
         wait()
-    stand.operator.command('grant', (5 * BLOCK_S, 3))
+    operator.command('grant', (5 * BLOCK_S, 3))
+    operator.spin_until(lambda: 'no grant' not in session.state, 'the grant')
     with pytest.raises(StickSlipError, match=f'{held}0 of 3 commands came'):
         wait()
-    stand.operator.switch('set_paused', wanted=True)
+    operator.switch('set_paused', wanted=True)
     with pytest.raises(StickSlipError, match='simulated time 0 s; paused'):
         wait()
-    stand.operator.change_state('deactivate')
+    operator.change_state('deactivate')
     with pytest.raises(StickSlipError, match='the node is inactive, not active; activate it'):
         wait()

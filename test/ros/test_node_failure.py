@@ -54,9 +54,9 @@ def watch(self):
         hang()
 
 if {where!r} == 'drive':
-    Bench.update, session.STOP_TIMEOUT_S = update, 1.0
+    Bench.update, session.STOP_TIMEOUT_S = update, 0.1
 else:
-    StickSlipDrive._publish_diagnostics, signals.GRACE_S = watch, 2.0
+    StickSlipDrive._publish_diagnostics, signals.GRACE_S = watch, 0.5
 values = 'record.on_start:=true', 'record.flush_period:=0.1', 'record.directory:={folder}'
 words = ['drive', '--ros-args', *(word for value in values for word in ('-p', value))]
 sys.exit(signals.run('drive', lambda: main(words), is_node=True))

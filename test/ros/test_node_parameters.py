@@ -40,7 +40,6 @@ KINDS = {
     str: ParameterType.PARAMETER_STRING,
 }
 REALISTIC = str(Path(__file__).parents[2] / 'config' / 'realistic.yaml')
-TIMEOUT_S = 30.0
 ROS_OWN = {'use_sim_time', 'start_type_description_service'}
 
 
@@ -169,7 +168,7 @@ def test_values_that_fit_together_only_are_loaded_in_whatever_order(
     ordered = {'amplifier': {name: wanted[name] for name in names}}
     path.write_text(yaml.safe_dump({'/**': {'ros__parameters': ordered}}, sort_keys=False))
     client = AsyncParameterClient(manual.operator.node, 'stickslip_drive')
-    assert client.wait_for_services(TIMEOUT_S)
+    manual.operator.spin_until(client.services_are_ready, 'the services')
     answer = client.load_parameter_file(str(path), use_wildcard=True)
     manual.operator.spin_until(answer.done, 'the answer')
     assert [each.reason for each in answer.result().results] == ['', '', '']

@@ -16,7 +16,10 @@ from rclpy.action import ActionClient
 from stickslip_ros.testing import Stand
 from stickslip_ros.units import NANO, NS_PER_S
 
-pytestmark = pytest.mark.skipif(bool(why_not()), reason=why_not())
+pytestmark = [
+    pytest.mark.skipif(bool(why_not()), reason=why_not()),
+    pytest.mark.slow,  # builds the types of the action
+]
 
 ACTION = 'stickslip_drive/follow_joint_trajectory'
 JOINT = 'runner_joint'
@@ -24,7 +27,6 @@ SUCCEEDED, CANCELED = GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_CANCELED
 ABORTED, EXECUTING = GoalStatus.STATUS_ABORTED, GoalStatus.STATUS_EXECUTING
 WAYS_M = (0.0, 1e-6, 3e-6)
 FREE = {'load_cell.contact': 'absent', 'runner.damping': 5.0}
-BUILD_TIMEOUT_S = 300.0
 
 
 @pytest.fixture(scope='module')

@@ -36,7 +36,6 @@ RATE_HZ, CYCLES, HZ, VOLTS, NOISE_M = 5170.0, 105, 500.0, 300.0, 1.5e-9
 MAP = 'voltage_v=/rig/amplifier.point.x, position_m=/rig/encoder.point.x (nm)'
 STAND = {'runner.damping': 20.0, 'load_cell.contact': 'absent'}
 FREE = {'twin.free': 'contact.friction, actuator.gain', 'twin.window': 0.1}
-WAIT_S = 60.0
 KEPT = 0.97
 """Share of the messages that are not lost."""
 
@@ -93,7 +92,7 @@ class Listener:
             topic = f'/twin/{key}'
             [publisher] = [each for each in twin.publishers if each.topic_name == topic]
             operator.node.create_subscription(publisher.msg_type, topic, into.append, 10_000)
-            operator.spin_until(partial(is_heard, publisher), topic, WAIT_S)
+            operator.spin_until(partial(is_heard, publisher), topic)
         operator.node.create_subscription(DiagnosticArray, '/diagnostics', self._take, 10)
 
     def _take(self, message: DiagnosticArray) -> None:
@@ -102,19 +101,19 @@ class Listener:
 
     def call(self, kind: Any, service: str, request: Any) -> Any:
         client = self.operator.node.create_client(kind, f'{self.name}/{service}')
-        self.operator.spin_until(client.service_is_ready, service, WAIT_S)
+        self.operator.spin_until(client.service_is_ready, service)
         handshake = Handshake(self.operator.node, self.name)  # an answer might be lost before
-        self.operator.spin_until(handshake.is_done, service, WAIT_S)
+        self.operator.spin_until(handshake.is_done, service)
         handshake.close()
         answer = client.call_async(request)
-        self.operator.spin_until(answer.done, service, WAIT_S)
+        self.operator.spin_until(answer.done, service)
         return answer.result()
 
     def wait_for_fits(self, count: int) -> None:
         fits = self.heard['parameters']
-        self.operator.spin_until(lambda: len(fits) >= count, f'{count} fits', WAIT_S)
+        self.operator.spin_until(lambda: len(fits) >= count, f'{count} fits')
         work: Any = self.twin._work  # a fit that is due before this one has ended is left out
-        self.operator.spin_until(work._fitting.done, 'the end of a fit', WAIT_S)
+        self.operator.spin_until(work._fitting.done, 'the end of a fit')
 
     def rows(self, key: str) -> list[dict[str, float]]:
         return [
@@ -124,7 +123,7 @@ class Listener:
 
     def wait_for(self, part: str, condition: Callable[[DiagnosticStatus], bool]) -> None:
         self.operator.spin_until(
-            lambda: part in self.said and condition(self.said[part]), f'{part} as wanted', WAIT_S
+            lambda: part in self.said and condition(self.said[part]), f'{part} as wanted'
         )
 
 
@@ -159,7 +158,7 @@ def test_a_rig_of_topics_that_pauses_and_begins_anew_has_a_twin_that_finds_what_
         for name in ('amplifier', 'encoder')
     )
     both = amplifier, encoder
-    operator.spin_until(lambda: all(x.get_subscription_count() for x in both), 'a twin', WAIT_S)
+    operator.spin_until(lambda: all(x.get_subscription_count() for x in both), 'a twin')
     rng, before, after = np.random.default_rng(1), motion(0.3), motion(0.24)
 
     def run(start_s: int, rows: tuple[np.ndarray, ...]) -> None:
@@ -209,7 +208,7 @@ def test_a_recording_of_a_drive_that_is_played_gives_the_fits_of_the_drive_to_th
         [trace] = [each for each in publishers if each.topic_name == '/trace']
         return bool(trace.get_subscription_count() >= count)
 
-    operator.spin_until(lambda: hears_all(stand.drive.publishers, 2), 'the trace', WAIT_S)
+    operator.spin_until(lambda: hears_all(stand.drive.publishers, 2), 'the trace')
     assert listener.call(SetBool, 'set_recording', SetBool.Request(data=True)).success
     assert operator.set_recording(wanted=True).success
     operator.command('sawtooth', (VOLTS, HZ, 0.0))
@@ -229,7 +228,7 @@ def test_a_recording_of_a_drive_that_is_played_gives_the_fits_of_the_drive_to_th
         request = ChangeState.Request(transition=Transition(id=transition))
         assert listener.call(ChangeState, 'change_state', request).success
         there = partial(has_listeners, player, listeners)
-        operator.spin_until(there, f'{listeners} who hear the trace', WAIT_S)
+        operator.spin_until(there, f'{listeners} who hear the trace')
     for _, time_ns, _, data in blocks:
         player.publish(data)
         if time_ns == 260_000_000:

@@ -7,7 +7,6 @@ import ctypes
 import json
 import math
 import os
-import subprocess
 import sys
 import threading
 import time
@@ -16,6 +15,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from processes import run_process
 
 from stickslip_ros.runtime import pacing
 from stickslip_ros.runtime.pacing import (
@@ -287,9 +287,7 @@ print(json.dumps(told))
 
 def reported_by(program: str) -> Any:
     """Run a program in a process of its own: what it asks for holds for the whole process."""
-    done = subprocess.run(
-        [sys.executable, '-c', program], capture_output=True, text=True, check=True, timeout=60.0
-    )
+    done = run_process([sys.executable, '-c', program], check=True)
     return json.loads(done.stdout.splitlines()[-1])
 
 

@@ -7,6 +7,7 @@ from array import array
 from collections.abc import Iterator
 
 import pytest
+from waiting import GIVE_UP_S
 
 from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.instrument.commands import WAVEFORM_ROWS_MAX, Request
@@ -14,7 +15,6 @@ from stickslip_ros.interface.feed import Packed
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.runtime.session import Session, require
 
-TIMEOUT_S = 20.0
 FAR_NS = 10**15
 
 
@@ -27,7 +27,7 @@ def session() -> Iterator[Session]:
 
 
 def test_an_order_is_carried_out_at_the_first_tick_from_its_time_on(session: Session):
-    session.submit(Request('voltage', (30.0,)), due_ns=5_000_000).result(TIMEOUT_S)
+    session.submit(Request('voltage', (30.0,)), due_ns=5_000_000).result(GIVE_UP_S)
     assert session.bench.time_ns >= 6_000_000
     assert session.failure is None
 
@@ -38,7 +38,7 @@ def test_a_withdrawn_order_is_never_carried_out_and_does_no_harm():
     later = session.submit(Request('stop'), due_ns=20_000_000)
     assert withdrawn.cancel()
     session.start()
-    later.result(TIMEOUT_S)
+    later.result(GIVE_UP_S)
     assert session.failure is None
     assert session.bench.state.voltage_v == 0.0
     session.stop()
@@ -54,7 +54,7 @@ def test_when_the_drive_fails_every_waiting_order_is_refused_with_the_reason():
     waiting = session.submit(Request('stop'), due_ns=FAR_NS)
     session.start()
     with pytest.raises(StickSlipError, match='the drive has stopped: the network is gone'):
-        waiting.result(TIMEOUT_S)
+        waiting.result(GIVE_UP_S)
     with pytest.raises(StickSlipError, match='configure the node anew'):
         require(session, 'active')
     session.stop()
@@ -64,7 +64,7 @@ def test_stopping_does_not_wait_for_a_slow_pace():
     session = Session(Parameters().updated({'sim.real_time_factor': 1e-6}), lambda packed: None)
     first_tick = session.submit(Request('stop'))
     session.start()
-    first_tick.result(TIMEOUT_S)
+    first_tick.result(GIVE_UP_S)
     thread = session._thread
     session.stop()
     assert thread is not None
@@ -82,6 +82,6 @@ def test_commands_that_wait_while_time_is_held_take_bounded_memory(session: Sess
             session.receive(longest)
 
     fill()
-    session.step().result(TIMEOUT_S)
+    session.step().result(GIVE_UP_S)
     fill()
     session.receive(None)  # what made no sense takes no memory

@@ -10,7 +10,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,12 +24,13 @@ from stickslip_ros.lab.cli.chosen import chosen_parameters
 from stickslip_ros.lab.cli.printing import CHECK_FAILED, Answer
 from stickslip_ros.lab.runs.run_figure import plot_run
 from stickslip_ros.parameters import Parameters, dump_yaml
+from stickslip_ros.process.children import bound_to_parent
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.series import Series
 from stickslip_ros.ros.executable import stay_on_this_host
 from stickslip_ros.sections import Section, rows_of, said
-from stickslip_ros.testing import Operator, open_context
+from stickslip_ros.testing import Operator, open_context, reserve_domain
 from stickslip_ros.units import NANO
 
 FREE_HZ, FREE_STEPS = 100.0, 8
@@ -45,7 +46,6 @@ _LOAD_SHARE = 0.2
 """Load over preload: below the force that the drive generates, so that it holds."""
 PAUSE_S = 0.03
 END_TIMEOUT_S = 20.0
-_DOMAINS = 100
 UNANSWERED = 'ignore:failed to send response:RuntimeWarning'
 """What rclpy warns of when an answer meets nobody; the operator then asks again."""
 
@@ -124,9 +124,13 @@ def _run_demo(parameters: Parameters, folder: Path, say: Callable[[str], None]) 
         }
     )
     settings.write_text(dump_yaml(parameters, 'Parameters of the demo.'), encoding='utf-8')
-    domain = int(os.environ.get('ROS_DOMAIN_ID') or 1 + os.getpid() % _DOMAINS)
+    chosen = os.environ.get('ROS_DOMAIN_ID')
     say('starting the drive, a process of its own')
-    with _drive_process(settings, domain) as process, _operator(domain) as operator:
+    with (
+        nullcontext(int(chosen)) if chosen else reserve_domain() as domain,
+        _drive_process(settings, domain) as process,
+        _operator(domain) as operator,
+    ):
         await_start(operator, process)
         operator.wait_for_drive()
         say('commanding it: free steps, a voltage ramp, steps against the load cell, a load')
@@ -162,7 +166,8 @@ def _drive_process(settings: Path, domain: int) -> Iterator['subprocess.Popen[by
     """Run the node in a process of its own; it is ended with the context, and in its own way."""
     command = [sys.executable, '-W', UNANSWERED, '-m', 'stickslip_ros.ros.node']
     command += ['--ros-args', '--params-file', str(settings), '--log-level', 'warn']
-    process = subprocess.Popen(command, env={**os.environ, 'ROS_DOMAIN_ID': str(domain)})
+    environment = {**os.environ, 'ROS_DOMAIN_ID': str(domain)}
+    process = subprocess.Popen(bound_to_parent(command), env=environment)
     try:
         yield process
     finally:

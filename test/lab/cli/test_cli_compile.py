@@ -8,11 +8,12 @@ import re
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from processes import finish, run_process, start_process
 
 from stickslip_ros.instrument.compilation import KERNELS, RUNS_KERNELS
 from stickslip_ros.kernels import cache as kernel_cache
@@ -20,27 +21,26 @@ from stickslip_ros.kernels.cache import Folders
 from stickslip_ros.kernels.kernel import entry_point
 from stickslip_ros.lab.cli import compile as compilation
 from stickslip_ros.lab.cli.main import main
+from stickslip_ros.testing import reserve_domain
 
 BIN = Path(sys.executable).parent
 REALISTIC = str(Path(__file__).parents[3] / 'config/realistic.yaml')
 LINE = 'compiling kernels, once: ({done}) of {kernels}'
 OF_ALL = LINE.format(done=r'\d+', kernels=KERNELS + RUNS_KERNELS)
 OF_NODE = LINE.format(done=r'\d+', kernels=KERNELS)
-TIMEOUT_S = 280.0
-"""Long enough for a cold start beside other processes; the tests do not judge by it."""
 
 
 @pytest.fixture(scope='module')
-def environment(tmp_path_factory: pytest.TempPathFactory, ros_domain: int) -> dict[str, str]:
+def environment(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, str]]:
     """Give an environment whose kernel cache is empty at first."""
     folder = tmp_path_factory.mktemp('cold')
-    return {
-        **os.environ,
-        'NUMBA_CACHE_DIR': str(folder / 'cache'),
-        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
-        'ROS_DOMAIN_ID': str(60 + ros_domain),
-        'ROS_LOG_DIR': str(folder / 'log'),
-    }
+    with reserve_domain() as domain:
+        yield {
+            **os.environ,
+            'NUMBA_CACHE_DIR': str(folder / 'cache'),
+            'ROS_DOMAIN_ID': str(domain),
+            'ROS_LOG_DIR': str(folder / 'log'),
+        }
 
 
 @pytest.fixture(scope='module')
@@ -48,14 +48,10 @@ def run(environment: dict[str, str], tmp_path_factory: pytest.TempPathFactory) -
     folder = tmp_path_factory.mktemp('work')
 
     def run(*words: str) -> Any:
-        return subprocess.run(
+        return run_process(
             [BIN / 'stickslip', *words],
             cwd=folder,
             env=environment,
-            capture_output=True,
-            text=True,
-            timeout=TIMEOUT_S,
-            check=False,
         )
 
     return run
@@ -79,6 +75,7 @@ def files(environment: dict[str, str]) -> Callable[[], list[Path]]:
     return lambda: sorted(Path(environment['NUMBA_CACHE_DIR']).rglob('*.nbc'))
 
 
+@pytest.mark.slow
 def test_a_demo_that_finds_no_kernels_waits_for_them_and_says_so(cold_demo, files):
     assert cold_demo.returncode == 0, cold_demo.stderr
     told = [int(done) for done in re.findall(OF_NODE, cold_demo.stderr)]
@@ -89,6 +86,7 @@ def test_a_demo_that_finds_no_kernels_waits_for_them_and_says_so(cold_demo, file
     assert len(files()) == KERNELS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     'words',
     [
@@ -107,6 +105,7 @@ def test_after_that_nothing_is_compiled(words, run, files, all_kept):
     assert bool(done.stdout) == (words != ('compile',))
 
 
+@pytest.mark.slow
 def test_what_is_missing_is_compiled_and_counted(run, environment, files, all_kept):
     before = files()
     [lost] = [file for file in before if '.advance.observe-' in file.name]
@@ -119,13 +118,14 @@ def test_what_is_missing_is_compiled_and_counted(run, environment, files, all_ke
     assert '"kernels": 0' in run('compile', '--json').stdout
 
 
+@pytest.mark.slow
 def test_a_drive_that_compiles_ends_at_a_signal(environment, tmp_path):
     cold = {**environment, 'NUMBA_CACHE_DIR': str(tmp_path / 'cache')}
-    with subprocess.Popen([BIN / 'drive'], env=cold, stderr=subprocess.PIPE, text=True) as drive:
+    with start_process([BIN / 'drive'], env=cold, stderr=subprocess.PIPE) as drive:
         told = next(line for line in drive.stderr if re.search(OF_NODE, line))
         drive.send_signal(signal.SIGTERM)
-        rest = drive.stderr.read()
-        assert drive.wait(TIMEOUT_S) == 0
+        _, rest = finish(drive)
+        assert drive.returncode == 0
     assert f'0 of {KERNELS}' in told
     assert 'Traceback' not in rest
     assert 'active' not in rest

@@ -5,11 +5,11 @@
 
 import os
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from processes import run_process
 
 BIN = Path(sys.executable).parent
 IMPORTED = """
@@ -48,14 +48,11 @@ OFFERED = {
 def test_bash_completes_verbs_options_files_and_parameters(tmp_path: Path):
     (tmp_path / 'run.mcap').touch()
     (tmp_path / 'there').mkdir()
-    told = subprocess.run(
+    told = run_process(
         ['bash', '-c', ASK, 'bash', *OFFERED],
         cwd=tmp_path,
         env={**os.environ, 'PATH': f'{BIN}:{os.environ["PATH"]}'},
-        capture_output=True,
-        text=True,
         check=True,
-        timeout=60.0,
     )
     for (line, offered), words in zip(OFFERED.items(), told.stdout.splitlines(), strict=True):
         others = {word for word in words.split() if not word.startswith('--')}
@@ -65,7 +62,7 @@ def test_bash_completes_verbs_options_files_and_parameters(tmp_path: Path):
 @pytest.mark.parametrize('line', ['stickslip s', 'stickslip fit --', 'stickslip drive --set st'])
 def test_completion_imports_nothing_that_takes_long(line: str, tmp_path: Path):
     slow = ('numba', 'scipy', 'matplotlib', 'rich', 'numpy', 'rclpy')
-    told = subprocess.run(
+    told = run_process(
         [sys.executable, '-c', f'SLOW = {slow}\n{IMPORTED}'],
         env={
             **os.environ,
@@ -74,10 +71,7 @@ def test_completion_imports_nothing_that_takes_long(line: str, tmp_path: Path):
             'COMP_LINE': line,
             'COMP_POINT': str(len(line)),
         },
-        capture_output=True,
-        text=True,
         check=True,
-        timeout=60.0,
     )
     assert told.stderr.endswith('imported []\n')
     assert (tmp_path / 'told').read_text()

@@ -5,7 +5,6 @@
 
 import json
 import os
-import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -13,12 +12,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from processes import run_process
 
 from stickslip_ros.lab.cli.demo import DemoSummary
 from stickslip_ros.lab.runs.replay import replay
 from stickslip_ros.recording.reader import Recording
 
-TIMEOUT_S = 180.0
 PNG = b'\x89PNG\r\n\x1a\n'
 SETTINGS = ('--set', 'stand.preload=0.25')
 FREE_MS = 200
@@ -29,26 +28,20 @@ STICKSLIP = Path(sys.executable).with_name('stickslip')
 
 
 @pytest.fixture(scope='module')
-def demo(
-    tmp_path_factory: pytest.TempPathFactory, ros_domain: int, compiled_kernels: None
-) -> tuple[Any, Path]:
+def demo(tmp_path_factory: pytest.TempPathFactory, compiled_kernels: None) -> tuple[Any, Path]:
     """Run the demo once; give the ended process and its folder."""
     folder = tmp_path_factory.mktemp('demo')
     environment = {
         **os.environ,
         'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
-        'ROS_DOMAIN_ID': str(60 + ros_domain),
         'ROS_LOG_DIR': str(folder / 'log'),
     }
-    environment.pop('ROS_NAMESPACE', None)
+    for name in ('ROS_NAMESPACE', 'ROS_DOMAIN_ID'):
+        environment.pop(name, None)
     return (
-        subprocess.run(
+        run_process(
             [STICKSLIP, 'demo', '--output', folder, '--json', *SETTINGS],
             env=environment,
-            capture_output=True,
-            text=True,
-            timeout=TIMEOUT_S,
-            check=False,
         ),
         folder,
     )

@@ -10,12 +10,13 @@ import signal
 import subprocess
 import sys
 import termios
-import time
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
 import pytest
+from processes import finish, progress_of, run_process, start_process
+from waiting import wait_until
 
 from stickslip_ros.lab.cli.main import main
 from stickslip_ros.lab.cli.verbs import VERBS
@@ -23,9 +24,6 @@ from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.storage import CLOSING_RECORD
 
 STICKSLIP = Path(sys.executable).with_name('stickslip')
-PATIENCE_S = 120.0
-"""For a machine that is busy; nothing here takes more than seconds of processor time."""
-LOOK_S = 0.005
 LOST_STEPS = '1000000'
 """Steps that nobody waits for."""
 
@@ -134,22 +132,22 @@ def stopped(
         'ROS_DOMAIN_ID': str(ros_domain),
         'ROS_LOG_DIR': str(folder / 'log'),
     }
-    with subprocess.Popen(
+    with start_process(
         [sys.executable, '-c', WATCHED, *words],
         cwd=folder,
         env=environment,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        text=True,
     ) as process:
-        give_up_s = time.monotonic() + PATIENCE_S
-        while not reached(process.pid, folder):
-            assert time.monotonic() < give_up_s
+
+        def is_there() -> bool:
             assert process.poll() is None, process.communicate()
-            time.sleep(LOOK_S)
+            return reached(process.pid, folder)
+
+        wait_until(is_there, f'the moment of {words[0]}', progress=progress_of(process))
         for _ in range(2):
             process.send_signal(number)
-        _, errors = process.communicate(timeout=PATIENCE_S)
+        _, errors = finish(process)
     return process.returncode, errors
 
 
@@ -180,25 +178,27 @@ def in_its_terminal() -> None:
 @pytest.mark.usefixtures('compiled_kernels')
 def test_a_verb_whose_terminal_is_closed_ends_at_once_and_leaves_whole_files(tmp_path: Path):
     terminal, own_end = pty.openpty()
-    with subprocess.Popen(
+    with start_process(
         [STICKSLIP, *SIMULATE],
         cwd=tmp_path,
         stdin=own_end,
         stdout=own_end,
         stderr=own_end,
         start_new_session=True,
-        preexec_fn=in_its_terminal,  # noqa: PLW1509 - it calls nothing that locks
+        preexec_fn=in_its_terminal,
     ) as process:
         os.close(own_end)
         os.set_blocking(terminal, False)
-        give_up_s = time.monotonic() + PATIENCE_S
-        while not has_written('run.mcap', 300_000)(process.pid, tmp_path):
-            assert time.monotonic() < give_up_s
+
+        def is_under_way() -> bool:
             with suppress(OSError):
                 os.read(terminal, 1 << 16)
-            time.sleep(LOOK_S)
+            return has_written('run.mcap', 300_000)(process.pid, tmp_path)
+
+        wait_until(is_under_way, 'a recording', progress=progress_of(process))
         os.close(terminal)
-        assert process.wait(PATIENCE_S) == 130
+        finish(process)
+        assert process.returncode == 130
     assert CLOSING_RECORD in Recording(tmp_path / 'run.mcap').metadata
 
 
@@ -218,10 +218,4 @@ def test_other_streams_may_be_closed(closed: str, capsys: pytest.CaptureFixture[
 
 
 def shell(verb: str, redirection: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        ['/bin/sh', '-c', f'exec "$0" "$@" {redirection}', STICKSLIP, verb],
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE_S,
-        check=False,
-    )
+    return run_process(['/bin/sh', '-c', f'exec "$0" "$@" {redirection}', STICKSLIP, verb])

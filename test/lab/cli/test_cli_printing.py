@@ -7,7 +7,6 @@ import io
 import json
 import re
 import sys
-import time
 from contextlib import contextmanager
 
 import pytest
@@ -20,7 +19,6 @@ from stickslip_ros.process.signals import REFUSED
 from stickslip_ros.progress import shown_progress
 from stickslip_ros.sections import Section, number
 
-PATIENCE_S = 60.0
 DONE_BEFORE, TOTAL = 500, 100_000_000
 RATE_AND_TIME_LEFT = re.compile(r'\d/s .*\d:\d\d:\d\d')
 
@@ -42,11 +40,9 @@ def test_the_bar_counts_and_says_the_rate_and_the_time_left(monkeypatch):
     monkeypatch.setattr(sys, 'stderr', terminal)
     monkeypatch.setenv('TERM', 'xterm')
     monkeypatch.setenv('COLUMNS', '120')
-    give_up = time.monotonic() + PATIENCE_S
     with shown_progress('runs', quiet=False, resumes=True) as show:
         done = DONE_BEFORE
         while not RATE_AND_TIME_LEFT.search(terminal.getvalue()):
-            assert time.monotonic() < give_up
             done += 1
             show(done, TOTAL)
     assert 'runs' in terminal.getvalue()

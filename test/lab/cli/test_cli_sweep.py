@@ -8,17 +8,15 @@ import json
 import re
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
+from processes import progress_of, start_process
+from waiting import wait_until
 
 from stickslip_ros.lab.cli.main import main
 
 STICKSLIP = Path(sys.executable).with_name('stickslip')
-PATIENCE_S = 120.0
-"""For a program that must compile its kernels first."""
-LOOK_S = 0.005
 LONG = ['--preload', '0.1,0.4,0.7,1.0', '--amplitude', '0:160e-9:9', '--steps', '3000']
 RUNS = 36
 SHORT = ['--preload', '0.1,0.5', '--amplitude', '60e-9,160e-9', '--steps', '20']
@@ -36,17 +34,15 @@ def kill_half_way(output: Path) -> None:
     """Start the long sweep, and kill it after some runs."""
     words = [str(STICKSLIP), 'sweep', *LONG, '--workers', '1', '-o', str(output)]
     journal = output.with_name(f'{output.name}.journal')
-    give_up = time.monotonic() + PATIENCE_S
-    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
-        while lines(journal) < 5:
-            assert time.monotonic() < give_up
-            try:
-                process.wait(LOOK_S)
-            except subprocess.TimeoutExpired:
-                continue
-            raise AssertionError(process.communicate())
+    with start_process(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+
+        def is_half_way() -> bool:
+            assert process.poll() is None, process.communicate()
+            return lines(journal) >= 5
+
+        wait_until(is_half_way, 'five lines of the journal', progress=progress_of(process))
         process.kill()
-        process.communicate(timeout=PATIENCE_S)
+        process.communicate()
 
 
 @pytest.fixture(scope='module')

@@ -9,7 +9,6 @@ import json
 import os
 import re
 import shlex
-import subprocess
 import sys
 from functools import cache
 from inspect import signature
@@ -18,6 +17,7 @@ from typing import Any
 
 import pytest
 import yaml
+from processes import run_process
 
 import stickslip_ros
 from stickslip_ros import (
@@ -67,7 +67,7 @@ NAMES = list(parsers())
 @pytest.mark.parametrize('words', ['--help', 'contact --normal-force 0.2', 'contact'])
 def test_the_package_as_a_module_is_the_command(words: str):
     module, command = (
-        subprocess.run([*start, *words.split()], capture_output=True, text=True, check=False)
+        run_process([*start, *words.split()])
         for start in ([sys.executable, '-m', 'stickslip_ros'], [sys.executable, '-c', COMMAND])
     )
     assert module.stdout or module.stderr.startswith('stickslip: ')
@@ -96,9 +96,7 @@ def test_a_verb_imports_no_more_than_it_needs(words: tuple[str, ...], spared: tu
         'except SystemExit: pass\n'
         f'print([each for each in {spared} if each in sys.modules])'
     )
-    told = subprocess.run(
-        [sys.executable, '-c', program], capture_output=True, text=True, check=True, timeout=60.0
-    )
+    told = run_process([sys.executable, '-c', program], check=True)
     assert told.stdout.splitlines()[-1] == '[]'
 
 

@@ -4,7 +4,7 @@
 """
 A drive, a panel and a browser, each a process; as a program: the picture of the README.
 
-    python test/lab/panel/browser.py docs/images/panel.png
+    PYTHONPATH=test python test/lab/panel/browser.py docs/images/panel.png
 
 """
 
@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from playwright.sync_api import Browser, Locator, Page, ViewportSize, sync_playwright
-from waits import await_that
+from waiting import wait_until
 
 from stickslip_ros.testing.stand import reserve_domain
 
@@ -122,7 +122,7 @@ def take_picture(picture: Path) -> None:
         page.get_by_label('Sawtooth forwards').click()
         page.locator('#velocity', has_text=re.compile(r'^\+4\d')).wait_for()
         first = frames(page)
-        await_that(lambda: frames(page) > first + 12, 'frames', lambda: frames(page))
+        wait_until(lambda: frames(page) > first + 12, 'frames', progress=lambda: frames(page))
         page.screenshot(path=picture)
 
 

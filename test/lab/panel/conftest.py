@@ -6,7 +6,7 @@
 from collections.abc import Callable, Iterator
 
 import pytest
-from waits import await_that
+from waiting import wait_until
 
 from stickslip_ros.lab.panel.link import Link
 
@@ -34,6 +34,6 @@ def wait(link: Link) -> Callable[..., None]:
         return told['lifecycle'], told['bits'], told['drives'], told['events'], told['notes']
 
     def wait_for(condition: Callable[[dict], object]) -> None:
-        await_that(lambda: condition(link.state()), 'state that is waited for', news)
+        wait_until(lambda: condition(link.state()), 'the state', progress=news)
 
     return wait_for

@@ -9,6 +9,7 @@ from contextlib import contextmanager, suppress
 from typing import Any
 
 import pytest
+from waiting import GIVE_UP_S
 
 from stickslip_ros.lab.panel import server
 from stickslip_ros.lab.panel.model import Source
@@ -42,8 +43,8 @@ def served(
         thread = threading.Thread(target=run)
         thread.start()
         try:
-            started.wait()
+            assert started.wait(GIVE_UP_S)
             yield addresses[0]
         finally:
             ends.set()
-            thread.join()
+            thread.join(GIVE_UP_S)

@@ -20,7 +20,7 @@ pytest.importorskip('playwright', reason='no Playwright: pip install playwright'
 import browser as tools
 from browser import ink, lamp, note
 from playwright.sync_api import Page, expect
-from waits import await_that
+from waiting import wait_until
 
 from stickslip_ros.lab.cli.panel import NICENESS
 from stickslip_ros.process.signals import STOPPED
@@ -96,7 +96,7 @@ def figure(page: Page, name: str) -> float:
 
 def await_figure(page: Page, name: str, fits: Callable[[float], object]) -> None:
     """Wait for a large figure that fits."""
-    await_that(lambda: fits(figure(page, name)), name, lambda: figure(page, name))
+    wait_until(lambda: fits(figure(page, name)), name, progress=lambda: figure(page, name))
 
 
 def test_the_drive_does_what_the_page_commands_and_the_page_shows_it(
@@ -167,7 +167,7 @@ def test_the_drive_does_what_the_page_commands_and_the_page_shows_it(
         there_nm = 1e9 * operator.positions[operator.time_ns]
         return figure(page, 'position') == pytest.approx(there_nm, abs=20.0)
 
-    await_that(agrees, 'position on the page that is that of the topic')
+    wait_until(agrees, 'position on the page that is that of the topic')
 
 
 def picture(page: Page) -> str:
@@ -182,7 +182,7 @@ def test_waveforms_and_scripts_are_played_to_their_end_or_to_a_refusal(page: Pag
     drawn = ''
     for shape in page.locator('#waveform-shape option').all_inner_texts()[:-1]:
         page.locator('#waveform-shape').select_option(shape)
-        await_that(
+        wait_until(
             lambda: ink(page, '.wave') and picture(page) != drawn,  # noqa: B023 - at once
             f'drawing of a {shape}',
         )

@@ -20,7 +20,7 @@ from browser import ink, lamp, note
 from playwright.sync_api import Browser, Locator, Page, ViewportSize, expect
 from serving import served
 from test_curves import sawtooth_samples
-from waits import IDLE_S, await_that
+from waiting import GIVE_UP_S, wait_until
 
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.lab.panel import player
@@ -72,7 +72,7 @@ class Told(Model):
 
     def wish(self) -> Mapping[str, Any]:
         """Return the next wish, as soon as it comes."""
-        return self._wishes.get(timeout=IDLE_S)
+        return self._wishes.get(timeout=GIVE_UP_S)
 
     def has_wishes(self) -> bool:
         return not self._wishes.empty()
@@ -201,7 +201,7 @@ def test_a_jog_is_sent_while_it_is_held_and_a_voltage_that_was_drawn_however_bus
         return field.input_value() == '60'
 
     page.locator('#load-force\\.x').focus()
-    await_that(follows, 'voltage of the drive in its field')
+    wait_until(follows, 'voltage of the drive in its field')
 
     slider.focus()
     page.evaluate(HOLD_BACK)
@@ -530,7 +530,7 @@ def test_the_stand_moves_as_the_drive_does_and_a_twin_is_shown_below(drive: Told
     summary.click()  # which draws it anew, as some seconds do
     expect(drawing).to_have_attribute('height', '550')
     first = drawing.screenshot()
-    await_that(lambda: drawing.screenshot() != first, 'movement')
+    wait_until(lambda: drawing.screenshot() != first, 'movement')
 
     expect(page.locator('#twin')).to_be_hidden()
     for at_ms in range(0, 200, 10):

@@ -17,6 +17,7 @@ import pytest
 from serving import served
 from tornado.httpclient import HTTPRequest
 from tornado.websocket import websocket_connect
+from waiting import GIVE_UP_S
 
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.panel import server
@@ -66,7 +67,7 @@ def port(source: Told) -> Iterator[int]:
 
 def status_of(port: int, path: str = '/', **headers: str) -> tuple[int, http.client.HTTPResponse]:
     """Ask for a page with some headers; give status and answer."""
-    connection = http.client.HTTPConnection('127.0.0.1', port)
+    connection = http.client.HTTPConnection('127.0.0.1', port, timeout=GIVE_UP_S)
     connection.putrequest('GET', path, skip_host=True)
     for name, value in {'Host': f'127.0.0.1:{port}', **headers}.items():
         connection.putheader(name, value)
@@ -105,7 +106,7 @@ def test_the_drawing_of_the_stand_is_served_as_soon_as_there_is_one(source: Told
 
 def posted(port: int, content: bytes, **headers: str) -> tuple[int, dict[str, Any]]:
     """Hand a file over as a page does; give status and answer."""
-    connection = http.client.HTTPConnection('127.0.0.1', port)
+    connection = http.client.HTTPConnection('127.0.0.1', port, timeout=GIVE_UP_S)
     connection.request('POST', '/waveform?name=wave.csv', content, headers)
     answer = connection.getresponse()
     text = answer.read()
@@ -161,12 +162,12 @@ def test_a_tunnel_from_another_port_and_its_name_are_let_in(port: int):
 
 async def connect(port: int, **headers: str) -> Any:
     request = HTTPRequest(f'ws://127.0.0.1:{port}/socket', headers=headers)
-    return await websocket_connect(request)
+    return await asyncio.wait_for(websocket_connect(request), GIVE_UP_S)
 
 
 async def dealt_with(page: Any) -> Any:
     """Return the next message, and say that the page is ready for another."""
-    message = await page.read_message()
+    message = await asyncio.wait_for(page.read_message(), GIVE_UP_S)
     await page.write_message(READY)
     return message
 
@@ -208,7 +209,7 @@ def test_a_whole_number_that_is_no_float_comes_as_infinite(port: int, source: To
         while await page.read_message() is not None:
             pass
 
-    asyncio.run(talk())
+    asyncio.run(asyncio.wait_for(talk(), GIVE_UP_S))
     assert [wish['do'] for wish in source.wishes[1:]] == [10**300, math.inf, math.inf]
 
 
@@ -227,7 +228,7 @@ def test_a_page_is_told_and_its_wishes_are_done(port: int, source: Told):
         while await page.read_message() is not None:
             pass
 
-    asyncio.run(talk())
+    asyncio.run(asyncio.wait_for(talk(), GIVE_UP_S))
     assert source.wishes == [{'do': 'view'}, {'do': 'service', 'name': 'stop'}]
 
 
@@ -249,7 +250,7 @@ def test_a_picture_that_cannot_be_made_is_said_and_wishes_are_done(
         while await page.read_message() is not None:
             pass
 
-    asyncio.run(talk())
+    asyncio.run(asyncio.wait_for(talk(), GIVE_UP_S))
     assert source.wishes == [{'do': 'view'}, {'do': 'service', 'name': 'stop'}]
 
 
@@ -262,10 +263,10 @@ def test_a_number_that_is_none_does_not_reach_a_page(source: Told):
 
 
 def test_only_this_host_is_listened_on(port: int):
-    with socket.create_connection(('127.0.0.1', port)):
+    with socket.create_connection(('127.0.0.1', port), GIVE_UP_S):
         pass
     with pytest.raises(OSError, match='refused'):
-        socket.create_connection(('127.0.0.2', port))
+        socket.create_connection(('127.0.0.2', port), GIVE_UP_S)
 
 
 def test_a_port_that_is_taken_is_refused(port: int):

@@ -16,6 +16,7 @@ import pytest
 from distributed import Client, LocalCluster
 from hypothesis import given
 from hypothesis import strategies as st
+from waiting import GIVE_UP_S
 
 import stickslip_ros
 from stickslip_ros.errors import OutOfRange, RecordingError
@@ -70,7 +71,7 @@ def test_a_case_that_ends_first_does_not_come_first():
 
     def task(case: int) -> dict:
         if case == 0:
-            assert second_is_done.wait(60.0)
+            assert second_is_done.wait(GIVE_UP_S)
         second_is_done.set()
         return third(case)
 
@@ -168,12 +169,12 @@ def test_ctrl_c_waits_for_the_case_that_has_begun_and_begins_no_other():
     def slow(case: int) -> dict:
         if case == 3:
             begun.set()
-            assert go_on.wait(60.0)
+            assert go_on.wait(GIVE_UP_S)
         return task(case)
 
     def progress(done: int, total: int) -> None:
         if done == 3:
-            assert begun.wait(60.0)
+            assert begun.wait(GIVE_UP_S)
             go_on.set()
             raise KeyboardInterrupt
 
