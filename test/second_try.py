@@ -43,7 +43,7 @@ class SecondTry:
 
     def __init__(self, config: pytest.Config) -> None:
         self._config = config
-        self._flaky: list[str] = []
+        self._flaky: dict[str, list[pytest.TestReport]] = {}
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtestloop(self, session: pytest.Session) -> Generator[None, object, object]:
@@ -66,7 +66,11 @@ class SecondTry:
     def pytest_terminal_summary(
         self, terminalreporter: pytest.TerminalReporter
     ) -> Generator[None, None, None]:
-        """Name them when all else has been said."""
+        """Show how they failed, and name them when all else has been said."""
+        for test, reports in self._flaky.items():
+            terminalreporter.write_sep('_', f'{test} failed, then passed')
+            for report in reports:
+                report.toterminal(terminalreporter._tw)
         yield
         for test in self._flaky:
             terminalreporter.write_line(f'FLAKY: {test}')
@@ -94,7 +98,7 @@ class SecondTry:
             reports[-1].outcome = 'passed'
             passed.append(reports[-1])
         self._terminal._set_main_color()
-        self._flaky.append(test)
+        self._flaky[test] = reports
 
     @property
     def _terminal(self) -> Any:

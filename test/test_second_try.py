@@ -81,6 +81,7 @@ def test_what_passes_then_is_named_before_the_closing_line_of_a_green_run(
     status, lines = run(tmp_path, *words, once=ONCE)
     assert status == 0
     assert lines[-1].startswith('4 passed in ')
+    assert sum(line.startswith('E ') and 'fails once' in line for line in lines) == 3
     assert sorted(lines[-4:-1]) == [
         'FLAKY: test_once.py::test_that_fails_once[a::b]',
         'FLAKY: test_once.py::test_that_fails_once[c d]',

@@ -72,8 +72,8 @@ def _is_spoken_in(domain: int) -> bool:
     first = FIRST_PORT + PORTS_PER_DOMAIN * domain
     rows = [
         line.split()
-        for table in ('udp', 'udp6')
-        for line in Path('/proc/net', table).read_text(encoding='ascii').splitlines()[1:]
+        for table in Path('/proc/net').glob('udp*')
+        for line in table.read_text(encoding='ascii').splitlines()[1:]
     ]
     ports = [int(row[1].rpartition(':')[2], 16) for row in rows]
     return any(port in range(first, first + PORTS_PER_DOMAIN) for port in ports)
