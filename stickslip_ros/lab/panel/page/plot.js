@@ -162,6 +162,7 @@ export class Plot {
     if (x < bbox.left || x > bbox.left + bbox.width) return;
     pen.save();
     pen.strokeStyle = colour;
+    pen.lineWidth = devicePixelRatio;
     pen.setLineDash([3, 3]);
     pen.beginPath();
     pen.moveTo(x, bbox.top);
