@@ -295,9 +295,3 @@ def test_notebooks_show_tables_and_no_markup_of_names(run: Run):
     assert 'generated force, mean of the last cycle' in run._repr_html_()
     named = Parameters().updated({'frame_id.stage': '<b>'})
     assert '&lt;b&gt;' in named._repr_html_()
-
-
-def test_the_loop_of_the_documentation_holds_its_target(capsys: pytest.CaptureFixture[str]):
-    [example] = re.findall(r'```python\n(.*?)```', PAGE.read_text(), re.DOTALL)
-    exec(compile(example, str(PAGE), 'exec'), {})
-    assert abs(float(capsys.readouterr().out.split()[0]) - 20e-9) < 5e-9
