@@ -83,7 +83,8 @@ def tables_in(path: 'Path | DataFrame') -> Sources:
 def _csv(frame: 'DataFrame') -> bytes:
     """Return a frame as text, with its index as a column if that has a name."""
     frame = frame if frame.index.name is None else frame.reset_index()
-    content: str = frame.to_csv(index=False, header=frame.columns.dtype == object)
+    is_named = frame.columns.inferred_type != 'integer'  # text is of type str from pandas 3 on
+    content: str = frame.to_csv(index=False, header=is_named)
     return content.encode(errors='replace')
 
 

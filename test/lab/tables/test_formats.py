@@ -356,3 +356,12 @@ def test_what_a_file_says_of_its_size_is_looked_at_before_it_is_read(
     write(path)
     with memory_limited_to(ROOM_BYTES), pytest.raises(StickSlipError, match=told):
         read_experiment(path)
+
+
+@pytest.mark.parametrize('as_in_pandas_3', [False, True])
+def test_the_names_of_a_frame_are_read_with_any_type_of_text(as_in_pandas_3: bool):
+    with pd.option_context('future.infer_string', as_in_pandas_3):
+        frame = pd.DataFrame({'time_s': TIME_S, 'force_n': 1e-3 * FORCE_MN})
+        assert (frame.columns.dtype == object) is not as_in_pandas_3
+        read = read_experiment(frame).columns
+    np.testing.assert_array_equal(read['force_n'], frame['force_n'])
