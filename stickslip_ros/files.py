@@ -66,7 +66,8 @@ def replacing(path: Path) -> Iterator[Path]:
         yield part
         part.replace(path)
     except OSError as error:
-        with contextlib.suppress(OSError):
-            part.unlink()
         problem = f'cannot be written ({error.strerror or error})'
         raise RecordingError(path, problem, 'choose another place') from None
+    finally:
+        with contextlib.suppress(OSError):
+            part.unlink()
