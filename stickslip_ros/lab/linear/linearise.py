@@ -27,8 +27,8 @@ from stickslip_ros.extras import load_extra
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.kernels.record import Record
 from stickslip_ros.lab.linear.curves import Complex
-from stickslip_ros.lab.linear.sampled import StateSpace, held, read, reduced
-from stickslip_ros.lab.runs.drawn import Drawn
+from stickslip_ros.lab.linear.sampled import StateSpace, read, reduce_order, zero_order_hold
+from stickslip_ros.lab.runs.plottable import Plottable
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.sections import Section, number
 from stickslip_ros.units import MICRO
@@ -50,7 +50,7 @@ class Response(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LinearDrive(Drawn):
+class LinearDrive(Plottable):
     """
     State space of the stuck drive: x' = A x + B u, y = C x + D u, all in SI units.
 
@@ -166,11 +166,11 @@ class LinearDrive(Drawn):
             delays = len(system.A) - len(states) - 1
             states += ['reading_um', *(f'reading_{k}_um' for k in range(delays))]
         else:
-            system = held(system, dt)
+            system = zero_order_hold(system, dt)
         if dt is not None and order is not None:
             amplifier = self.parameters.amplifier
             largest = np.array([amplifier.voltage_max - amplifier.voltage_min, 1.0])
-            system, states = reduced(system, order, largest), [f'x_{k}' for k in range(order)]
+            system, states = reduce_order(system, order, largest), [f'x_{k}' for k in range(order)]
         names = {'inputs': list(INPUTS), 'outputs': outputs, 'states': states}
         return control.ss(*system, 0 if dt is None else dt, **names)
 
@@ -214,9 +214,8 @@ def linear_drive(
 ) -> LinearDrive:
     """Linearise the drive at the state of `drive_at`."""
     plant, at_m = plants[0], float(states['position_m'].item())
-    contacts_n_per_m = np.array(
-        [contact.stick_stiffness_n_per_m for contact in contacts_of(parameters)]
-    )
+    contacts = contacts_of(parameters)
+    contacts_n_per_m = np.array([each.stick_stiffness_n_per_m for each in contacts])
     stiffness, cell, walls = float(contacts_n_per_m.sum()), plant.cell_n_per_m, plant.walls
     mass_kg, damping_n_s_per_m = float(plant.mass_kg), float(plant.damping_n_s_per_m)
     if at_m > walls.gap_m:

@@ -29,7 +29,7 @@ class StateSpace(NamedTuple):
     D: Array
 
 
-def held(system: StateSpace, dt_s: float) -> StateSpace:
+def zero_order_hold(system: StateSpace, dt_s: float) -> StateSpace:
     """Discretise a continuous system with zero-order hold, exact at the samples."""
     n, inputs = system.B.shape
     over_period = expm(dt_s * np.block([[system.A, system.B], [np.zeros((inputs, n + inputs))]]))
@@ -48,10 +48,8 @@ def read(system: StateSpace, dt_s: float, parameters: Parameters) -> StateSpace:
     if setting.reference != 'table':
         limit = 'not the reference of the linear drive'
         raise OutOfRange('interferometer.reference', setting.reference, '', limit, "take 'table'")
-    samples, own_s = (
-        round(dt_s / sample_s),
-        1.0 / setting.sample_rate if setting.sample_rate else 0,
-    )
+    samples = round(dt_s / sample_s)
+    own_s = 1.0 / setting.sample_rate if setting.sample_rate else 0
     for name, period_s in (('trace', sample_s), ('interferometer', own_s or dt_s)):
         share = dt_s / period_s % 1.0
         if samples < 1 or min(share, 1.0 - share) > ON_TIME * samples:
@@ -60,22 +58,20 @@ def read(system: StateSpace, dt_s: float, parameters: Parameters) -> StateSpace:
     lag = setting.latency / sample_s
     if own_s:
         lag = math.ceil(setting.latency / own_s - ON_TIME) * own_s / sample_s
-    step, gain = held(system, sample_s), low_pass_gain(setting.bandwidth, 1.0 / sample_s)
+    step = zero_order_hold(system, sample_s)
+    gain = low_pass_gain(setting.bandwidth, 1.0 / sample_s)
     n, inputs = step.B.shape
     once: Array = np.eye(n + 1 + inputs)  # of state, level of the low-pass, inputs
     once[:n] = np.hstack((step.A, np.zeros((n, 1)), step.B))
     once[n] = gain * system.C[0] @ once[:n]
     once[n, n] = 1.0 - gain
 
-    def level(after: int) -> Array:
-        row: Array = np.linalg.matrix_power(once, after)[n]
-        return row
-
     periods = math.ceil(lag / samples)
     whole, part = divmod(periods * samples - lag, 1.0)
-    seen = level(int(whole))
+    power: Array = np.linalg.matrix_power(once, int(whole))
+    seen = power[n]
     if part:
-        seen = (1.0 - part) * seen + part * level(int(whole) + 1)
+        seen = (1.0 - part) * seen + part * (power @ once)[n]
     over_period = np.linalg.matrix_power(once, samples)
     m = n + 1
     next_state: Array = np.zeros((m + periods, m + periods + inputs))
@@ -89,7 +85,7 @@ def read(system: StateSpace, dt_s: float, parameters: Parameters) -> StateSpace:
     return StateSpace(a, b, shown, np.zeros((1, inputs)))
 
 
-def reduced(system: StateSpace, order: int, largest: Array) -> StateSpace:
+def reduce_order(system: StateSpace, order: int, largest: Array) -> StateSpace:
     """
     Return a sampled system with fewer states, by balanced truncation (square-root method).
 

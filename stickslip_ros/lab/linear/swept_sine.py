@@ -27,8 +27,8 @@ from stickslip_ros.lab.linear.linearise import (
     smooth,
 )
 from stickslip_ros.lab.runs.batch import run_batch
-from stickslip_ros.lab.runs.drawn import Drawn
 from stickslip_ros.lab.runs.journal import Row
+from stickslip_ros.lab.runs.plottable import Plottable
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.progress import shown_progress
@@ -47,7 +47,7 @@ _CYCLES_MIN, _CYCLES_MAX, _BEATS = 6, 80, 4.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MeasuredResponse(Drawn):
+class MeasuredResponse(Plottable):
     """
     The frequency response to sines of small amplitude.
 
@@ -172,9 +172,8 @@ def measure_response(
     with shown_progress('sines', quiet=not progress) as show:
         found = run_batch(task, cases, workers=workers, progress=show)
     voltage, load = np.array(found).reshape(2, -1)
-    return MeasuredResponse(
-        frequencies, Response(voltage, load), linear, *amplitudes, 1.0 - force_n / stuck_n
-    )
+    response, softening = Response(voltage, load), 1.0 - force_n / stuck_n
+    return MeasuredResponse(frequencies, response, linear, *amplitudes, softening)
 
 
 def response_to_sine(

@@ -56,7 +56,7 @@ CONTROLS = {
 }
 """Controls with a place for notes; PANEL takes all other notes."""
 NOTE_MAX = 1000  # characters of a note
-WELL = {'DONE', 'ABORTED'}  # results of commands without an error
+SUCCESSES = {'DONE', 'ABORTED'}  # results of commands without an error
 
 
 class Source(Protocol):
@@ -223,10 +223,10 @@ class Model:
         """Take the end of a command, and note it at its control."""
         with self._lock:
             self._events.append(dict(event))
-            if event['command'] == 'position' and event['result'] not in WELL:
+            if event['command'] == 'position' and event['result'] not in SUCCESSES:
                 self._target_m = None  # refused, or given up
             words = [event['result'], *filter(None, [event['message']])]
-            self.note(event['command'], ': '.join(words), bad=event['result'] not in WELL)
+            self.note(event['command'], ': '.join(words), bad=event['result'] not in SUCCESSES)
 
     def take_target(self, position_m: float) -> None:
         """Take the commanded position, m."""

@@ -26,12 +26,7 @@ from stickslip_ros.lab.panel.curves import (
     Scope,
     curve_of,
 )
-from stickslip_ros.lab.panel.model import (
-    EVENTS_SHOWN,
-    View,
-    drawing_of,
-    packed_frame,
-)
+from stickslip_ros.lab.panel.model import EVENTS_SHOWN, View, drawing_of, packed_frame
 from stickslip_ros.lab.runs.recorded import RUN_QUANTITIES, timed_messages
 from stickslip_ros.lab.runs.recorded_run import Run
 from stickslip_ros.units import NANO
@@ -132,9 +127,8 @@ class Player:
             if self._is_shown:
                 return None
             self._is_shown = True
-            return packed_frame(
-                self._time_s, self._before(), self._history, self._scope, self._view
-            )
+            samples = self._before()
+            return packed_frame(self._time_s, samples, self._history, self._scope, self._view)
 
     def drawing(self) -> str:
         """Return the stand in the last cycles before this time; empty if it is not known."""

@@ -46,9 +46,8 @@ class TwinView:
     def take_fit(self, labels: Sequence[str], row: Sequence[float]) -> None:
         """Take a row of twin/parameters; clear the history if time or parameters changed."""
         fit = dict(zip(labels, row, strict=True))
-        if self._fits and (
-            fit.keys() != self._fits[-1].keys() or fit['t[s]'] < self._fits[-1]['t[s]']
-        ):
+        last = self._fits[-1] if self._fits else fit
+        if fit.keys() != last.keys() or fit['t[s]'] < last['t[s]']:
             self._fits.clear()
         self._fits.append(fit)
         self.has_news = True
@@ -65,9 +64,8 @@ class TwinView:
         numbers['start_s'], numbers['end_s'] = float(time_s[0]), float(time_s[-1])
         newest = self._fits[-1]
         for name in (each for each in newest if f'{each}{_ERROR}' in newest):
-            value, error = (
-                np.array([each[key] for each in self._fits]) for key in (name, f'{name}{_ERROR}')
-            )
+            columns = name, f'{name}{_ERROR}'
+            value, error = (np.array([each[key] for each in self._fits]) for key in columns)
             unit = specs()[name].unit if name in specs() else ''
             text = f'{value[-1]:.4g} ± {error[-1]:.2g} {unit}' if math.isfinite(error[-1]) else ''
             numbers['fits'].append([name, text or f'{value[-1]:.4g} {unit}, not determined'])
