@@ -46,8 +46,8 @@ def import_verb(arguments: argparse.Namespace) -> Answer:
         {
             'file': each.origin,
             'kind': each.kind,
-            'columns': each.understood,
-            'aside': each.aside,
+            'columns': each.recognised,
+            'aside': each.unread,
             'notes': each.notes,
         }
         for each in read
@@ -82,9 +82,9 @@ def _lines(experiment: MeasuredTable) -> Iterator[str]:
     """Yield what was understood of a table: each column, its unit, its factor, its first row."""
     rows = len(next(iter(experiment.columns.values())))
     yield f'read    {experiment.origin}: {experiment.kind}, {rows} rows'
-    for each in experiment.understood:
+    for each in experiment.recognised:
         first = f'{each.first:.6g} {EXPERIMENT_COLUMNS[experiment.kind][each.name].unit}'
         unit = f'in {each.unit}, times {each.factor:g}; first row {first}'
         yield f'        {each.name} is {each.header!r} {unit}'
-    yield from (f'aside   {header!r}' for header in experiment.aside)
+    yield from (f'aside   {header!r}' for header in experiment.unread)
     yield from (f'gap     {text}' for text in experiment.gaps)

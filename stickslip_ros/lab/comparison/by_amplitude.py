@@ -27,7 +27,7 @@ from stickslip_ros.lab.experiments.reading import of_points
 from stickslip_ros.lab.runs.batch import Progress, pool_of
 from stickslip_ros.lab.runs.journal import Row
 from stickslip_ros.lab.runs.sweep import bare_name
-from stickslip_ros.lab.runs.sweep_table import OF_A_RUN, read_table
+from stickslip_ros.lab.runs.sweep_table import RUN_COLUMNS, read_table
 from stickslip_ros.lab.runs.zero_amplitude import WITHOUT_CELL
 from stickslip_ros.lab.tables.columns import sigma_name
 from stickslip_ros.lab.tables.experiment import BY_AMPLITUDE, POINT_COLUMNS, MeasuredTable
@@ -183,7 +183,7 @@ def _of_rows(
     columns = {
         RENAMED.get(name, name): [row[name] for row in rows]
         for name in rows[0]
-        if name not in OF_A_RUN
+        if name not in RUN_COLUMNS
     }
     # A free runner makes steps and no force; of a held one that is steady it is the other way.
     del columns['step_length_m' if any(columns[FORCE_COLUMN]) else FORCE_COLUMN]

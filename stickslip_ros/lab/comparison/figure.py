@@ -24,9 +24,9 @@ from stickslip_ros.lab.comparison.words import place, title
 from stickslip_ros.lab.runs.plotting import (
     BLACK,
     GREY,
-    as_it_is,
     curve_style,
     decimated,
+    escaped,
     is_narrow,
     new_figure,
     styled,
@@ -75,9 +75,9 @@ def _draw_quantity(
     for side, each in zip('AB', (comparison.a, comparison.b), strict=True):
         name = PurePath(each.origin).name
         short = name if len(name) <= _NAME_MAX else f'…{name[1 - _NAME_MAX :]}'
-        names.append(f'{side}: {as_it_is(short)}')
+        names.append(f'{side}: {escaped(short)}')
     for index, part in enumerate(quantity.parts):
-        at = as_it_is(place(part.at))
+        at = escaped(place(part.at))
         labels = [f'{name}, {at}' if at else name for name in names]
         if part.axis == TIME_COLUMN:
             for axes, values, name, style in (

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 
 from stickslip_ros.lab.comparison.result import Compared, Comparison
 from stickslip_ros.lab.comparison.words import sections, sentences
-from stickslip_ros.lab.runs.drawn import Drawn
+from stickslip_ros.lab.runs.plottable import Plottable
 from stickslip_ros.sections import Section
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class ComparisonReport(Drawn, Comparison):
+class ComparisonReport(Plottable, Comparison):
     """What ``compare`` returns."""
 
     def sections(self) -> Iterator[Section]:

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a wave is worth: six objectives, each a formula of its steady cycles."""
+"""Six objectives of a wave, each a formula of its steady cycles."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -16,31 +16,31 @@ from stickslip_ros.lab.runs.courses import Course
 from stickslip_ros.lab.runs.zero_amplitude import STEP_MIN_M
 from stickslip_ros.parameters import Parameters
 
-COST_MAX = 1e9  # cost of a wave that does not move the runner forwards
-RELIABLE_CHANGE = 0.5  # share by which the load may change a reliable step
-MISSED_SPEED = 4  # power with which a missed speed counts: more than a vibration gains by it
-PENALTY_MAX = 1.02  # penalty up to which a constraint is met
+COST_MAX = 1e9  # cost of a wave without forward motion
+RELIABLE_CHANGE = 0.5  # largest relative change of a step by the load
+MISSED_SPEED = 4  # exponent of the penalty for a missed speed, above the gain in vibration
+PENALTY_MAX = 1.02  # largest penalty of a met constraint
 _LOAD_SHARE, _PUSH_SHARE = 0.25, 0.02
-"""Shares of the friction limit: the load of a speed over load, the pushes that a step stands."""
-LOAD_STEPS = 3  # intervals between the loads at which a speed over load is looked at, from 0 on
+"""Shares of the friction limit: load of speed over load, pushes on a step."""
+LOAD_STEPS = 3  # intervals between the loads of a speed over load, from 0 on
 
 Cycles = Sequence[SteadyCycle]  # steady cycles under the loads of an objective
 
 
 @dataclass(frozen=True)
 class Objective:
-    """A kind of goal: the value of a wave, and what its runs are like."""
+    """An objective: the value of a wave, and the conditions of its runs."""
 
     unit: str  # of the value
     formula: str  # of the value, in words
     value: Callable[[Cycles], float]
     loads: Callable[[float, float], tuple[float, ...]]  # N, from load and friction limit (N)
-    is_largest: bool = False  # whether the largest value is the best
-    is_free: bool = True  # whether the runner is free of the load cell
-    penalty: Callable[[Cycles], float] = lambda _: 1.0  # above 1 where a constraint is missed
+    is_largest: bool = False  # maximise the value
+    is_free: bool = True  # run without load cell
+    penalty: Callable[[Cycles], float] = lambda _: 1.0  # above 1 for a missed constraint
 
 
-def unreliable(cycles: Cycles) -> float:
+def unreliability(cycles: Cycles) -> float:
     """Return the penalty of a step that a load changes by more than half."""
     step_m, *pushed_m = (cycle.step_m for cycle in cycles)
     change = max(abs(pushed - step_m) for pushed in pushed_m) / step_m
@@ -48,14 +48,14 @@ def unreliable(cycles: Cycles) -> float:
 
 
 def flatness(cycles: Cycles) -> float:
-    """Return the largest less the smallest speed, per mean speed; nan of a wave that stops."""
+    """Return the range of speeds per mean speed; NaN if the wave stops."""
     speeds = [cycle.speed_m_per_s for cycle in cycles]
     advances = min(cycle.step_m for cycle in cycles) > STEP_MIN_M
     return (max(speeds) - min(speeds)) / mean(speeds) if advances else math.nan
 
 
 def loads_up_to(load_n: float, limit_n: float) -> tuple[float, ...]:
-    """Return the loads, N, of a speed over load."""
+    """Return the loads of a speed over load, N."""
     largest_n = load_n or _LOAD_SHARE * limit_n
     return tuple(largest_n * number / LOAD_STEPS for number in range(LOAD_STEPS + 1))
 
@@ -84,14 +84,14 @@ OBJECTIVES: Mapping[str, Objective] = {
     ),
     'step': Objective(
         unit='m',
-        formula='x(t + T) - x(t), of which a load of either sign changes no more than half',
+        formula='x(t + T) - x(t), changed by at most half by a load of either sign',
         value=lambda cycles: cycles[0].step_m,
         loads=pushes,
-        penalty=unreliable,
+        penalty=unreliability,
     ),
     'vibration': Objective(
         unit='m/s',
-        formula="rms of x' - mean of x' over a cycle, of a wave that is fast enough",
+        formula="rms of x' - mean of x' over a cycle, at the required speed",
         value=lambda cycles: cycles[0].vibration_m_per_s,
         loads=lambda load_n, _: (load_n,),
     ),
@@ -113,18 +113,18 @@ OBJECTIVES: Mapping[str, Objective] = {
 
 @dataclass(frozen=True)
 class WaveGoal:
-    """What a wave shall do best: one of OBJECTIVES, and its constraints."""
+    """One of OBJECTIVES, with constraints."""
 
     objective: str
     load_n: float = 0.0
-    """Force against the motion; 0 is that of the objective, N."""
+    """Force against the motion; 0 is the default of the objective, N."""
     speed_m_per_s: float = 0.0
     """Least speed of the wave; 0 is any, m/s."""
     backwards: bool = False
     """Move the runner the other way."""
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be meant."""
+        """Refuse contradictory settings."""
         if self.objective not in OBJECTIVES:
             hint = f'known are {", ".join(OBJECTIVES)}'
             raise UnknownName('objective', self.objective, hint)
@@ -145,23 +145,18 @@ class WaveGoal:
 
 @dataclass(frozen=True)
 class Worth:
-    """What a wave is worth."""
+    """The value of a wave on a stand."""
 
-    value: float  # of the objective; nan of a wave that does not go forwards
-    cost: float  # what a search makes small: the value, or its negative, times the penalty
-    meets: bool  # whether it meets the constraints of its goal, to 2 % of the penalty
+    value: float  # of the objective; NaN without forward motion
+    cost: float  # minimised: the value, or its negative, times the penalty
+    meets: bool  # whether the constraints are met, to 2 % of the penalty
     cycle: SteadyCycle  # of its first run
 
 
 def assess(
     goal: WaveGoal, stand: Parameters, rows: Array, change: float = CHANGE
 ) -> Course[Worth]:
-    """
-    Say what a wave, as ``measure`` takes it, is worth on a stand.
-
-    The load cell is fixed, taken away or, if one-sided, touched, as the goal wants.
-
-    """
+    """Return the worth of a wave on a stand, with the load cell that the goal needs."""
     objective = OBJECTIVES[goal.objective]
     on_stand, cycles = stand.updated(cell_of(goal, stand)), list[SteadyCycle]()
     for load_n in objective.loads(goal.load_n, friction_limit_n(stand)):
@@ -179,7 +174,7 @@ def assess(
 
 
 def cell_of(goal: WaveGoal, stand: Parameters) -> Mapping[str, str | float]:
-    """Return the load cell that a goal wants of a stand, as parameters."""
+    """Return the parameters of the load cell that a goal needs."""
     if OBJECTIVES[goal.objective].is_free:
         return {'load_cell.contact': 'absent'}
     if stand.load_cell.contact == 'one_sided' and not goal.backwards:

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The picture of an answer: the wave, what it does in a cycle, and how it was found."""
+"""The picture of a search: wave, motion over a cycle, costs."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -17,7 +17,7 @@ from stickslip_ros.units import NM, display_unit
 
 @styled()
 def draw_search(result: SearchResult) -> Figure:
-    """Draw best wave and best saw-tooth over a cycle, and the searches over their evaluations."""
+    """Draw the best wave and the best saw-tooth over a cycle, and the course of the searches."""
     name = result.search.goal.objective
     objective = OBJECTIVES[name]
     figure = new_figure(11.0, 7.5, f'{name}: {result.best} and {COMPARED_SHAPE}')
@@ -36,14 +36,13 @@ def draw_search(result: SearchResult) -> Figure:
     for limit in (-1.0, 1.0):
         contact.axhline(limit, color=GREY, linestyle=':')
     factor, unit = display_unit(objective.unit)
-    searched = [(shape, one) for shape, one in result.shapes.items() if one.history]
-    for shape, one in searched:
+    factor = -factor if objective.is_largest else factor
+    for shape, one in result.shapes.items():
+        if not one.history:
+            continue
         costs = np.array(one.history)
-        values = np.where(
-            costs < COST_MAX, (-factor if objective.is_largest else factor) * costs, np.nan
-        )
-        evaluations = np.arange(1, len(costs) + 1)
-        history.plot(evaluations, values, label=shape)
+        values = np.where(costs < COST_MAX, factor * costs, np.nan)
+        history.plot(np.arange(1, len(costs) + 1), values, label=shape)
     voltage.set(title='the wave', ylabel='voltage (V)')
     motion.set(title='runner (thick) and mean foot (thin)', ylabel='displacement (nm)')
     contact.set(title='contacts: full slip at 1 and -1', ylabel='force / friction limit')

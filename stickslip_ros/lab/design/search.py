@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The periodic wave that does best: CMA-ES on the spline and on every named shape, equally long.
+The search for the best periodic wave: CMA-ES on a spline and on every named shape.
 
-What a wave costs is remembered in a journal by what was asked, so a search that was interrupted
-goes on as if it had not been. Whether a gain counts is decided against the error of the
-integration, and the best wave is tried on stands that no search has seen.
+A journal keeps the cost of each wave, so an interrupted search continues as if uninterrupted. The
+gain is compared with the integration error, and the best wave is tested on unseen stands.
 
 """
 
@@ -35,18 +34,18 @@ from stickslip_ros.lab.runs.journal import Journal, JournalIdentity
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import Stopped
 
-COMPARED_SHAPE = 'sawtooth'  # the shape against which a gain is counted
+COMPARED_SHAPE = 'sawtooth'  # the reference of a gain
 PLAIN = 'sawtooth, plain'  # the saw-tooth at full voltage and the highest frequency and preload
 SPREAD = 0.3  # standard deviation of the first generation, in the unit cube
-_MARGIN = 0.02  # distance of the first place from the walls of the cube
+_MARGIN = 0.02  # distance of the start from the walls of the cube
 _EVALUATIONS_MAX = 1_000_000
-_NUMBERS = 2**64  # numbers of a journal: that of a wave is a hash of what was asked about it
+_NUMBERS = 2**64  # numbers of a journal: hashes of wave, goal and stands
 JOURNAL = JournalIdentity('optimise', stickslip_ros.__version__, _NUMBERS, '')
-"""What a journal of waves says of itself."""
-FINER, STEADIER = 4, 10.0  # factors of steps and rows, and of the steady state, in a check
-_ERRORS, _GAIN = 5.0, 0.02  # a gain counts above so many errors, and above this share
+"""Identity of a journal of waves."""
+FINER, STEADIER = 4, 10.0  # refinement of steps and rows, and of the steady state, in a check
+_ERRORS, _GAIN = 5.0, 0.02  # a gain counts above 5 errors and above 2 %
 UNSEEN, UNSEEN_SEED, UNSEEN_SPREAD = 4, 1000, 0.15
-"""Stands that no search has seen and that differ by chance; added to their seed; their spread."""
+"""Unseen stands that differ by chance: number, added seed, spread."""
 UNSEEN_CHANGES: Mapping[str, Mapping[str, object]] = {
     'damping 20 N s/m': {'runner.damping': 20.0},
     'damping 80 N s/m': {'runner.damping': 80.0},
@@ -55,12 +54,12 @@ UNSEEN_CHANGES: Mapping[str, Mapping[str, object]] = {
     'piezo rings at 150 kHz': {'actuator.resonance': 150e3, 'actuator.damping_ratio': 0.1},
     'rough lines': {'contact.profile': 'rough_line', 'contact.line_seed': 101},
 }
-"""What is different on others, by name."""
+"""Changes of other unseen stands, by name."""
 
 
 @dataclass(frozen=True)
 class WaveSearch:
-    """What is to be found, and how long to look."""
+    """Settings of a search."""
 
     goal: WaveGoal
     stand: Parameters  # its amplifier limits the waves
@@ -72,12 +71,12 @@ class WaveSearch:
     """Evaluations of each search."""
     seed: int = 0
     """Seed of the search."""
-    judges: tuple[Parameters, ...] = ()  # stands that judge a wave by their mean; none: the stand
+    judges: tuple[Parameters, ...] = ()  # stands whose mean cost counts; empty: the stand
 
     def __post_init__(self) -> None:
-        """Refuse numbers of nothing."""
+        """Refuse numbers out of range."""
         for name, value, least, most, hint in (
-            ('number of evaluations', self.evaluations, 1, _EVALUATIONS_MAX, 'a spline wants 300'),
+            ('number of evaluations', self.evaluations, 1, _EVALUATIONS_MAX, 'a spline needs 300'),
             ('seed', self.seed, 0, 2**32, 'take a natural number'),
         ):
             if not least <= value <= most:
@@ -85,13 +84,13 @@ class WaveSearch:
 
     @property
     def spaces(self) -> dict[str, Space]:
-        """The waves that are tried, by shape."""
+        """The spaces of waves, by shape."""
         limits = self.stand, self.frequencies_hz, self.preloads_n, self.knots
         return {shape: Space(shape, *limits) for shape in (*SHAPES, SPLINE)}
 
     @property
     def total(self) -> int:
-        """Evaluations in all."""
+        """Total number of evaluations."""
         return (len(SHAPES) + 1) * self.evaluations
 
     def worths(
@@ -101,7 +100,7 @@ class WaveSearch:
         curve_rows: int = CURVE_ROWS,
         change: float = CHANGE,
     ) -> Course[list[Worth]]:
-        """Return what a wave is worth on stands; ``change`` is that of ``measure``."""
+        """Return the worth of a wave on stands, steady to ``change``."""
         rows = wave.rows(self.stand, backwards=self.goal.backwards, curve_rows=curve_rows)
         preload, worths = {'stand.preload': wave.preload_n}, list[Worth]()
         for stand in stands:
@@ -109,30 +108,30 @@ class WaveSearch:
         return worths
 
     def cost(self, wave: PeriodicWave) -> Course[float]:
-        """Return what a search makes small."""
+        """Return the cost that a search minimises."""
         worths = yield from self.worths(wave, self.judges or (self.stand,))
         return fmean(worth.cost for worth in worths)
 
     def gain(self, value: float, rival: float) -> float:
-        """Return the share by which a value is better than another; nan without one."""
+        """Return the relative gain of a value over a rival; NaN for a rival of 0."""
         sign = 1.0 if OBJECTIVES[self.goal.objective].is_largest else -1.0
         return sign * (value - rival) / abs(rival) if rival else math.nan
 
 
 @dataclass
 class ShapeResult:
-    """What the search of a shape has found so far."""
+    """Intermediate result of the search of a shape."""
 
     wave: PeriodicWave  # the best one
     cost: float = COST_MAX  # its cost
     history: list[float] = field(default_factory=list)  # least cost after each evaluation
-    value: float = math.nan  # of the objective, if it moves the runner forwards
-    error: float = math.nan  # by how much a finer integration changes it
-    meets: bool = False  # whether it meets the constraints of the goal
+    value: float = math.nan  # of the objective; NaN without forward motion
+    error: float = math.nan  # change of the value by a finer integration
+    meets: bool = False  # whether the constraints are met
 
 
 class SearchStopped(Stopped):
-    """Ctrl-C ended the search; ``wave`` is the best one so far."""
+    """The search was stopped by Ctrl-C; ``wave`` is the best so far."""
 
     def __init__(self, wave: PeriodicWave, evaluations: int) -> None:
         super().__init__(f'stopped after {evaluations} evaluations')
@@ -141,11 +140,11 @@ class SearchStopped(Stopped):
 
 @dataclass(frozen=True)
 class SearchResult:
-    """The best wave of every shape, by name, and what the best of all does elsewhere."""
+    """The best wave of each shape, by name, and the gain of the best on other stands."""
 
     search: WaveSearch
     shapes: Mapping[str, ShapeResult]
-    unseen: Mapping[str, float]  # gain on each stand that no search has seen
+    unseen: Mapping[str, float]  # gain on each unseen stand
 
     @property
     def best(self) -> str:
@@ -153,19 +152,19 @@ class SearchResult:
         return min(self.shapes, key=lambda name: self.shapes[name].cost)
 
     def gain_of(self, name: str) -> float:
-        """Return the share by which a shape is better than the saw-tooth at its best."""
+        """Return the relative gain of a shape over the best saw-tooth."""
         return self.search.gain(self.shapes[name].value, self.shapes[COMPARED_SHAPE].value)
 
     @property
     def errors(self) -> float:
-        """The gain as a multiple of the error of the integration, of both waves together."""
+        """The gain in multiples of the integration error of both waves."""
         best, rival = self.shapes[self.best], self.shapes[COMPARED_SHAPE]
         difference, error = abs(best.value - rival.value), best.error + rival.error
         return difference and (difference / error if error else math.inf)
 
     @property
     def counts(self) -> bool:
-        """Whether the gain is real: above five errors and 2 %, of a wave that meets the goal."""
+        """Whether the gain is significant: five errors, 2 %, constraints met."""
         is_met = self.shapes[self.best].meets
         return is_met and self.errors > _ERRORS and self.gain_of(self.best) > _GAIN
 
@@ -178,7 +177,7 @@ def optimise(
     scheduler: str = '',
     progress: Callable[[int, float], None] | None = None,
 ) -> SearchResult:
-    """Search every shape and the spline, check what was found, and try the best elsewhere."""
+    """Search all shapes, check the results, and test the best wave on other stands."""
     spaces, done = search.spaces, 0
     shapes = {name: ShapeResult(space.wave(space.start)) for name, space in spaces.items()}
     try:
@@ -198,12 +197,9 @@ def optimise(
 
 
 def evaluations(
-    search: WaveSearch,
-    spaces: Mapping[str, Space],
-    pool: Pool,
-    journal: Journal | None = None,
+    search: WaveSearch, spaces: Mapping[str, Space], pool: Pool, journal: Journal | None = None
 ) -> Iterator[tuple[str, PeriodicWave, float]]:
-    """Try waves of spaces by name, generation by generation; all go at the same time."""
+    """Yield name, wave and cost, generation by generation, over all spaces at once."""
     asked_for = f'{stickslip_ros.__version__} {search.goal} {search.judges or search.stand}'
     going = {name: _generations(search, space) for name, space in spaces.items()}
     asked = {name: next(places) for name, places in going.items()}
@@ -221,11 +217,11 @@ def evaluations(
 
 
 def _generations(search: WaveSearch, space: Space) -> Generator[list[Array], list[float], None]:
-    """Ask for costs of the start, then of generations, from anew where CMA-ES has converged."""
+    """Request costs of the start, then of generations; restart after convergence of CMA-ES."""
     cma = load_extra('the search for a wave', 'cma')
     rng, start, left = np.random.default_rng(search.seed), space.start, search.evaluations - 1
     yield [start]
-    if len(start) == 1:  # CMA-ES wants two dimensions: a space ignores the second one
+    if len(start) == 1:  # CMA-ES needs two dimensions; the space ignores the second
         start = np.append(start, 0.5)
     population = 4 + int(3.0 * np.log(len(start)))
     options = {
@@ -250,7 +246,7 @@ def _generations(search: WaveSearch, space: Space) -> Generator[list[Array], lis
 def _costs(
     search: WaveSearch, waves: Mapping[str, PeriodicWave], pool: Pool, journal: Journal | None
 ) -> dict[str, float]:
-    """Return the costs of waves; what the journal remembers is not computed again."""
+    """Return the costs of waves, from the journal where known."""
     numbers = {text: int(sha256(text.encode()).hexdigest(), 16) % _NUMBERS for text in waves}
     rows = journal.rows if journal else {}
     known: dict[str, Any] = {text: rows.get(n, {}).get('cost') for text, n in numbers.items()}
@@ -265,7 +261,7 @@ def _costs(
 
 
 def _checked(search: WaveSearch, searched: Mapping[str, ShapeResult], pool: Pool) -> SearchResult:
-    """Check every shape and the plain saw-tooth; play the best and its rival elsewhere."""
+    """Check every shape and the plain saw-tooth; run the best and its rival on other stands."""
     space, bundle = search.spaces[COMPARED_SHAPE], bundle_for(search.stand)
     shapes = {**searched, PLAIN: ShapeResult(space.wave(space.start))}
     checks = run_courses(partial(check, search), list(shapes.values()), bundle, pool=pool)
@@ -284,12 +280,7 @@ def _checked(search: WaveSearch, searched: Mapping[str, ShapeResult], pool: Pool
 
 
 def check(search: WaveSearch, found: ShapeResult) -> Course[ShapeResult]:
-    """
-    Return what was found with the value of its wave, and the error of that.
-
-    The error is the change by steps and rows four times as fine, in a state ten times as steady.
-
-    """
+    """Return a result with its value, and as error the change by 4 times finer integration."""
     stand, wave = search.stand, found.wave
     finer = stand.updated({'sim.dt': stand.sim.dt / FINER})
     [worth] = yield from search.worths(wave, [stand])
@@ -299,7 +290,7 @@ def check(search: WaveSearch, found: ShapeResult) -> Course[ShapeResult]:
 
 
 def unseen_stands(search: WaveSearch) -> dict[str, Parameters]:
-    """Return stands that differ from those of the search, by what is different."""
+    """Return stands that no search has seen, by their change."""
     others = spread_stands(search.stand, UNSEEN + 1, UNSEEN_SPREAD, search.seed + UNSEEN_SEED)[1:]
     stands = {f'spread {number}': other for number, other in enumerate(others, start=1)}
     for name, changes in UNSEEN_CHANGES.items():
@@ -309,7 +300,7 @@ def unseen_stands(search: WaveSearch) -> dict[str, Parameters]:
 
 
 def spread_stands(stand: Parameters, count: int, spread: float, seed: int) -> list[Parameters]:
-    """Return a stand, and others whose friction, mass, roughness and feet differ by chance."""
+    """Return a stand, and others with random friction, mass, roughness and feet."""
     rng = np.random.default_rng(seed)
     names = ['contact.friction', 'runner.mass']
     if stand.contact.profile == 'rough' and stand.contact.prefactor:

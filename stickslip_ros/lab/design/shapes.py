@@ -1,12 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""
-Shapes of a periodic wave: one cycle from 0 to 1 and back, as rows of time and height.
-
-A row is a corner; straight lines join them, and two rows of the same time are a jump.
-
-"""
+"""Shapes of a wave: a cycle from 0 to 1 and back, as corners; an equal time is a jump."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -16,12 +11,12 @@ import numpy as np
 
 from stickslip_ros.arrays import Array
 
-CURVE_ROWS = 48  # rows of each curved part; a converged answer does not depend on them
+CURVE_ROWS = 48  # rows of each curved part; enough for convergence
 CORNER_TIME, CORNER_HEIGHT = 0, 1  # columns of the rows of a shape
 
 
 class Trait(NamedTuple):
-    """Bounds of a parameter of a shape, and its published (or else usual) value."""
+    """Bounds of a shape parameter, and its published or usual value."""
 
     low: float
     high: float
@@ -30,14 +25,14 @@ class Trait(NamedTuple):
 
 @dataclass(frozen=True)
 class Shape:
-    """A named shape, its parameters, and where it is described."""
+    """A named shape, its parameters, and its source."""
 
-    make: Callable[..., Array]  # corners, from the rows of a curve and the parameters
+    make: Callable[..., Array]  # corners, from rows per curve and parameters
     traits: Mapping[str, Trait]
     source: str
 
     def rows(self, rows: int = CURVE_ROWS, **values: float) -> Array:
-        """Return one cycle forwards; parameters that are left out have their usual values."""
+        """Return one cycle forwards, with usual values by default."""
         usual = {name: trait.usual for name, trait in self.traits.items()}
         return self.make(rows, **{**usual, **values})
 
@@ -45,13 +40,7 @@ class Shape:
 def spline(
     times: Sequence[float] | Array, heights: Sequence[float] | Array, rows: int = CURVE_ROWS
 ) -> Array:
-    """
-    Return one cycle through knots, of about ``rows`` rows up and as many down.
-
-    The knots lead from (0, 0) over one of height 1 to (1, 0); a monotone cubic (PCHIP) joins those
-    of the rise, another one those of the fall.
-
-    """
+    """Return a cycle through knots from 0 over 1 to 0, with monotone cubics (PCHIP)."""
     time, height = np.array((times, heights), dtype=np.float64)
     widths, top, share = np.diff(time), int(np.argmax(height)), 2 * rows // (len(time) - 1) + 1
     chords = np.diff(height) / widths
@@ -69,11 +58,11 @@ def spline(
 
 
 def pchip_slopes(widths: Array, chords: Array) -> Array:
-    """Return the slopes of a PCHIP at its knots: Fritsch and Butland 1984, ends as of Moler."""
+    """Return the slopes of a PCHIP at its knots (Fritsch and Butland 1984; ends by Moler)."""
     if len(chords) == 1:
         return np.repeat(chords, 2)
     before, after = 2.0 * widths[1:] + widths[:-1], widths[1:] + 2.0 * widths[:-1]
-    with np.errstate(divide='ignore'):  # beside a level chord the slope is 0
+    with np.errstate(divide='ignore'):  # next to a level chord the slope is 0
         inner = 1.0 / ((before / chords[:-1] + after / chords[1:]) / (before + after))
     near, far = np.s_[[0, -1]], np.s_[[1, -2]]
     steep = (2.0 * widths[near] + widths[far]) * chords[near] - widths[near] * chords[far]
@@ -82,19 +71,19 @@ def pchip_slopes(widths: Array, chords: Array) -> Array:
 
 
 def sawtooth(_: int, fall: float) -> Array:
-    """Rise evenly; fall evenly in a share of the cycle, 0 as a jump."""
+    """Rise evenly, fall evenly in a share of the cycle; 0 is a jump."""
     return np.array(((0.0, 0.0), (1.0 - fall, 1.0), (1.0, 0.0)))
 
 
 def cycloid(rows: int) -> Array:
-    """Trace t = 1/2 + (a - sin a)/2pi, y = (1 + cos a)/2: its cusp is on top."""
+    """Trace t = 1/2 + (a - sin a)/2pi, y = (1 + cos a)/2, with the cusp on top."""
     angle: Array = np.linspace(-np.pi, np.pi, 2 * rows + 1, dtype=np.float64)
     time = 0.5 + (angle - np.sin(angle)) / (2.0 * np.pi)
     return np.column_stack((time, 0.5 * (1.0 + np.cos(angle))))
 
 
 def parabola(rows: int, rise: float) -> Array:
-    """Rise as y = (t/r)^2; fall as the mirror image of it in the rest of the cycle."""
+    """Rise as y = (t/r)^2, fall as its mirror image in the rest of the cycle."""
     up: Array = np.linspace(0.0, 1.0, rows + 1, dtype=np.float64)
     rising = np.column_stack((rise * up, up**2))
     falling = np.column_stack((1.0 - (1.0 - rise) * up, up**2))
@@ -109,13 +98,13 @@ def compensated(rows: int, sine: float) -> Array:
 
 
 def freeze_and_kick(_: int, rise: float, freeze: float) -> Array:
-    """Rise evenly, hold, jump back, hold: the first hold is a share of what the rise leaves."""
+    """Rise evenly, hold, jump back, hold; the first hold is a share of the remaining time."""
     kick = rise + freeze * (1.0 - rise)
     return np.array(((0.0, 0.0), (rise, 1.0), (kick, 1.0), (kick, 0.0), (1.0, 0.0)))
 
 
 def trapezoid(_: int, rise: float, fall: float, hold: float) -> Array:
-    """Rise, hold, fall, hold: the first hold is a share of what rise and fall leave."""
+    """Rise, hold, fall, hold; the first hold is a share of the remaining time."""
     high = rise + hold * (1.0 - rise - fall)
     return np.array(((0.0, 0.0), (rise, 1.0), (high, 1.0), (high + fall, 0.0), (1.0, 0.0)))
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What one periodic wave does to a stand, without sensors, once the drive is steady."""
+"""The steady response of a stand to a periodic wave, without sensors."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -20,19 +20,18 @@ from stickslip_ros.lab.runs.sawtooth_run import force_at_n
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import stop_if_asked
 
-_WINDOW = 20  # cycles of a mean; two means one after the other tell whether a drive is steady
-_CYCLES_MAX = 400  # cycles after which a drive that is not steady is measured as it is
-CHANGE = 1e-3  # share by which the mean of a window may change in a steady drive
-RESOLUTION_M = 1e-11  # change of a mean position, m, or of a step that is none
-_kept_plant = lru_cache(maxsize=LANES)(plant_of)  # for many waves and loads; not to be written
-SAMPLES = 256  # samples of the cycle that is looked at
-CONTACT_SHARE = FORCE + 1
-"""Column of a trace: force of all contacts as a share of their friction limit."""
+_WINDOW = 20  # cycles of a mean; steady if two successive means agree
+_CYCLES_MAX = 400  # cycles after which an unsteady drive is measured
+CHANGE = 1e-3  # largest relative change of a steady mean
+RESOLUTION_M = 1e-11  # negligible change of mean position or step, m
+_kept_plant = lru_cache(maxsize=LANES)(plant_of)  # shared by waves and loads; read-only
+SAMPLES = 256  # samples of a traced cycle
+CONTACT_SHARE = FORCE + 1  # column of a trace: contact force per friction limit
 
 
 @dataclass(frozen=True)
 class SteadyCycle:
-    """What a periodic wave does to a drive: means over the last window, and how it goes on."""
+    """Means over the last window of a steady wave, and the state to continue from."""
 
     speed_m_per_s: float  # in the wanted direction
     position_m: float  # of the runner
@@ -47,24 +46,19 @@ class SteadyCycle:
 
     @property
     def force_n(self) -> float:
-        """Force in the load cell at the mean position, less that of the feet's mean way."""
+        """Force in the load cell at the mean position, less that at the mean foot position."""
         foot_m, plant = self.trace()[:, FOOT], self.drive[0][0]
         feet_m = float((foot_m[1:] + foot_m[:-1]).mean()) / 2.0
         return self.sense * (force_at_n(plant, self.position_m) - force_at_n(plant, feet_m))
 
     @property
     def vibration_m_per_s(self) -> float:
-        """Root mean square of the runner's velocity about its mean, over a cycle."""
+        """Rms deviation of the runner velocity from its mean, over a cycle."""
         steps = np.diff(self.trace(), axis=0)
         return float((steps[:, POSITION] / steps[:, TIME]).std())
 
     def trace(self, *, contacts: bool = False) -> Array:
-        """
-        Play another cycle: time (s), voltage (V), mean foot, runner (m), cell (N), CONTACT_SHARE.
-
-        CONTACT_SHARE is there in every row if it is asked for, which takes longer.
-
-        """
+        """Run another cycle: t (s), V, mean foot, runner (m), cell (N), optional CONTACT_SHARE."""
         trace, log = np.full((SAMPLES + 1, CONTACT_SHARE + 1), np.nan), np.empty((1, 3))
         plants, states, wave, load_n = self.drive
         states, limit_n = states.copy(), plants['contacts']['curve']['force_max_n'][0, ALL]
@@ -86,14 +80,13 @@ def measure(
     change: float = CHANGE,
 ) -> Course[SteadyCycle]:
     """
-    Play a wave from rest until the drive is steady, 400 cycles at most.
+    Run a wave from rest until the means change by less than ``change``, at most 400 cycles.
 
-    The rows are those of ``playable``; the load is against the wanted direction, the ``sense``.
-    ``change`` is the share by which the mean of a window may change in a steady drive.
+    The rows are those of ``playable``; the load acts against the direction ``sense``.
 
     """
     parameters = parameters.updated({'amplifier.voltage_initial': float(rows[0, 1])})
-    # Roughness that travels is written into its plant.
+    # Travelling roughness is stored in the plant, which must not be shared.
     plants = (plant_of if parameters.contact.travel else _kept_plant)(parameters)
     states = state_at_rest(plants, parameters.stand.preload)
     wave, load_n = table(rows, 0), -sense * load_n

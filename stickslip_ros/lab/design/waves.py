@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Waves that a search may try: a shape with its numbers, a voltage, a frequency, a preload."""
+"""Waves of a search: shape with parameters, voltage, frequency, preload."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -21,19 +21,17 @@ from stickslip_ros.lab.design.shapes import CORNER_HEIGHT, CORNER_TIME, CURVE_RO
 from stickslip_ros.parameters import Parameters, spec_of
 
 SPLINE = 'spline'
-KNOTS_MIN, KNOTS_MAX = 6, 16
-"""Knots of a spline in all; the first and the last, which is the first again, count once."""
-SHORTEST = 1e-3  # time between two knots of a spline, relative to the longest one of it
-LOWEST = 1e-3  # height between two knots, relative to the largest possible, before all are scaled
-SMALLEST = 0.02  # smallest voltage of a wave, as a share of the largest
-SLEW_SHARE = 0.9  # share of a cycle that rise and fall at the slew rate may take
-SLEW_SLACK = 1e-9
-"""Share by which a wave stays below the slew rate, so that the amplifier never limits it."""
+KNOTS_MIN, KNOTS_MAX = 6, 16  # knots of a spline; first and last count once
+SHORTEST = 1e-3  # time between two knots, relative to the longest
+LOWEST = 1e-3  # height between two knots, relative to the largest, before scaling
+SMALLEST = 0.02  # smallest voltage, as a share of the largest
+SLEW_SHARE = 0.9  # largest share of a cycle for rise and fall at the slew rate
+SLEW_SLACK = 1e-9  # margin below the slew rate, so that the amplifier never limits
 
 
 @dataclass(frozen=True)
 class PeriodicWave:
-    """A shape with its parameters (of a spline its knots), and how it is played."""
+    """A shape with its parameters (or knots), and its drive settings."""
 
     shape: str
     values: Mapping[str, Any]
@@ -44,7 +42,7 @@ class PeriodicWave:
     def rows(
         self, stand: Parameters, *, backwards: bool = False, curve_rows: int = CURVE_ROWS
     ) -> Array:
-        """Return one cycle as rows of time (s) and voltage (V), as ``playable`` makes them."""
+        """Return one cycle as rows of time (s) and voltage (V), see ``playable``."""
         make = spline if self.shape == SPLINE else SHAPES[self.shape].rows
         unit = make(rows=curve_rows, **self.values)
         if backwards:
@@ -56,9 +54,8 @@ def playable(rows: Array, parameters: Parameters, voltage_v: float, frequency_hz
     """
     Return a shape as rows of time (s) and voltage (V), within range and slew rate.
 
-    What is steeper than the slew rate, a jump above all, takes the time that it needs; the rest of
-    the cycle is played as much faster. OutOfRange: the voltage is outside the range, or rise and
-    fall need more than the cycle.
+    Steeper parts, such as jumps, take the time of the slew rate; the rest runs faster to keep the
+    period. OutOfRange if the voltage or the time of rise and fall does not fit.
 
     """
     amplifier, period_s = parameters.amplifier, 1.0 / frequency_hz
@@ -89,7 +86,7 @@ def playable(rows: Array, parameters: Parameters, voltage_v: float, frequency_hz
 
 @dataclass(frozen=True)
 class Space:
-    """The waves of one shape within the limits of a stand: its places fill a unit cube."""
+    """The waves of a shape within the limits of a stand, as places in a unit cube."""
 
     shape: str
     stand: Parameters  # its amplifier gives range and slew rate
@@ -98,7 +95,7 @@ class Space:
     knots: int  # of a spline
 
     def __post_init__(self) -> None:
-        """Refuse limits that no wave keeps."""
+        """Refuse limits without waves."""
         if not KNOTS_MIN <= self.knots <= KNOTS_MAX:
             limit = f'not from {KNOTS_MIN} to {KNOTS_MAX}'
             raise OutOfRange('number of knots', self.knots, '', limit, 'change --knots')
@@ -117,12 +114,7 @@ class Space:
 
     @property
     def start(self) -> Array:
-        """
-        Place of the shape with its usual numbers, at the largest voltage, frequency and preload.
-
-        A spline starts as a saw-tooth.
-
-        """
+        """Place of the usual shape or saw-tooth spline, at largest voltage, frequency, preload."""
         rises = self.knots // 2
         own = [1.0] * rises + [0.0] * (self.knots - rises) + [0.5] * self.knots
         if self.shape != SPLINE:
@@ -149,17 +141,12 @@ class Space:
         return PeriodicWave(self.shape, values, share * largest_v, frequency_hz, preload_n)
 
     def _ranges(self) -> tuple[tuple[float, float], ...]:
-        """Return frequencies, shares of the largest voltage, preloads."""
+        """Return ranges of frequency, voltage share and preload."""
         return self.frequencies_hz, (SMALLEST, 1.0), self.preloads_n
 
 
 def knots_of(shares: Sequence[float] | Array) -> dict[str, list[float]]:
-    """
-    Return the knots of a spline from 2 n shares: n times between knots, n heights between them.
-
-    The times are logarithmic, from 1/1000 of the longest on. The first half of the knots rises.
-
-    """
+    """Return knots from n logarithmic times and n heights in between; the first half rises."""
     count = len(shares) // 2
     times = np.cumsum(SHORTEST ** (1.0 - np.array(shares[:count])))
     heights = LOWEST + np.array(shares[count:])
@@ -172,7 +159,7 @@ def knots_of(shares: Sequence[float] | Array) -> dict[str, list[float]]:
 
 
 def write_wave(rows: Array, path: Path) -> None:
-    """Write a wave as a table that the commands read: time, s, and voltage, V."""
+    """Write a wave as a table for the commands: time, s, and voltage, V."""
     lines = ['time_s,voltage_v', *(f'{time_s!r},{volts!r}' for time_s, volts in rows.tolist())]
     with replacing(path) as part:
         part.write_text('\n'.join(lines) + '\n', encoding='utf-8')

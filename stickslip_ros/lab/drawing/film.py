@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Two cycles of a stand in slow motion: feet, runner, and how much of each contact slips."""
+"""Two cycles of a stand in slow motion: feet, runner, and the slipping share of each contact."""
 
 from typing import NamedTuple
 
@@ -14,38 +14,33 @@ from stickslip_ros.drive.build import contacts_of
 from stickslip_ros.parameters import Parameters
 
 FILM_CYCLES = 2
-FRAMES = 200
-"""Pictures of these cycles."""
-BEFORE = 3
-"""Cycles before, in which a contact forgets that it is taken for relaxed where they begin."""
+FRAMES = 200  # frames of these cycles
+CYCLES_BEFORE = 3  # cycles before, until the assumed relaxed start is forgotten
 RINGS = 64
-AT_LIMIT = 0.98
-"""A ring slips from this share of its limit on: readings have noise."""
-HIGH, LOW = 0.75, 0.25
-"""An edge leads from below the one share of the range of the voltage to above the other."""
-STEEP = 0.25
-"""Largest share of a period that the edge takes."""
+AT_LIMIT = 0.98  # a ring slips from this share of its limit on, as readings have noise
+HIGH, LOW = 0.75, 0.25  # an edge crosses these shares of the voltage range
+STEEP = 0.25  # largest share of a period that an edge takes
 
 
 class Film(NamedTuple):
-    """What moves, at equal times."""
+    """Motion at equal times."""
 
-    length_s: float  # from the first picture to the last
-    foot_m: Array  # from the first picture on; shape (FRAMES,)
+    length_s: float  # from the first frame to the last
+    foot_m: Array  # relative to the first frame; shape (FRAMES,)
     runner_m: Array
-    slipping: Array  # share of the area of each contact that slips, shape (feet, FRAMES)
+    slipping: Array  # slipping share of each contact area, shape (feet, FRAMES)
 
 
 def film_of(
     parameters: Parameters, time_s: Array, voltage_v: Array, foot_m: Array, runner_m: Array
 ) -> Film | None:
-    """Return the last whole cycles of a trace; None if it has none, or places are not known."""
+    """Return the last whole cycles of a trace; None without cycles or positions."""
     falls = steep_edges(voltage_v)
     if len(falls) < FILM_CYCLES + 1:
         return None
     first, last = (float(time_s[falls[at]]) for at in (-1 - FILM_CYCLES, -1))
     step_s = (last - first) / (FRAMES - 1)
-    begin_s = float(time_s[falls[max(0, len(falls) - 1 - FILM_CYCLES - BEFORE)]])
+    begin_s = float(time_s[falls[max(0, len(falls) - 1 - FILM_CYCLES - CYCLES_BEFORE)]])
     at_s = last - step_s * np.arange(FRAMES + int((first - begin_s) / step_s))[::-1]
     foot, runner = (np.interp(at_s, time_s, each) for each in (foot_m, runner_m))
     if not np.isfinite(foot + runner).all():
@@ -57,16 +52,14 @@ def film_of(
 
 def slipping_shares(contacts: list[Presliding], way_m: Array) -> Array:
     """
-    Return the share of the area of each contact that slips, shape (contacts, n).
+    Return the slipping share of each contact area, shape (contacts, n).
 
-    ``way_m``, shape (n,), is that of the runner against the feet, relaxed at its beginning. A
-    contact is taken for rings, each with the displacement at which it slips on the virgin curve:
-    it follows the runner, held back within this limit.
+    ``way_m``, shape (n,), is the runner relative to the feet, relaxed at the start. A contact is a
+    set of rings, each of which slips at its own displacement of the virgin curve.
 
     """
-    limits = np.linspace(0.0, 1.0, RINGS + 1)[1:] * [
-        [each.max_displacement_m] for each in contacts
-    ]
+    largest_m = [[each.max_displacement_m] for each in contacts]
+    limits = np.linspace(0.0, 1.0, RINGS + 1)[1:] * largest_m
     radii = np.stack([each.stick_radius(row) for each, row in zip(contacts, limits, strict=True)])
     full = np.array([[each.indentation.radius_m] for each in contacts])
     areas = -np.diff((radii / full) ** 2, axis=1, prepend=1.0)
@@ -80,12 +73,7 @@ def slipping_shares(contacts: list[Presliding], way_m: Array) -> Array:
 
 
 def steep_edges(voltage: Array) -> NDArray[np.intp]:
-    """
-    Return the last sample before each fall of a saw-tooth; of one that runs backwards, each rise.
-
-    Falls are what leads through the middle of the range within STEEP of the time between two.
-
-    """
+    """Return the last sample before each steep edge of a saw-tooth: falls, or rises backwards."""
     low, high = float(voltage.min()), float(voltage.max())
     level = (voltage > low + HIGH * (high - low)).astype(np.int8)
     level -= voltage < low + LOW * (high - low)

@@ -2,12 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Where the parts of the stand are, for those who draw it: nothing here enters the physics.
+Positions and sizes of the parts of the stand, for drawings only.
 
 Eq. 19 fixes the directions: two upper normal forces of sqrt(2)/2 F_p and four lower ones of
-sqrt(2)/4 F_p are in balance with the preload F_p where each is at 45 degrees to it, across the
-motion. So the runner is drawn as a square bar that stands on an edge. Its length is what its
-travel asks for, its width what its mass does; the paper says neither.
+sqrt(2)/4 F_p balance the preload F_p at 45 degrees to it, across the motion. So the runner is
+drawn as a square bar on its edge; length (from travel) and width (from mass) are our choice.
 
 """
 
@@ -23,7 +22,7 @@ DIAGONAL = math.sqrt(0.5)
 
 
 class Foot(NamedTuple):
-    """A hemisphere: where it touches the runner, and to which side of it it stands."""
+    """A hemisphere: contact point, and side of the runner."""
 
     number: int  # from 1; the two upper ones first
     x_m: float
@@ -31,29 +30,29 @@ class Foot(NamedTuple):
     up: int  # 1 above the runner, -1 below
 
     def at(self, distance_m: float) -> tuple[float, float, float]:
-        """Return x, y and z at a distance from the axis of the runner, along the normal."""
+        """Return x, y, z at a distance from the runner axis, along the normal."""
         away_m = DIAGONAL * distance_m
         return self.x_m, self.side * away_m, self.up * away_m
 
 
 class Geometry(NamedTuple):
-    """Sizes and places, from the middle of the runner at position 0; x is the way it goes."""
+    """Sizes and positions, from the middle of the runner at position 0; x is the motion."""
 
     length_m: float  # of the runner
     width_m: float  # of its square section
     radius_m: float  # of a hemisphere
     piezo_m: tuple[float, float]  # width and length
     feet: tuple[Foot, ...]
-    cell_m: float  # where the load cell begins, if there is one
+    cell_m: float  # start of the load cell, if any
 
     @property
     def reach_m(self) -> float:
-        """Distance from the axis at which the piezos end on the carrier."""
+        """Distance of the fixed ends of the piezos from the runner axis."""
         return 0.5 * self.width_m + self.radius_m + self.piezo_m[1]
 
 
 def geometry_of(parameters: Parameters) -> Geometry:
-    """Return where the parts of a stand are: the bar stays on its feet over all of its travel."""
+    """Return the geometry of a stand: the bar stays on its feet over the whole travel."""
     stand, radius_m = parameters.stand, parameters.contact.radius
     spacing_m = SPACING_RADII * radius_m
     travel_m = max(stand.travel_max, -stand.travel_min)

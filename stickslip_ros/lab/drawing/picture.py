@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The drawing of the stand as SVG; of a film it moves, in any browser."""
+"""The drawing of the stand as SVG, animated for a film."""
 
 import math
 from collections.abc import Iterator
@@ -24,9 +24,8 @@ _MIDDLE, _AXIS, _SECTION, _CONTACTS = 280.0, 165.0, 635.0, (775.0, 850.0)
 TABLE, WALL = (20.0, 520.0), 500.0
 _CURVES, _LANES = (70.0, 560.0), ((375.0, 445.0), (465.0, 515.0))
 _RUNNER, _REACH, _STROKE, _DISC = 320.0, 84.0, 32.0, 28.0
-"""Longest runner, farthest end of a foot from the axis, longest way of a foot, largest contact."""
-SECONDS = 8.0
-"""Length of a film."""
+"""Limits: runner length, reach of a foot, stroke, contact radius."""
+SECONDS = 8.0  # length of a film
 STYLE = """
 svg{--ink:#222;--faint:#667;--paper:#fff;--steel:#a9b4bf;--dark:#8795a3;--frame:#d5dae0}
 @media(prefers-color-scheme:dark){svg{--ink:#e8eaed;--faint:#a3acb8;--paper:#191d22;
@@ -43,7 +42,7 @@ TIP = """<defs><marker id="tip" viewBox="0 0 10 10" refX="9" refY="5" markerWidt
 
 
 class Drawing(str):
-    """A drawing as the text of an SVG, which a notebook shows."""
+    """An SVG text that a notebook shows."""
 
     __slots__ = ()
 
@@ -53,10 +52,10 @@ class Drawing(str):
 
 def draw_stand(stand: Parameters | Run, end_s: float | None = None) -> Drawing:
     """
-    Draw a stand to scale; of a run that steps, its last cycles as a film.
+    Draw a stand to scale, or the last cycles of a stepping run as a film.
 
-    In a film the ways of feet and runner are much longer than they are, and time is slower; both
-    factors stand below it. How much of each contact slips is computed from these ways.
+    A film magnifies the motion of feet and runner and slows time; both factors are written below
+    it. The slipping share of each contact is computed from the motion.
 
     Parameters
     ----------
@@ -68,14 +67,14 @@ def draw_stand(stand: Parameters | Run, end_s: float | None = None) -> Drawing:
     Returns
     -------
     Drawing
-        Text of an SVG, which any browser plays.
+        Text of an SVG, for any browser.
 
     Raises
     ------
     RecordingError
         If a run has no trace, or no two cycles of a saw-tooth.
     OutOfRange
-        If a run ends before that end.
+        If the run ends before ``end_s``.
 
     Examples
     --------
@@ -103,7 +102,7 @@ def draw_stand(stand: Parameters | Run, end_s: float | None = None) -> Drawing:
 
 
 def stand_svg(parameters: Parameters, film: Film | None = None) -> str:
-    """Return the drawing of a stand as SVG; without a film nothing moves."""
+    """Return the drawing of a stand as SVG; a film moves it."""
     geometry = geometry_of(parameters)
     scale = min(_RUNNER / geometry.length_m, _REACH / (DIAGONAL * geometry.reach_m))
     height, times, foot, runner = _HEIGHT, 1.0, None, None
@@ -125,16 +124,14 @@ def stand_svg(parameters: Parameters, film: Film | None = None) -> str:
     ]
     if film is not None:
         parts += _curves(film, is_shared=parameters.contact.law == 'mdr')
-        words = (
-            f'{1e3 * film.length_s:.4g} ms are shown in {SECONDS:g} s; motion of feet and runner '
-        )
-        words += f'magnified {times:,.0f} times'.replace(',', ' ')
+        words = f'{1e3 * film.length_s:.4g} ms are shown in {SECONDS:g} s; motion of feet and '
+        words += f'runner magnified {times:,.0f} times'.replace(',', ' ')
         parts.append(_text(_CURVES[0], _LANES[-1][1] + 20, words, 'faint'))
     return '\n'.join([*parts, '</svg>\n'])
 
 
 def _foot(geometry: Geometry, scale: float, way: Array | None) -> str:
-    """Return a foot that stands upright: its piezo is fixed below, and shears."""
+    """Return an upright foot: its piezo is fixed below, and shears."""
     length, width = scale * DIAGONAL * geometry.piezo_m[1], scale * geometry.piezo_m[0]
     angles = None if way is None else -np.degrees(np.arctan(way / length))
     return (
@@ -147,7 +144,7 @@ def _foot(geometry: Geometry, scale: float, way: Array | None) -> str:
 def _side(
     parameters: Parameters, geometry: Geometry, scale: float, runner: Array | None
 ) -> Iterator[str]:
-    """Yield what one sees from the side: of the six feet those in front."""
+    """Yield the side view, with the feet in front."""
     half, edge = 0.5 * scale * geometry.length_m, scale * DIAGONAL * geometry.width_m
     left, right, reach = _MIDDLE - half, _MIDDLE + half, scale * DIAGONAL * geometry.reach_m
     above, below, ground = _AXIS - reach, _AXIS + reach, _AXIS + reach + 22
@@ -155,7 +152,7 @@ def _side(
     yield _box(_MIDDLE - 0.6 * span, above - 14, 1.2 * span, 14, 'frame edge')
     yield _box(_MIDDLE - span, below, 2 * span, 22, 'frame edge')
     yield _box(TABLE[0], ground, TABLE[1] - TABLE[0], 10, 'frame edge')
-    # The runner stands on an edge: its lower faces lie in the shade.
+    # The runner stands on its edge: its lower faces are in shade.
     ticks = ''.join(f'M{_px(_MIDDLE + at * half / 12)} {_AXIS - 5}v10' for at in range(-11, 12))
     yield (
         f'<g>{_box(left, _AXIS - edge, 2 * half, edge, "steel edge")}'
@@ -193,7 +190,7 @@ def _side(
 def _load_cell(
     parameters: Parameters, geometry: Geometry, scale: float, runner: Array | None
 ) -> Iterator[str]:
-    """Yield the spring between the end of the runner, or a gap behind it, and a block."""
+    """Yield the spring between runner (or gap) and wall."""
     if parameters.load_cell.contact == 'absent':
         yield _text(WALL + 20, _AXIS - 37, 'no load cell', 'faint end')
         return
@@ -228,7 +225,7 @@ def _section(geometry: Geometry, scale: float) -> Iterator[str]:
 
 
 def _contacts(parameters: Parameters, film: Film | None) -> Iterator[str]:
-    """Yield the areas of contact, and how much of each slips."""
+    """Yield the contact areas, and the slipping share of each."""
     contacts, law = contacts_of(parameters), parameters.contact.law
     largest_m = max(each.indentation.radius_m for each in contacts)
     middle = sum(_CONTACTS) / 2
@@ -251,7 +248,7 @@ def _contacts(parameters: Parameters, film: Film | None) -> Iterator[str]:
 
 
 def _curves(film: Film, *, is_shared: bool) -> Iterator[str]:
-    """Yield the ways, and the shares that slip, over time, with a line that follows the film."""
+    """Yield motion and slipping shares over time, with a moving time line."""
     left, right = _CURVES
     x = np.linspace(left, right, len(film.foot_m))
     ways = NM * np.stack((film.foot_m, film.runner_m))
@@ -260,9 +257,8 @@ def _curves(film: Film, *, is_shared: bool) -> Iterator[str]:
         (ways, {'foot': '#c1272d', 'runner': '#2a8fd0'}, 'nm', ways.min(), ways.max()),
         (shares, {'contact above': '#d55e00', 'contact below': '#cc79a7'}, '% slips', 0.0, 100.0),
     )
-    for (top, bottom), (rows, names, unit, low, high) in zip(
-        _LANES, lanes[: 1 + is_shared], strict=False
-    ):
+    shown = zip(_LANES, lanes[: 1 + is_shared], strict=False)
+    for (top, bottom), (rows, names, unit, low, high) in shown:
         places = bottom - (rows - low) / max(high - low, 1e-9) * (bottom - top)
         for at, (name, colour) in enumerate(names.items()):
             points = ' '.join(f'{_px(a)},{_px(b)}' for a, b in zip(x, places[at], strict=True))
@@ -289,7 +285,7 @@ def _text(x: float, y: float, words: str, kind: str = '') -> str:
 
 
 def _animation(what: str, values: Array | None, digits: int = 1) -> str:
-    """Return what moves the element that it stands in; a scale holds along x only."""
+    """Return the animation of the enclosing element; a scale acts along x only."""
     if values is None:
         return ''
     tag = f'<animate attributeName="{what}"'

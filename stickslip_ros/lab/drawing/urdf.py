@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The stand as a URDF: frames and bodies for RViz, tf2 and what else reads robots."""
+"""The stand as URDF: frames and bodies for RViz, tf2 and other readers of robots."""
 
 import math
 from collections.abc import Mapping
@@ -19,50 +19,46 @@ _COLOURS = {
     'frame': '0.82 0.85 0.88 1',
 }
 Place = tuple[float, float, float]
-HERE: Place = (0.0, 0.0, 0.0)
-_AXES_RPY_RAD = HERE, (0.0, 0.0, 0.5 * math.pi), (0.0, -0.5 * math.pi, 0.0)
-"""Turn of the stand that moves along x, y, z against the one that carries it."""
+ORIGIN: Place = (0.0, 0.0, 0.0)
+_AXES_RPY_RAD = ORIGIN, (0.0, 0.0, 0.5 * math.pi), (0.0, -0.5 * math.pi, 0.0)
+"""Turn of the stand along x, y, z relative to its carrier."""
 
 
 def robot_description(parameters: Parameters, *carried: Parameters) -> str:
     """
-    Return the stand as URDF; with more than one, each stands on the runner of the one before.
+    Return stands as URDF, each mounted on the runner of the one before.
 
-    Frames are those of ``frame_id.*``; the joint of each that moves is ``sim.joint_name``, which
-    ``joint_states`` moves, at most as fast as the drive steps. Sizes are those of the drawing.
-    The first stand moves along x, the second along y, the third along z. How they are mounted on
-    each other is assumed.
+    Frames come from ``frame_id.*``, the moving joint is ``sim.joint_name`` (of ``joint_states``),
+    its speed limit that of stepping. Sizes are those of the drawing. The stands move along x, y
+    and z; the mounting is assumed.
 
     Parameters
     ----------
     parameters : Parameters
         The stand.
     *carried : Parameters
-        One or two more, with frames and joints of their own.
+        One or two more stands, with their own frame and joint names.
 
     Raises
     ------
     OutOfRange
-        If there are more than three.
+        Above three stands.
     WrongKind
-        If two have a frame or a joint of the same name.
+        If a frame or joint name is repeated.
 
     """
     stands = (parameters, *carried)
     if len(stands) > len(_AXES_RPY_RAD):
-        raise OutOfRange(
-            'stands', len(stands), '', f'above the {len(_AXES_RPY_RAD)} axes', 'draw fewer'
-        )
-    names = [
-        name for each in stands for name in (*vars(each.frame_id).values(), each.sim.joint_name)
-    ]
+        limit = f'above the {len(_AXES_RPY_RAD)} axes'
+        raise OutOfRange('stands', len(stands), '', limit, 'draw fewer')
+    owned = ((*vars(each.frame_id).values(), each.sim.joint_name) for each in stands)
+    names = [name for each in owned for name in each]
     for name in names:
         if names.count(name) > 1:
             hint = 'set frame_id.* and sim.joint_name'
             raise WrongKind('frame or joint', name, 'the name of one alone', hint)
-    parts = [
-        f'<material name="{name}"><color rgba="{c}"/></material>' for name, c in _COLOURS.items()
-    ]
+    colours = _COLOURS.items()
+    parts = [f'<material name="{name}"><color rgba="{c}"/></material>' for name, c in colours]
     before: Parameters | None = None
     for stand, rpy_rad in zip(stands, _AXES_RPY_RAD, strict=False):
         parts += _stand(stand)
@@ -94,7 +90,7 @@ def _stand(parameters: Parameters) -> list[str]:
     slide = f'<axis xyz="1 0 0"/><limit {_attributes(limits)}/>'
     table = _box((3.0 * length_m, 0.5 * length_m, 2.0 * radius_m))
     below_m = -DIAGONAL * geometry.reach_m - 2.0 * radius_m
-    bar = _body(_box((length_m, width_m, width_m)), 'steel', HERE, 0.25 * math.pi)
+    bar = _body(_box((length_m, width_m, width_m)), 'steel', ORIGIN, 0.25 * math.pi)
     parts = [
         _link(frames.stage, _body(table, 'frame', (0.0, 0.0, below_m))),
         _link(frames.runner, f'{bar}<inertial>{inertia}</inertial>'),
@@ -134,7 +130,7 @@ def _joint(name: str, kind: str, parent: str, child: str, inside: str) -> str:
     return f'<joint name={quoteattr(name)} type="{kind}">{ends}{inside}</joint>'
 
 
-def _body(shape: str, colour: str, place_m: Place = HERE, roll_rad: float = 0.0) -> str:
+def _body(shape: str, colour: str, place_m: Place = ORIGIN, roll_rad: float = 0.0) -> str:
     shape = f'{_at(place_m, roll_rad)}<geometry>{shape}</geometry>'
     return f'<visual>{shape}<material name="{colour}"/></visual>'
 

@@ -20,7 +20,7 @@ from stickslip_ros.lab.fitting.free import PREFACTOR, RMS_HEIGHT
 from stickslip_ros.lab.fitting.missing import Trial
 from stickslip_ros.lab.fitting.result import MISSED_MOST, P_VALUE_MIN, FitResult
 from stickslip_ros.lab.fitting.statistics import Estimate
-from stickslip_ros.lab.runs.drawn import Drawn
+from stickslip_ros.lab.runs.plottable import Plottable
 from stickslip_ros.lab.waveform.recognise import LOW_SHARE
 from stickslip_ros.parameters import dump_yaml
 from stickslip_ros.sections import Section, plain
@@ -43,7 +43,7 @@ _DOES_NOT_HOLD = (
 SHOWN = 0.1  # part of a combination from which a parameter is named
 
 
-class Fit(Drawn, FitResult):
+class Fit(Plottable, FitResult):
     """
     What a fit comes to.
 

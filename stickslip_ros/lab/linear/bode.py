@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The Bode plot of the stuck drive: the closed form, and what was measured beside it."""
+"""The Bode plot of the stuck drive: closed form and measurement."""
 
 from collections.abc import Callable, Sequence
 
@@ -13,7 +13,7 @@ from stickslip_ros.lab.linear.curves import Complex, curves_of
 from stickslip_ros.lab.runs.plotting import GREY, new_figure, styled
 from stickslip_ros.units import NM
 
-BAND = 0.02, 3.0  # frequencies that are shown by default, as multiples of the resonance
+BAND = 0.02, 3.0  # default range of frequencies, in multiples of the resonance
 _LINE_POINTS = 2000
 
 
@@ -24,12 +24,7 @@ def draw_bode(
     frequencies: Array,
     measured: Sequence[Complex | None] = (None, None),
 ) -> Figure:
-    """
-    Draw gain and phase from voltage and from load to position, and what was measured.
-
-    ``matrix`` gives the closed form at frequencies, Hz, as that of a LinearDrive.
-
-    """
+    """Draw gain and phase from voltage and load to position: ``matrix``, and measured points."""
     grid: Array = np.geomspace(frequencies.min(), frequencies.max(), _LINE_POINTS)
     figure = new_figure(10.0, 6.0)
     panels = figure.subplots(2, 2, sharex=True)

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The two curves of a Bode plot, in closed form: from voltage and from load to the position."""
+"""Bode curves in closed form: from voltage and from load to position."""
 
 from typing import NamedTuple
 
@@ -12,31 +12,26 @@ from stickslip_ros.arrays import Array
 
 Complex = NDArray[np.complex128]
 
-LEAD_RAD = 0.1  # phases are lags but for rounding and creep; none leads by more
+LEAD_RAD = 0.1  # largest lead, from rounding and creep; other phases lag
 
 
 class BodeCurve(NamedTuple):
-    """From one input to the position, in closed form at some frequencies."""
+    """The response of the position to one input, in closed form."""
 
-    source: str  # input, and its unit
+    source: str  # input
     unit: str
     response: Complex  # in metres per unit, shape (n,)
     phase_rad: Array  # without jumps by a turn, shape (n,)
 
     def phase_deg(self, measured: Complex | None = None) -> Array:
-        """Return the phase, or what was measured near it, in degrees."""
+        """Return the phase, or the nearest one of a measured response, in degrees."""
         if measured is None:
             return np.degrees(self.phase_rad)
         return np.degrees(self.phase_rad + np.angle(measured / self.response))
 
 
 def curves_of(matrix: Complex) -> tuple[BodeCurve, BodeCurve]:
-    """
-    Return both curves of outputs over inputs, shape (n, outputs, inputs), as of a LinearDrive.
-
-    The stages before the feet and the runner lag by less than a turn.
-
-    """
+    """Return both curves of a matrix of shape (n, outputs, inputs); each lag is below one turn."""
     from_voltage, from_load = matrix[:, 0].T
     foot = matrix[:, 1, 0]
     lag_rad = _lag_rad(foot) + _lag_rad(from_voltage / foot)

@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The stuck drive as a linear system: small motions about a place at which the runner sticks.
+The stuck drive as a linear system: small motions while the runner sticks.
 
-After a reversal a contact is as stiff as in full stick, whatever it went through before (Masing),
-and a small oscillation does nothing but reverse. So the tangent stiffness of the contacts, and
-with it the frequency response, depends on the preload but not on the history.
+After a reversal the contact stiffness is that of full stick, whatever the history (Masing), and a
+small oscillation reverses all the time. So the stiffness depends on preload, not on history.
 
 """
 
@@ -28,8 +27,8 @@ from stickslip_ros.extras import load_extra
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.kernels.record import Record
 from stickslip_ros.lab.linear.curves import Complex
-from stickslip_ros.lab.linear.sampled import StateSpace, held, read, reduced
-from stickslip_ros.lab.runs.drawn import Drawn
+from stickslip_ros.lab.linear.sampled import StateSpace, read, reduce_order, zero_order_hold
+from stickslip_ros.lab.runs.plottable import Plottable
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.sections import Section, number
 from stickslip_ros.units import MICRO
@@ -39,7 +38,7 @@ if TYPE_CHECKING:
 
 INPUTS = ('voltage_v', 'load_n')
 OUTPUTS = ('position_m', 'foot_m')
-SETTLING_S = 0.02  # time in which a drive comes to a place without ringing, and rests there
+SETTLING_S = 0.02  # time to approach a position without ringing, and to rest
 SETTLING_ROWS = 1000
 
 
@@ -51,7 +50,7 @@ class Response(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LinearDrive(Drawn):
+class LinearDrive(Plottable):
     """
     State space of the stuck drive: x' = A x + B u, y = C x + D u, all in SI units.
 
@@ -61,14 +60,13 @@ class LinearDrive(Drawn):
         Inputs are voltage (V) and load (N), outputs the positions of the runner and of the mean
         foot (m), all as differences from their rest.
     states : tuple of str
-        What the n states are, units included.
+        Names of the n states, with units.
     at_voltage_v, at_position_m : float
-        Where the drive rests.
+        Operating point.
     contact_n_per_m, cell_n_per_m : float
-        Stiffness of the six contacts together, and of the load cell and end stops that the
-        runner touches.
+        Stiffness of the six contacts together, and of touched load cell and end stops.
     resonance_hz : float
-        Natural frequency of the runner between them.
+        Natural frequency of the runner.
     parameters : Parameters
         The stand.
 
@@ -100,11 +98,11 @@ class LinearDrive(Drawn):
         return matrix
 
     def sections(self) -> list[Section]:
-        """Return where it is stuck, how stiff it is there, and its resonance."""
+        """Return operating point, stiffnesses and resonance."""
         title = f'stuck at {self.at_voltage_v:g} V, preload {self.parameters.stand.preload:g} N'
         rows = [
             number('stiffness of the contacts', self.contact_n_per_m, '.4f', 'N/um'),
-            number('stiffness of what the runner touches', self.cell_n_per_m, '.4f', 'N/um'),
+            number('stiffness of load cell and stops', self.cell_n_per_m, '.4f', 'N/um'),
             ('resonance of the runner', f'{self.resonance_hz:.1f}', 'Hz'),
         ]
         return [Section(title, rows, draw=self._draw)]
@@ -124,30 +122,29 @@ class LinearDrive(Drawn):
         self, dt: float | None = None, *, sensors: bool = False, order: int | None = None
     ) -> Any:
         """
-        Return the same as a StateSpace of python-control, in V, N and um, with named signals.
+        Return a StateSpace of python-control, in V, N and um, with named signals.
 
-        Write ``drive * controller``: a product is of the kind of its first factor, and where that
-        is a transfer function, polynomials of this drive overflow in steps, to NaN.
+        Write ``drive * controller``: a product has the type of its first factor, and as a
+        transfer function the polynomials of this drive overflow to NaN.
 
         Parameters
         ----------
         dt : float, optional
-            Time from one command and reading to the next, s, in which voltage and load are held;
-            continuous time if None.
+            Sampling period, s, over which voltage and load are held; continuous time if None.
         sensors : bool
-            Whether the output is what the interferometer reads, with its low-pass, samples of
-            its own and latency, without noise, in place of the true positions.
+            Output the interferometer's reading (low-pass, own sampling, latency, no noise) in
+            place of the true positions.
         order : int, optional
-            With ``dt``: how many states are left of it, those that matter most. Polynomials of
-            more than about five, as in transfer functions and ``margin``, have no digits left.
+            With ``dt``: number of states of a reduced model. Transfer functions and ``margin``
+            lose all digits above about five.
 
         Raises
         ------
         MissingExtra
             If python-control is not installed.
         StickSlipError
-            If readings or an order are asked for without ``dt``, the sensor does not read once
-            per ``dt``, or the order does not fit.
+            If ``sensors`` or ``order`` come without ``dt``, ``dt`` does not fit the sensor, or
+            the order does not fit.
 
         """
         control = load_extra('a system of python-control', 'control')
@@ -169,36 +166,34 @@ class LinearDrive(Drawn):
             delays = len(system.A) - len(states) - 1
             states += ['reading_um', *(f'reading_{k}_um' for k in range(delays))]
         else:
-            system = held(system, dt)
+            system = zero_order_hold(system, dt)
         if dt is not None and order is not None:
             amplifier = self.parameters.amplifier
             largest = np.array([amplifier.voltage_max - amplifier.voltage_min, 1.0])
-            system, states = reduced(system, order, largest), [f'x_{k}' for k in range(order)]
+            system, states = reduce_order(system, order, largest), [f'x_{k}' for k in range(order)]
         names = {'inputs': list(INPUTS), 'outputs': outputs, 'states': states}
         return control.ss(*system, 0 if dt is None else dt, **names)
 
 
 def _in_um(name: str) -> str:
-    """Return the name of a state or output with micrometres for its metres."""
+    """Return the name with micrometres in place of metres."""
     return re.sub('_m(?=$|_per_s$)', '_um', name)
 
 
 def linearise(parameters: Parameters, at_voltage_v: float | None = None) -> LinearDrive:
     """
-    Return the drive for motions so small that no contact slips.
+    Linearise the drive for motions so small that no contact slips.
 
-    Low-pass, creep, resonance, gains of the feet, frame, damping and the springs that the runner
-    touches are linear and kept, as is the linear part of the hysteresis. Slew rate, converter and
-    what else of the hysteresis are not linear: they are left out. Roughness that travels is where
-    it starts.
+    Low-pass, creep, resonance, gains of the feet, frame, damping, touched springs and the linear
+    part of the hysteresis are kept. Slew rate, converter and the rest of the hysteresis are
+    neglected. Travelling roughness stays at its start.
 
     Parameters
     ----------
     parameters : Parameters
         The stand, at ``stand.preload``.
     at_voltage_v : float, optional
-        Voltage to which the drive has come from rest; by default half-way between the limits of
-        the amplifier, V.
+        Operating voltage, reached from rest; by default the middle of the amplifier's range, V.
 
     Raises
     ------
@@ -217,11 +212,10 @@ def linearise(parameters: Parameters, at_voltage_v: float | None = None) -> Line
 def linear_drive(
     parameters: Parameters, at_v: float, plants: Record, states: Record
 ) -> LinearDrive:
-    """Return the drive linearised where `drive_at` has brought it."""
+    """Linearise the drive at the state of `drive_at`."""
     plant, at_m = plants[0], float(states['position_m'].item())
-    contacts_n_per_m = np.array(
-        [contact.stick_stiffness_n_per_m for contact in contacts_of(parameters)]
-    )
+    contacts = contacts_of(parameters)
+    contacts_n_per_m = np.array([each.stick_stiffness_n_per_m for each in contacts])
     stiffness, cell, walls = float(contacts_n_per_m.sum()), plant.cell_n_per_m, plant.walls
     mass_kg, damping_n_s_per_m = float(plant.mass_kg), float(plant.damping_n_s_per_m)
     if at_m > walls.gap_m:
@@ -255,9 +249,9 @@ def linear_drive(
 def drive_at(
     parameters: Parameters, at_voltage_v: float | None = None
 ) -> tuple[float, Record, Record]:
-    """Return a voltage, and plant and state of a drive that has come to it from rest."""
+    """Return voltage, plant and state of a drive that has settled at it from rest."""
     if parameters.contact.law != 'mdr':
-        limit = 'a law without a stiffness that holds for every small motion'
+        limit = 'a law without one stiffness for all small motions'
         raise OutOfRange('contact.law', parameters.contact.law, '', limit, "set it to 'mdr'")
     amplifier = parameters.amplifier
     at_v = 0.5 * (amplifier.voltage_min + amplifier.voltage_max)
@@ -275,7 +269,7 @@ def drive_at(
 
 
 def smooth(share: Array) -> Array:
-    """Return a rise from 0 at shares up to 0 to 1 at shares from 1 on, without a corner."""
+    """Return a rise without corners from 0 (share 0) to 1 (share 1)."""
     return 0.5 - 0.5 * np.cos(np.pi * np.clip(share, 0.0, 1.0))
 
 
@@ -286,12 +280,7 @@ def rates_of_states(
     contacts_n_per_m: Array,
     cell_n_per_m: float,
 ) -> tuple[dict[str, Array], Array]:
-    """
-    Return the rate of each state, and the displacement of the mean foot against the frame.
-
-    Each is a row over states and inputs. Stiffnesses are those of the contact of each foot.
-
-    """
+    """Return rows of rates, and of the mean foot relative to the frame, over states and inputs."""
     amplifier, piezo, frame = plant.amplifier, plant.piezo, plant.frame
     creep = [f'creep_{k}_m' for k in range(DECADES)] if piezo.creep > 0.0 else []
     bent = [f'foot_{k}_m' for k in range(1, CONTACTS)] if piezo.stack_n_per_m > 0.0 else []
@@ -331,7 +320,7 @@ def rates_of_states(
     loads_n = contacts_n_per_m[:, None] * (of['position_m'] - frame_m - feet_m)
     recoil = 0.0 * foot_m
     if frame.exists:
-        # The velocity of the centre of mass is that without what its damper gets from the feet.
+        # Velocity of the centre of mass, less the damper's share of the feet.
         gamma = frame.damping_n_s_per_m / frame.mass_kg
         rates['centre_m'] = of['centre_m_per_s'] + gamma * share * foot_m
         recoil = (loads_n.sum(axis=0) - frame.held_n_per_m * frame_m) / frame.mass_kg

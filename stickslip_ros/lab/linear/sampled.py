@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The linear drive as a controller meets it: commanded and read once per period."""
+"""The linear drive at the sampling times of a controller."""
 
 import math
 from typing import NamedTuple
@@ -16,14 +16,12 @@ from stickslip_ros.instrument.sensors.signal_chain import low_pass_gain
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.units import NANO
 
-LASTING = 1e-9
-"""What does not lose this share of its motion in a period counts as lasting; creep loses 1e-6."""
-DOUBLINGS = 36
-"""Times that a sum over periods is doubled: what does not last is gone by then."""
+LASTING = 1e-9  # motion that decays by less per period is not at rest; creep loses 1e-6
+DOUBLINGS = 36  # doublings of a sum over periods: decaying motion is gone by then
 
 
 class StateSpace(NamedTuple):
-    """The next state A x + B u, and what is seen, C x + D u; or, in continuous time, the rate."""
+    """Next state (or, in continuous time, rate) A x + B u, output C x + D u."""
 
     A: Array
     B: Array
@@ -31,8 +29,8 @@ class StateSpace(NamedTuple):
     D: Array
 
 
-def held(system: StateSpace, dt_s: float) -> StateSpace:
-    """Return a continuous system whose inputs are held for a period: exact at its ends."""
+def zero_order_hold(system: StateSpace, dt_s: float) -> StateSpace:
+    """Discretise a continuous system with zero-order hold, exact at the samples."""
     n, inputs = system.B.shape
     over_period = expm(dt_s * np.block([[system.A, system.B], [np.zeros((inputs, n + inputs))]]))
     return StateSpace(over_period[:n, :n], over_period[:n, n:], system.C, system.D)
@@ -40,20 +38,18 @@ def held(system: StateSpace, dt_s: float) -> StateSpace:
 
 def read(system: StateSpace, dt_s: float, parameters: Parameters) -> StateSpace:
     """
-    Return a continuous system as its first output is read by the interferometer, once per period.
+    Discretise a system whose first output the interferometer reads, once per period.
 
-    The low-pass goes from sample to sample of the trace as the sensor does. A reading that is
-    d periods old, and less by a part of one, is formed of the state d periods ago, and handed on.
+    The low-pass runs at the samples of the trace. A reading that is d periods old, less a part of
+    one, is formed from the state d periods ago, and delayed.
 
     """
     setting, sample_s = parameters.interferometer, parameters.sample_ns * NANO
     if setting.reference != 'table':
-        limit = 'not the place from which the linear drive is seen'
+        limit = 'not the reference of the linear drive'
         raise OutOfRange('interferometer.reference', setting.reference, '', limit, "take 'table'")
-    samples, own_s = (
-        round(dt_s / sample_s),
-        1.0 / setting.sample_rate if setting.sample_rate else 0,
-    )
+    samples = round(dt_s / sample_s)
+    own_s = 1.0 / setting.sample_rate if setting.sample_rate else 0
     for name, period_s in (('trace', sample_s), ('interferometer', own_s or dt_s)):
         share = dt_s / period_s % 1.0
         if samples < 1 or min(share, 1.0 - share) > ON_TIME * samples:
@@ -62,22 +58,20 @@ def read(system: StateSpace, dt_s: float, parameters: Parameters) -> StateSpace:
     lag = setting.latency / sample_s
     if own_s:
         lag = math.ceil(setting.latency / own_s - ON_TIME) * own_s / sample_s
-    step, gain = held(system, sample_s), low_pass_gain(setting.bandwidth, 1.0 / sample_s)
+    step = zero_order_hold(system, sample_s)
+    gain = low_pass_gain(setting.bandwidth, 1.0 / sample_s)
     n, inputs = step.B.shape
     once: Array = np.eye(n + 1 + inputs)  # of state, level of the low-pass, inputs
     once[:n] = np.hstack((step.A, np.zeros((n, 1)), step.B))
     once[n] = gain * system.C[0] @ once[:n]
     once[n, n] = 1.0 - gain
 
-    def level(after: int) -> Array:
-        row: Array = np.linalg.matrix_power(once, after)[n]
-        return row
-
     periods = math.ceil(lag / samples)
     whole, part = divmod(periods * samples - lag, 1.0)
-    seen = level(int(whole))
+    power: Array = np.linalg.matrix_power(once, int(whole))
+    seen = power[n]
     if part:
-        seen = (1.0 - part) * seen + part * level(int(whole) + 1)
+        seen = (1.0 - part) * seen + part * (power @ once)[n]
     over_period = np.linalg.matrix_power(once, samples)
     m = n + 1
     next_state: Array = np.zeros((m + periods, m + periods + inputs))
@@ -91,12 +85,11 @@ def read(system: StateSpace, dt_s: float, parameters: Parameters) -> StateSpace:
     return StateSpace(a, b, shown, np.zeros((1, inputs)))
 
 
-def reduced(system: StateSpace, order: int, largest: Array) -> StateSpace:
+def reduce_order(system: StateSpace, order: int, largest: Array) -> StateSpace:
     """
-    Return a sampled system with fewer states: balanced truncation, the square-root way.
+    Return a sampled system with fewer states, by balanced truncation (square-root method).
 
-    ``largest``, shape (inputs,), are inputs of equal weight. What is left out is what they move
-    least, and what is seen of it least (Moore, IEEE Trans. Automatic Control 26, 1981).
+    ``largest``, shape (inputs,), weighs the inputs (Moore, IEEE Trans. Autom. Control 26, 1981).
 
     """
     slowest = float(np.abs(np.linalg.eigvals(system.A)).max())
@@ -104,8 +97,8 @@ def reduced(system: StateSpace, order: int, largest: Array) -> StateSpace:
         hint = 'set runner.damping: without it the runner rings for ever'
         raise OutOfRange('order', order, '', 'of a plant that does not come to rest', hint)
     if not 1 <= order <= len(system.A):
-        limit = f'not from 1 to the {len(system.A)} states that there are'
-        raise OutOfRange('order', order, '', limit, 'change it')
+        limit = f'not from 1 to the number of states, {len(system.A)}'
+        raise OutOfRange('order', order, '', limit, 'stay in these limits')
     moved = system.B * largest
 
     def root(a: Array, seen: Array) -> Array:

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The frequency response of the stuck drive as an experimenter measures it: sine by sine."""
+"""The frequency response of the stuck drive, measured sine by sine."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -27,8 +27,8 @@ from stickslip_ros.lab.linear.linearise import (
     smooth,
 )
 from stickslip_ros.lab.runs.batch import run_batch
-from stickslip_ros.lab.runs.drawn import Drawn
 from stickslip_ros.lab.runs.journal import Row
+from stickslip_ros.lab.runs.plottable import Plottable
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.progress import shown_progress
@@ -38,22 +38,18 @@ from stickslip_ros.units import NM
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-SLIDING_SHARE = 2e-3  # sliding amplitude per maximal presliding of the contact that slips first
-VOLTAGE_SHARE = 2.5e-3
-"""Largest amplitude of the voltage per range of the amplifier: no play of the hysteresis moves."""
-_BELOW = 0.9
-"""Measurement and closed form are compared below this share of the resonance."""
-_POINTS = 128
-"""Corners of a sine per cycle, and readings, which are means from one corner to the next."""
+SLIDING_SHARE = 2e-3  # sliding amplitude per maximal presliding of the first contact to slip
+VOLTAGE_SHARE = 2.5e-3  # largest voltage amplitude per range: no play of the hysteresis moves
+_BELOW = 0.9  # measurement and closed form are compared below this share of the resonance
+_POINTS = 128  # corners of a sine, and averaged readings, per cycle
 _CYCLES_MIN, _CYCLES_MAX, _BEATS = 6, 80, 4.0
-"""A sine rises during so many cycles, and is evaluated over as many: within these limits, over
-_BEATS beats with the nearest resonance."""
+"""Cycles of rise, and again of evaluation: _BEATS beats with the nearest resonance, limited."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MeasuredResponse(Drawn):
+class MeasuredResponse(Plottable):
     """
-    What sines of small amplitude come to.
+    The frequency response to sines of small amplitude.
 
     Attributes
     ----------
@@ -64,10 +60,9 @@ class MeasuredResponse(Drawn):
     linear : LinearDrive
         The same drive in closed form.
     voltage_amplitude_v, load_amplitude_n : array, shape (n,)
-        Amplitudes of the sines, chosen such that the runner slides against the feet by
-        SLIDING_SHARE of the maximal presliding at most.
+        Amplitudes of the sines: the sliding is at most SLIDING_SHARE of the maximal presliding.
     softening : float
-        Share of its stiffness that the contact loses through partial slip at that amplitude.
+        Share of the contact stiffness lost by partial slip.
 
     """
 
@@ -80,13 +75,13 @@ class MeasuredResponse(Drawn):
 
     @property
     def largest_deviation(self) -> float | None:
-        """The largest size of ``deviation`` below the resonance, if anything is there."""
+        """The largest ``deviation`` below the resonance; None without frequencies there."""
         below = self.frequency_hz <= _BELOW * self.linear.resonance_hz
         found = np.abs(np.array(self.deviation)[:, below])
         return float(found.max()) if found.size else None
 
     def sections(self) -> list[Section]:
-        """Return the drive in closed form, and how what was measured differs."""
+        """Return the drive in closed form, and the deviation of the measurement."""
         [linear], lowest_hz = self.linear.sections(), self.frequency_hz.min()
         per_v, per_n = (abs(column[0]) for column in self.linear.response(lowest_hz))
         rows = [
@@ -113,7 +108,7 @@ class MeasuredResponse(Drawn):
 
     @property
     def deviation(self) -> Response:
-        """What is measured relative to the closed form, minus 1."""
+        """Measured response relative to the closed form, minus 1."""
         expected = self.linear.response(self.frequency_hz)
         return Response(*(a / b - 1.0 for a, b in zip(self.response, expected, strict=True)))
 
@@ -140,7 +135,7 @@ def measure_response(
     workers : int
         Sines at once; 0 is one per core.
     progress : bool
-        Whether to show how far it has come.
+        Show the progress.
 
     Raises
     ------
@@ -177,15 +172,14 @@ def measure_response(
     with shown_progress('sines', quiet=not progress) as show:
         found = run_batch(task, cases, workers=workers, progress=show)
     voltage, load = np.array(found).reshape(2, -1)
-    return MeasuredResponse(
-        frequencies, Response(voltage, load), linear, *amplitudes, 1.0 - force_n / stuck_n
-    )
+    response, softening = Response(voltage, load), 1.0 - force_n / stuck_n
+    return MeasuredResponse(frequencies, response, linear, *amplitudes, softening)
 
 
 def response_to_sine(
     plants: Record, states: Record, linear: LinearDrive, case: tuple[str, float, float]
 ) -> complex:
-    """Return the response of the runner to one sine."""
+    """Return the response of the runner to a sine."""
     name, frequency_hz, amplitude = case
     poles_hz = np.abs(np.linalg.eigvals(linear.A).imag) / (2.0 * np.pi)
     beat_hz = float(np.abs(frequency_hz - poles_hz).min())
@@ -212,7 +206,7 @@ def response_to_sine(
         advance(plants, moving, wave, float(load_n), dt_s, ramps)
         integral_m_s[i] = integrals.item()
     seen = rounded * np.sinc(1.0 / _POINTS)
-    # The complex amplitude of the last cycles, m; a smooth window hides slow drift.
+    # Complex amplitude of the last cycles, m; a smooth window suppresses slow drift.
     last = cycles * _POINTS
     position_m, middle = np.diff(integral_m_s)[-last:] / dt_s, np.arange(last) + 0.5
     weights = (1.0 - np.cos(2.0 * np.pi * middle / last)) ** 2
@@ -222,7 +216,7 @@ def response_to_sine(
 
 
 def bode_rows(measured: MeasuredResponse) -> list[Row]:
-    """Return a row for each frequency: gains and phases in closed form and as measured."""
+    """Return a row per frequency: gains and phases, closed form and measured."""
     columns: dict[str, Array] = {'frequency_hz': measured.frequency_hz}
     curves = curves_of(measured.linear.matrix(measured.frequency_hz))
     for curve, points in zip(curves, measured.response, strict=True):

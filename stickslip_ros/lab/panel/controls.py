@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What the page offers: controls from the tables of commands, services and parameters."""
+"""Controls of the page, from the tables of commands, services and parameters."""
 
 import tempfile
 from collections.abc import Mapping
@@ -21,9 +21,9 @@ from stickslip_ros.parameters import SENSORS, is_fault, specs
 from stickslip_ros.units import display_unit
 
 WAYS = {'voltage': 'slide', 'jog': 'hold', 'waveform': 'wave'}
-"""Commands that are not given by a field for each number and a button to send them."""
+"""Commands with a special control, not a form."""
 SIGNED = {'sawtooth': 'frequency', 'steps': 'steps', 'jog': 'frequency'}
-"""The number whose sign is the direction: the command has a button for each."""
+"""Numbers whose sign is the direction: one button each."""
 LIMITS = {
     ('voltage', 'voltage'): ('amplifier.voltage_min', 'amplifier.voltage_max'),
     ('sawtooth', 'amplitude'): (0.0, 'amplifier.voltage_max'),
@@ -38,7 +38,7 @@ LIMITS = {
     ('load', 'force.x'): ('-stand.load_limit', 'stand.load_limit'),
     ('preload', 'preload'): (0.0, 'stand.preload_limit'),
 }
-"""Lowest and highest value of a number: itself, or the parameter that says it."""
+"""Lowest and highest value of a number, or the parameter that holds it."""
 STARTS = {
     ('sawtooth', 'amplitude'): 'step.amplitude',
     ('sawtooth', 'frequency'): 'step.frequency',
@@ -52,18 +52,18 @@ STARTS = {
     ('position', 'step'): 1e-7,
     ('preload', 'preload'): 'stand.preload',
 }
-"""What stands in a field at first: a value, or the parameter that says it."""
+"""First value of a field, or the parameter that holds it."""
 _WORDS = {
     ('sawtooth', 'steps'): '0: until stopped',
     ('waveform', 'cycles'): '0: until stopped',
     ('position', 'step'): 'nm, relative',
 }
-"""What stands beside a field in place of its limits."""
+"""Text shown in place of the limits."""
 ABOUT = {
     'steps': 'of {step.amplitude} V, {step.frequency} Hz',
     'jog': 'of {step.amplitude} V; keys ← →',
 }
-"""What stands beside the name of a command, with the values of parameters."""
+"""Text next to a command, with values of parameters."""
 ALARMS = (
     Status.END_STOP_REACHED
     | Status.RANGE_LIMIT_REACHED
@@ -74,11 +74,9 @@ ALARMS = (
     | Status.BEAM_LOST
     | Status.FORCE_OVERRANGE
 )
-SHAPE_ROWS = 100
-"""Rows of a curved part of a shape."""
+SHAPE_ROWS = 100  # rows of a curved part of a shape
 _NEEDED = ('amplifier.slew_rate', 'amplifier.voltage_min', 'jog.timeout')
-WAVE = ('amplitude V', 'frequency Hz', 'cycles')
-"""What somebody chooses of a waveform that has a shape."""
+WAVE = ('amplitude V', 'frequency Hz', 'cycles')  # numbers of a waveform with a named shape
 
 
 def sheet() -> dict[str, Any]:
@@ -104,7 +102,7 @@ def sheet() -> dict[str, Any]:
 
 
 def lamps() -> dict[str, Any]:
-    """Return what a page has of every source: status bits, choices of the picture."""
+    """Return what every page has: status bits, readings, choices of the scope."""
     return {
         'bits': [
             {'bit': int(bit), 'name': bit.name, 'text': bit.text, 'is_alarm': bool(bit & ALARMS)}
@@ -127,25 +125,15 @@ def lamps() -> dict[str, Any]:
 
 
 def shown_parameters() -> list[str]:
-    """Return the parameters that the page needs: what limits or begins a number."""
+    """Return the parameters that limit, start or label a number of the page."""
     limits = (each for pair in LIMITS.values() for each in pair)
     named = {*STARTS.values(), *limits, *_NEEDED, *REBUILT}
     known = {each.removeprefix('-') for each in named if isinstance(each, str)}
     return [name for name in specs() if name in known]
 
 
-def command_numbers(topic: Topic) -> tuple[str, ...]:
-    """Return the numbers of a command that somebody chooses: of a vector its x."""
-    return topic.numbers[:1] if topic.type_name in STAMPED_FIELDS else topic.numbers
-
-
 def read_waveform(content: bytes, name: str) -> list[list[float]]:
-    """
-    Return rows of time, s, from 0 on, and voltage, V, of a file of the page, of any known form.
-
-    Refuses what ``stickslip import`` refuses; the page has no options, so the header must tell.
-
-    """
+    """Return rows of time, s, from 0, and voltage, V, of an uploaded table with units."""
     suffix = Path(name).suffix.lower()
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, 'table').with_suffix(suffix if suffix in SUFFIXES else '.csv')
@@ -163,7 +151,7 @@ def read_waveform(content: bytes, name: str) -> list[list[float]]:
 
 
 def read_parameter(name: object, value: object) -> tuple[str, Any]:
-    """Return a fault, or another parameter of the page, and its value; refuse any other."""
+    """Return a fault or rebuilt parameter with its checked value; refuse others."""
     known = name in REBUILT or (name in list(specs()) and is_fault(str(name)))
     if not isinstance(name, str) or not known:
         raise StickSlipError(f'{quoted(name)} is not a parameter that the panel sets')
@@ -171,7 +159,7 @@ def read_parameter(name: object, value: object) -> tuple[str, Any]:
 
 
 def _command(topic: Topic) -> Mapping[str, Any]:
-    name = topic.request
+    name, is_vector = topic.request, topic.type_name in STAMPED_FIELDS
     wave = {
         'shapes': {
             shape_name: {'rows': shape.rows(SHAPE_ROWS).tolist(), 'source': shape.source}
@@ -186,13 +174,13 @@ def _command(topic: Topic) -> Mapping[str, Any]:
         'signed': SIGNED.get(name),
         'about': ABOUT.get(name, ''),
         'step': _number(name, 'step m') if (name, 'step') in STARTS else None,
-        'numbers': [_number(name, each) for each in command_numbers(topic)],
+        'numbers': [_number(name, each) for each in topic.numbers[: 1 if is_vector else None]],
         'wave': wave if topic.is_table else None,
     }
 
 
 def _number(command: str, label: str) -> dict[str, Any]:
-    """Return the field of a number, whose label is its name and unit."""
+    """Return the field of a number, from its name and unit."""
     name, _, unit = label.partition(' ')
     factor, shown = display_unit(unit)
     low, high = LIMITS.get((command, name), (None, None))

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Many samples become the few points of a picture: they are kept, thinned and triggered."""
+"""Sample buffers of the panel, thinned curves, and the trigger of the scope."""
 
 import math
 from typing import NamedTuple
@@ -15,41 +15,36 @@ from stickslip_ros.instrument.reports import FIRST_READING
 from stickslip_ros.lab.drawing.film import steep_edges
 from stickslip_ros.parameters import SENSORS
 
-BINS = 600
-"""Pairs of lowest and highest sample of which a curve consists at most."""
-RECENT = (1 << 13, 1 << 15, 1 << 18)
-"""Falls are looked for in the last so many samples; where there are too few, in more."""
+BINS = 600  # a curve has at most this many pairs of lowest and highest sample
+RECENT = (1 << 13, 1 << 15, 1 << 18)  # samples searched for falls, more if these hold too few
 KEPT = RECENT[-1]
 _JITTER_V, _JITTER = 1.0, 0.03
-"""A voltage rests that changes by less, and by a lesser share of the last saw-tooth: what holds a
-place makes it tremble by tenths of a volt."""
-_MARGIN = 0.15
-"""Share of a period that is shown before the first and after the last fall."""
-FREE_S = 0.02
-"""Time that the scope shows where no period is known, s."""
+"""A voltage rests if it changes by less than 1 V and 3 % of the last saw-tooth."""
+_MARGIN = 0.15  # share of a period shown before the first and after the last fall
+FREE_S = 0.02  # time that the scope shows without a period, s
 HISTORY_BIN_S = 0.01
 HISTORY_KEPT = 1 << 13
 
 SAMPLE_COLUMNS = ('t', 'voltage', 'foot', *(each.reading for each in SENSORS))
-"""Columns of samples; those of a sensor that is not there are not numbers."""
+"""Columns of samples; NaN for an absent sensor."""
 POSITION_READING = SAMPLE_COLUMNS.index('position')
 
 
 class SampleRing:
-    """The last rows of a table that grows, always as one array."""
+    """The last rows of a growing table, always contiguous."""
 
     def __init__(self, columns: int, capacity: int) -> None:
-        self._capacity = capacity  # rows that are kept at least, and seen at most
+        self._capacity = capacity  # rows returned at most
         self._table = np.empty((2 * capacity, columns))
         self._end = 0
 
     @property
     def rows(self) -> Array:
-        """The last rows: a view, to be read before the next one comes."""
+        """The last rows: a view, valid until the next ``append``."""
         return self._table[max(0, self._end - self._capacity) : self._end]
 
     def append(self, rows: Array) -> None:
-        """Take rows, of more than the capacity the last."""
+        """Append rows; of more than the capacity, the last ones."""
         rows = rows[-self._capacity :]
         if self._end + len(rows) > len(self._table):
             kept = self.rows[len(rows) - self._capacity or len(self.rows) :].copy()
@@ -59,32 +54,24 @@ class SampleRing:
         self._end += len(rows)
 
     def clear(self) -> None:
-        """Forget everything."""
+        """Remove all rows."""
         self._end = 0
 
 
 class BinHistory:
-    """
-    Lowest and highest readings of every hundredth of a second.
-
-    Attributes
-    ----------
-    bins : SampleRing
-        Rows of start (s), then lowest and highest reading of each sensor.
-
-    """
+    """Bins of 10 ms: start (s), then lowest and highest reading of each sensor."""
 
     def __init__(self, kept: int = HISTORY_KEPT) -> None:
         self.bins = SampleRing(1 + 2 * len(SENSORS), kept)
 
     def add(self, samples: Array) -> None:
-        """Take samples, at most one bin's."""
+        """Add samples of at most one bin."""
         readings = samples[:, FIRST_READING:]
         row = np.empty((1, 1 + 2 * len(SENSORS)))
         row[0, 0] = samples[0, TIME]
         row[0, 1::2], row[0, 2::2] = np.fmin.reduce(readings), np.fmax.reduce(readings)
         bins = self.bins.rows
-        # Three quarters: starts of bins are no exact multiples.
+        # Three quarters, since starts of bins are not exact multiples.
         if len(bins) and row[0, 0] - bins[-1, 0] < 0.75 * HISTORY_BIN_S:
             bins[-1, 1::2] = np.fmin(bins[-1, 1::2], row[0, 1::2])
             bins[-1, 2::2] = np.fmax(bins[-1, 2::2], row[0, 2::2])
@@ -92,14 +79,14 @@ class BinHistory:
             self.bins.append(row)
 
     def add_all(self, samples: Array) -> None:
-        """Take any samples."""
+        """Add any samples."""
         if len(samples):
             number = np.floor((samples[:, TIME] - samples[0, TIME]) / HISTORY_BIN_S)
             for part in np.split(samples, np.flatnonzero(np.diff(number)) + 1):
                 self.add(part)
 
     def curves(self, end_s: float, span_s: float) -> dict[str, 'PanelCurve']:
-        """Return the readings of the time before ``end_s``."""
+        """Return the readings of ``span_s`` before ``end_s``."""
         bins = self.bins.rows
         first, last = np.searchsorted(bins[:, 0], (end_s - span_s, end_s), 'right')
         bins = bins[max(0, first - 1) : last]
@@ -116,21 +103,15 @@ class BinHistory:
 
 
 class PanelCurve(NamedTuple):
-    """Points of a picture."""
+    """Points of a curve."""
 
-    x: NDArray[np.float32]  # shape (n,), relative to a time that the picture has
+    x: NDArray[np.float32]  # shape (n,), relative to the time of the picture
     y: NDArray[np.float32]  # shape (n,), relative to the base
-    base: float  # what is to be added to y; in double precision
+    base: float  # added to y in double precision
 
 
 def curve_of(x: Array, y: Array, base: float | None = None) -> PanelCurve:
-    """
-    Return the curve of samples, thinned to the lowest and highest of BINS where it has more.
-
-    These stand at the beginning and in the middle of their bin, so that times rise. What is
-    not a number is left out unless a bin holds nothing else; there the curve is broken.
-
-    """
+    """Thin samples to the lowest and highest of BINS, in rising time; a bin of NaN is a gap."""
     if base is None:
         finite = y[np.isfinite(y)]
         base = float(finite[0]) if len(finite) else 0.0
@@ -146,36 +127,28 @@ def curve_of(x: Array, y: Array, base: float | None = None) -> PanelCurve:
 
 
 class Picture(NamedTuple):
-    """What the scope shows."""
+    """The curves of the scope, and their times."""
 
-    start_s: float  # relative to the first fall, or to the newest sample without one
+    start_s: float  # relative to the trigger: the first fall, or the newest sample
     end_s: float
-    at_s: float  # that fall or sample
-    period_s: float  # of the saw-tooth; 0 where the scope runs freely
-    # ``voltage``, ``foot`` and ``runner``; the last two from their places before the fall on.
-    curves: dict[str, PanelCurve]
+    at_s: float  # time of the trigger
+    period_s: float  # of the saw-tooth; 0 without trigger
+    curves: dict[str, PanelCurve]  # voltage, foot, runner; the last two from the trigger on
 
 
 class Scope:
-    """The oscilloscope: it shows the last cycles and triggers on the fall of the voltage."""
+    """The oscilloscope: the last cycles, triggered on the fall of the voltage."""
 
     def __init__(self) -> None:
         self._held: Picture | None = None
         self._jitter_v = 0.0
 
     def clear(self) -> None:
-        """Forget the picture that is held."""
+        """Drop the held picture."""
         self._held = None
 
     def picture(self, samples: Array, cycles: int, *, triggers: bool = True) -> Picture | None:
-        """
-        Return the picture of the last cycles.
-
-        Samples are rows of SAMPLE_COLUMNS. Where the voltage rests but for a tremor, the last
-        picture that had falls is held. Where there was none, or without trigger, the newest
-        samples are shown.
-
-        """
+        """Return the last cycles of samples; hold the picture while the voltage rests."""
         if not len(samples):
             return None
         if not triggers:

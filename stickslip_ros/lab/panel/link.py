@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The link between a drive and the page: a client of the drive with a thread of its own."""
+"""A client of one drive, in a thread of its own, that feeds the model of the panel."""
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -37,23 +37,21 @@ from stickslip_ros.ros.executable import end_node, stay_on_this_host
 from stickslip_ros.ros.interface import SERVICE_TYPES
 from stickslip_ros.units import joined
 
-_LOOK_S = 0.5
-"""Time between two looks at who is there, and two questions for the state of the drive."""
+_LOOK_S = 0.5  # time between two looks at the graph and two requests of the state, s
 _LOOKS = 3
-"""Looks without an answer to a question after which a drive counts as silent. They are counted,
-not timed: on a busy machine it may be the panel that was held up, with the answer waiting."""
+"""Looks without an answer after which a drive is silent; counted, as a busy panel is slow
+itself."""
 _SPIN_S = 0.1
-_OF_TWIN = {
+_TWIN_TYPES = {
     'position': PointStamped,
     'residual': PointStamped,
     'steps': Float64MultiArray,
     'parameters': Float64MultiArray,
 }
-"""What is heard of a twin in the namespace of the drive."""
-_TWIN_DEPTH = 400  # two windows: what a page cannot keep up with is left out
+"""Topics of a twin in the namespace of the drive."""
+_TWIN_DEPTH = 400  # two windows; a slow page loses older ones
 TRANSITIONS = ('configure', 'activate', 'deactivate', 'cleanup')
-_TELLING = 'step_simulation'
-"""A service that only drives have, whatever their nodes are called."""
+_MARK_SERVICE = 'step_simulation'  # a service that only drives have
 BUTTONS = {each.name.removeprefix('~/'): SERVICE_TYPES[each.type_name] for each in SERVICES}
 CALLED = BUTTONS | {
     'get_parameters': GetParameters,
@@ -61,21 +59,15 @@ CALLED = BUTTONS | {
     'change_state': ChangeState,
     'get_state': GetState,
 }
-"""Types of the services that are called: those that have buttons, and the others."""
+"""Types of all services: those with buttons, and the others."""
 
 
 class _NotSent(StickSlipError):
-    """A command waits for a drive that answers."""
+    """No command is sent to a drive that does not answer."""
 
 
 class Link:
-    """
-    A client of one drive at a time: tells a model what it hears, and does what is wished.
-
-    Everything that is made or destroyed in ROS is so in its thread; who wishes something leaves
-    it in a queue and wakes the thread.
-
-    """
+    """A client of one drive at a time; all ROS objects are made and destroyed in its thread."""
 
     def __init__(self, namespace: str = '', domain: int | None = None) -> None:
         stay_on_this_host()
@@ -89,6 +81,8 @@ class Link:
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
         self.model = Model(f'/{namespace.strip("/")}/{NODE_NAME}'.replace('//', '/'))
+        self.state, self.frame = self.model.state, self.model.frame
+        self.twin_frame, self.drawing = self.model.twin_frame, self.model.drawing
         self._wishes: SimpleQueue[Mapping[str, Any]] = SimpleQueue()
         self._wake = self._node.create_guard_condition(self._do_wishes)
         self._acts: dict[str, Callable[[Mapping[str, Any]], None]] = {
@@ -102,35 +96,19 @@ class Link:
         }
         self._ended = Event()
         self._looked_s = -_LOOK_S
-        self._looks = 0  # since the last question for the state
-        self._of_twin: list[Any] = []  # subscriptions
+        self._looks = 0  # since the last request of the state
+        self._twin_topics: list[Any] = []  # subscriptions
         self._drive = self._attached(self.model.drive)
         self._thread = Thread(target=self._run, name='client of the drive', daemon=True)
         self._thread.start()
 
-    def state(self) -> dict[str, Any]:
-        """Return what changes now and then, for the page."""
-        return self.model.state()
-
-    def frame(self) -> bytes | None:
-        """Return the next picture for the page; None if it is the last one still."""
-        return self.model.frame()
-
-    def twin_frame(self) -> bytes | None:
-        """Return a picture of the twin beside it; None if nothing was heard since the last one."""
-        return self.model.twin_frame()
-
-    def drawing(self) -> str:
-        """Return the stand in its last cycles as SVG; empty as long as it is not known."""
-        return self.model.drawing()
-
     def do(self, wish: Mapping[str, Any]) -> None:
-        """Have the thread do what somebody wants."""
+        """Queue an action for the thread."""
         self._wishes.put(wish)
         self._wake.trigger()
 
     def close(self) -> None:
-        """Leave the drive, which goes on; the watchdog ends a jog."""
+        """Disconnect; the drive runs on, and its watchdog ends a jog."""
         self._ended.set()
         self._wake.trigger()
         self._thread.join()
@@ -150,13 +128,13 @@ class Link:
                 self._tell(error)
 
     def _tell(self, error: Exception) -> None:
-        """Say on the page what nobody has foreseen, and go on."""
+        """Show an unexpected error on the page."""
         self.model.note(PANEL, f'{type(error).__name__}: {error}', bad=True)
 
-    # --- what is there
+    # --- graph and state
 
     def _attached(self, name: str) -> DriveClient:
-        """Return a client of a drive, there or not, of which nothing is known yet."""
+        """Return a client of a drive, and clear the model."""
         self.model.forget(name)
         drive = DriveClient(self._node, name)
         drive.subscribe('trace', self._take_trace, raw=True)
@@ -164,12 +142,13 @@ class Link:
         drive.subscribe('event', self._take_event)
         drive.subscribe('diagnostics', self._take_diagnostics)
         drive.subscribe('command/position', lambda sent: self.model.take_target(sent.point.x))
-        while self._of_twin:
-            self._node.destroy_subscription(self._of_twin.pop())
-        for key, kind in _OF_TWIN.items():
+        while self._twin_topics:
+            self._node.destroy_subscription(self._twin_topics.pop())
+        for key, kind in _TWIN_TYPES.items():
             topic, take = f'{name.rpartition("/")[0]}/twin/{key}', partial(self._take_twin, key)
-            self._of_twin.append(self._node.create_subscription(kind, topic, take, _TWIN_DEPTH))
-        # GetState as the last: once it answers, the drive knows all before it (see Handshake).
+            heard = self._node.create_subscription(kind, topic, take, _TWIN_DEPTH)
+            self._twin_topics.append(heard)
+        # GetState is the last client: its answer shows that the others are known (see Handshake).
         self._services = {each: drive.service(kind, each) for each, kind in CALLED.items()}
         self._question: Future | None = None
         return drive
@@ -180,17 +159,17 @@ class Link:
             self._drive = self._attached(wish['drive'])
 
     def _look(self) -> None:
-        """See which drives the graph has."""
+        """List the drives of the graph."""
         self.model.drives = [
             node
             for name, namespace in self._node.get_node_names_and_namespaces()
             for node in [f'{namespace.rstrip("/")}/{name}']
-            if name == NODE_NAME or self._node.count_services(f'{node}/{_TELLING}')
+            if name == NODE_NAME or self._node.count_services(f'{node}/{_MARK_SERVICE}')
         ]
         self.model.is_there = self._services['get_state'].service_is_ready()
 
     def _ask_state(self) -> None:
-        """Ask the drive for its state, again if it does not answer."""
+        """Request the state of the drive, again if it does not answer."""
         client = self._services['get_state']
         if self._question is not None:
             self._looks += 1
@@ -206,7 +185,7 @@ class Link:
         else:
             self.model.lifecycle = ''
 
-    # --- what is heard
+    # --- topics
 
     def _take_state(self, answer: Future) -> None:
         if answer is not self._question:
@@ -237,11 +216,11 @@ class Link:
 
     def _take_twin(self, key: str, message: Any) -> None:
         if isinstance(message, PointStamped):
-            self.model.take_reading_of_twin(key, stamp_ns(message), message.point.x)
+            self.model.take_twin_reading(key, stamp_ns(message), message.point.x)
         elif message.layout.dim:
             labels = message.layout.dim[-1].label.split(',')
             if len(labels) == len(message.data):
-                self.model.take_row_of_twin(key, labels, message.data)
+                self.model.take_twin_row(key, labels, message.data)
 
     def _take_event(self, message: Any) -> None:
         event = read_event(message.data)
@@ -256,7 +235,7 @@ class Link:
                 values = {each.key: each.value for each in status.values}
                 self.model.take_part(part, status.level[0], status.message, values)
 
-    # --- what is wished
+    # --- actions of the page
 
     def _do_wishes(self) -> None:
         while not self._wishes.empty():
@@ -267,7 +246,7 @@ class Link:
             except StickSlipError as error:
                 unsent = isinstance(error, _NotSent)
                 self.model.note(str(wish.get('name')), str(error), bad=True, unsent=unsent)
-            except Exception as error:  # noqa: BLE001 - whatever it is, STOP must be heard
+            except Exception as error:  # noqa: BLE001 - STOP must work after any error
                 self._tell(error)
 
     def _command(self, wish: Mapping[str, Any]) -> None:
@@ -275,7 +254,7 @@ class Link:
         self._send(topic, wish.get('values'), wish.get('cycles', 1))
 
     def _do_line(self, wish: Mapping[str, Any]) -> None:
-        """Send a command and its numbers, as ``stickslip command`` takes them."""
+        """Send a command line, as ``stickslip command`` takes it."""
         name, *words = joined(str(wish.get('text', '')).split()) or ['']
         command = typed_command(name)
         numbers = typed_numbers(command, words)
@@ -301,7 +280,7 @@ class Link:
             request.data = wanted
 
         def take(answer: Any) -> None:
-            if answer.message or not answer.success:  # else the event tells
+            if answer.message or not answer.success:  # the event reports success
                 self.model.note(control, answer.message, bad=not answer.success)
             if name == 'set_paused' and answer.success:
                 self.model.take_pause(is_paused=request.data)
@@ -335,7 +314,7 @@ class Link:
         self._ask('lifecycle', 'change_state', request, take)
 
     def _ask(self, control: str, service: str, request: Any, take: Callable[[Any], None]) -> None:
-        """Call a service of the drive; its answer stands beside the control."""
+        """Call a service of the drive; its answer appears next to the control."""
         client = self._services[service]
         if not client.service_is_ready():
             raise StickSlipError(f'not asked: {self.model.condition()[1]}')

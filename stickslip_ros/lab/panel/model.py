@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What the panel knows of a drive: what it heard, ready to be shown; neither ROS nor a browser."""
+"""The state of a drive as the panel shows it, without ROS or browser."""
 
 import json
 import math
@@ -9,6 +9,7 @@ import struct
 from collections import deque
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from threading import RLock
 from time import monotonic
 from typing import Any, Protocol
@@ -23,7 +24,6 @@ from stickslip_ros.instrument.reports import Status
 from stickslip_ros.interface.topics import SERVICES
 from stickslip_ros.lab.drawing.film import film_of
 from stickslip_ros.lab.drawing.picture import stand_svg
-from stickslip_ros.lab.panel.beside import Beside
 from stickslip_ros.lab.panel.curves import (
     KEPT,
     POSITION_READING,
@@ -34,61 +34,55 @@ from stickslip_ros.lab.panel.curves import (
     SampleRing,
     Scope,
 )
+from stickslip_ros.lab.panel.twin_view import TwinView
 from stickslip_ros.parameters import SENSORS, TRUTH, Parameters, is_fault, specs
 
 EVENTS_SHOWN = 60
-FIGURE_S = 0.04
-"""Time over which the large figures are means, s."""
-VELOCITY_S = 0.2
-"""Time over which the slope of the position is the velocity, s."""
-SILENT_S = 1.5
-"""Wall-clock time without a trace after which the page says so, s."""
+FIGURE_S = 0.04  # time over which the large figures are averaged, s
+VELOCITY_S = 0.2  # time over which the slope of the position is the velocity, s
+SILENT_S = 1.5  # wall-clock time without a trace until the page reports it, s
 SCOPE_CYCLES, HISTORY_SPANS_S = (1, 2, 3, 5, 10), (2, 5, 10, 60)
-"""Cycles that the scope may show, and times that the history may, s."""
+"""Choices of cycles of the scope, and of seconds of the history."""
 ACTIVE = 'active'
-_ERROR = 2
-"""Level of diagnostics from which the drive is late."""
-PARTS = ('time', 'recorder', 'faults')
-"""Parts of the diagnostics that the page shows."""
+_ERROR = 2  # level of diagnostics from which the drive is late
+PARTS = ('time', 'recorder', 'faults')  # parts of the diagnostics that the page shows
 REBUILT = ('load_cell.contact',)
-"""Parameters that the page sets while the node is not active; the drive then begins anew."""
+"""Parameters that need a node that is not active; the drive is rebuilt."""
 PANEL = 'panel'
 CONTROLS = {
     *(*COMMANDS, *REBUILT, PANEL, 'script', 'lifecycle'),
     *(service.name.removeprefix('~/') for service in SERVICES),
     *filter(is_fault, specs()),
 }
-"""What has a place for notes beside it; PANEL is that for all others."""
-NOTE_MAX = 1000
-"""Characters of a note."""
-WELL = {'DONE', 'ABORTED'}
-"""Results of commands that were carried out, or ended by another one."""
+"""Controls with a place for notes; PANEL takes all other notes."""
+NOTE_MAX = 1000  # characters of a note
+SUCCESSES = {'DONE', 'ABORTED'}  # results of commands without an error
 
 
 class Source(Protocol):
-    """What a page shows: a drive that is there, or a run that was recorded."""
+    """The source of a page: a live drive or a recorded run."""
 
     def state(self) -> dict[str, Any]:
-        """Return what changes now and then, for the page."""
+        """Return the slowly changing state for the page."""
 
     def frame(self) -> bytes | None:
-        """Return the next picture for the page; None if it is the last one still."""
+        """Return the next picture for the page; None if it has not changed."""
 
     def twin_frame(self) -> bytes | None:
-        """Return a picture of the twin beside it; None if nothing was heard since the last one."""
+        """Return the next picture of the twin; None if it has not changed."""
 
     def do(self, wish: Mapping[str, Any]) -> None:
-        """Do what somebody at the page wants."""
+        """Carry out an action of the page."""
 
     def drawing(self) -> str:
-        """Return the stand in its last cycles as SVG; empty if nothing is known of it."""
+        """Return the stand in its last cycles as SVG; empty if it is not known."""
 
     def close(self) -> None:
-        """End."""
+        """Close the source."""
 
 
 def drawing_of(stand: Parameters, samples: Array) -> str:
-    """Return a stand in the last cycles of some samples, or, without any, at rest."""
+    """Return a stand in the last cycles of samples, or at rest without samples."""
     for count in RECENT:
         trace = samples[-count:, [TIME, VOLTAGE, FOOT, POSITION_READING]].T
         film = film_of(stand, *trace) if len(samples) else None
@@ -97,16 +91,16 @@ def drawing_of(stand: Parameters, samples: Array) -> str:
     return stand_svg(stand, film)
 
 
+@dataclass
 class View:
-    """How the picture is taken, which those at the page choose."""
+    """Settings of the scope, chosen on the page."""
 
-    def __init__(self) -> None:
-        self.cycles = 3  # one of SCOPE_CYCLES
-        self.span_s = 10  # one of HISTORY_SPANS_S
-        self.triggers = True  # whether the scope waits for falls
+    cycles: int = 3  # one of SCOPE_CYCLES
+    span_s: int = 10  # one of HISTORY_SPANS_S
+    triggers: bool = True  # whether the scope waits for falls
 
     def choose(self, wish: Mapping[str, Any]) -> None:
-        """Take a choice; anything else is passed over."""
+        """Apply the valid choices; ignore others."""
         if wish.get('cycles') in SCOPE_CYCLES:
             self.cycles = int(wish['cycles'])
         if wish.get('span_s') in HISTORY_SPANS_S:
@@ -116,36 +110,21 @@ class View:
 
 
 def packed_frame(
-    time_s: float,
-    samples: Array,
-    history: BinHistory,
-    scope: Scope,
-    view: View,
+    time_s: float, samples: Array, history: BinHistory, scope: Scope, view: View
 ) -> bytes:
-    """Return the picture at a time, as the page reads it; samples are the last before the time."""
+    """Return the picture at a time as bytes; the samples end at that time."""
     header: dict[str, Any] = {'time_s': time_s, 'span_s': view.span_s, 'scope': None}
     header['figures'] = _figures(samples)
     curves = history.curves(time_s, view.span_s)
     picture = scope.picture(samples, view.cycles, triggers=view.triggers)
     if picture is not None:
-        curves |= picture.curves
-        header['scope'] = {
-            'start_s': picture.start_s,
-            'end_s': picture.end_s,
-            'at_s': picture.at_s,
-            'period_s': picture.period_s,
-        }
+        header['scope'] = picture._asdict()
+        curves |= header['scope'].pop('curves')
     return _packed(header, curves)
 
 
 def _packed(header: dict[str, Any], curves: Mapping[str, PanelCurve]) -> bytes:
-    """
-    Put a header and curves into bytes, as the page reads them.
-
-    In front are the length of the header, a word, and the header, JSON; behind it, as float32, x
-    and y of the curves in its order.
-
-    """
+    """Return length of the header (a word), header (JSON), x and y of the curves (float32)."""
     header['curves'] = [[name, len(each.x), each.base] for name, each in curves.items()]
     text = json.dumps(header, allow_nan=False).encode()
     text += b' ' * (-len(text) % 4)
@@ -154,7 +133,7 @@ def _packed(header: dict[str, Any], curves: Mapping[str, PanelCurve]) -> bytes:
 
 
 def _figures(samples: Array) -> dict[str, float | None]:
-    """Return the means of the newest samples; of those that are numbers."""
+    """Return the means of the newest samples; None for NaN."""
     always = [*(each.reading for each in SENSORS if not each.switch), 'voltage']
     if not len(samples):
         return dict.fromkeys((*always, 'velocity'))
@@ -175,24 +154,21 @@ def _figures(samples: Array) -> dict[str, float | None]:
 
 
 class Model:
-    """A drive as the panel hears it; one thread tells it, another asks."""
+    """State of a drive; one thread writes it, another reads it."""
 
     def __init__(self, drive: str) -> None:
         self._lock = RLock()
-        self.drive = drive  # full name of its node
-        self.drives: list[str] = []  # those that there are
-        self.lifecycle = ''  # of the node as it last answered; empty as long as it does not
+        self.drive = drive  # full name of the node
+        self.drives: list[str] = []  # drives in the graph
+        self.lifecycle = ''  # last answered state; empty if silent
         self.is_there = False  # in the graph
         self.view = View()
-        self._ring, self._history, self._scope = (
-            SampleRing(len(SAMPLE_COLUMNS), KEPT),
-            BinHistory(),
-            Scope(),
-        )
+        self._ring = SampleRing(len(SAMPLE_COLUMNS), KEPT)
+        self._history, self._scope = BinHistory(), Scope()
         self.forget()
 
     def forget(self, drive: str = '') -> None:
-        """Forget what was heard; the model is now one of the same drive, or of another."""
+        """Clear the model; from now on it holds this drive."""
         with self._lock:
             self.drive = drive or self.drive
             self.lifecycle, self.is_there = '', False
@@ -202,7 +178,7 @@ class Model:
             self._parts: dict[str, Any] = {}
             self._parameters: dict[str, Any] = {}
             self._stand: Parameters | None = None
-            self._beside = Beside()
+            self._twin = TwinView()
             self._notes: dict[str, Any] = {}
             self._notes_taken = 0
             self._begin_anew()
@@ -214,7 +190,7 @@ class Model:
         self._heard_s, self._has_news = monotonic(), True
 
     def take_trace(self, block: Array, names: Sequence[str] = TRUTH) -> None:
-        """Take a block of a trace; where time starts anew, what was before is forgotten."""
+        """Take a block of a trace; clear older samples if time restarts."""
         samples = np.full((len(block), len(SAMPLE_COLUMNS)), np.nan)
         for name, column in zip(names, block.T, strict=False):
             if name in SAMPLE_COLUMNS:
@@ -227,15 +203,15 @@ class Model:
             self._history.add_all(samples)
             self._heard_s, self._has_news = monotonic(), True
 
-    def take_reading_of_twin(self, name: str, stamp_ns: int, value_m: float) -> None:
+    def take_twin_reading(self, name: str, stamp_ns: int, value_m: float) -> None:
         """Take a position or a residual of the twin."""
         with self._lock:
-            self._beside.take_reading(name, stamp_ns, value_m)
+            self._twin.take_reading(name, stamp_ns, value_m)
 
-    def take_row_of_twin(self, key: str, labels: Sequence[str], row: Sequence[float]) -> None:
+    def take_twin_row(self, key: str, labels: Sequence[str], row: Sequence[float]) -> None:
         """Take a row of twin/steps or twin/parameters."""
         with self._lock:
-            take = self._beside.take_fit if key == 'parameters' else self._beside.take_window
+            take = self._twin.take_fit if key == 'parameters' else self._twin.take_window
             take(labels, row)
 
     def take_status(self, bits: int) -> None:
@@ -244,55 +220,49 @@ class Model:
             self._bits = bits
 
     def take_event(self, event: Mapping[str, Any]) -> None:
-        """Take the end of a command, which is noted where its control is."""
+        """Take the end of a command, and note it at its control."""
         with self._lock:
             self._events.append(dict(event))
-            if event['command'] == 'position' and event['result'] not in WELL:
+            if event['command'] == 'position' and event['result'] not in SUCCESSES:
                 self._target_m = None  # refused, or given up
             words = [event['result'], *filter(None, [event['message']])]
-            self.note(event['command'], ': '.join(words), bad=event['result'] not in WELL)
+            self.note(event['command'], ': '.join(words), bad=event['result'] not in SUCCESSES)
 
     def take_target(self, position_m: float) -> None:
-        """Take where somebody commands the runner to."""
+        """Take the commanded position, m."""
         with self._lock:
             self._target_m = position_m if math.isfinite(position_m) else None
 
     def take_part(self, part: str, level: int, message: str, values: Mapping[str, str]) -> None:
-        """Take the diagnostics of a part, if the page shows it."""
+        """Take the diagnostics of a part that the page shows."""
         with self._lock:
-            if part not in PARTS:
-                return
-            self._parts[part] = {'level': level, 'message': message, 'values': dict(values)}
+            if part in PARTS:
+                self._parts[part] = {'level': level, 'message': message, 'values': dict(values)}
 
     def take_parameters(self, values: Mapping[str, Any], shown: Sequence[str]) -> None:
-        """Take present values of all parameters, some of which the page needs."""
+        """Take the values of all parameters; keep the shown ones."""
         with self._lock:
             self._parameters.update({name: values[name] for name in shown if name in values})
-            with suppress(StickSlipError):  # of a drive of another version
+            with suppress(StickSlipError):  # from a drive of another version
                 self._stand = Parameters().updated(values)
 
     def take_pause(self, *, is_paused: bool) -> None:
-        """Take what the drive answered; its diagnostics say so later."""
+        """Take the answer to a pause; the diagnostics follow later."""
         with self._lock:
             values = self._parts.get('time', {}).get('values', {})
             values['paused'] = str(is_paused).lower()
             self._heard_s = monotonic()
 
     def note(self, control: str, text: str, *, bad: bool = False, unsent: bool = False) -> None:
-        """
-        Keep what is to be read beside a control; what has none stands above the page.
-
-        A command that was not sent, as the drive did not answer, may be sent again.
-
-        """
+        """Keep a note for a control, else for the panel; an unsent command can be sent again."""
         with self._lock:
             self._notes_taken += 1
             place = control if control in CONTROLS else PANEL
-            told = {'text': text[:NOTE_MAX], 'bad': bad, 'unsent': unsent}
-            self._notes[place] = told | {'number': self._notes_taken}
+            note = {'text': text[:NOTE_MAX], 'bad': bad, 'unsent': unsent}
+            self._notes[place] = note | {'number': self._notes_taken}
 
     def state(self) -> dict[str, Any]:
-        """Return what changes now and then, for the page."""
+        """Return the slowly changing state for the page."""
         with self._lock:
             word, text = self.condition()
             return {
@@ -310,7 +280,7 @@ class Model:
             }
 
     def condition(self) -> tuple[str, str]:
-        """Return in what condition the drive is: a word, and what it means."""
+        """Return the condition of the drive: a word and its meaning."""
         if self.lifecycle == ACTIVE:
             return self._pace()
         if self.lifecycle:
@@ -320,7 +290,7 @@ class Model:
         return 'absent', f'no drive {self.drive} in this ROS domain; waiting for it'
 
     def _pace(self) -> tuple[str, str]:
-        """Return how the time of an active drive runs."""
+        """Return the condition of an active drive."""
         time = self._parts.get('time', {'level': 0, 'message': '', 'values': {}})
         if time['values'].get('paused') == 'true':
             return 'paused', 'simulated time is held; commands wait for the next block'
@@ -332,7 +302,7 @@ class Model:
         return 'running', 'simulated time runs'
 
     def frame(self) -> bytes | None:
-        """Return the next picture; None if nothing was heard since the last one."""
+        """Return the next picture; None if it has not changed."""
         with self._lock:
             if not self._has_news:
                 return None
@@ -342,21 +312,21 @@ class Model:
             return packed_frame(time_s, rows, self._history, self._scope, self.view)
 
     def twin_frame(self) -> bytes | None:
-        """Return a picture of the twin; None if nothing was heard of it since the last one."""
+        """Return the next picture of the twin; None if it has not changed."""
         with self._lock:
-            if not self._beside.has_news:
+            if not self._twin.has_news:
                 return None
-            told, curves = self._beside.picture()
-            return _packed({'twin': told}, curves)
+            numbers, curves = self._twin.picture()
+            return _packed({'twin': numbers}, curves)
 
     def drawing(self) -> str:
-        """Return the stand in its last cycles as SVG; empty as long as it is not known."""
+        """Return the stand in its last cycles as SVG; empty if it is not known."""
         with self._lock:
             stand, samples = self._stand, self._ring.rows.copy()
         return '' if stand is None else drawing_of(stand, samples)
 
     def choose(self, wish: Mapping[str, Any]) -> None:
-        """Take another picture from now on."""
+        """Change the view."""
         with self._lock:
             self.view.choose(wish)
-            self._has_news = self._beside.has_news = True
+            self._has_news = self._twin.has_news = True

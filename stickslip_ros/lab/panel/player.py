@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A recorded run, played on the scope of the panel."""
+"""Playback of a recorded run on the scope of the panel."""
 
 import math
 from bisect import bisect_right
@@ -26,30 +26,18 @@ from stickslip_ros.lab.panel.curves import (
     Scope,
     curve_of,
 )
-from stickslip_ros.lab.panel.model import (
-    EVENTS_SHOWN,
-    View,
-    drawing_of,
-    packed_frame,
-)
+from stickslip_ros.lab.panel.model import EVENTS_SHOWN, View, drawing_of, packed_frame
 from stickslip_ros.lab.runs.recorded import RUN_QUANTITIES, timed_messages
 from stickslip_ros.lab.runs.recorded_run import Run
 from stickslip_ros.units import NANO
 
 SPEEDS = (*(0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5), 1, 2, 5, 10, 20, 50, 100)
-"""Simulated seconds per second that can be chosen."""
-SHOW_S = 10.0
-"""Time that a run lasts at the speed chosen first, about, s."""
+"""Choices of simulated seconds per second."""
+SHOW_S = 10.0  # approximate time that a run lasts at the first speed, s
 
 
 def samples_of(run: Run, window_s: tuple[float, float] | None = None) -> Array:
-    """
-    Return a run, or a stretch of it, as rows of a trace; what it lacks is not a number.
-
-    Without a trace these are the topics, at the times of the positions. A recording without
-    positions is refused.
-
-    """
+    """Return a run, or a stretch, as rows of a trace, NaN where unknown; else use the topics."""
     held = run.series if window_s is None else run.series_within(*window_s)
     found = {name: each for name, each in held.items() if name in RUN_QUANTITIES}
     if 'position_m' not in found:
@@ -68,7 +56,7 @@ def samples_of(run: Run, window_s: tuple[float, float] | None = None) -> Array:
 
 
 class Player:
-    """A recording and the place in it; every page shows the same."""
+    """A recording and the current time in it, the same for all pages."""
 
     def __init__(
         self,
@@ -81,7 +69,7 @@ class Player:
         self._name = path.name
         self._samples = samples_of(run, window_s)
         self._stand = None
-        with suppress(StickSlipError):  # of another program, or version
+        with suppress(StickSlipError):  # from another program or version
             self._stand = run.parameters
         self._start_s, self._end_s = self._samples[[0, -1], TIME].tolist()
         self._history = BinHistory(len(self._samples))
@@ -100,7 +88,7 @@ class Player:
         self._plays, self._is_shown = False, False
 
     def overview(self) -> dict[str, Any]:
-        """Return the whole run for the time line: its ends, and its positions, m."""
+        """Return ends and positions (m) of the run for the time line."""
         samples = self._samples
         curve = curve_of(samples[:, TIME], samples[:, POSITION_READING])
         y_m = curve.base + curve.y.astype(float)
@@ -110,7 +98,7 @@ class Player:
         return {**ends, 'name': self._name, 'speeds': SPEEDS, 'points': shown}
 
     def state(self) -> dict[str, Any]:
-        """Return what changes now and then, for the page."""
+        """Return the slowly changing state for the page."""
         with self._lock:
             time_ns = self._time_s / NANO
             past = bisect_right(self._events, time_ns, key=lambda event: float(event['time_ns']))
@@ -125,12 +113,12 @@ class Player:
             }
 
     def twin_frame(self) -> None:
-        """Return no picture of a twin: a recording is played alone."""
+        """Return None: a recording is played without a twin."""
 
     def frame(self) -> bytes | None:
-        """Return the next picture for the page; None if it is the last one still."""
+        """Return the next picture for the page; None if it has not changed."""
         with self._lock:
-            if self._plays:  # the place goes on with the clock, to the end of the run at most
+            if self._plays:  # time advances to the end of the run
                 now_s = monotonic()
                 self._time_s += self._speed * (now_s - self._since_s)
                 self._since_s, self._is_shown = now_s, False
@@ -139,18 +127,17 @@ class Player:
             if self._is_shown:
                 return None
             self._is_shown = True
-            return packed_frame(
-                self._time_s, self._before(), self._history, self._scope, self._view
-            )
+            samples = self._before()
+            return packed_frame(self._time_s, samples, self._history, self._scope, self._view)
 
     def drawing(self) -> str:
-        """Return the stand in the last cycles before this place; empty if the run has none."""
+        """Return the stand in the last cycles before this time; empty if it is not known."""
         with self._lock:
             samples = self._before()
         return '' if self._stand is None else drawing_of(self._stand, samples)
 
     def do(self, wish: Mapping[str, Any]) -> None:
-        """Do what somebody at the page wants."""
+        """Carry out an action of the page."""
         with self._lock:
             match wish.get('do'):
                 case 'play':
@@ -166,7 +153,7 @@ class Player:
             self._is_shown = False
 
     def close(self) -> None:
-        """End; the recording is closed already."""
+        """Do nothing; the recording is closed already."""
 
     def _before(self) -> Array:
         last = int(np.searchsorted(self._samples[:, TIME], self._time_s, 'right'))

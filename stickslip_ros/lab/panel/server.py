@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The server of the page: on this host only, for pages of its own only.
+The server of the page, for its own pages on this host.
 
-A page of another site can send requests to this host too, and ask for a WebSocket. It cannot
-choose the headers Host and Origin, so every request is judged by them.
+Other sites can send requests to this host and open a WebSocket, but cannot set Host and Origin.
+Each request is checked by these headers.
 
 """
 
@@ -30,14 +30,11 @@ from stickslip_ros.process.stopping import stop_if_asked
 
 ADDRESS = '127.0.0.1'
 HOSTS = ('127.0.0.1', 'localhost')
-PERIOD_S = 0.04
-"""Time between two pictures, s."""
-MESSAGE_MAX_BYTES = 8 << 20
-"""Longest message and file of a page: a waveform of 100,000 rows."""
-PING_S = 10.0
-"""Time between two pings; a page that does not answer one is let go, s."""
+PERIOD_S = 0.04  # time between two pictures, s
+MESSAGE_MAX_BYTES = 8 << 20  # longest message and file: a waveform of 100,000 rows
+PING_S = 10.0  # time between two pings, s; a page without an answer is disconnected
 PAGE = Path(__file__).parent / 'page'
-BESIDE = """\
+_FRAMES_PAGE = """\
 <!doctype html>
 <html lang="en">
 <head>
@@ -51,8 +48,7 @@ BESIDE = """\
 </body>
 </html>
 """
-DEALT_WITH = 'dealt with'
-"""What a page wishes after each message: it is ready for the next."""
+DEALT_WITH = 'dealt with'  # message of a page that is ready for the next one
 HEADERS = {
     'Content-Security-Policy': "default-src 'none'; script-src 'self'; style-src 'self'; "
     "connect-src 'self'; img-src 'self'; base-uri 'none'; form-action 'none'; "
@@ -65,12 +61,7 @@ HEADERS = {
 
 
 def is_own(request: HTTPServerRequest, *, needs_origin: bool) -> bool:
-    """
-    Return whether a request comes from a page of this server, or from no page.
-
-    With ``needs_origin`` one without an origin is refused: browsers name it with every WebSocket.
-
-    """
+    """Whether a request is from an own page or, unless ``needs_origin``, from no page."""
     hosts, origins = (request.headers.get_list(name) for name in ('Host', 'Origin'))
     if len(hosts) != 1 or hosts[0].rpartition(':')[0] not in HOSTS:
         return False
@@ -78,17 +69,19 @@ def is_own(request: HTTPServerRequest, *, needs_origin: bool) -> bool:
 
 
 def _number(digits: str) -> float:
-    """Return a whole number, as a float if it is longer than one: others cannot become floats."""
+    """Return a whole number; a float if it has more digits than a float can hold."""
     return int(digits) if len(digits) <= sys.float_info.max_10_exp else float(digits)
 
 
 class _Part(RequestHandler):
-    """A part of the page; what comes from elsewhere is refused before anything else."""
+    """A part of the page; refuses requests from other sites."""
+
+    needs_origin = False
 
     def prepare(self) -> None:
-        if not is_own(self.request, needs_origin=False):
+        if not is_own(self.request, needs_origin=self.needs_origin):
             raise HTTPError(403)
-        if '\0' in ''.join(self.path_args):  # which no file has in its name
+        if '\0' in ''.join(self.path_args):  # not allowed in file names
             raise HTTPError(400)
 
     def set_default_headers(self) -> None:
@@ -100,8 +93,8 @@ class _File(_Part, StaticFileHandler):
     """A file of the page."""
 
 
-class _Beside(_Part):
-    """The pages of several sources, each in a frame."""
+class _Frames(_Part):
+    """Several sources, each in a frame."""
 
     def initialize(self, count: int) -> None:
         self._count = count
@@ -111,11 +104,11 @@ class _Beside(_Part):
             f'<iframe src="{each}/" title="panel {each + 1}"></iframe>'
             for each in range(self._count)
         ]
-        self.write(BESIDE.format(frames='\n'.join(frames)))
+        self.write(_FRAMES_PAGE.format(frames='\n'.join(frames)))
 
 
 class _Stand(_Part):
-    """The drawing of the stand as it is now."""
+    """The current drawing of the stand."""
 
     def initialize(self, source: Source) -> None:
         self._source = source
@@ -128,19 +121,17 @@ class _Stand(_Part):
         self.write(drawing)
 
 
-class _Socket(WebSocketHandler):
-    """The connection to one page."""
+class _Socket(_Part, WebSocketHandler):
+    """The connection to a page."""
+
+    needs_origin = True
 
     def initialize(self, hub: 'Hub') -> None:
         self._hub = hub
-        self._busy = 0  # messages that the page has not dealt with
-        self._next: dict[type, str | bytes] = {}  # the newest state and picture that wait
+        self._busy = 0  # messages that the page has not processed
+        self._next: dict[type, str | bytes] = {}  # newest waiting state and picture
 
-    def prepare(self) -> None:
-        if not is_own(self.request, needs_origin=True):
-            raise HTTPError(403)
-
-    def check_origin(self, origin: str) -> bool:  # noqa: ARG002 - judged already, with the host
+    def check_origin(self, origin: str) -> bool:  # noqa: ARG002 - checked in prepare
         return True
 
     def open(self, *_: str, **__: str) -> None:
@@ -160,22 +151,16 @@ class _Socket(WebSocketHandler):
         self._hub.pages.discard(self)
 
     def show(self, news: str | bytes) -> None:
-        """
-        Send a state or a picture; a page that is busy gets the newest of each when it is not.
-
-        The page says when. What has only been sent may wait in the browser and in the system for
-        a minute, with all that comes after it.
-
-        """
+        """Send the newest state or picture as soon as the page has processed the last."""
         self._next[type(news)] = news
         self._go_on()
 
     def send(self, message: str | bytes) -> None:
-        """Send what no page may miss; all of it is sent in its order."""
+        """Send a message that no page may miss, in order."""
         with suppress(WebSocketClosedError):
             sent = self.write_message(message, binary=isinstance(message, bytes))
             self._busy += 1
-            # Raised by a page that has gone; on_close comes too.
+            # A closed page raises here; on_close follows.
             asyncio.ensure_future(sent).add_done_callback(lambda sent: sent.exception())
 
     def _go_on(self) -> None:
@@ -186,17 +171,15 @@ class _Socket(WebSocketHandler):
                     self.send(news[kind])
 
 
-class _Waveform(RequestHandler):
-    """What a file of somebody at the page says, as rows that can be sent to a drive."""
+class _Waveform(_Part):
+    """Read an uploaded waveform; return its rows."""
 
-    def prepare(self) -> None:
-        if not is_own(self.request, needs_origin=True):
-            raise HTTPError(403)
+    needs_origin = True
 
     async def post(self) -> None:
         name = self.get_query_argument('name', '')
         try:
-            with suppress(asyncio.CancelledError):  # the panel ends meanwhile
+            with suppress(asyncio.CancelledError):  # the panel is closing
                 rows = await asyncio.to_thread(read_waveform, self.request.body, name)
                 self.write({'rows': rows})
         except StickSlipError as error:
@@ -204,7 +187,7 @@ class _Waveform(RequestHandler):
 
 
 class Hub:
-    """Sends what a source says to all pages, once made for all of them; the sheet comes first."""
+    """Sends sheet, state and pictures of a source to all its pages."""
 
     def __init__(self, source: Source, sheet: Mapping[str, Any]) -> None:
         self.source = source
@@ -213,31 +196,29 @@ class Hub:
         self._state_sent = ''
 
     def join(self, page: _Socket) -> None:
-        """Tell a new page what there is; the picture comes by itself."""
+        """Send the sheet to a new page; pictures follow with the next tick."""
         page.send(self._sheet)
         self._state_sent = ''
         self.source.do({'do': 'view'})
         self.pages.add(page)
 
     def tick(self) -> None:
-        """Send what is new."""
+        """Send changed state and pictures."""
         if not self.pages:
             return
-        frame = of_twin = None
+        frame = twin_frame = None
         try:
             state = json.dumps({'state': self.source.state()}, allow_nan=False)
-            frame, of_twin = self.source.frame(), self.source.twin_frame()
-        except Exception as error:  # noqa: BLE001 - whatever it is, STOP must be heard
+            frame, twin_frame = self.source.frame(), self.source.twin_frame()
+        except Exception as error:  # noqa: BLE001 - STOP must work after any error
             state = json.dumps({'failed': f'{type(error).__name__}: {error}'})
-        if state != self._state_sent:
-            self._state_sent = state
-            for page in tuple(self.pages):
+        is_new, self._state_sent = state != self._state_sent, state
+        for page in tuple(self.pages):
+            if is_new:
                 page.show(state)
-        if of_twin is not None:  # at most each window, so not replaced by a newer one
-            for page in tuple(self.pages):
-                page.send(of_twin)
-        if frame is not None:
-            for page in tuple(self.pages):
+            if twin_frame is not None:  # rare, so all are sent
+                page.send(twin_frame)
+            if frame is not None:
                 page.show(frame)
 
 
@@ -246,16 +227,15 @@ def serve(
     sheet: Mapping[str, Any],
     port: int,
     on_start: Callable[[str], None],
-    beside: Sequence[tuple[Source, Mapping[str, Any]]] = (),
+    others: Sequence[tuple[Source, Mapping[str, Any]]] = (),
 ) -> None:
     """
-    Serve the page of a source until the end is asked for (see `stopping`), and close the source.
+    Serve the page of a source, and of ``others``, until the end; then close all.
 
-    A page is told the sheet first. Port 0 takes a free one, a taken one is refused; ``on_start``
-    receives the address. With further sources and their sheets, the page shows those of all.
+    Port 0 takes a free port; ``on_start`` receives the address.
 
     """
-    hubs = [Hub(source, sheet), *(Hub(*each) for each in beside)]
+    hubs = [Hub(source, sheet), *(Hub(*each) for each in others)]
     try:
         asyncio.run(_serve(hubs, port, on_start))
     finally:
@@ -264,18 +244,12 @@ def serve(
 
 
 def next_due_s(due_s: float, begun_s: float, now_s: float) -> float:
-    """
-    Return when the next picture is due, of one that was due, begun and is done at these times.
-
-    Pictures leave as much time as they take: on a busy machine they would take all that the panel
-    gets, and files, tables and wishes of pages would wait.
-
-    """
+    """Return when the next picture is due; pictures take at most half of the time."""
     return max(due_s + PERIOD_S, now_s + (now_s - begun_s))
 
 
 def _parts(place: str, hub: Hub) -> list[Any]:
-    """Return what the page of a source consists of, in its place."""
+    """Return the handlers of a source."""
     return [
         (f'{place}socket', _Socket, {'hub': hub}),
         (f'{place}waveform', _Waveform),
@@ -287,7 +261,7 @@ def _parts(place: str, hub: Hub) -> list[Any]:
 async def _serve(hubs: Sequence[Hub], port: int, on_start: Callable[[str], None]) -> None:
     parts = _parts('/', hubs[0])
     if len(hubs) > 1:
-        parts = [(r'/', _Beside, {'count': len(hubs)})]
+        parts = [(r'/', _Frames, {'count': len(hubs)})]
         for number, hub in enumerate(hubs):
             parts += _parts(f'/{number}/', hub)
     application = Application(

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What the amplifier does to steps and forces: its slew rate, and its bandwidth."""
+"""The effect of slew rate and bandwidth of the amplifier on steps and forces."""
 
 import math
 from functools import partial
@@ -30,10 +30,9 @@ from stickslip_ros.units import MICRO, MN, NM
 SLEW_MIN_V_PER_S, SLEW_MAX_V_PER_S = 5e6, 300e6
 TICKS_V_PER_US = (5, 10, 25, 50, 100, 150, 300)
 EDELER_V_PER_US = {25.0: 'no usable step below (Edeler)', 150.0: '0-amplitude least (Edeler)'}
-"""Slew rates that Edeler's thesis names, from measurements on a stand of the same family."""
+"""Slew rates in Edeler's thesis, measured on a stand of the same family."""
 BANDWIDTHS_HZ = (math.inf, 1e6, 300e3, 100e3, 30e3, 10e3)
-_STEP_S = 2e-6
-"""Longest time step behind a low-pass: half of it changes no force at the full stroke by 1e-3."""
+_STEP_S = 2e-6  # longest time step behind a low-pass; half of it changes no force by 1e-3
 LEGEND_ROOM = 1.55
 
 
@@ -97,7 +96,7 @@ SLEW = PaperFigure(
 
 
 def rounded_stand(parameters: Parameters, preload_n: float, bandwidth_hz: float) -> Parameters:
-    """Return a stand whose amplifier has this bandwidth; infinity leaves the corners sharp."""
+    """Return a stand with this amplifier bandwidth; infinity is no low-pass."""
     if math.isinf(bandwidth_hz):
         return stand_at(parameters, preload_n, {'amplifier.bandwidth': 0.0})
     step_s = min(parameters.sim.dt, _STEP_S)
@@ -106,7 +105,7 @@ def rounded_stand(parameters: Parameters, preload_n: float, bandwidth_hz: float)
 
 
 def _rounded_row(stand: Parameters, bandwidth_hz: float, amplitude_m: float) -> Course[Row]:
-    """Return the row of one run; that of the full stroke has the onset of the curve, too."""
+    """Return the row of a run; at full stroke, with the onset of force."""
     run, zero_m = (yield from drive_course(stand, amplitude_m, stand.step.frequency)), math.nan
     if amplitude_m == AMPLITUDE_MAX_M:
         zero_m = yield from onset_course(stand, stand.step.frequency)

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Figures 2, 6 and 7 of the paper, and the quantities in them: force, 0-amplitudes, presliding."""
+"""Figures 2, 6 and 7 of the paper: force, 0-amplitudes, presliding."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -36,11 +36,10 @@ AMPLITUDE_MAX_M = 160e-9
 STEP_FREQUENCY_HZ = 200.0
 STEP_RUN_STEPS = 120
 STEP_AMPLITUDES_M: Array = np.array([100e-9, 120e-9, 140e-9, 160e-9])
-"""Amplitudes of Edeler's extrapolation, all above the 0-amplitude of 1 N."""
-SLOPE_MIN = 0.5  # below this slope of step length over amplitude there is no line to extrapolate
+"""Amplitudes of Edeler's extrapolation, above the 0-amplitude of 1 N."""
+SLOPE_MIN = 0.5  # smallest slope of step length over amplitude for an extrapolation
 PRESLIDING_HALVINGS = 50
-ZERO_STEP_S = 1e-5
-"""Time step of runs that only look for a 0-amplitude; a tenth of it moves none by 0.1 nm."""
+ZERO_STEP_S = 1e-5  # time step for 0-amplitudes; a tenth of it changes none by 0.1 nm
 PRELOAD_MIN_N, PRELOAD_MAX_N = 0.1, 1.0
 PROFILES = ('rough', 'smooth')
 _DRAWN_N = dict.fromkeys((*PRELOADS_N, *FIG2_PRELOADS_N))
@@ -58,13 +57,13 @@ _CURVES = {
 def stand_at(
     parameters: Parameters, preload_n: float, changes: Mapping[str, object] | None = None
 ) -> Parameters:
-    """Return parameters at a constant preload, with these changes."""
+    """Return a stand at a constant preload, with changes."""
     preload = {'stand.preload': preload_n, 'stand.preload_end': 0.0}
     return parameters.updated({**preload, **(changes or {})})
 
 
 def preload_style(preload_n: float) -> dict[str, Any]:
-    """Return the colour and the dashes of a preload, the same in every figure, for ``plot``."""
+    """Return the ``plot`` style of a preload, the same in every figure."""
     return curve_style(_STYLES[preload_n])
 
 
@@ -75,13 +74,7 @@ def max_presliding_m(parameters: Parameters) -> tuple[float, float]:
 
 
 def zero_by_steps_m(parameters: Parameters, frequency_hz: float) -> Course[tuple[float, float]]:
-    """
-    Return Edeler's 0-amplitude, m, and the slope of the line through the step lengths.
-
-    Step length of the free runner over amplitude is extrapolated to a step of zero. Where the
-    slope is so small that there is no line, the 0-amplitude is not a number.
-
-    """
+    """Return Edeler's 0-amplitude, m (NaN below SLOPE_MIN), and the slope of its line."""
     free = parameters.updated({'load_cell.contact': 'absent', 'sim.dt': ZERO_STEP_S})
     steps_m = []
     for amplitude_m in STEP_AMPLITUDES_M.tolist():
@@ -96,12 +89,11 @@ def zero_by_steps_m(parameters: Parameters, frequency_hz: float) -> Course[tuple
 
 def quasi_static_zero_m(parameters: Parameters) -> float:
     """
-    Return the 0-amplitude of a runner that comes back to rest without overshoot, m.
+    Return the 0-amplitude of a runner that returns to rest without overshoot, m.
 
-    The fall drags the feet along under a runner at rest, until all contacts slip at their
-    limit T_max. The runner then gives way until no force is left: by Masing's rule over
-    2 T_v^-1(T_max/2), T_v the virgin curve of all contacts together. What the amplitude exceeds
-    that, is the step. No inertia, no rebound.
+    The fall drags all contacts to their limit T_max under a resting runner, which then gives way
+    until no force is left: by Masing's rule over 2 T_v^-1(T_max/2), T_v the virgin curve of all
+    contacts. The rest of the amplitude is the step. No inertia, no rebound.
 
     """
     contacts = contacts_of(parameters)

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a figure of the paper is: its runs, their table, its drawing, its caption, its files."""
+"""A figure of the paper: runs, table, drawing, caption, files."""
 
 import csv
 from collections.abc import Callable, Iterator, Sequence
@@ -19,16 +19,15 @@ from stickslip_ros.lab.runs.plotting import new_figure, save_figure, styled
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.units import MICRO
 
-_KINDS = ('.csv', '.md', '.png', '.svg')
-"""Files of a figure: its table (SI, all digits), its caption, its pictures."""
-CHANGED_MAX = 3  # changed parameters that a title names; of more it gives the number
+_KINDS = ('.csv', '.md', '.png', '.svg')  # files: table (SI, all digits), caption, pictures
+CHANGED_MAX = 3  # changed parameters named in a title; above, only their number
 
-Case = Callable[[], Course[Row]]  # runs that give one row of the table
+Case = Callable[[], Course[Row]]  # the runs of one row
 
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of the same columns, each the name of a quantity ending with its unit."""
+    """Rows with the same columns, whose names end with their units."""
 
     rows: Sequence[Row]
 
@@ -38,7 +37,7 @@ class Table:
         return tuple(self.rows[0])
 
     def where(self, **values: object) -> 'Table':
-        """Return the rows that have these values."""
+        """Return the rows with these values."""
         return Table([row for row in self.rows if values.items() <= row.items()])
 
     def column(self, name: str) -> Array:
@@ -46,12 +45,12 @@ class Table:
         return np.array([row[name] for row in self.rows], dtype=float)
 
     def by_preload(self) -> Iterator[tuple[float, 'Table']]:
-        """Return each preload, N, with its rows."""
+        """Return (preload, N; rows) pairs."""
         for preload_n in dict.fromkeys(self.column('preload_n').tolist()):
             yield preload_n, self.where(preload_n=preload_n)
 
     def write(self, path: Path) -> None:
-        """Write the table as CSV; what is not a number stays empty."""
+        """Write CSV; NaN becomes an empty cell."""
         with path.open('w', newline='', encoding='utf-8') as file:
             writer = csv.writer(file, lineterminator='\n')
             writer.writerow(self.columns)
@@ -62,15 +61,15 @@ class Table:
 
 @dataclass(frozen=True)
 class PaperFigure:
-    """What a figure is made of."""
+    """A figure, and how to make it."""
 
     name: str  # stem of its files
     title: str  # heading
-    points: int  # points along an axis, unless asked otherwise
-    # gives the runs of each row, for parameters and a number of points
+    points: int  # default number of points along an axis
+    # runs of each row, from parameters and number of points
     cases: Callable[[Parameters, int], Sequence[Case]]
     draw: Callable[[Table, Figure], None]  # draws a table
-    caption: Callable[[Parameters], str]  # says for parameters what is shown and what is assumed
+    caption: Callable[[Parameters], str]  # content and assumptions
     inches: tuple[float, float]  # width and height
 
 
@@ -81,11 +80,11 @@ def write_figure(
     folder: Path,
     kinds: Sequence[str] = _KINDS,
 ) -> list[Path]:
-    """Write a figure into a folder, which is made; return the files, one of each kind."""
+    """Write a figure into a new or existing folder; return the files."""
     changed = [f'{name} = {value}' for name, value in parameters.changed().items()]
     caption = figure.caption(parameters) + (f' Changed: {", ".join(changed)}.' if changed else '')
     files = [folder / f'{figure.name}{kind}' for kind in kinds]
-    title = figure.title  # a picture of another stand is not taken for that of the default
+    title = figure.title  # marks a stand that is not the default
     if changed:
         is_short = len(changed) <= CHANGED_MAX
         title += f'\nchanged: {", ".join(changed) if is_short else f"{len(changed)} parameters"}'
@@ -109,7 +108,7 @@ def write_figure(
 
 
 def assumed(parameters: Parameters) -> str:
-    """Return the assumptions that runs with a load cell share, as a sentence."""
+    """Return a sentence with the assumptions of runs with a load cell."""
     cell, damping = parameters.load_cell.stiffness * 1e-3, parameters.runner.damping
     slew, step_us = parameters.amplifier.slew_rate * MICRO, parameters.sim.dt / MICRO
     return (
@@ -121,7 +120,7 @@ def assumed(parameters: Parameters) -> str:
 
 
 def surface(parameters: Parameters, profile: str) -> str:
-    """Return the profile of the contacts in words."""
+    """Return the contact profile in words."""
     contact = parameters.contact
     sphere = f'R = {contact.radius * 1e3:g} mm, mu = {contact.friction:g}'
     if profile == 'smooth':

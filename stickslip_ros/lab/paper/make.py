@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""All figures of the paper, and their runs in one pool of threads."""
+"""All figures of the paper, run in one pool of threads."""
 
 from collections.abc import Sequence
 
@@ -18,7 +18,7 @@ POINTS_MIN = 2
 
 
 def chosen_figures(names: Sequence[str] | None = None) -> list[PaperFigure]:
-    """Return the figures of these names; all for None; UnknownName if there is no such figure."""
+    """Return the named figures, all for None; refuse unknown names."""
     chosen = dict.fromkeys(FIGURES if names is None else names)
     for name in chosen:
         if name not in FIGURES:
@@ -34,7 +34,7 @@ def make_tables(
     workers: int = 0,
     progress: Progress | None = None,
 ) -> dict[str, Table]:
-    """Run the drive for figures, with so many points along an axis; return tables by name."""
+    """Run the drive for figures; return tables by name."""
     if points and points < POINTS_MIN:
         limit = f'below {POINTS_MIN}, the fewest that make a line'
         hint = 'raise it, or 0 for what each figure needs'

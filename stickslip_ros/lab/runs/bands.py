@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What is not known of a stand, carried on: bands of numbers over stands that are as likely."""
+"""Bands of numbers over random stands that fit what is known equally well."""
 
 from collections.abc import Callable, Mapping, Sequence
 
@@ -14,7 +14,7 @@ from stickslip_ros.lab.runs.batch import Progress, run_courses
 from stickslip_ros.lab.runs.courses import Course, bundle_for
 from stickslip_ros.parameters import Parameters
 
-BAND_DRAWS = 100  # stands of a band
+BAND_DRAWS = 100  # random stands per band
 LEVELS: Mapping[str, float] = {
     'low_95': 0.025,
     'low_68': 0.16,
@@ -22,33 +22,20 @@ LEVELS: Mapping[str, float] = {
     'high_68': 0.84,
     'high_95': 0.975,
 }
-"""Ends of the bands that hold 95 and 68 % of the draws, and their median."""
+"""Quantiles: ends of the bands of 95 and 68 % of the draws, and the median."""
 
 
 def band_of(values: ArrayLike) -> dict[str, float]:
-    """Return the ends of the bands of a number over draws, shape (draws,)."""
+    """Return the quantiles of a number over draws, shape (draws,)."""
     found = np.quantile(np.asarray(values, dtype=np.float64), list(LEVELS.values()))
     return dict(zip(LEVELS, found.tolist(), strict=True))
 
 
 def bands_with_noise(values: ArrayLike, middle: Array, noise: ArrayLike) -> dict[str, Array]:
-    """
-    Return the ends of the bands within which readings are expected, shapes (n,).
-
-    Parameters
-    ----------
-    values : array_like, shape (draws, n)
-        What the draws say.
-    middle : array, shape (n,)
-        What the stand says that they are drawn about.
-    noise : array_like, shape (n,) or ()
-        Standard deviation of the readings, normal.
-
-    """
-    ends = {}
-    for (name, share), end in zip(
-        LEVELS.items(), np.quantile(np.asarray(values), list(LEVELS.values()), axis=0), strict=True
-    ):
+    """Return bands of readings, shapes (n,), from draws (draws, n) and noise, (n,) or ()."""
+    ends, shares = {}, list(LEVELS.values())
+    quantiles = np.quantile(np.asarray(values), shares, axis=0)
+    for name, share, end in zip(LEVELS, shares, quantiles, strict=True):
         beyond = np.hypot(end - middle, ndtri(share) * np.asarray(noise))
         ends[name] = middle + np.sign(share - 0.5) * beyond
     return ends
@@ -60,20 +47,6 @@ def bands_over(
     workers: int = 0,
     progress: Progress | None = None,
 ) -> dict[str, dict[str, float]]:
-    """
-    Return the bands of numbers over draws, by their names.
-
-    Parameters
-    ----------
-    draws : sequence of Parameters
-        Stands that are as likely as what is known.
-    course_of : callable
-        Returns the course of a stand, which ends with its numbers by name.
-    workers : int
-        Runs at once; 0 is one per core.
-    progress : callable, optional
-        Called with draws done and in all.
-
-    """
+    """Run a course for each draw; return the bands of its numbers by name."""
     rows = run_courses(course_of, draws, bundle_for(draws[0]), workers=workers, progress=progress)
     return {name: band_of([row[name] for row in rows]) for name in rows[0]}

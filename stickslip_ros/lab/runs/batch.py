@@ -1,12 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""
-Many independent runs at once: in threads, as the kernels release the GIL, or on a Dask cluster.
-
-The results come in the order of the cases and do not depend on who computed them.
-
-"""
+"""Many independent runs at once, in threads or on a Dask cluster, with results in order."""
 
 import importlib
 import math
@@ -27,7 +22,7 @@ from stickslip_ros.lab.runs.courses import Course, together
 from stickslip_ros.lab.runs.journal import Journal
 from stickslip_ros.process.stopping import Stopped, stop_if_asked
 
-# ruff: noqa: PLC0415 - asyncio takes long to import, and hardly anybody has a cluster
+# ruff: noqa: PLC0415 - asyncio is slow to import, and needed for a cluster only
 
 Case = TypeVar('Case')
 Result = TypeVar('Result')
@@ -35,23 +30,22 @@ Progress = Callable[[int, int], None]
 Keep = Callable[[int, Any], None]
 
 WORKERS_MAX = 1024
-SUBMITTED_MAX = 4 * WORKERS_MAX
-"""Cases that wait or run at a time: enough for every worker, however many cases there are."""
-_LOOK_S = 0.1  # time after which a batch looks whether somebody wants it to end
-CONNECT_S = 10.0  # time that a scheduler has to answer, s
-WORKERS_S = 10.0  # time that it may be without a worker, s
+SUBMITTED_MAX = 4 * WORKERS_MAX  # cases submitted at a time: enough for every worker
+_LOOK_S = 0.1  # time between two checks for Ctrl-C, s
+CONNECT_S = 10.0  # time limit for the answer of a scheduler, s
+WORKERS_S = 10.0  # time limit without a worker, s
 
 
 class Pool(NamedTuple):
-    """Workers of many batches."""
+    """Workers shared by many batches."""
 
-    submit: Callable[..., Future[Any]]  # Begins a call of a function with its arguments
-    workers: int  # Their number
-    check: Callable[[], None] = lambda: None  # Raises what ends a batch that waits for them
+    submit: Callable[..., Future[Any]]  # starts a call of a function with arguments
+    workers: int  # number of workers
+    check: Callable[[], None] = lambda: None  # raises an error of the workers
 
 
 class Interrupted(Stopped):
-    """Somebody stopped a batch with Ctrl-C; ``rows`` has the finished cases by their number."""
+    """A batch was stopped by Ctrl-C; ``rows`` has the finished cases by number."""
 
     def __init__(self, rows: dict[int, Any], total: int, journal: Journal | None) -> None:
         kept = f'; they are in {journal.path}, the same command goes on' if journal else ''
@@ -71,15 +65,12 @@ def run_batch(
     bundle: int = 0,
 ) -> list[Result]:
     """
-    Run a task for every case and return the rows in the order of the cases.
+    Run a task for every case; return the rows in order.
 
-    Cases of the journal are not run again; the others are appended to it as they end. They run in
-    as many threads as there are ``workers`` (0: one per core), in a ``pool`` of many batches,
-    or on the workers of a Dask ``scheduler``, then the task must be a function of a module.
-
-    What is done is kept if Interrupted is raised (after Ctrl-C, as soon as the begun cases heed
-    it), or StickSlipError: a case is refused, the journal cannot be written, Dask is missing
-    (MissingExtra), or its cluster fails or has another version of the package (ClusterError).
+    Cases in the journal are skipped, others are appended to it. They run in ``workers`` threads
+    (0: one per core), in a ``pool``, or on a Dask ``scheduler`` (then the task must be a function
+    of a module). Finished cases are kept on Interrupted (Ctrl-C) and on StickSlipError: a refused
+    case, a journal that cannot be written, MissingExtra (Dask), or ClusterError.
 
     """
     rows: dict[int, Any] = dict(journal.rows) if journal else {}
@@ -110,14 +101,14 @@ def run_batch(
 def run_courses(
     course_of: Callable[[Case], Course[Result]], cases: Sequence[Case], bundle: int, **how: Any
 ) -> list[Result]:
-    """Run courses as ``run_batch`` does tasks; a worker gets a ``bundle`` of them at a time."""
+    """Run courses as ``run_batch`` runs tasks, a ``bundle`` at a time per worker."""
     task = cast('Callable[[Case], Result]', course_of)
     return run_batch(task, cases, bundle=bundle, **how)
 
 
 @contextmanager
 def pool_of(workers: int, scheduler: str = '') -> Iterator[Pool]:
-    """Return threads or a Dask cluster, as ``run_batch`` takes them; a context ends them."""
+    """Return threads or a Dask cluster, as ``run_batch`` takes them, for a context."""
     if not 0 <= workers <= WORKERS_MAX:
         limit = f'not from 0 to {WORKERS_MAX}'
         raise OutOfRange('number of workers', workers, '', limit, '0 takes one per core')
@@ -141,7 +132,7 @@ def _run(
     todo: Iterator[tuple[list[int], list[Any]]],
     keep: Keep,
 ) -> None:
-    """Run all parts, another one for each that has ended; keep what has been finished."""
+    """Run all parts, at most SUBMITTED_MAX at a time; keep the finished cases."""
     futures: dict[Future[Any], list[int]] = {}
     ended: SimpleQueue[Future[Any]] = SimpleQueue()
 
@@ -201,7 +192,7 @@ def _cluster(address: str) -> Iterator[Pool]:
             raise ClusterError(address, f'has had no worker for {WORKERS_S:g} s', again)
 
     def submit(function: Callable[..., Any], *given: Any) -> Future[Any]:
-        # Dask's own executor takes the result of a worker that has just gone for an exception.
+        # Dask's own executor mistakes the result of a lost worker for an exception.
         result = result_of(client.submit(function, *given, pure=False))
         return asyncio.run_coroutine_threadsafe(result, client.loop.asyncio_loop)
 
@@ -227,15 +218,15 @@ def _connect(distributed: Any, address: str) -> Any:
         await comm.close()
 
     try:
-        # A client that fails leaves half of itself behind, so the first word is without one.
+        # A failed client is not cleaned up completely, so connect without one first.
         asyncio.run(knock())
         for _ in range(round(CONNECT_S / _LOOK_S)):
             stop_if_asked()
             with suppress(AssertionError):
                 return distributed.Client(address, timeout=CONNECT_S, set_as_default=False)
-            # It heard of another batch, which has just ended, before its own first word.
+            # The scheduler still reports a batch that has just ended.
             time.sleep(_LOOK_S)
-        raise ClusterError(address, 'clears up another batch', 'try again in a while')
+        raise ClusterError(address, 'still clears up another batch', 'try again in a minute')
     except (OSError, ValueError, asyncio.TimeoutError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         hint = 'check the address, or start one with: dask scheduler'
@@ -254,7 +245,7 @@ def _check_workers(client: Any, address: str) -> None:
     name, ours = stickslip_ros.__name__, stickslip_ros.__version__
 
     def version() -> str:
-        # A nested function is sent as a whole, so it arrives where the package is missing too.
+        # A nested function is sent by value, so it runs without the package.
         try:
             return str(importlib.import_module(name).__version__)
         except ImportError:

@@ -1,12 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""
-Courses of drives: generators that ask for each advance of their drive, so that many go together.
-
-What a course returns has the bits that it has alone.
-
-"""
+"""Courses: generators of drive runs, advanced together in lanes with the bits of single runs."""
 
 from collections.abc import Generator, Iterable
 from itertools import chain
@@ -26,16 +21,15 @@ from stickslip_ros.parameters import Parameters
 
 Result = TypeVar('Result')
 Advance: TypeAlias = tuple[Record, Record, Wave, float, float, Array, Array]
-"""What ``observe_samples`` takes."""
+"""Arguments of ``observe_samples``."""
 Course: TypeAlias = Generator[Advance, None, Result]
 
-BUNDLE = 4 * LANES
-"""Courses that a worker gets at a time: the last ones leave few lanes empty."""
-ROUNDING_S = 1e-12  # time by which many periods may miss the last corner through rounding
+BUNDLE = 4 * LANES  # courses per worker; only the last ones leave lanes empty
+ROUNDING_S = 1e-12  # rounding error of the time of the last corner
 
 
 def together(courses: Iterable[Course[Result]]) -> list[Result]:
-    """Run courses to their ends, LANES of them at a time; return what they come to, in order."""
+    """Run courses to their ends, LANES at a time; return the results in order."""
     results: dict[int, Result] = {}
     coming, going = enumerate(courses), list[tuple[int, Course[Result]]]()
     while True:
@@ -55,18 +49,18 @@ def together(courses: Iterable[Course[Result]]) -> list[Result]:
 
 
 def alone(course: Course[Result]) -> Result:
-    """Run one course to its end."""
+    """Run a course to its end."""
     return together([course])[0]
 
 
 def bundle_for(parameters: Parameters) -> int:
-    """Return how many courses of such a stand a worker gets: one, if they do not go in lanes."""
+    """Return the courses per worker; 1 if the stand cannot run in lanes."""
     in_lanes = not parameters.stand.preload_end and plant_of(parameters)[0].only_long_steps
     return BUNDLE if in_lanes else 1
 
 
 def compile_for_runs() -> None:
-    """Compile what runs need besides a drive in real time: drives that go together, the ledger."""
+    """Compile the kernels that only runs need: lanes and ledger."""
     plants = plant_of(Parameters())
     states = state_at_rest(plants, Parameters().stand.preload)
     log, truth = np.empty((1, 3)), np.empty((1, FORCE + 1))
@@ -77,12 +71,7 @@ def compile_for_runs() -> None:
 def cycles_of(
     plants: Record, states: Record, wave: Wave, cycles: int, load_n: float = 0.0
 ) -> Course[Array]:
-    """
-    Advance a drive to the end of so many cycles of its wave; return their log.
-
-    Its columns are position after the fall, mean and final position, m, one row for a cycle.
-
-    """
+    """Advance a drive by cycles; return per cycle the position after the fall, mean and end, m."""
     log, truth = np.empty((cycles, 3)), np.empty((1, FORCE + 1))
     first = int(states['clock']['cycle'].item())
     time_s = cycles * wave.period_s - float(states['clock']['ramp_s'].item())

@@ -2,12 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The journal of a long study: results are appended as they come, so that a killed run goes on.
+The journal of a study: results are appended as they arrive, so an interrupted study continues.
 
-One JSON object per line; the first line identifies the study. Python writes a float with the
-digits that give the same float again, so rows survive to the bit. What the end of the process
-leaves behind is at most a torn last line, which is dropped. A line that Ctrl-C has interrupted may
-stand there twice.
+One JSON object per line; the first line identifies the study. Floats survive to the bit. A torn
+last line is dropped; a line interrupted by Ctrl-C may appear twice.
 
 """
 
@@ -23,14 +21,14 @@ import stickslip_ros
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.parameters import Parameters, Scalar
 
-Row = dict[str, Scalar]  # result of one case: names with units, and values that JSON knows
+Row = dict[str, Scalar]  # result of a case: names with units, JSON values
 
-_HINT = 'start anew with --fresh, or choose another output'
+_HINT = 'start again with --fresh, or choose another output'
 
 
 @dataclass(frozen=True)
 class JournalIdentity:
-    """What two runs must share to be the same study; the digest is of all parameters too."""
+    """The identity of a study; the digest includes all parameters."""
 
     study: str
     version: str
@@ -41,7 +39,7 @@ class JournalIdentity:
 def identify(
     study: str, parameters: Parameters, cases: int, settings: Mapping[str, object]
 ) -> JournalIdentity:
-    """Return the identity of a study whose cases are made from settings that JSON knows."""
+    """Return the identity of a study with these settings (JSON values)."""
     version = stickslip_ros.__version__
     content = [study, version, cases, parameters.flat(), dict(settings)]
     text = json.dumps(content, sort_keys=True)
@@ -49,13 +47,7 @@ def identify(
 
 
 class Journal:
-    """
-    File of the finished cases of a study; as a context it is closed at the end.
-
-    Raises RecordingError if the file cannot be written, another process writes it, or it is of
-    another study.
-
-    """
+    """The file of finished cases, a context; refuses a file in use or of another study."""
 
     def __init__(self, path: Path, identity: JournalIdentity, *, fresh: bool = False) -> None:
         self.path = path
@@ -63,13 +55,13 @@ class Journal:
         self._identity = identity
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            # Without a buffer: a line is with the kernel as soon as it is written.
+            # Unbuffered: the kernel has each line at once.
             self._file = path.open('ab+', buffering=0)
         except OSError as error:
             problem = f'cannot be written ({error.strerror})'
             raise RecordingError(path, problem, 'choose another folder') from None
         try:
-            try:  # the lock ends with the process, however it ends
+            try:  # the lock ends with the process
                 fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:
                 hint = 'wait for it, or choose another output'
@@ -86,7 +78,7 @@ class Journal:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Close the file, which stays if it holds a case."""
+        """Close the file; remove it if it is empty."""
         if not self.rows:
             self.remove()
         self._file.close()
@@ -97,11 +89,11 @@ class Journal:
         self.rows[case] = row
 
     def remove(self) -> None:
-        """Remove the file: the study is complete and written elsewhere."""
+        """Remove the file of a complete study."""
         self.path.unlink(missing_ok=True)
 
     def _take_up(self) -> None:
-        """Read what is there, drop a torn end, and write the header of a new journal."""
+        """Read finished cases, drop a torn end, or start a new journal."""
         self._file.seek(0)
         content = self._file.readall()
         header = {'journal': stickslip_ros.__name__, **asdict(self._identity)}
@@ -140,7 +132,7 @@ def _line(content: Mapping[str, object]) -> bytes:
 
 
 def _difference(first: bytes, header: Mapping[str, object]) -> str:
-    """Say in what the first line of a file differs from the header that it should be."""
+    """Return how the first line of a file differs from the expected header."""
     try:
         theirs = json.loads(first)
     except ValueError:

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A result as one page of HTML that needs nothing else, to read or to print."""
+"""Self-contained HTML pages of results."""
 
 import base64
 from collections.abc import Iterable
@@ -22,12 +22,7 @@ _BEGINNING = """\
 
 
 def page_of(sections: Iterable[Section], command: str = '') -> str:
-    """
-    Return the page: the same text for the same sections and typed command.
-
-    The first section names the whole.
-
-    """
+    """Return the page of sections, the same text for the same input; the first is the title."""
     first, *others = sections
     style = Path(__file__).with_name('page.css').read_text(encoding='utf-8')
     head = f'<title>{escape(first.title)}</title>\n<style>\n{style}</style>\n</head>\n<body>'

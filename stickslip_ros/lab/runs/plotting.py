@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Figures of the package: how one begins, how its curves and axes look, how it becomes a file."""
+"""Figures of the package: style, size, labels, files."""
 
 import io
 import itertools
@@ -29,21 +29,20 @@ UNDATED: Final[Mapping[str, Mapping[str, Any]]] = {
     '.svg': {'Date': None},
     '.pdf': {'CreationDate': None},
 }
-"""Kinds of picture, and the metadata without which a kind has the time in it."""
+"""Picture formats, and metadata that removes the date."""
 BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY_BLUE, BLACK = (f'C{number}' for number in range(7))
-"""Colours of screen.mplstyle, in their order."""
+"""Colours of screen.mplstyle, in order."""
 GREY: Final = '0.4'
-NARROW_INCHES: Final = 5.0  # width below which labels have shorter lines and axes fewer of them
+NARROW_INCHES: Final = 5.0  # narrower figures have fewer and shorter labels
 _WIDTH: Final = Spec(float, 85.0, 'mm', '', 'width of a figure', 40.0, 500.0)
 _style: ContextVar[dict[str, Any] | None] = ContextVar('style', default=None)
 
 
 def style_of(style: str = '', width_mm: float | None = None) -> dict[str, Any]:
     """
-    Return what a style sets in matplotlib; refuse a style or a width that cannot be.
+    Return the matplotlib settings of ``screen``, ``paper`` or a style file (based on paper).
 
-    It is ``screen``, ``paper`` or a style file, on top of paper. Without a style a width means
-    paper; without a width, figures have that of the style, or on a screen their own.
+    A width without a style means paper; without a width, the size comes from the style or figure.
 
     """
     name = style or ('screen' if width_mm is None else 'paper')
@@ -66,7 +65,7 @@ def style_of(style: str = '', width_mm: float | None = None) -> dict[str, Any]:
 
 @contextmanager
 def looking(style: str = '', width_mm: float | None = None) -> Iterator[None]:
-    """Let the figures that are drawn meanwhile have a style and a width."""
+    """Set style and width of the figures drawn in this context."""
     before = _style.set(style_of(style, width_mm))
     try:
         yield
@@ -76,35 +75,35 @@ def looking(style: str = '', width_mm: float | None = None) -> Iterator[None]:
 
 @contextmanager
 def styled() -> Iterator[None]:
-    """Draw in the present style; ``@styled()`` makes a function do so."""
+    """Draw in the current style, as a context or decorator."""
     with mpl.rc_context(_style.get() or style_of()):
         yield
 
 
 class StyledFigure(Figure):
-    """A figure that keeps its style: matplotlib makes some of its letters when it is drawn."""
+    """A figure that keeps its style, as matplotlib creates some text when it draws."""
 
     def __init__(self, style: dict[str, Any], **how: Any) -> None:
         self._style = style
         super().__init__(**how)
 
     def draw(self, renderer: Any) -> None:
-        """Draw it in its style."""
+        """Draw in the own style."""
         with mpl.rc_context(self._style):
             super().draw(renderer)
 
     def savefig(self, *where: Any, **how: Any) -> None:
-        """Write it in its style."""
+        """Write in the own style."""
         with mpl.rc_context(self._style):
             super().savefig(*where, **how)
 
 
 def new_figure(width_inches: float, height_inches: float, title: str = '') -> Figure:
-    """Return an empty figure whose axes make room for their labels."""
+    """Return an empty figure with constrained layout."""
     style = _style.get() or style_of()
     if 'figure.figsize' in style:
         ratio = style['figure.figsize'][0] / width_inches
-        # The height goes with the root: letters do not become as small as the figure does.
+        # The height scales with the root, as text shrinks less than the figure.
         width_inches, height_inches = ratio * width_inches, math.sqrt(ratio) * height_inches
     figure = StyledFigure(style, figsize=(width_inches, height_inches), layout='constrained')
     if title:
@@ -113,43 +112,43 @@ def new_figure(width_inches: float, height_inches: float, title: str = '') -> Fi
 
 
 def is_narrow(figure: Figure | SubFigure) -> bool:
-    """Return whether a figure has little room for words."""
+    """Return whether a figure has little room for text."""
     return bool(figure.bbox.width < NARROW_INCHES * figure.dpi)
 
 
 def curve_style(number: int) -> dict[str, Any]:
-    """Return the colour and the dashes of a curve, by its number, for ``plot``."""
+    """Return colour and dashes of the curve with this number, for ``plot``."""
     styles: list[dict[str, Any]] = list(mpl.rcParams['axes.prop_cycle'])
     return styles[number % len(styles)]
 
 
-def as_it_is(text: str) -> str:
-    """Return a text, such as the name of a file, so that matplotlib sees no formula in it."""
+def escaped(text: str) -> str:
+    """Escape a text such as a file name, so that matplotlib sees no formula."""
     return text.replace('$', r'\$')
 
 
 def label_end(axes: Axes, line: Line2D, text: str) -> None:
-    """Write a text right of the last point of a curve, in its colour."""
+    """Write a text to the right of the end of a curve, in its colour."""
     x, y = np.asarray(line.get_xydata())[-1]
-    write_beside(axes, x, y, text, color=line.get_color(), annotation_clip=False)
+    write_label(axes, x, y, text, color=line.get_color(), annotation_clip=False)
 
 
-def write_beside(
+def write_label(
     axes: Axes, x: float, y: float, text: str, *, left: bool = False, **style: Any
 ) -> Annotation:
-    """Write a text right or left of a place; return it."""
+    """Write a text to the right or left of a point; return it."""
     place = {'xytext': (-4, 0), 'ha': 'right'} if left else {'xytext': (4, 0)}
     return axes.annotate(text, (x, y), textcoords='offset points', va='center', **place, **style)
 
 
 def check_picture(path: Path) -> None:
-    """Refuse, by UnknownName, a picture that is neither PNG nor SVG nor PDF."""
+    """Refuse a picture that is not PNG, SVG or PDF."""
     if path.suffix.lower() not in UNDATED:
         raise UnknownName('kind of picture', path.suffix, f'use {", ".join(UNDATED)}')
 
 
 def save_figure(figure: Figure, picture: Path) -> None:
-    """Write a figure as PNG, SVG or PDF, the same bytes for the same numbers; folders are made."""
+    """Write a figure as PNG, SVG or PDF, the same bytes for the same numbers."""
     check_picture(picture)
     with replacing(picture) as part:
         _save(figure, part, picture.suffix.lower())
@@ -167,7 +166,7 @@ def _save(figure: Figure, file: Path | IO[str], suffix: str) -> None:
 
 
 def decimated(x: Array, y: Array, pixels: int) -> tuple[Array, Array]:
-    """Return samples, x rising, that a curve of so many pixels needs: no peak or gap is lost."""
+    """Return the samples that a curve needs at this width; peaks and gaps are kept."""
     if len(x) <= 4 * pixels:
         return x, y
     width = (x[-1] - x[0]) / pixels
@@ -175,15 +174,14 @@ def decimated(x: Array, y: Array, pixels: int) -> tuple[Array, Array]:
     starts = np.unique(np.append(edges, len(x)))
     kept: list[int] = []
     for first, last in itertools.pairwise(starts.tolist()):
-        chosen = {first, last - 1, *(first + index for index in _peaks(y[first:last]))}
-        kept += sorted(chosen)
+        kept += sorted({first, last - 1, *(first + each for each in _peaks(y[first:last]))})
     return x[kept], y[kept]
 
 
 def _peaks(values: Array) -> list[int]:
-    """Return the places of the smallest and the largest finite value, and of the first gap."""
+    """Return the places of smallest and largest finite value, and of the first gap."""
     ends = [int(values.argmin()), int(values.argmax())]
-    if np.isfinite(values[ends]).all():  # a gap would be one of them
+    if np.isfinite(values[ends]).all():  # a gap would be an end
         return ends
     is_finite = np.isfinite(values)
     finite, gaps = np.flatnonzero(is_finite), np.flatnonzero(~is_finite)

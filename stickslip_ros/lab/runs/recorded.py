@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a recording says, within a stretch: quantities over time, commands, events, status."""
+"""The content of a recording, or a stretch: quantities, commands, events, status."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -30,11 +30,10 @@ RUN_QUANTITIES = {
     'voltage_v': 'voltage at the piezo',
     'foot_m': 'displacement of the feet',
 }
-"""Quantities of a run in words, by their columns in an experiment file: without the unit they are
-the columns of the trace, and the topics."""
+"""Quantities of a run in words, by their columns in an experiment file; without the unit they are
+columns of the trace, and topics."""
 TRACE_SAMPLES_MIN = 2
-STRETCH_S = 30.0
-"""Of a longer recording no more than this is held at a time: the trace takes 7 MB a second."""
+STRETCH_S = 30.0  # longest part of a recording held in memory, s; a trace takes 7 MB/s
 
 
 _NO_SAMPLES = Series(np.empty(0), np.empty(0), '', '')
@@ -48,7 +47,7 @@ class TimeWindow(NamedTuple):
 
 
 class LoggedCommand(NamedTuple):
-    """A command that took effect: when, which, and its numbers as people read them."""
+    """A command when it took effect, with its numbers as text."""
 
     time_s: float
     command: str
@@ -56,7 +55,7 @@ class LoggedCommand(NamedTuple):
 
 
 class LoggedEvent(NamedTuple):
-    """The end of a command: when, which, how."""
+    """The end of a command."""
 
     time_s: float
     command: str
@@ -64,7 +63,7 @@ class LoggedEvent(NamedTuple):
 
 
 class BitSpan(NamedTuple):
-    """A stretch of time during which a status bit was set."""
+    """A stretch of time with a status bit set."""
 
     bit: str
     start_s: float
@@ -72,7 +71,7 @@ class BitSpan(NamedTuple):
 
 
 def sections_of(recording: Recording) -> Iterator[Section]:
-    """Yield topics, what is known of the run, and the parameters that differ from the default."""
+    """Yield topics, metadata of the run, and changed parameters."""
     rows = []
     for each in recording.channels:
         rate = f'{each.rate_hz:.1f}' if each.rate_hz else '-'
@@ -85,11 +84,11 @@ def sections_of(recording: Recording) -> Iterator[Section]:
     if PARAMETERS_FILE in recording.attachments:
         yield from recorded_stand(recording).sections()
     else:
-        yield Section(f'parameters: not known, the file has no {PARAMETERS_FILE}')
+        yield Section(f'parameters: unknown, as the file has no {PARAMETERS_FILE}')
 
 
 def recorded_stand(recording: Recording) -> Parameters:
-    """Return the parameters that a recording carries; RecordingError if it carries none."""
+    """Return the recorded parameters; RecordingError without them."""
     if PARAMETERS_FILE not in recording.attachments:
         problem = f'has no attachment {PARAMETERS_FILE}'
         hint = 'record with a drive of this package, or give the voltages as a table'
@@ -98,16 +97,15 @@ def recorded_stand(recording: Recording) -> Parameters:
         text = recording.attachments[PARAMETERS_FILE][1].decode()
     except UnicodeDecodeError:
         problem = f'its {PARAMETERS_FILE} is not text in UTF-8'
-        raise RecordingError(recording.path, problem, 'record it anew') from None
+        raise RecordingError(recording.path, problem, 'record it again') from None
     return parse_yaml(text, f'{recording.path} {PARAMETERS_FILE}')
 
 
 def recorded_series(recording: Recording, *, traced: bool = True) -> dict[str, Series]:
     """
-    Return each quantity of a recording by its name: of the trace if wanted, else of its topic.
+    Return each quantity by name, from a trace of two or more samples if wanted, else its topic.
 
-    A trace counts from two samples on. The topics have position and force at 1 kHz, the voltage
-    once per ``trace.period``, and no displacement of the feet.
+    Topics have position and force at 1 kHz, voltage once per ``trace.period``, and no feet.
 
     """
     return _read(recording, _sources(recording, traced=traced))
@@ -115,10 +113,9 @@ def recorded_series(recording: Recording, *, traced: bool = True) -> dict[str, S
 
 def stretches_of(recording: Recording, window: TimeWindow | None = None) -> list[TimeWindow]:
     """
-    Return a recording, or a window of it, as stretches of STRETCH_S at most.
+    Return a recording, or a window, as stretches of at most STRETCH_S.
 
-    A short one is a single stretch; so is that of another program, whose messages may be stored
-    in any order.
+    A recording of another program is one stretch, as its messages may be in any order.
 
     """
     outer = window or TimeWindow(-math.inf, math.inf)
@@ -135,18 +132,18 @@ def stretches_of(recording: Recording, window: TimeWindow | None = None) -> list
 def series_by_stretch(
     recording: Recording, stretches: Sequence[TimeWindow], *, traced: bool = True
 ) -> Iterator[dict[str, Series]]:
-    """Give for each stretch what ``recorded_series`` gives of all, so that no more is held."""
+    """Yield ``recorded_series`` of one stretch after the other, to save memory."""
     sources = _sources(recording, traced=traced)
     for stretch in stretches:
         stop_if_asked()
         found = _read(recording.within(*stretch), sources)
-        if len(stretches) > 1:  # what has no samples in it has some in others
+        if len(stretches) > 1:  # quantities may have samples in other stretches
             found = {name: found.get(name, _NO_SAMPLES) for name in sources}
         yield found
 
 
 def _sources(recording: Recording, *, traced: bool) -> dict[str, str]:
-    """Return the topic of each quantity; that of the trace may be the topic of several."""
+    """Return the topic of each quantity; several may come from the trace."""
     topic, columns, samples = topic_name(recording, 'trace') if traced else '', set[str](), 0
     for _, _, block in recording.messages([topic]) if topic else ():
         if isinstance(block, ArrayMessage):
@@ -163,7 +160,7 @@ def _sources(recording: Recording, *, traced: bool) -> dict[str, str]:
 
 
 def _read(recording: Recording, sources: Mapping[str, str]) -> dict[str, Series]:
-    """Return the quantities that have samples."""
+    """Return the quantities with samples."""
     traces = {
         topic: recording.trace(topic)
         for topic in {*sources.values()}
@@ -181,7 +178,7 @@ def _read(recording: Recording, sources: Mapping[str, str]) -> dict[str, Series]
 
 
 def topic_name(recording: Recording, name: str) -> str:
-    """Return the full name of a published topic, not of command or truth; empty if not there."""
+    """Return the full name of a published topic (not command or truth); empty if absent."""
     kinds = {each.name.removeprefix('~/'): each.type_name for each in READINGS}
     found = [
         topic
@@ -194,7 +191,7 @@ def topic_name(recording: Recording, name: str) -> str:
 
 
 def recorded_commands(recording: Recording) -> list[LoggedCommand]:
-    """Return the commands of a run; a recording of another program holds none."""
+    """Return the commands of a run; none from another program."""
     if TOPICS_RECORD not in recording.metadata:
         return []
     return [
@@ -204,7 +201,7 @@ def recorded_commands(recording: Recording) -> list[LoggedCommand]:
 
 
 def numbers_of(request: Request) -> str:
-    """Return the numbers of a command over a topic, with units; of a vector its x."""
+    """Return the numbers of a command with units; x of a vector."""
     command = COMMANDS[request.name]
     if not command.has_topic:
         return ''
@@ -226,7 +223,7 @@ def numbers_of(request: Request) -> str:
 
 
 def events_within(recording: Recording, window: TimeWindow) -> list[LoggedEvent]:
-    """Return the events of a stretch; text that is no event of ours is passed over."""
+    """Return the events of a stretch; other texts are skipped."""
     found = []
     for time_s, message in timed_messages(recording, 'event'):
         event = read_event(str(message))
@@ -236,13 +233,13 @@ def events_within(recording: Recording, window: TimeWindow) -> list[LoggedEvent]
 
 
 def bits_within(recording: Recording, window: TimeWindow) -> list[BitSpan]:
-    """Return when each status bit was set, in the order of the bits."""
+    """Return the spans of each status bit, in the order of the bits."""
     changes = [each for each in timed_messages(recording, 'status') if isinstance(each[1], int)]
     ends = [time_s for time_s, _ in changes[1:]] + [window.end_s]
     spans = []
     for bit in Status:
-        merged: list[tuple[float, float]] = []  # what follows without a gap is one
-        for (since_s, status), until_s in zip(changes, ends, strict=False):  # there may be none
+        merged: list[tuple[float, float]] = []  # adjacent spans are merged
+        for (since_s, status), until_s in zip(changes, ends, strict=False):  # may be empty
             start_s, end_s = max(since_s, window.start_s), min(until_s, window.end_s)
             if status & bit and merged and start_s <= merged[-1][1]:
                 merged[-1] = merged[-1][0], max(end_s, merged[-1][1])
@@ -253,14 +250,14 @@ def bits_within(recording: Recording, window: TimeWindow) -> list[BitSpan]:
 
 
 def timed_messages(recording: Recording, name: str) -> Iterator[tuple[float, Any]]:
-    """Give times, s, and messages of a published topic; none if it is not there."""
+    """Yield times, s, and messages of a published topic, if present."""
     if topic := topic_name(recording, name):
         for _, at_ns, message in recording.messages([topic]):
             yield at_ns * NANO, message
 
 
 def parse_window(text: str) -> TimeWindow:
-    """Return the stretch of a text: ``2ms@0.3s`` is two milliseconds from 0.3 s on."""
+    """Return the window of a text: ``2ms@0.3s`` starts at 0.3 s and lasts 2 ms."""
     length, at, start = text.partition('@')
     if not at:
         raise WrongKind('window', text, 'LENGTH@START', 'write it as 2ms@0.3s or 0.002@0.3')
@@ -271,7 +268,7 @@ def parse_window(text: str) -> TimeWindow:
 
 
 def check_window(window: TimeWindow, run: TimeWindow) -> TimeWindow:
-    """Return the part of a stretch that lies within a run; OutOfRange if nothing of it does."""
+    """Return the part of a window within a run; OutOfRange if empty."""
     if window.start_s > run.end_s or window.end_s < run.start_s:
         limit = f'outside of the run, {run.start_s:.6g} s to {run.end_s:.6g} s'
         raise OutOfRange('start of the window', window.start_s, 's', limit, 'move it')

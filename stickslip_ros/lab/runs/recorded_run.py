@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A recorded run: its file, its quantities as a table, its picture."""
+"""A recorded run: file, table, picture."""
 
 import math
 import shutil
@@ -41,13 +41,13 @@ class Run(Shown):
     Parameters
     ----------
     path : path-like, optional
-        An MCAP file, a bag directory, or the name that parts share; none if nothing was recorded.
+        An MCAP file, a bag directory, or the common name of parts; None without a recording.
     result : SawtoothRun, optional
-        What the run came to, known of a run that was simulated here.
+        The result of a simulated run.
     folder : Path, optional
-        A folder that is removed with this object.
+        A folder to remove with this object.
     topics : mapping of str to str, optional
-        Of a recording of another program: topic and field of its quantities.
+        For a recording of another program: topic and field of its quantities.
 
     """
 
@@ -66,7 +66,7 @@ class Run(Shown):
 
     @cached_property
     def recording(self) -> Recording:
-        """Topics, messages, metadata, attachments; refused if there are none or damaged ones."""
+        """Topics, messages, metadata, attachments; refused if missing or damaged."""
         if self._path is None:
             raise StickSlipError('the run was not recorded; simulate without record=False')
         return Recording(self._path)
@@ -78,12 +78,12 @@ class Run(Shown):
 
     @cached_property
     def parameters(self) -> Parameters:
-        """The stand; RecordingError if the file does not say."""
+        """The stand; RecordingError if it was not recorded."""
         return recorded_stand(self.recording)
 
     @property
     def result(self) -> SawtoothRun:
-        """What the saw-tooth came to; StickSlipError of a run that ``simulate`` did not make."""
+        """The result of the saw-tooth; StickSlipError unless made by ``simulate``."""
         if self._result is None:
             raise StickSlipError(f'{self.path} was opened, not simulated; use its frame')
         return self._result
@@ -102,7 +102,7 @@ class Run(Shown):
     def series(self) -> dict[str, Series]:
         """Quantities over time, by the names of the columns of ``frame``."""
         if self.topics:
-            from stickslip_ros.lab.runs.mapped import mapped_series  # it reads tables
+            from stickslip_ros.lab.runs.mapped import mapped_series  # it imports tables
 
             return mapped_series(self.recording, self.topics)
         return recorded_series(self.recording)
@@ -118,23 +118,22 @@ class Run(Shown):
         """
         Table of the run: ``voltage_v``, ``foot_m`` and readings, ``position_m``, over ``time_s``.
 
-        From the trace where the run has one, else from its topics, whose times differ: what is
-        not known at a time is not a number. ``attrs`` hold the units and what was recorded. Of a
-        trace with more rows than are held at once, ask ``table`` for a stretch.
+        Values come from the trace, else from topics with different times: NaN where unknown.
+        ``attrs`` hold units and source. For a trace larger than memory, use ``table``.
 
         """
         return frame_of(self.series, str(self.path))
 
     def table(self, window_s: tuple[float, float] | None = None, every: int = 1) -> 'DataFrame':
         """
-        Return the rows of ``frame`` of a stretch, or each so manieth: of a run that is too long.
+        Return every n-th row of ``frame``, or a stretch of it, for runs larger than memory.
 
         Parameters
         ----------
         window_s : tuple of float, optional
-            Start and end of the stretch, s; the whole run without it.
+            Start and end of the stretch, s; by default the whole run.
         every : int
-            1 keeps all rows, 1000 each thousandth.
+            1 keeps all rows, 1000 every thousandth.
 
         Raises
         ------
@@ -173,22 +172,22 @@ class Run(Shown):
         Draw the run, or a stretch of it, with its events and status bits.
 
         The style is ``screen``, ``paper`` or a style file of matplotlib; a width alone means
-        paper, where a column has 85 mm, with letters of 8 pt.
+        paper, where a column is 85 mm wide, with 8 pt text.
 
         Raises
         ------
         RecordingError, OutOfRange
-            If there is nothing to draw, or not in that stretch, or not of such a size.
+            If the stretch has nothing to draw, or the size is refused.
 
         """
         window = None
         if start_s is not None or end_s is not None:
             window = TimeWindow(start_s or 0.0, float('inf') if end_s is None else end_s)
-        # ruff: noqa: PLC0415 - they take long
+        # ruff: noqa: PLC0415 - slow imports
         from stickslip_ros.lab.runs.plotting import looking
         from stickslip_ros.lab.runs.run_figure import draw_run
 
-        # A short one is read once for all pictures, a long one never as a whole.
+        # A short run is read once for all pictures, a long one never as a whole.
         is_held = self.topics or len(stretches_of(self.recording)) == 1
         with looking(style, width_mm):
             quantities = self.series if is_held else None
@@ -201,7 +200,7 @@ class Run(Shown):
         Raises
         ------
         RecordingError
-            If it exists, cannot be written, or the run is no single file.
+            If it exists, cannot be written, or the run has several files.
 
         """
         if self.recording.files != [self.path]:
@@ -219,21 +218,21 @@ class Run(Shown):
         return f'Run({text})'
 
     def sections(self) -> list[Section]:
-        """Return what it came to, if that is known, and what is in its file."""
+        """Return the result, if known, and the content of the file."""
         shown = [] if self._result is None else self._result.sections()
         return shown if self._path is None else [*shown, *sections_of(self.recording)]
 
 
 def open_run(path: str | Path, topics: Mapping[str, str] | None = None) -> Run:
     """
-    Open a recording: an MCAP file, a bag directory, or the name that parts of a run share.
+    Open a recording: an MCAP file, a bag directory, or the common name of parts.
 
     Parameters
     ----------
     path : path-like
         The recording.
     topics : mapping of str to str, optional
-        Of a recording of another program: topic, field and unit of its quantities, as
+        For a recording of another program: topic, field and unit of its quantities, as
         ``{'position_m': '/rig/encoder.point.x', 'force_n': '/rig/cell.data (mN)'}``.
 
     Raises
@@ -243,7 +242,7 @@ def open_run(path: str | Path, topics: Mapping[str, str] | None = None) -> Run:
 
     """
     run = Run(path, topics=topics)
-    _ = run.series if topics else run.recording  # refuses now what cannot be read
+    _ = run.series if topics else run.recording  # refuse an unreadable file now
     return run
 
 
@@ -259,7 +258,7 @@ def recording_of(
 
 
 def frame_of(found: Mapping[str, Series], source: str) -> 'DataFrame':
-    """Return quantities as one table over their times; what is not known then is no number."""
+    """Return quantities as one table over their times; NaN where unknown."""
     import pandas as pd
 
     columns = {
@@ -268,7 +267,7 @@ def frame_of(found: Mapping[str, Series], source: str) -> 'DataFrame':
     }
     first = next(iter(columns.values()), pd.Series()).index
     if not all(each.index.equals(first) for each in columns.values()):
-        # topics have one sample an instant
+        # topics have one sample per time
         columns = {name: each.groupby(level=0).last() for name, each in columns.items()}
     frame: DataFrame = pd.DataFrame(columns)
     frame.attrs['units'] = {'time_s': 's', **{name: each.unit for name, each in found.items()}}

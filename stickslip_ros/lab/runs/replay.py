@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Runs a recording again, or a measured voltage: on the stand of the recording or another."""
+"""Replay of a recording or of a measured voltage, on the same or another stand."""
 
 import math
 from array import array
@@ -38,29 +38,29 @@ _TIME, _VOLTAGE, _FOOT = 'time_s', 'voltage_v', 'foot_m'
 
 @dataclass(frozen=True, eq=False)
 class DriveInput:
-    """Voltages over time, as the waveform that the drive shall follow."""
+    """Voltages over time, for the drive to follow."""
 
-    origin: str  # file that they came from
+    origin: str  # file
     time_s: Array  # rising, from 0, shape (rows,)
     voltage_v: Array  # voltage at these times; straight lines in between, shape (rows,)
-    is_voltage: bool = True  # measured as such, not a displacement of the feet
+    is_voltage: bool = True  # measured; False if computed from a displacement of the feet
 
 
 @dataclass(frozen=True)
 class Replay:
-    """What came of running a recording again."""
+    """The result of a replay."""
 
     source: str  # the recording, or the file of a measured voltage
-    requests: int  # requests that were carried out again
+    requests: int  # repeated requests
     simulated_s: float  # length of the run
-    changed: dict[str, object]  # parameters that were set differently
-    # whether all messages are the same, byte for byte; None of a measured voltage
+    changed: dict[str, object]  # changed parameters
+    # all messages are the same, byte for byte; None for a measured voltage
     identical: bool | None
-    difference: Difference | None  # the first place where they are not
+    difference: Difference | None  # the first difference
     digest: str  # SHA-256 of the messages of the replay
     position_m: float  # readings at the end of the replay
     force_n: float
-    # whether other sources than these have computed the recording: they may round differently
+    # the recording was computed by other sources, which may round differently
     other_sources: bool
     output: str  # the recording of the replay
 
@@ -73,7 +73,7 @@ def replay(
     from_rest: bool = False,
     progress: Progress | None = None,
 ) -> Replay:
-    """Carry out the requests of a recording, which lacks no message, once more and record them."""
+    """Repeat the requests of a complete recording, and record the run."""
     recording = Recording(source)
     parameters = recorded_stand(recording)
     first_ns, last_ns = _span(recording)
@@ -81,7 +81,7 @@ def replay(
     if not from_rest and CHECKPOINT_FILE in recording.attachments:
         start = Bench.restore(recording.attachments[CHECKPOINT_FILE][1], changes or {})
     elif not from_rest and first_ns > parameters.block_ns:
-        problem = f'begins {first_ns * NANO:g} s into the run, in a state that nobody recorded'
+        problem = f'begins {first_ns * NANO:g} s into the run, in a state that was not recorded'
         hint = 'replay the whole run, or start from rest (--from-rest), which is not the same'
         raise RecordingError(recording.path, problem, hint)
     begin_ns = 0 if start else first_ns - parameters.block_ns
@@ -96,7 +96,7 @@ def replay(
         limit = 'without effect: a replay takes its faults from the recording'
         hint = 'leave it away, or record a new run with it'
         raise OutOfRange('fault.schedule', str(changed['fault.schedule']), '', limit, hint)
-    channels = channels_of(recording)  # as they were recorded, and those of the new stand only
+    channels = channels_of(recording)  # as recorded, then those of the new stand
     for key, channel in recorded_channels(stand).items():
         channels.setdefault(key, channel)
     first_numbers = {each.topic: each.first_sequence for each in recording.channels}
@@ -125,7 +125,7 @@ def replay(
 def replay_input(
     given: DriveInput, output: Path, stand: Parameters, *, progress: Progress | None = None
 ) -> Replay:
-    """Let a stand follow a measured voltage, from rest at its first value, and record the run."""
+    """Run a stand with a measured voltage, from rest at its first value, and record it."""
     rows = np.column_stack((given.time_s, given.voltage_v))
     request = Request('waveform', array('d', rows.tobytes()))
     check_request(request, stand)
@@ -155,7 +155,7 @@ def _play(
     end_ns: int,
     progress: Progress | None,
 ) -> None:
-    """Record a run with requests at their times."""
+    """Record a run with timed requests."""
     waiting = deque(sorted(due, key=lambda each: each.time_ns))
     block_ns = run.bench.parameters.block_ns
     run.record(writer)
@@ -166,12 +166,12 @@ def _play(
         run.update(run.bench.time_ns + block_ns)
         if progress is not None:
             progress(run.bench.time_ns, end_ns)
-    for _, request in waiting:  # asked after the last block: of a held drive, for example
+    for _, request in waiting:  # after the last block, e.g. of a held drive
         run.accept(request)
 
 
 def _end_of(again: Recording, lasts_ns: int) -> dict[str, Any]:
-    """Return what a result says of the recording of a replay."""
+    """Return the fields of a result that come from the new recording."""
     channels = channels_of(again)
     return {
         'output': str(again.path),
@@ -183,14 +183,14 @@ def _end_of(again: Recording, lasts_ns: int) -> dict[str, Any]:
 
 
 def _span(recording: Recording) -> tuple[int, int]:
-    """Return the times of the first and the last block of a recording that lacks nothing, ns."""
+    """Return the times of first and last block, ns; refuse a recording with lost messages."""
     name = channels_of(recording)['position'].topic
     [channel] = [each for each in recording.channels if each.topic == name]
     if channel.first_ns is None or channel.last_ns is None:
         raise RecordingError(recording.path, 'holds no position', 'record a longer run')
     closing = recording.metadata.get(CLOSING_RECORD, {})
     for each in recording.channels:
-        # Lost between others, or at the end.
+        # Lost in between, or at the end.
         lost = max(each.gaps, int(closing.get(f'dropped {each.topic}', '0')))
         if lost:
             problem = f'lacks {lost} messages of {each.topic}'
@@ -200,7 +200,7 @@ def _span(recording: Recording) -> tuple[int, int]:
 
 
 def read_drive_input(path: Path, stand: Parameters, reading: Reading = AS_IT_IS) -> DriveInput:
-    """Read a voltage, or a stroke where there is none, over time."""
+    """Read a voltage over time, or a stroke in its place."""
     topics = {name: text for name, text in reading.topics.items() if name in {_VOLTAGE, _FOOT}}
     if recorded := recording_of(path, topics):
         if not topics:

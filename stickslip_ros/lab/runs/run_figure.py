@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The picture of a recorded run, or of a stretch of it, with commands and status bits."""
+"""The picture of a recorded run or a stretch, with commands and status bits."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -35,7 +35,7 @@ from stickslip_ros.lab.runs.plotting import (
     new_figure,
     save_figure,
     styled,
-    write_beside,
+    write_label,
 )
 from stickslip_ros.lab.runs.recorded import (
     RUN_QUANTITIES,
@@ -64,21 +64,20 @@ COLOURS = {
 }
 WIDTH_INCHES, PANEL_INCHES, STEPS_INCHES, LANE_INCHES = 11.0, 1.7, 3.2, 0.28
 PIXELS = 1320  # of a screen, across the figure
-LABEL_CHARACTERS = 17, 13  # in a line of an axis label, of a wide and of a narrow figure
-GAP_PX = 3.0  # between a label and what is beside it
-LABELLED_MAX = 12  # commands whose numbers are written; more would hide each other
-_FALL_SHARE = 0.5
-"""A fall is a drop between two samples by more than this share of the voltage range."""
+LABEL_CHARACTERS = 17, 13  # per line of an axis label, in wide and narrow figures
+GAP_PX = 3.0  # between labels
+LABELLED_MAX = 12  # commands with written numbers; more would overlap
+_FALL_SHARE = 0.5  # a fall between two samples exceeds this share of the voltage range
 _STEPS = 4  # falls in the enlarged stretch
 BEFORE_PERIODS, AFTER_PERIODS = 1.2, 0.6
-"""What is shown before the first of them and after the last one."""
-SLIP_SHARE = 0.1  # a runner that a step moves by this share of the stroke has slipped at the fall
+"""Periods shown before the first and after the last fall."""
+SLIP_SHARE = 0.1  # a step above this share of the stroke has slipped at the fall
 _DONE, _LOADED = Result.DONE.name, Status.LOADED.name
 
 
 @dataclass(frozen=True)
 class Extent:
-    """A quantity in the picture: its samples, smallest and largest value, and their source."""
+    """A quantity in the picture: number of samples, range, source."""
 
     name: str
     unit: str
@@ -89,7 +88,7 @@ class Extent:
 
     @classmethod
     def of(cls, name: str, series: Series) -> 'Extent':
-        """Return what is drawn of a quantity."""
+        """Return the extent of a series."""
         known = series.value[np.isfinite(series.value)]
         smallest = float(known.min()) if len(known) else None
         largest = float(known.max()) if len(known) else None
@@ -97,7 +96,7 @@ class Extent:
 
     @classmethod
     def joined(cls, parts: Sequence['Extent']) -> 'Extent':
-        """Return that of all stretches of a quantity."""
+        """Return the extent of several stretches."""
         low = [each.smallest for each in parts if each.smallest is not None]
         high = [each.largest for each in parts if each.largest is not None]
         samples = sum(each.samples for each in parts)
@@ -107,7 +106,7 @@ class Extent:
 
 @dataclass(frozen=True)
 class RunPlot:
-    """What a picture shows; the status is known from the time of its first message on, if any."""
+    """The content of a picture; the status is known from ``status_since_s`` on."""
 
     start_s: float
     end_s: float
@@ -119,12 +118,9 @@ class RunPlot:
 
 
 def plot_run(
-    recording: Recording,
-    picture: Path,
-    window: TimeWindow | None = None,
-    **how: Any,
+    recording: Recording, picture: Path, window: TimeWindow | None = None, **how: Any
 ) -> RunPlot:
-    """Draw a recording, or a stretch of it, as ``draw_run`` does into a PNG, SVG or PDF."""
+    """Draw a recording or a stretch into a PNG, SVG or PDF; options are those of ``draw_run``."""
     check_picture(picture)
     figure, plot = draw_run(recording, window, **how)
     save_figure(figure, picture)
@@ -140,10 +136,10 @@ def draw_run(
     with_steps: bool = False,
 ) -> tuple[Figure, RunPlot]:
     """
-    Draw position, force, voltage and foot of a recording against time.
+    Draw position, force, voltage and feet of a recording, or a window, against time.
 
-    Without other quantities those of the trace are drawn, else of the topics; without a window the
-    whole run, if wanted with its first steps enlarged above it. Raises RecordingError, OutOfRange.
+    ``quantities`` replace those of trace or topics; ``with_steps`` adds the enlarged first steps.
+    Raises RecordingError and OutOfRange.
 
     """
     extents = dict[str, Extent]()
@@ -182,7 +178,7 @@ def draw_run(
 def _overview(
     recording: Recording, window: TimeWindow | None
 ) -> tuple[dict[str, Series], dict[str, Extent]]:
-    """Return quantities; of a long recording the samples that a picture needs, and extents."""
+    """Return quantities; for a long recording thinned, with the extents of all samples."""
     stretches = stretches_of(recording)
     if len(stretches) == 1:
         return recorded_series(recording), {}
@@ -211,7 +207,7 @@ def _overview(
 
 
 def fall_times_s(voltage: Series) -> list[float]:
-    """Return the times, s, of the last samples before the falls of a saw-tooth."""
+    """Return the times, s, of the last samples before falls of a saw-tooth."""
     change = np.abs(np.diff(voltage.value))
     falls = np.flatnonzero(change > _FALL_SHARE * np.ptp(voltage.value))
     return [float(each) for each in voltage.time_s[falls]]
@@ -221,7 +217,7 @@ def fall_times_s(voltage: Series) -> list[float]:
 def _draw(
     plot: RunPlot, series: Mapping[str, Series], falls_s: Sequence[float], title: str
 ) -> Figure:
-    """Draw panels below each other: the steps around these falls if there are any, then all."""
+    """Draw the steps around falls, if any, above panels of all quantities."""
     names = [name for name in series if name != 'foot_m' or not falls_s]
     lanes, always = _lanes(plot)
     heights = [STEPS_INCHES] * bool(falls_s) + [PANEL_INCHES] * len(names)
@@ -235,7 +231,7 @@ def _draw(
         _draw_series(axes, name, series[name], zero_s)
         label = f'{RUN_QUANTITIES[name]} ({display_unit(series[name].unit)[1]})'
         axes.set_ylabel(fill(label, LABEL_CHARACTERS[is_narrow(figure)]))
-        for group in _in_a_row(plot):  # where a command took effect
+        for group in _in_a_row(plot):  # start of a command
             axes.axvline(group[0].time_s - zero_s, color=GREY, linewidth=0.8, linestyle=':')
         for shaded in plot.status:
             if shaded.bit == _LOADED:
@@ -253,13 +249,13 @@ def _draw(
         panels[-1].set_title(text, fontsize='small', loc='right')
     _set_time_axis(panels[-1], span)
     if labels:
-        figure.draw_without_rendering()  # only then is known where things are
+        figure.draw_without_rendering()  # needed for positions
         _write_labels(panels[-1], labels)
     return figure
 
 
 def _zero_s(span: TimeWindow) -> float:
-    """Return the zero of a time axis, s: a short stretch late in a run counts from its start."""
+    """Return the zero of the time axis, s: the start of a short, late stretch."""
     return span.start_s if span.start_s > span.end_s - span.start_s else 0.0
 
 
@@ -284,9 +280,8 @@ def _draw_series(axes: Axes, name: str, series: Series, zero_s: float) -> Line2D
 def _draw_steps(axes: Axes, series: Mapping[str, Series], falls_s: Sequence[float]) -> TimeWindow:
     """Draw runner and feet on one axis around falls; return the stretch."""
     period_s = (falls_s[-1] - falls_s[0]) / (len(falls_s) - 1)
-    span = TimeWindow(
-        falls_s[0] - BEFORE_PERIODS * period_s, falls_s[-1] + AFTER_PERIODS * period_s
-    )
+    start_s = falls_s[0] - BEFORE_PERIODS * period_s
+    span = TimeWindow(start_s, falls_s[-1] + AFTER_PERIODS * period_s)
     runner, feet = (series[name].window(*span) for name in ('position_m', 'foot_m'))
     zero_s = _zero_s(span)
     for name, each, label in (('position_m', runner, 'runner'), ('foot_m', feet, 'feet')):
@@ -301,15 +296,11 @@ def _draw_steps(axes: Axes, series: Mapping[str, Series], falls_s: Sequence[floa
     axes.set(title=title, ylabel='displacement (nm)')
     if step_nm > SLIP_SHARE * stroke_nm:
         fall_s, at_nm = falls_s[1] - zero_s, float(before_nm[1])
-        arrow: dict[str, Any] = {
-            'arrowprops': {'arrowstyle': '->', 'color': BLACK},
-            'ha': 'center',
-        }
-        for word, place in (
-            ('stick', (fall_s - 0.5 * period_s, at_nm - 0.5 * stroke_nm)),
-            ('slip', (fall_s, at_nm)),
-        ):
-            axes.annotate(word, place, xytext=(-40, 32), textcoords='offset points', **arrow)
+        stick = fall_s - 0.5 * period_s, at_nm - 0.5 * stroke_nm
+        style: dict[str, Any] = {'arrowprops': {'arrowstyle': '->', 'color': BLACK}}
+        style |= {'xytext': (-40, 32), 'textcoords': 'offset points', 'ha': 'center'}
+        for word, place in (('stick', stick), ('slip', (fall_s, at_nm))):
+            axes.annotate(word, place, **style)
     _set_time_axis(axes, span)
     return span
 
@@ -332,19 +323,14 @@ def _lanes(plot: RunPlot) -> tuple[list[str], list[str]]:
 
 
 def _in_a_row(plot: RunPlot) -> list[list[LoggedCommand]]:
-    """Return the commands, equal ones in a row together."""
+    """Return groups of equal successive commands."""
     return [list(group) for _, group in groupby(plot.commands, lambda each: each.command)]
 
 
 def _draw_lanes(
     axes: Axes, plot: RunPlot, lanes: Sequence[str], zero_s: float
 ) -> list[tuple[int, float, float, str]]:
-    """
-    Mark when commands took effect and when they failed, and draw bars while bits were set.
-
-    Return what is to be written, in order: lane, first and last place of the marks, and words.
-
-    """
+    """Mark commands and failures, and draw bars of bits; return lane, ends and text of labels."""
     labels = []
     for span in plot.status:
         if span.bit.lower() in lanes:
@@ -369,7 +355,7 @@ def _draw_lanes(
 
 
 def _write_labels(axes: Axes, labels: Sequence[tuple[int, float, float, str]]) -> None:
-    """Write words beside marks where there is room: in a line, in lines, left of them, or not."""
+    """Write each label where it fits: right in one or several lines, left, or not at all."""
     free_px: dict[int, float] = {}
     for number, (lane, first, last, words) in enumerate(labels):
         following = [start for row, start, *_ in labels[number + 1 :] if row == lane]
@@ -383,7 +369,7 @@ def _write_labels(axes: Axes, labels: Sequence[tuple[int, float, float, str]]) -
             (lines, 'x-small', False),
             (lines, 'x-small', True),
         ):
-            label = write_beside(
+            label = write_label(
                 axes, first if left else last, lane, text, left=left, size=size, linespacing=1.0
             )
             box = label.get_window_extent().padded(GAP_PX)

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A saw-tooth run, of the drive alone or of the whole stand, and what a scientist reads off it."""
+"""Saw-tooth runs of the drive alone or of the whole stand, and their results."""
 
 import math
 import shutil
@@ -39,20 +39,18 @@ from stickslip_ros.progress import progress_of
 from stickslip_ros.recording.run import ReportingBench, RunWriter
 from stickslip_ros.units import NANO
 
-SAWTOOTH_HZ = 1000.0  # steps per second, where nobody says how many
-SMALLEST_MEANT_M = 1e-12
-"""Smallest stroke of which somebody may have left out that it is in nanometres."""
-STEADY_STEPS_MIN = 200  # steps before a run may be called steady
+SAWTOOTH_HZ = 1000.0  # default steps per second
+SMALLEST_MEANT_M = 1e-12  # smallest stroke for which a missing unit nm is suspected
+STEADY_STEPS_MIN = 200  # fewest steps of a steady run
 STEADY_WINDOW = 20
-"""Steps of a stretch. The changes over the last two, continued as a geometric series, say how far
-the value still is from its limit."""
+"""Steps of a window; the changes over the last two windows, continued as a geometric series, give
+the distance to the limit."""
 STEADY_ERROR = 2e-4
-"""The same as a share of a value that is steady. Against 4000 cycles (cells of 30 to 300 kN/m, 0.1
-to 1 N, 61 to 160 nm, 200 Hz to 1 kHz, dampings of 0 to 80 N s/m: 240 runs) none missed by more."""
-STEADY_ROUNDING = 1e-6
-"""Change over a stretch, as a share of the value, that is no sign of a way that is left."""
-STEADY_STEPS_MAX = 5000  # steps after which a run that looks for the steady state gives up
-STEP_LENGTH_CYCLES = 10  # last cycles over which the step length is averaged
+"""Largest distance to the limit, as a share of a steady value. Against 4000 cycles (240 runs:
+cells of 30 to 300 kN/m, 0.1 to 1 N, 61 to 160 nm, 0.2 to 1 kHz, 0 to 80 N s/m) none was larger."""
+STEADY_ROUNDING = 1e-6  # relative change per window that counts as rounding
+STEADY_STEPS_MAX = 5000  # largest number of steps without a given number
+STEP_LENGTH_CYCLES = 10  # last cycles averaged for the step length
 
 
 def run_drive(
@@ -64,7 +62,7 @@ def run_drive(
     load_n: float = 0.0,
 ) -> DriveRun:
     """
-    Drive the runner with a saw-tooth, from rest, without sensors: as fast as the kernels go.
+    Drive the runner with a saw-tooth, from rest, without sensors, at full speed.
 
     Parameters
     ----------
@@ -103,7 +101,7 @@ def drive_course(
     *,
     load_n: float = 0.0,
 ) -> Course[DriveRun]:
-    """Return the course of which ``run_drive`` is the end."""
+    """Return the course of ``run_drive``."""
     if amplitude_m == 0.0:
         preload_n = parameters.stand.preload
         return DriveRun(preload_n=preload_n, amplitude_m=0.0, frequency_hz=frequency_hz)
@@ -242,10 +240,9 @@ def simulate(
 
 def is_steered_by_requests(stand: Parameters, *, is_recorded: bool) -> bool:
     """
-    Return whether only requests change what a stand does, so that blocks can go together.
+    Return whether only requests change the stand, so that blocks can be merged.
 
-    As many as make a period of the trace give the same bits as one after the other; what a
-    recording says of each must not change on their way.
+    The blocks of a trace period then give the same bits; a recording must not change within them.
 
     """
     changes = [stand.limits.has_soft_limits, stand.fault.names]
@@ -258,11 +255,9 @@ def is_steered_by_requests(stand: Parameters, *, is_recorded: bool) -> bool:
 
 def start_on_wave(parameters: Parameters, wave: Wave) -> Parameters:
     """
-    Return parameters whose drive rests at the first voltage of a wave, unless one was chosen.
+    Return a stand at rest at the first voltage of a wave, unless ``voltage_initial`` is given.
 
-    Whoever gives ``amplifier.voltage_initial`` has chosen it, also at the default. A saw-tooth
-    backwards starts at its upper end; resting there, a run backwards is the mirror
-    image of the run forwards.
+    Then a run backwards, which starts at the upper end, is the mirror image of a run forwards.
 
     """
     if not isinstance(parameters.amplifier.voltage_initial, ReplaceableDefault):
@@ -281,10 +276,10 @@ def _drive(
     progress: Progress,
 ) -> tuple[Array, float]:
     """
-    Update block by block until the wave has ended; return the log of its ramps, and a time, s.
+    Update until the wave has ended, at a multiple of ``grid_ns``; return ramps and start, s.
 
-    It ends at a multiple of ``grid_ns``. The blocks of the bench may be longer: it takes them
-    while the end is far. The time is that of the clock after the first block, which compiles.
+    Far from the end the longer blocks of the bench are used. The start is the clock after the
+    first block, which compiles.
 
     """
     long_ns, start_s = bench.parameters.block_ns, 0.0
@@ -312,7 +307,7 @@ def _drive(
 
 
 def _read_off(plant: Record, ramps: Array, ledger: EnergyLedger, wave: Wave) -> dict[str, Any]:
-    """Return what a result says of the log of its ramps, and its energy balance."""
+    """Return the fields of a result that come from ramps and energy balance."""
     scatter_m, correlation_m = scatter_of(np.diff(ramps[len(ramps) // 2 :, RAMP_END]))
     mean_n = net_n = force_at_n(plant, ramps[-1, RAMP_MEAN])
     if mean_n:
@@ -321,7 +316,7 @@ def _read_off(plant: Record, ramps: Array, ledger: EnergyLedger, wave: Wave) -> 
         stick_n_per_m = {MDR: contact.curve.cells[0, 1], COULOMB: np.inf}.get(
             int(contact.law.number), contact.law.bristle_n_per_m
         )
-        # The load cell in series with the sticking contacts follows the mean way of the feet.
+        # Load cell and sticking contacts in series follow the mean foot position.
         following_n_per_m = float(1.0 / (1.0 / cell_n_per_m + 1.0 / stick_n_per_m))
         net_n -= following_n_per_m * (float(plant.gain_m_per_v) * mean_rise_v(wave))
     return {
@@ -338,7 +333,7 @@ def _read_off(plant: Record, ramps: Array, ledger: EnergyLedger, wave: Wave) -> 
 
 
 def is_steady(plant: Record, ramps: Array) -> bool:
-    """Return whether a run has become steady."""
+    """Return whether a run is steady."""
     if len(ramps) < STEADY_STEPS_MIN:
         return False
     pressed_n_per_m = plant.walls.cell_n_per_m + plant.button.n_per_m * plant.button.exists
@@ -360,39 +355,39 @@ def force_at_n(plant: Record, position_m: float) -> float:
 
 
 def step_length_m(ramps: Array) -> float:
-    """Return the net motion per cycle over the last cycles, m; a first cycle starts at 0."""
+    """Return the mean motion per cycle over the last cycles, m; a first cycle starts at 0."""
     cycles = min(STEP_LENGTH_CYCLES, len(ramps))
     start_m = float(ramps[-1 - cycles, RAMP_END]) if cycles < len(ramps) else 0.0
     return (float(ramps[-1, RAMP_END]) - start_m) / cycles
 
 
 def scatter_of(steps_m: Array) -> tuple[float, float]:
-    """Return standard deviation and correlation length of steps one after the other, m."""
+    """Return standard deviation and correlation length of successive steps, m."""
     if len(steps_m) < 2:
         return 0.0, 0.0
     mean_m, scatter_m = float(np.mean(steps_m)), float(np.std(steps_m))
     if scatter_m <= STEADY_ROUNDING * abs(mean_m):
         return scatter_m, 0.0
-    # By Fourier transform: sums of products take a time that grows with the square of the steps.
-    length = 1 << (2 * len(steps_m) - 1).bit_length()  # so long that nothing comes round again
+    # By Fourier transform, as direct sums take quadratic time.
+    length = 1 << (2 * len(steps_m) - 1).bit_length()  # no wrap-around
     power_m2 = np.abs(np.fft.rfft(steps_m - mean_m, length)) ** 2
     products = np.fft.irfft(power_m2, length)[: len(steps_m)]
     correlation = products / products[0]
-    lag = int(np.argmax(correlation < 1.0 / math.e))  # the sum of all is 0: some are below
+    lag = int(np.argmax(correlation < 1.0 / math.e))  # the sum is 0, so some are below
     lag -= (1.0 / math.e - correlation[lag]) / (correlation[lag - 1] - correlation[lag])
     return scatter_m, abs(mean_m) * float(lag)
 
 
 def relative_residual(ledger: EnergyLedger) -> float:
-    """Return what the energy balance misses, relative to the work of the feet."""
+    """Return the error of the energy balance, relative to the work of the feet."""
     return ledger.residual_j / ledger.feet_work_j if ledger.feet_work_j else 0.0
 
 
 def voltage_for(parameters: Parameters, amplitude_m: float) -> float:
-    """Return the saw-tooth voltage for a stroke of the feet, V; refuse what is out of reach."""
+    """Return the saw-tooth voltage for a stroke, V; refuse a stroke out of reach."""
     STROKE_SPEC.check('amplitude', amplitude_m)
     largest_m = full_stroke_m(parameters)
-    # A stroke typed in nanometres may exceed the largest by rounding only.
+    # A typed stroke may exceed the largest by rounding.
     if amplitude_m > largest_m * (1.0 + 1e-9):
         limit = f'above the {largest_m:.6g} m that the amplifier reaches'
         hint = 'lower it'
@@ -403,6 +398,6 @@ def voltage_for(parameters: Parameters, amplitude_m: float) -> float:
 
 
 def full_stroke_m(parameters: Parameters) -> float:
-    """Return the largest stroke of the feet, m: over the whole range of the amplifier."""
+    """Return the largest stroke of the feet, m, over the range of the amplifier."""
     amplifier = parameters.amplifier
     return (amplifier.voltage_max - amplifier.voltage_min) * parameters.actuator.gain

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A sweep: the drive at every combination of values, as they are typed."""
+"""Sweeps: the drive at every combination of values."""
 
 import dataclasses
 import itertools
@@ -43,33 +43,26 @@ if TYPE_CHECKING:
 
 CASES_MAX = 100_000
 SPECS = {'amplitude_m': AMPLITUDE_SPEC, 'frequency_hz': FREQUENCY_SPEC}
-"""What a sweep varies beside parameters."""
+"""Swept quantities that are not parameters."""
 _COUNT = Spec(int, 2, '', '', 'values of a range', 2, CASES_MAX)
 _EXAMPLE = 'write values with commas, as 0.1,0.5, or start:stop:count, as 0:160nm:33'
-ASKED = ('preload_n', 'amplitude_m', 'frequency_hz')
+SETTINGS = ('preload_n', 'amplitude_m', 'frequency_hz')
 SWEEP_COLUMNS = (
-    *ASKED,
-    'force_mean_n',
-    'force_net_n',
-    'force_ramp_start_n',
-    'step_length_m',
-    'energy_loss_per_step_j',
-    'steady',
-    'steps',
-    'energy_residual',
+    *(*SETTINGS, 'force_mean_n', 'force_net_n', 'force_ramp_start_n', 'step_length_m'),
+    *('energy_loss_per_step_j', 'steady', 'steps', 'energy_residual'),
 )
-"""Columns of a table that come from a run, beside ``STOP_RULE``."""
-STOP_RULE = 'stop_rule'  # a column that every sweep has and no experiment
+"""Columns of a table that come from a run, next to ``STOP_RULE``."""
+STOP_RULE = 'stop_rule'  # a column of every sweep and of no experiment
 STEADY_RULE = (
     f'mean force of a cycle (free runner: step length) within {STEADY_ERROR:.2%} of its limit, by '
     f'the last {2 * STEADY_WINDOW} steps; {STEADY_STEPS_MIN} to {STEADY_STEPS_MAX} steps'
 )
-"""When a run is steady, and how many steps it makes at least and at most."""
+"""Condition of a steady run."""
 
 
 @dataclass(frozen=True)
 class Axis:
-    """A name and the values that it takes in turn."""
+    """A name and its values."""
 
     name: str
     values: tuple[Scalar, ...]
@@ -77,7 +70,7 @@ class Axis:
 
 @dataclass(frozen=True)
 class SweepCase:
-    """One run of a sweep: values of the varied parameters, amplitude, frequency."""
+    """One run: values of varied parameters, amplitude, frequency."""
 
     values: tuple[tuple[str, Scalar], ...]
     amplitude_m: float
@@ -86,17 +79,16 @@ class SweepCase:
 
 @dataclass(frozen=True)
 class Sweep:
-    """What a sweep consists of; every combination is checked when it is made."""
+    """A sweep; every combination is checked at creation."""
 
-    parameters: Parameters  # the stand that all runs start from
-    varied: tuple[Axis, ...]  # parameters that vary; the last one fastest
-    # frequencies and strokes of the feet; amplitudes vary fastest of all
+    parameters: Parameters  # base of all runs
+    varied: tuple[Axis, ...]  # varied parameters; the last varies fastest
     frequencies_hz: tuple[float, ...]
-    amplitudes_m: tuple[float, ...]
-    steps: int = 0  # steps of each run; 0 goes on until the steady state
+    amplitudes_m: tuple[float, ...]  # vary fastest
+    steps: int = 0  # per run; 0 until steady
 
     def __post_init__(self) -> None:
-        """Refuse what would be refused in the middle of a long night."""
+        """Refuse invalid combinations before the runs."""
         if self.steps < 0:
             hint = 'give a number, or 0 for the steady state'
             raise OutOfRange('steps', self.steps, '', 'below 0', hint)
@@ -114,7 +106,7 @@ class Sweep:
             there = self.parameters.updated(dict(values))
             for case in cases:
                 FREQUENCY_SPEC.check('frequency', case.frequency_hz)
-                # An amplitude of 0 makes no steps; its frequency is checked with the next one.
+                # An amplitude of 0 makes no steps; the next one checks the frequency.
                 if (voltage_v := voltage_for(there, case.amplitude_m)) > 0.0:
                     check_request(Request('sawtooth', (voltage_v, case.frequency_hz, 0.0)), there)
 
@@ -129,7 +121,7 @@ class Sweep:
         ]
 
     def identity(self) -> JournalIdentity:
-        """Return what distinguishes this sweep from others."""
+        """Return the identity of the journal."""
         settings: dict[str, object] = {
             'varied': [dataclasses.astuple(axis) for axis in self.varied],
             'frequencies_hz': self.frequencies_hz,
@@ -139,7 +131,7 @@ class Sweep:
         return identify('sweep', self.parameters, len(self.cases()), settings)
 
     def columns(self) -> tuple[str, ...]:
-        """Return the varied parameters that need a column beside ``preload_n`` and the others."""
+        """Return the varied parameters that need their own column."""
         names = [axis.name for axis in self.varied]
         ramped = self.parameters.stand.preload_end or 'stand.preload_end' in names
         return tuple(name for name in names if ramped or name != 'stand.preload')
@@ -159,17 +151,17 @@ def sweep(
     Parameters
     ----------
     parameters : Parameters
-        The stand that all runs start from.
+        The base stand of all runs.
     values : mapping of str to values
         Values of ``amplitude_m`` (stroke of the feet, m), of ``frequency_hz`` (by default 1000)
-        and of any parameter, ``{'stand.preload': [0.1, 0.5]}``; the first parameter is the
-        slowest, the amplitude the fastest.
+        and of any parameter, ``{'stand.preload': [0.1, 0.5]}``; the first parameter varies
+        slowest, the amplitude fastest.
     steps : int
-        Steps of each run; 0 goes on until the steady state.
+        Steps of each run; 0 runs until steady.
     workers : int
         Runs at once; 0 is one per core.
     progress : bool or callable
-        Whether to show how far it has come; or what is called with runs done and in all.
+        Show the progress, or call this with runs done and in total.
 
     Returns
     -------
@@ -205,7 +197,7 @@ def sweep(
         amplitudes_m=tuple(map(float, axes['amplitude_m'].values)),
         steps=steps,
     )
-    import pandas as pd  # noqa: PLC0415 - what has no table does without
+    import pandas as pd  # noqa: PLC0415 - slow import
 
     with progress_of(progress, 'runs') as show:
         frame: DataFrame = pd.DataFrame(run_sweep(chosen, workers=workers, progress=show))
@@ -214,7 +206,7 @@ def sweep(
 
 
 def parse_axis(name: str, text: str, spec: Spec) -> Axis:
-    """Return the axis of a text: values with commas, or ``start:stop:count``, ends included."""
+    """Parse an axis: values with commas, or ``start:stop:count`` with both ends."""
     if ':' in text and spec.kind in {float, int}:
         values: list[object] = list(_range(name, text, spec))
     else:
@@ -224,12 +216,12 @@ def parse_axis(name: str, text: str, spec: Spec) -> Axis:
 
 
 def parse_floats(name: str, text: str, spec: Spec) -> tuple[float, ...]:
-    """Return the numbers of such a text."""
+    """Parse the numbers of an axis."""
     return tuple(map(float, parse_axis(name, text, spec).values))
 
 
 def parse_varied(assignments: list[str]) -> list[Axis]:
-    """Return the axes of texts such as ``contact.friction=0.2,0.3``, each parameter once."""
+    """Parse axes such as ``contact.friction=0.2,0.3``, each parameter once."""
     axes: list[Axis] = []
     for assignment in assignments:
         if '=' not in assignment:
@@ -268,7 +260,7 @@ def run_sweep(
     scheduler: str = '',
     progress: Progress | None = None,
 ) -> list[Row]:
-    """Run a sweep as ``run_batch`` does; return a row per case: what varied, what came of it."""
+    """Run a sweep with ``run_batch``; return a row per case: varied values and results."""
     cases = sweep.cases()
     return run_courses(
         partial(case_course, sweep.parameters, sweep.steps, sweep.columns()),
@@ -284,28 +276,25 @@ def run_sweep(
 def case_course(
     parameters: Parameters, steps: int, columns: tuple[str, ...], case: SweepCase
 ) -> Course[Row]:
-    """Return the row of a case; ``columns`` are the varied parameters with one of their own."""
+    """Return the row of a case; ``columns`` are varied parameters with their own column."""
     values, wave = dict(case.values), (case.amplitude_m, case.frequency_hz)
     run = yield from drive_course(parameters.updated(values), *wave, steps)
-    varied = {column_name(name): values[name] for name in columns}
-    return {
-        **varied,
-        **{name: getattr(run, name) for name in SWEEP_COLUMNS},
-        STOP_RULE: stop_rule(steps),
-    }
+    row: Row = {column_name(name): values[name] for name in columns}
+    row |= {name: getattr(run, name) for name in SWEEP_COLUMNS}
+    return row | {STOP_RULE: stop_rule(steps)}
 
 
 def column_name(name: str) -> str:
-    """Return the name of a varied parameter with its unit, ``load_cell.stiffness [N/m]``."""
+    """Return a varied parameter with its unit, ``load_cell.stiffness [N/m]``."""
     unit = spec_of(name).unit
     return f'{name} [{unit}]' if unit else name
 
 
 def bare_name(column: str) -> str:
-    """Return the name of a parameter of which this is the column."""
+    """Return the parameter of a column."""
     return column.partition(' [')[0]
 
 
 def stop_rule(steps: int) -> str:
-    """Say when a run of so many steps ends."""
+    """Return the end condition of a run in words."""
     return f'{steps} steps' if steps else STEADY_RULE

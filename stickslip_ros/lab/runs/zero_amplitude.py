@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The 0-amplitude: the stroke of the feet below which a free runner does not get ahead.
+The 0-amplitude: the stroke of the feet below which a free runner does not advance.
 
-Three ways to it. Edeler's: a straight line through step length against amplitude, extrapolated to
-a step of zero. Directly: the smallest amplitude with a net step. And with a load cell: the
-amplitude from which force is generated.
+Three methods: Edeler's line through step length against amplitude, extrapolated to a step of zero;
+the smallest amplitude with a net step; and, with a load cell, the onset of generated force.
 
 """
 
@@ -28,20 +27,15 @@ from stickslip_ros.parameters import Parameters
 from stickslip_ros.progress import progress_of
 from stickslip_ros.sections import Section, Shown, rows_of, said
 
-WITHOUT_CELL = {'load_cell.contact': 'absent'}
-"""What is changed in a stand whose runner is free."""
+WITHOUT_CELL = {'load_cell.contact': 'absent'}  # changes for a free runner
 _STEPS_MIN = 10
-STEP_MIN_M = 1e-10
-"""Net step from which the runner is said to step: the resolution of the interferometer."""
-SCAN_POINTS = 32
-"""Amplitudes up to the full stroke, among which the first with a net step is looked for."""
-BISECTIONS = 10  # halvings between that one and the one below: 5 nm become 5 pm
-FIT_POINTS = 17
-"""Amplitudes of the straight line, even over the upper half of the range in which it steps."""
+STEP_MIN_M = 1e-10  # smallest net step, the resolution of the interferometer
+SCAN_POINTS = 32  # amplitudes up to the full stroke in the search for the first net step
+BISECTIONS = 10  # halvings of the found interval: 5 nm become 5 pm
+FIT_POINTS = 17  # amplitudes of the line, over the upper half of the stepping range
 RUNS = SCAN_POINTS + BISECTIONS + FIT_POINTS  # at most
-ONSET_SHARE = 0.01
-"""Force begins where it exceeds the elastic following by this share of the friction limit."""
-ONSET_HALVINGS = 9  # halvings of the range of amplitudes: 160 nm become 0.3 nm
+ONSET_SHARE = 0.01  # force without elastic following that counts, as a share of the friction limit
+ONSET_HALVINGS = 9  # halvings of the amplitude range: 160 nm become 0.3 nm
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,15 +50,15 @@ class ZeroAmplitude(Shown):
     slope : float
         Step length per amplitude along the line.
     method : str
-        How both were found, with the amplitudes used.
+        Methods and amplitudes.
     zero_amplitude_direct_m : float
         Smallest amplitude with a net step above ``step_min_m``.
     max_presliding_lower_m : float
         u_max of a lower contact (Eq. 22); the largest, if they differ.
     fit_from_m, fit_to_m : float
-        Amplitudes between which the line was fitted, at ``fit_points``.
+        Range of the fitted line, with ``fit_points`` amplitudes.
     fit_rms_m : float
-        Root mean square of what the line misses.
+        Rms deviation from the line.
     step_min_m : float
         Threshold of a net step.
 
@@ -99,7 +93,7 @@ def zero_amplitude(
     progress: bool | Progress = False,
 ) -> ZeroAmplitude:
     """
-    Find the 0-amplitude of a drive whose runner is free: the load cell is taken away.
+    Find the 0-amplitude of a drive, without its load cell.
 
     Parameters
     ----------
@@ -112,7 +106,7 @@ def zero_amplitude(
     workers : int
         Runs at once; 0 is one per core.
     progress : bool or callable
-        Whether to show how far it has come; or what is called with runs done and in all.
+        Show the progress, or call this with runs done and in total.
 
     Raises
     ------
@@ -139,7 +133,7 @@ def zero_amplitude(
 def zero_amplitude_course(
     parameters: Parameters, frequency_hz: float, steps: int
 ) -> Course[ZeroAmplitude]:
-    """Return the course of which ``zero_amplitude`` is the end: its runs one after the other."""
+    """Return the course of ``zero_amplitude``, with its runs in sequence."""
     asked = _asked(parameters, frequency_hz, steps)
     found = next(asked)
     while not isinstance(found, ZeroAmplitude):
@@ -153,7 +147,7 @@ def zero_amplitude_course(
 def _step_course(
     parameters: Parameters, frequency_hz: float, steps: int, amplitude_m: float
 ) -> Course[float]:
-    """Return the course of the net motion per step in the direction of the drive, m."""
+    """Return the course of the step length in the direction of the drive, m."""
     free = parameters.updated(WITHOUT_CELL)
     run = yield from drive_course(free, amplitude_m, frequency_hz, steps)
     return run.step_length_m if frequency_hz > 0.0 else -run.step_length_m
@@ -162,16 +156,15 @@ def _step_course(
 def _asked(
     parameters: Parameters, frequency_hz: float, steps: int
 ) -> Generator[Array | ZeroAmplitude, Array, None]:
-    """Ask for the step lengths at some amplitudes after others; at last give the 0-amplitude."""
+    """Request step lengths at arrays of amplitudes; yield the 0-amplitude at last."""
     if steps < _STEPS_MIN:
         limit = f'below the minimum {_STEPS_MIN} (the first steps are irregular)'
         raise OutOfRange('steps', steps, '', limit, 'raise it')
     free = parameters.updated(WITHOUT_CELL)
     full_m = full_stroke_m(free)
     direct_m = yield from _first_step_m(full_m)
-    amplitudes_m: Array = np.linspace(
-        0.5 * (direct_m + full_m), full_m, FIT_POINTS, dtype=np.float64
-    )
+    middle_m = 0.5 * (direct_m + full_m)
+    amplitudes_m: Array = np.linspace(middle_m, full_m, FIT_POINTS, dtype=np.float64)
     steps_m = yield amplitudes_m
     centre_m, mean_m = amplitudes_m.mean(), steps_m.mean()
     offsets_m = amplitudes_m - centre_m
@@ -179,6 +172,7 @@ def _asked(
     if not slope > 0.0:
         hint = 'look at step lengths with: stickslip sweep --no-load-cell'
         raise OutOfRange('slope of step length', slope, '', 'not above 0', hint)
+    lower = contacts_of(free)[UPPER_CONTACTS:]
     missed_m = steps_m - mean_m - slope * offsets_m
     method = (
         f"Edeler's extrapolation: straight line through the step lengths of a free runner at "
@@ -190,9 +184,7 @@ def _asked(
         slope=slope,
         method=method,
         zero_amplitude_direct_m=direct_m,
-        max_presliding_lower_m=max(
-            contact.max_displacement_m for contact in contacts_of(free)[UPPER_CONTACTS:]
-        ),
+        max_presliding_lower_m=max(each.max_displacement_m for each in lower),
         preload_n=free.stand.preload,
         frequency_hz=frequency_hz,
         fit_from_m=float(amplitudes_m[0]),
@@ -206,7 +198,7 @@ def _asked(
 
 def force_onset_m(parameters: Parameters, frequency_hz: float, threshold_n: float = 0.0) -> float:
     """
-    Return the amplitude from which force is generated, m; not a number if there is none.
+    Return the amplitude from which force is generated, m; NaN without force.
 
     Parameters
     ----------
@@ -231,7 +223,7 @@ def force_onset_m(parameters: Parameters, frequency_hz: float, threshold_n: floa
 def onset_course(
     parameters: Parameters, frequency_hz: float, threshold_n: float = 0.0
 ) -> Course[float]:
-    """Return the course of which ``force_onset_m`` is the end."""
+    """Return the course of ``force_onset_m``."""
     wanted_n = threshold_n or ONSET_SHARE * friction_limit_n(parameters)
     below_m, above_m = 0.0, full_stroke_m(parameters)
     run = yield from drive_course(parameters, above_m, frequency_hz)
@@ -246,7 +238,7 @@ def onset_course(
 
 
 def _first_step_m(full_m: float) -> Generator[Array | ZeroAmplitude, Array, float]:
-    """Return the smallest amplitude with a net step, m, from the step lengths that are asked."""
+    """Request step lengths; return the smallest amplitude with a net step, m."""
     grid_m: Array = np.linspace(0.0, full_m, SCAN_POINTS + 1, dtype=np.float64)
     for first in range(0, SCAN_POINTS, LANES):
         stepping = np.flatnonzero((yield grid_m[1 + first : 1 + first + LANES]) > STEP_MIN_M)

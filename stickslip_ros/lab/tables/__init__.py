@@ -1,4 +1,4 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Measured tables as laboratories have them: columns, layouts, units."""
+"""Measured tables of laboratories: columns, layouts, units."""

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Which column of a table is which quantity: by its name and unit, or as the user says."""
+"""Assignment of table columns to quantities, by name and unit or by the user."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -27,7 +27,7 @@ USUAL: Mapping[str, tuple[str, ...]] = {
     'decay_s': ('decay', 'decay time', 'ring down time', 'abklingzeit'),
     **{each.quantity: (each.words,) for each in SENSORS if each.switch},
 }
-"""Names of quantities in lower case, words separated by one blank."""
+"""Usual names of quantities, in lower case, words separated by one blank."""
 SIGMA = '_sigma_'
 SIGMAS = re.compile(
     r'(\b(sigma|σ|std|sd|stdev|std dev|standard (deviation|error)|uncertainty|err|error|'
@@ -35,18 +35,17 @@ SIGMAS = re.compile(
 )
 MEAN = re.compile(r'\b(mean|average|avg|mittelwert|mittlere)\b( (of|der|des)\b)?')
 LIKELY = {'m': 'nm', 'N': 'mN', 's': 's', 'V': 'V', 'Hz': 'Hz'}
-"""Units of which one asks whether they were meant."""
+"""Units suggested for a column without a unit."""
 
 
-Found = Mapping[str, Sequence[tuple[int, str]]]
-"""Places and units of the columns that may be a quantity."""
+Found = Mapping[str, Sequence[tuple[int, str]]]  # places and units of candidate columns
 
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a table that was understood."""
+    """A recognised column of a table."""
 
-    name: str  # quantity, header in the file, and unit there, which is this factor in SI
+    name: str  # quantity; then header and unit in the file, and factor to SI
     header: str
     unit: str
     factor: float
@@ -55,7 +54,7 @@ class Column:
 
 
 def sigma_name(name: str) -> str:
-    """Return the column with the uncertainty of another one, ``force_sigma_n`` of ``force_n``."""
+    """Return the column of the uncertainty: ``force_sigma_n`` for ``force_n``."""
     stem, _, unit = name.rpartition('_')
     return f'{stem}{SIGMA}{unit}'
 
@@ -63,10 +62,10 @@ def sigma_name(name: str) -> str:
 def find_columns(
     layout: TextForm, specs: Mapping[str, Spec], named: Mapping[str, str], where: str
 ) -> tuple[Found, list[str]]:
-    """Return where the quantities of a table may be, and the headers of columns that are none."""
+    """Return candidate columns of each quantity, and the headers of the other columns."""
     found = {name: [_named(layout, name, named[name], where)] for name in named if name in specs}
     taken = {at for [(at, _)] in found.values()}
-    aside = []
+    unread = []
     for at, header in enumerate(layout.names):
         if at in taken or not header.strip():
             continue
@@ -74,16 +73,16 @@ def find_columns(
         unit = unit or layout.units[at]
         target = recognised(bare, unit, specs)
         if target is None or target in named:
-            aside.append(f'{header} ({unit})' if unit and unit not in header else header)
+            unread.append(f'{header} ({unit})' if unit and unit not in header else header)
         else:
             found.setdefault(target, []).append((at, unit))
-    return found, aside
+    return found, unread
 
 
-def understood(
+def resolve_columns(
     found: Found, layout: TextForm, specs: Mapping[str, Spec], where: str
 ) -> list[Column]:
-    """Return each quantity with its one column and unit; refuse what leaves something to guess."""
+    """Return one column with unit for each quantity; refuse ambiguous ones."""
     for name, places in found.items():
         if len(places) > 1:
             headers = [layout.names[at] for at, _ in places]
@@ -99,7 +98,7 @@ def understood(
 def suggestion(
     names: Sequence[str], headers: Iterable[str], specs: Mapping[str, Spec]
 ) -> tuple[str, str]:
-    """Return which of some quantities which header may be: by its name, else by its unit."""
+    """Return a quantity and the option for its likely column, by name, else by unit."""
     split = [(header, *split_unit(header)) for header in headers]
     for name in names:
         for header, bare, unit in split:
@@ -118,43 +117,40 @@ def suggestion(
 
 
 def map_hint(name: str, header: str, unit: str = '') -> str:
-    """Return the option that says which column, in which unit, a quantity is."""
+    """Return the option that assigns a column and unit to a quantity."""
     shown = f'{split_unit(header)[0]} ({unit})' if unit else header
-    shown = shown[:QUOTED]
-    return f'--map {name}="{shown}"'
+    return f'--map {name}="{shown[:QUOTED]}"'
 
 
 def recognised(bare: str, unit: str, specs: Mapping[str, Spec]) -> str | None:
-    """Return the quantity that a name means, of two meanings that of its unit."""
+    """Return the quantity of a name; the unit decides between two."""
     name = _plain(MEAN.sub('', _plain(bare)))
     quantity = _plain(SIGMAS.sub('', name))
     for target, usual in USUAL.items():
         column = target if quantity == name else sigma_name(target)
-        if quantity not in usual or column not in specs:
-            continue
-        if not unit or factor_of(unit, specs[column].unit):
+        is_known = quantity in usual and column in specs
+        if is_known and (not unit or factor_of(unit, specs[column].unit)):
             return column
     return None
 
 
 def listed(names: Iterable[str]) -> str:
-    """Return headers as a sentence quotes them."""
+    """Return quoted headers, with commas."""
     return ', '.join(quoted(name) for name in names)
 
 
 def _named(layout: TextForm, name: str, header: str, where: str) -> tuple[int, str]:
-    """Return place and unit of the column that the user means."""
+    """Return place and unit of the column named by the user."""
     bare, unit = split_unit(header)
     bares, units = zip(*map(split_unit, layout.names), strict=True)
-    for said, names in ((header, layout.names), (bare, layout.names), (bare, bares)):
+    for wanted, names in ((header, layout.names), (bare, layout.names), (bare, bares)):
         plain = [_plain(each) for each in names]
-        if _plain(said) in plain:
-            at = plain.index(_plain(said))
+        if _plain(wanted) in plain:
+            at = plain.index(_plain(wanted))
             return at, unit or units[at] or layout.units[at]
     problem = f'there is no column {quoted(header)}'
-    raise RecordingError(
-        where, problem, f'name one of {listed(filter(None, layout.names))} in --map {name}='
-    )
+    hint = f'name one of {listed(filter(None, layout.names))} in --map {name}='
+    raise RecordingError(where, problem, hint)
 
 
 def _plain(name: str) -> str:
@@ -162,7 +158,7 @@ def _plain(name: str) -> str:
 
 
 def _check_units(found: Found, layout: TextForm, specs: Mapping[str, Spec], where: str) -> None:
-    """Refuse columns whose unit is not said or measures another thing; all of them at once."""
+    """Refuse missing or wrong units, all columns at once."""
     unsaid, options, units = [], [], []
     for name, [(at, unit)] in found.items():
         header, si = layout.names[at], specs[name].unit
@@ -176,6 +172,6 @@ def _check_units(found: Found, layout: TextForm, specs: Mapping[str, Spec], wher
         units.append(LIKELY[si])
         options.append(map_hint(name, header, LIKELY[si]))
     if unsaid:
-        problem = f'no unit is said of {listed(unsaid)}'
+        problem = f'has no unit for {listed(unsaid)}'
         hint = f'is it {", ".join(units)}? give it by {" ".join(options)}'
         raise RecordingError(where, problem, hint)

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Experiments: measured tables as laboratories have them, read into the columns of one form."""
+"""Measured tables of laboratories, read into columns in SI units."""
 
 import dataclasses
 import io
@@ -31,9 +31,9 @@ from stickslip_ros.lab.tables.columns import (
     find_columns,
     listed,
     map_hint,
+    resolve_columns,
     sigma_name,
     suggestion,
-    understood,
 )
 from stickslip_ros.lab.tables.formats import tables_in
 from stickslip_ros.lab.tables.layout import EMPTY, HEAD_BYTES, TextForm, layout_of, to_number
@@ -45,18 +45,16 @@ from stickslip_ros.units import quantity
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-Lines = NDArray[np.intp]  # lines of a file, from 1, in which the rows stand
+Lines = NDArray[np.intp]  # line numbers of rows, from 1
 BY_AMPLITUDE, OVER_TIME = 'experiment by amplitude', 'experiment over time'
-FEMTO = 15  # decimals of sums of times, s
-CHUNK_ROWS = 100_000
-"""Rows that are read at once: what is kept aside needs memory for so many only."""
-EACH = '*'
-"""Stands for all columns of a table that has one per preload."""
+FEMTO = 15  # decimals of summed times, s
+CHUNK_ROWS = 100_000  # rows read at once, to limit memory
+ALL_COLUMNS = '*'  # all columns of a table with one per preload
 AMOUNT = re.compile(r'(?<![^\W_])(?<![.,-])(\d+(?:[.,]\d+)?)\s*([kmuµμnp]?N)\b')
 UNIT_WITHIN = re.compile(r'[\[(]([^\[\]()\d]+)[\])]')
-ONE_EACH = 'give one value per column; with decimal commas separate columns by semicolons'
+ONE_PER_COLUMN = 'give one value per column; with decimal commas separate columns by semicolons'
 LARGEST_AMPLITUDE_M = 1e-3
-"""Ten times what a piezo stack of ordinary length reaches: above, the unit was another one."""
+"""Ten times the stroke of a usual piezo stack; above, the unit was wrong."""
 
 
 def _measured(unit: str, text: str, largest: float) -> Spec:
@@ -96,73 +94,68 @@ TIME_COLUMNS: Mapping[str, Spec] = {
 }
 EXPERIMENT_COLUMNS = {BY_AMPLITUDE: POINT_COLUMNS, OVER_TIME: TIME_COLUMNS}
 _NEEDED = {BY_AMPLITUDE: ('preload_n', 'amplitude_m'), OVER_TIME: ('time_s',)}
-OF_PRELOAD = 'zero_amplitude_m'  # which has no amplitude of its own
-_PER_PRELOAD = ('force_n', 'step_length_m')  # of which a table may have a column for each preload
+PRELOAD_QUANTITY = 'zero_amplitude_m'  # without an amplitude
+_PER_PRELOAD = ('force_n', 'step_length_m')  # may have a column per preload
 MEASURED = {
-    BY_AMPLITUDE: (*_PER_PRELOAD, OF_PRELOAD, 'ringing_hz', 'decay_s'),
+    BY_AMPLITUDE: (*_PER_PRELOAD, PRELOAD_QUANTITY, 'ringing_hz', 'decay_s'),
     OVER_TIME: (*(each.quantity for each in SENSORS), 'voltage_v', 'foot_m'),
 }
-"""Columns of which at least one must be there."""
+"""Columns of which at least one is needed."""
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredTable:
     """A measured table."""
 
-    origin: str  # file that it came from
+    origin: str  # file
     kind: str  # BY_AMPLITUDE or OVER_TIME
-    # numbers in SI units, by column, shape (rows,); over time not a number where a cell is empty
-    columns: dict[str, Array]
-    notes: tuple[str, ...] = ()  # comment lines in front of the header
-    understood: tuple[Column, ...] = ()  # which column of the file is which, in which unit
-    aside: tuple[str, ...] = ()  # headers of the columns that were not read
-    gaps: tuple[str, ...] = ()  # what was left out, as nothing stands there
+    columns: dict[str, Array]  # SI, shape (rows,); over time, NaN for an empty cell
+    notes: tuple[str, ...] = ()  # comment lines above the header
+    recognised: tuple[Column, ...] = ()  # recognised columns
+    unread: tuple[str, ...] = ()  # headers of columns that were not read
+    gaps: tuple[str, ...] = ()  # omitted rows with empty cells
 
 
 @dataclass(frozen=True)
 class Reading:
-    """What a user says of tables that do not say it themselves."""
+    """Information about tables from the user."""
 
-    # header in the file of some columns, {'force_n': 'Force (mN)'}; the unit in it counts more
-    # than that of the file; of recordings of other programs topic and field
+    # headers by quantity, {'force_n': 'Force (mN)'}, whose unit overrides that of the file; for
+    # recordings of other programs topic and field
     headers: Mapping[str, str] = field(default_factory=dict)
-    # preloads of tables without such a column: one of each table, or one of all
-    preloads_n: Sequence[float] = ()
-    # receives each experiment when it has been read, before anything is computed
-    report: Callable[[MeasuredTable], None] | None = None
-    # whether a stand is run as tables over time say, so that a preload belongs to these as well
-    is_run: bool = False
+    preloads_n: Sequence[float] = ()  # of tables without such a column: one each, or one for all
+    report: Callable[[MeasuredTable], None] | None = None  # called with each table
+    is_run: bool = False  # tables over time are simulated, so that preloads_n apply
 
     def __post_init__(self) -> None:
-        """Check the names of columns and the preloads."""
+        """Check column names and preloads."""
         for name in self.headers:
             if name not in {**POINT_COLUMNS, **TIME_COLUMNS}:
-                known = (
-                    f'by amplitude {", ".join(POINT_COLUMNS)}; over time {", ".join(TIME_COLUMNS)}'
-                )
-                raise UnknownName('column of --map', name, f'known are, {known}')
+                points, times = ', '.join(POINT_COLUMNS), ', '.join(TIME_COLUMNS)
+                hint = f'known are, by amplitude {points}; over time {times}'
+                raise UnknownName('column of --map', name, hint)
         for preload_n in self.preloads_n:
             POINT_COLUMNS['preload_n'].check('--preload', preload_n)
 
     @property
     def topics(self) -> dict[str, str]:
-        """What was said of recordings: topic and field, ``/rig/cell.wrench.force.x (mN)``."""
+        """Entries for recordings: topic and field, ``/rig/cell.wrench.force.x (mN)``."""
         return {name: text for name, text in self.headers.items() if text.startswith('/')}
 
     @property
     def columns(self) -> dict[str, str]:
-        """What was said of tables."""
+        """Entries for tables."""
         return {name: text for name, text in self.headers.items() if not text.startswith('/')}
 
     def check_count(self, tables: int) -> None:
-        """Refuse more preloads than there are tables."""
+        """Refuse more preloads than tables."""
         if len(self.preloads_n) > tables:
             limit = f'above the number of tables, {tables}'
             hint = 'give one of all, or one of each'
             raise OutOfRange('number of preloads', len(self.preloads_n), '', limit, hint)
 
     def preload_n(self, number: int) -> float | None:
-        """Return the preload of the table with a number, from 0."""
+        """Return the preload of a table, counted from 0."""
         given = self.preloads_n
         if len(given) == 1:
             return given[0]
@@ -187,13 +180,7 @@ def read_experiment(
     kind: str | None = None,
     measured: Sequence[str] = (),
 ) -> MeasuredTable:
-    """
-    Read a measured table, its header first; refusals name file, line, and what to do.
-
-    Of a workbook the first sheet counts that is such a table; without one, the refusal is that of
-    the first sheet with rows of numbers.
-
-    """
+    """Read a measured table, of a workbook the first suitable sheet; refuse with file and line."""
     laid_out: list[tuple[Path | bytes, TextForm, str]] = []
     refusals: list[StickSlipError] = []
     for origin, source in tables_in(path):
@@ -215,14 +202,14 @@ def read_experiment(
 
 
 def parse_experiment(content: bytes, origin: str, reading: Reading = AS_IT_IS) -> MeasuredTable:
-    """Do what ``read_experiment`` does, with the content of a file."""
+    """Read a measured table from the content of a file."""
     return _read(content, layout_of(content[: HEAD_BYTES + 1], origin), origin, reading)
 
 
 def read_joined(
     paths: 'Sequence[Path | DataFrame]', reading: Reading = AS_IT_IS, measured: Sequence[str] = ()
 ) -> MeasuredTable:
-    """Read tables by amplitude that have the same columns, one below the other."""
+    """Read tables by amplitude with the same columns, and join their rows."""
     parts = [
         read_experiment(path, reading, number=at, kind=BY_AMPLITUDE, measured=measured)
         for at, path in enumerate(paths)
@@ -247,8 +234,8 @@ def _below_each_other(parts: Sequence[MeasuredTable], origin: str) -> MeasuredTa
 
 
 def write_experiment(experiment: MeasuredTable, path: Path) -> None:
-    """Write an experiment as CSV with our columns in SI units; floats to the bit."""
-    import pandas as pd  # noqa: PLC0415 - what reads no table does without
+    """Write CSV with our columns in SI units, floats to the bit."""
+    import pandas as pd  # noqa: PLC0415 - slow import
 
     with replacing(path) as part, part.open('w', encoding='utf-8', newline='') as file:
         file.writelines(f'# {note}\n' for note in experiment.notes)
@@ -270,29 +257,33 @@ def _read(
     preloads = _columns_of_preloads(layout, reading, where) if kind == BY_AMPLITUDE else {}
     if preloads:
         parts = []
-        for at, of_one in preloads.items():  # a name of one blank is not told as kept aside
+        for at, of_one in preloads.items():  # a blank name is not reported as unread
             shown = [' ' if i in preloads and i != at else n for i, n in enumerate(layout.names)]
             alone = dataclasses.replace(layout, names=tuple(shown))
             parts.append(_read(source, alone, origin, of_one, 0, kind, measured))
         return _below_each_other(parts, origin)
-    names, aside = find_columns(layout, EXPERIMENT_COLUMNS[kind], reading.columns, where)
+    names, unread = find_columns(layout, EXPERIMENT_COLUMNS[kind], reading.columns, where)
     preload_n = reading.preload_n(number) if kind == BY_AMPLITUDE else None
     if preload_n is not None and 'preload_n' in names:
         hint = 'leave --preload away, or give as many as there are files'
         raise RecordingError(where, f'names a preload, and --preload {preload_n:g} too', hint)
     given = [*names] if preload_n is None else ['preload_n', *names]
-    _check_there(given, kind, measured or MEASURED[kind], aside, where)
-    chosen = understood(names, layout, EXPERIMENT_COLUMNS[kind], where)
-    values, lines, gaps = _whole_rows(
-        *_numbers(source, layout, chosen, origin), chosen, kind, measured
-    )
+    _check_there(given, kind, measured or MEASURED[kind], unread, where)
+    chosen = resolve_columns(names, layout, EXPERIMENT_COLUMNS[kind], where)
+    numbers = _numbers(source, layout, chosen, origin)
+    values, lines, gaps = _whole_rows(*numbers, chosen, kind, measured)
     if not len(lines):
         raise RecordingError(where, 'has no values below its header', 'give at least one row')
     for column in chosen:
         spec = EXPERIMENT_COLUMNS[kind][column.name]
         _check_values(column, values[column.name], lines, spec, origin)
-    if kind == OVER_TIME:
-        _check_rising(values['time_s'], lines, origin)
+    time_s = values.get('time_s', np.empty(0))
+    wrong = np.flatnonzero(np.diff(time_s) <= 0.0)
+    if len(wrong):
+        before_s, after_s = map(float, time_s[wrong[0] :][:2])
+        limit = f'not after the {before_s:.9g} s of the row before'
+        place = f'{origin}: line {lines[wrong[0] + 1]}, column time_s:'
+        raise OutOfRange(place, after_s, 's', limit, 'sort the rows, and keep one per time')
     firsts = [
         dataclasses.replace(each, first=float(found[np.argmax(~np.isnan(found))]))
         for each in chosen
@@ -300,23 +291,20 @@ def _read(
     ]
     if preload_n is not None:
         values = {'preload_n': np.full(len(lines), preload_n), **values}
-    notes = (*layout.notes, *(f'column {quoted(each)} was kept aside' for each in aside), *gaps)
-    experiment = MeasuredTable(
-        origin, kind, values, notes, tuple(firsts), tuple(aside), tuple(gaps)
-    )
+    notes = (*layout.notes, *(f'column {quoted(each)} was not read' for each in unread), *gaps)
+    others = tuple(firsts), tuple(unread), tuple(gaps)
+    experiment = MeasuredTable(origin, kind, values, notes, *others)
     if reading.report is not None:
         reading.report(experiment)
     return experiment
 
 
 def _check_useful(reading: Reading, kind: str, where: str) -> None:
-    """Refuse what the user says of columns that a table of this kind has not."""
-    useless = [
-        f'--map {name}=' for name in reading.columns if name not in EXPERIMENT_COLUMNS[kind]
-    ]
-    useless += ['--preload'] * bool(
-        reading.preloads_n and kind == OVER_TIME and not reading.is_run
-    )
+    """Refuse options that do not apply to a table of this kind."""
+    known = EXPERIMENT_COLUMNS[kind]
+    useless = [f'--map {name}=' for name in reading.columns if name not in known]
+    if reading.preloads_n and kind == OVER_TIME and not reading.is_run:
+        useless.append('--preload')
     if useless:
         problem = f'{useless[0]} is without effect on an {kind}'
         raise RecordingError(where, problem, 'leave it away')
@@ -330,10 +318,9 @@ def _whole_rows(
     measured: Sequence[str],
 ) -> tuple[dict[str, Array], Lines, list[str]]:
     """
-    Return the rows in which there is what they need, their lines, and what was left out.
+    Return complete rows, their lines, and notes on omitted rows.
 
-    By amplitude a row is a point; over time each quantity has samples of its own, but for one that
-    is asked for.
+    By amplitude a row needs all values; over time, the time and the first of ``measured``.
 
     """
     is_known = {name: ~np.isnan(each) for name, each in values.items()}
@@ -350,18 +337,8 @@ def _whole_rows(
     return {name: each[is_kept] for name, each in values.items()}, lines[is_kept], gaps
 
 
-def _check_rising(time_s: Array, lines: Lines, origin: str) -> None:
-    """Refuse the first time that is not after the one before."""
-    wrong = np.flatnonzero(np.diff(time_s) <= 0.0)
-    if len(wrong):
-        before_s, after_s = map(float, time_s[wrong[0] :][:2])
-        limit = f'not after the {before_s:.9g} s of the row before'
-        place = f'{origin}: line {lines[wrong[0] + 1]}, column time_s:'
-        raise OutOfRange(place, after_s, 's', limit, 'sort the rows, and keep one per time')
-
-
 def _columns_of_preloads(layout: TextForm, reading: Reading, where: str) -> dict[int, Reading]:
-    """Return how to read each column of a table that has one per preload, by its place."""
+    """Return how to read each column of a table with one per preload, by place."""
     if reading.preloads_n or 'preload_n' in reading.headers:
         return {}
     found = {}
@@ -375,9 +352,9 @@ def _columns_of_preloads(layout: TextForm, reading: Reading, where: str) -> dict
     if len(set(found.values())) < len(found):
         problem = f'columns {listed(layout.names[at] for at in found)} name a preload twice'
         raise RecordingError(where, problem, 'keep one column of each, or a row for each point')
-    said = {name: text for name, text in reading.headers.items() if text.startswith(EACH)}
-    name, text = next(iter(said.items()), ('', ''))
-    others = {name: text for name, text in reading.headers.items() if name not in said}
+    shared = {name: text for name, text in reading.headers.items() if text.startswith(ALL_COLUMNS)}
+    name, text = next(iter(shared.items()), ('', ''))
+    others = {name: text for name, text in reading.headers.items() if name not in shared}
     readings = {}
     for at, preload_n in found.items():
         header = layout.names[at]
@@ -385,19 +362,17 @@ def _columns_of_preloads(layout: TextForm, reading: Reading, where: str) -> dict
         unit = next(filter(None, units), '')
         for each in [name] if name else _PER_PRELOAD:
             if factor_of(unit, POINT_COLUMNS[each].unit):
-                headers = {**others, each: f'{header} ({unit})'}
-                readings[at] = dataclasses.replace(
-                    reading, headers=headers, preloads_n=(preload_n,)
-                )
+                headers, own = {**others, each: f'{header} ({unit})'}, (preload_n,)
+                readings[at] = dataclasses.replace(reading, headers=headers, preloads_n=own)
     if len(readings) < len(found):
         problem = f'columns {listed(layout.names[at] for at in found)} are of one preload each'
-        hint = f'say what they hold: {map_hint("force_n", EACH, "mN")}'
+        hint = f'say what they hold: {map_hint("force_n", ALL_COLUMNS, "mN")}'
         raise RecordingError(where, problem, hint)
     return readings
 
 
 def _kind(layout: TextForm, reading: Reading, where: str) -> str:
-    """Return whether a table is over time or by amplitude, by its columns."""
+    """Return whether a table is over time or by amplitude."""
     by_amplitude = (*_NEEDED[BY_AMPLITUDE], *MEASURED[BY_AMPLITUDE][len(_PER_PRELOAD) :])
     for kind, needed in ((OVER_TIME, ('time_s',)), (BY_AMPLITUDE, by_amplitude)):
         specs = {name: EXPERIMENT_COLUMNS[kind][name] for name in needed}
@@ -410,14 +385,14 @@ def _kind(layout: TextForm, reading: Reading, where: str) -> str:
 
 
 def _check_there(
-    names: Sequence[str], kind: str, measured: Sequence[str], aside: Sequence[str], where: str
+    names: Sequence[str], kind: str, measured: Sequence[str], unread: Sequence[str], where: str
 ) -> None:
-    """Refuse a header that lacks a column, and ask which one it may be."""
+    """Refuse a missing column, and suggest a candidate."""
     there = set(measured) & set(names)
-    if OF_PRELOAD in there & set(MEASURED[BY_AMPLITUDE]) and set(_PER_PRELOAD) & there:
+    if PRELOAD_QUANTITY in there & set(MEASURED[BY_AMPLITUDE]) and set(_PER_PRELOAD) & there:
         hint = 'give it in a table of its own, a row for each preload'
-        raise RecordingError(where, f'has {OF_PRELOAD} beside numbers by amplitude', hint)
-    needed = ('preload_n',) if there == {OF_PRELOAD} else _NEEDED[kind]
+        raise RecordingError(where, f'has both {PRELOAD_QUANTITY} and numbers by amplitude', hint)
+    needed = ('preload_n',) if there == {PRELOAD_QUANTITY} else _NEEDED[kind]
     missing: list[tuple[str, ...]] = [(name,) for name in needed if name not in names]
     if not there:
         missing.append(tuple(measured))
@@ -425,9 +400,9 @@ def _check_there(
         problem = f'there is no {" or ".join(each)}'
         name = each[0]
         hint = 'add one' if each[1:] else f'add it, in {EXPERIMENT_COLUMNS[kind][name].unit}'
-        if aside:
-            problem += f'; not understood: {listed(aside)}'
-            name, option = suggestion(each, aside, EXPERIMENT_COLUMNS[kind])
+        if unread:
+            problem += f'; not understood: {listed(unread)}'
+            name, option = suggestion(each, unread, EXPERIMENT_COLUMNS[kind])
             hint = f'say which column it is, as {option}'
         if name == 'preload_n':
             hint += ', or give the preload of the file in N, as --preload 0.5'
@@ -441,7 +416,7 @@ def _check_there(
 def _numbers(
     source: Path | bytes, layout: TextForm, chosen: Sequence[Column], origin: str
 ) -> tuple[dict[str, Array], Lines]:
-    """Return the columns in SI units, and the line of each row; blank lines are no rows."""
+    """Return columns in SI units, and the line of each row; blank lines are skipped."""
     parts: dict[str, list[Array]] = {column.name: [] for column in chosen}
     lines, named = [], 1 + max(at for at, name in enumerate(layout.names) if name)
     for first, chunk in _chunks(source, layout, origin):
@@ -449,7 +424,7 @@ def _numbers(
         beyond = np.flatnonzero(chunk.iloc[:, named:].notna().any(axis=1).to_numpy())
         if len(beyond):
             problem = f'has more values than the {named} columns with names'
-            raise RecordingError(f'{origin}: line {first + beyond[0]}', problem, ONE_EACH)
+            raise RecordingError(f'{origin}: line {first + beyond[0]}', problem, ONE_PER_COLUMN)
         kept = chunk.iloc[:, [column.index for column in chosen]].notna().any(axis=1).to_numpy()
         lines.append(first + np.flatnonzero(kept))
         for column in chosen:
@@ -463,14 +438,14 @@ def _numbers(
 
 
 def _chunks(source: Path | bytes, layout: TextForm, origin: str) -> Iterator[tuple[int, Any]]:
-    """Yield the line and the cells, as a frame of pandas, of some rows after the other."""
-    import pandas as pd  # noqa: PLC0415 - what reads no table does without
+    """Yield first line and cells (DataFrame) of chunks of rows."""
+    import pandas as pd  # noqa: PLC0415 - slow import
 
     line = layout.first
     try:
         stream = io.BytesIO(source) if isinstance(source, bytes) else source.open('rb')
         with io.TextIOWrapper(stream, layout.encoding) as text:
-            for _ in range(layout.first - 1):  # a quotation that begins there ends there
+            for _ in range(layout.first - 1):  # a quotation above the first row ends there
                 text.readline()
             for chunk in pd.read_csv(
                 text,
@@ -491,7 +466,7 @@ def _chunks(source: Path | bytes, layout: TextForm, origin: str) -> Iterator[tup
         where, problem = f'{origin}: below line {layout.first}', f'is no table ({error})'
         hint = 'save it again as CSV'
         if found := re.search(r'Expected (\d+) fields in line (\d+), saw (\d+)', str(error)):
-            where, hint = f'{origin}: line {layout.first - 1 + int(found[2])}', ONE_EACH
+            where, hint = f'{origin}: line {layout.first - 1 + int(found[2])}', ONE_PER_COLUMN
             problem = f'has {found[3]} values, the lines above {found[1]}'
         elif found := re.search(r'EOF inside string starting at row (\d+)', str(error)):
             where = f'{origin}: line {layout.first + int(found[1])}'
@@ -504,7 +479,7 @@ def _chunks(source: Path | bytes, layout: TextForm, origin: str) -> Iterator[tup
 
 
 def _to_floats(cells: Any, lines: Lines, decimal: str, column: Column, origin: str) -> Array:
-    """Return cells as numbers, not a number of an empty one; refuse the first that is none."""
+    """Return cells as numbers, NaN for empty ones; refuse the first other cell."""
     if cells.dtype.kind in 'iuf':
         values = cells.to_numpy(dtype=np.float64)
         wrong = np.flatnonzero(np.isinf(values))
@@ -525,7 +500,7 @@ def _place(origin: str, line: int, column: Column) -> str:
 
 
 def _check_values(column: Column, values: Array, lines: Lines, spec: Spec, origin: str) -> None:
-    """Refuse the first value outside of its limits; too large a one may have another unit."""
+    """Refuse the first value out of range; a large one may have another unit."""
     below = values < (-np.inf if spec.minimum is None else spec.minimum)
     above = values > (np.inf if spec.maximum is None else spec.maximum)
     is_sigma = SIGMA in column.name

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Tables in the files of spreadsheets and measuring programs, as the text that they could be."""
+"""Tables of spreadsheets and measuring programs, converted to CSV text."""
 
 import csv
 import io
@@ -26,35 +26,30 @@ if TYPE_CHECKING:
 
     Table = str | Path | DataFrame
 
-# ruff: noqa: PLC0415 - what reads text does without
+# ruff: noqa: PLC0415 - slow imports
 
-DATA_FRAME = 'DataFrame'
-"""What stands for the name of a file."""
+DATA_FRAME = 'DataFrame'  # name of a table without a file
 Columns = Iterable[tuple[str, str, Any]]  # name, unit and numbers of each column
-Sources = Iterator[tuple[str, Path | bytes]]  # origin, and text or the path of one
+Sources = Iterator[tuple[str, Path | bytes]]  # origin; text or path
 NUMBERS_MAX = 20_000_000
-"""In a file, 45 s of work; more are refused before they are read: 82 kB may say 6 GB."""
+"""Per file, 45 s of work; checked before reading, as 82 kB may unpack to 6 GB."""
 UNPACKED_MAX_BYTES = 400_000_000
-TAGS_MAX = 25_000_000
-"""Opening and closing tags in a workbook, each of which takes some 50 bytes of memory."""
+TAGS_MAX = 25_000_000  # tags in a workbook, of about 50 bytes of memory each
 BLOCK_BYTES = 1 << 20
-EMPTY_ROW = 48
-"""Cells as which a row without any counts: a sheet has no more than a million rows."""
+EMPTY_ROW = 48  # cells that an empty row counts as; a sheet has at most a million rows
 EXCEL_ERRORS = frozenset(('#NULL!', '#DIV/0!', '#VALUE!', '#REF!', '#NAME?', '#NUM!', '#N/A'))
 MATLAB_HDF5, MATLAB_HEAD_BYTES, MATLAB_ORDERS = b'MATLAB 7.3', 128, {b'IM': '<', b'MI': '>'}
 MATLAB_MATRIX, MATLAB_PACKED, MATLAB_NUMBERS = 14, 15, range(6, 16)
-"""Types of elements, and classes of matrices of numbers."""
+"""Types of elements, and classes of numeric matrices."""
 MATLAB_TYPES = {1: 'i1', 2: 'u1', 3: 'i2', 4: 'u2', 5: 'i4', 6: 'u4', 7: 'f4', 9: 'f8'}
-MATLAB_TYPES |= {12: 'i8', 13: 'u8'}
-"""Numbers as they are stored, and what numpy calls them."""
+MATLAB_TYPES |= {12: 'i8', 13: 'u8'}  # stored types, and their names in numpy
 
 
 def tables_in(path: 'Path | DataFrame') -> Sources:
     """
-    Yield a frame or the tables of a known binary format as CSV, of a text its path.
+    Yield origin and CSV text of each table, or the path of a text file; one table per sheet.
 
-    A workbook has a table a sheet. Raises RecordingError if it cannot be read, is larger than
-    what fits into memory, or holds no columns of one length.
+    Raises RecordingError if unreadable, too large, or without columns of one length.
 
     """
     if not isinstance(path, Path):
@@ -75,13 +70,13 @@ def tables_in(path: 'Path | DataFrame') -> Sources:
             yield str(path), _csv(READERS[suffix](readable(path)))
     except StickSlipError:
         raise
-    except Exception as error:  # noqa: BLE001 - nobody lists what six libraries raise
+    except Exception as error:  # noqa: BLE001 - six libraries have many exceptions
         problem = f'cannot be read as {suffix} ({" ".join(str(error).split())[:200]})'
         raise RecordingError(path, problem, 'check the file, or save it as CSV') from None
 
 
 def _csv(frame: 'DataFrame') -> bytes:
-    """Return a frame as text, with its index as a column if that has a name."""
+    """Return a frame as text, with a named index as column."""
     frame = frame if frame.index.name is None else frame.reset_index()
     is_named = frame.columns.inferred_type != 'integer'  # text is of type str from pandas 3 on
     content: str = frame.to_csv(index=False, header=is_named)
@@ -99,7 +94,7 @@ def _check_bytes(size_bytes: int) -> None:
 
 
 def read_sheets(path: Path) -> Sources:
-    """Yield the cells of each sheet: lines above the header are read as those of a text."""
+    """Yield the cells of each sheet as CSV."""
     openpyxl = load_extra(f'a table {path.suffix}', 'openpyxl')
     tags = size_bytes = 0
     with zipfile.ZipFile(path) as archive:
@@ -120,36 +115,36 @@ def read_sheets(path: Path) -> Sources:
                 cells += len(row) or EMPTY_ROW
                 _check_count(cells)
                 size_bytes += sum(len(each) for each in row if isinstance(each, str))
-                _check_bytes(size_bytes)  # a text that stands once may be that of many cells
+                _check_bytes(size_bytes)  # many cells may share a text
                 writer.writerow(None if each in EXCEL_ERRORS else each for each in row)
             origin = f'{path}, sheet {sheet.title}' if len(book.worksheets) > 1 else str(path)
             yield origin, text.getvalue().encode()
 
 
 def read_parquet(path: Path) -> 'DataFrame':
-    """Return the table, once its size is known to be bearable."""
+    """Return a table after checking its size."""
     parquet = load_extra(f'a table {path.suffix}', 'pyarrow.parquet')
     import pandas as pd
 
-    said = parquet.read_metadata(path)
-    groups = [said.row_group(at) for at in range(said.num_row_groups)]
+    metadata = parquet.read_metadata(path)
+    groups = [metadata.row_group(at) for at in range(metadata.num_row_groups)]
     columns = [each.column(at) for each in groups for at in range(each.num_columns)]
     _check_count(sum(each.num_values for each in columns))
     _check_bytes(sum(each.total_byte_size for each in groups))
-    texts = [said.schema.column(at) for at in range(said.num_columns)]
-    texts = [each for each in texts if each.physical_type == 'BYTE_ARRAY']
+    schema = (metadata.schema.column(at) for at in range(metadata.num_columns))
+    texts = [each for each in schema if each.physical_type == 'BYTE_ARRAY']
     for each in texts:
         if each.path != each.name:
             raise ValueError(f'{each.path} holds texts within a column; leave it out')
     frame = pd.read_parquet(path, read_dictionary=[each.path for each in texts])
-    table = frame.reset_index()  # a text that stands once may be that of many rows
+    table = frame.reset_index()  # many rows may share a text
     for name in table.select_dtypes('category'):
         _check_bytes(int(table[name].map(lambda each: len(str(each))).astype(int).sum()))
     return frame
 
 
 def read_hdf5(path: Path) -> 'DataFrame':
-    """Return the datasets of one length; their units are attributes, ``units`` or ``unit``."""
+    """Return datasets of one length, with units from attributes ``units`` or ``unit``."""
     h5py = load_extra(f'a table {path.suffix}', 'h5py')
     found: list[Any] = []
 
@@ -170,7 +165,7 @@ def read_hdf5(path: Path) -> 'DataFrame':
 
 
 def read_matlab(path: Path) -> 'DataFrame':
-    """Return the vectors of one length; since version 7.3 such a file is HDF5."""
+    """Return vectors of one length; files from version 7.3 on are HDF5."""
     with path.open('rb') as file:
         head = file.read(MATLAB_HEAD_BYTES)
     if head.startswith(MATLAB_HDF5):
@@ -186,7 +181,7 @@ def read_matlab(path: Path) -> 'DataFrame':
 
 
 def _matlab_vectors(content: bytes, order: str) -> Columns:
-    """Yield the real vectors of version 5: scipy crashes where such a file is damaged."""
+    """Yield real vectors of version 5, as scipy crashes on damaged files."""
     room = UNPACKED_MAX_BYTES
     for kind, data in _elements(content, order):
         if kind == MATLAB_PACKED:
@@ -208,7 +203,7 @@ def _matlab_vectors(content: bytes, order: str) -> Columns:
 
 
 def _elements(content: bytes, order: str) -> Iterator[tuple[int, bytes]]:
-    """Yield type and content of what stands behind each other; small ones lie in their head."""
+    """Yield type and content of successive elements; small ones lie in their header."""
     at = 0
     while at < len(content):
         kind, size_bytes = struct.unpack_from(f'{order}II', content, at)
@@ -221,7 +216,7 @@ def _elements(content: bytes, order: str) -> Iterator[tuple[int, bytes]]:
 
 
 def read_tdms(path: Path) -> 'DataFrame':
-    """Return the channels, and their time where they say how far apart their samples are."""
+    """Return the channels, and their time if the sampling interval is given."""
     with load_extra(f'a table {path.suffix}', 'nptdms').TdmsFile.open(path) as tdms:
         if tdms.file_status.incomplete_final_segment:
             raise ValueError('it was cut off')
@@ -238,7 +233,7 @@ def _is_vector(shape: Sequence[int]) -> bool:
 
 
 def _joined(columns: Columns) -> 'DataFrame':
-    """Return a table of the vectors; refuse several lengths, of which nobody says which count."""
+    """Join vectors to a table; refuse different lengths."""
     import pandas as pd
 
     flat = {
@@ -261,5 +256,5 @@ READERS: dict[str, Callable[[Path], 'DataFrame']] = {
     '.mat': read_matlab,
     '.tdms': read_tdms,
 }
-"""Formats by the ends of file names, beside workbooks."""
+"""Readers by suffix, next to workbooks."""
 SUFFIXES = {'.xlsx', *READERS}

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""How a table of text is laid out: encoding, delimiter, decimal sign, header, units, settings."""
+"""Layout of text tables: encoding, delimiter, decimal sign, header, units, settings."""
 
 import codecs
 import csv
@@ -15,35 +15,27 @@ from itertools import zip_longest
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.lab.tables.units import unit_of_any
 
-HEAD_BYTES = 1 << 16  # beginning of a file that tells its layout
+HEAD_BYTES = 1 << 16  # bytes that determine the layout
 BLANKS = r'\s+'
-DIALECTS = (
-    ('\t', '.'),
-    ('\t', ','),
-    (';', '.'),
-    (';', ','),
-    (',', '.'),
-    (BLANKS, '.'),
-    (BLANKS, ','),
-)
+DIALECTS = [(delimiter, sign) for delimiter in ('\t', ';', ',', BLANKS) for sign in '.,']
+DIALECTS.remove((',', ','))
 NUMBER = {
     '.': re.compile(r'[-+]?(\d+(\.\d*)?|\.\d+)(e[-+]?\d+)?', re.IGNORECASE),
     ',': re.compile(r'[-+]?(\d+|\d*,\d+)(e[-+]?\d+)?', re.IGNORECASE),
 }
 EMPTY = ('', '-', '--', 'nan', 'na', 'n/a', '#n/a', '#nv', 'null', 'none')
-"""Cells, in lower case, where a number was not measured."""
-MISSING = {*EMPTY, 'inf', '-inf'}
-"""Cells that may stand where numbers stand, and elsewhere."""
+"""Cells without a measured number, in lower case."""
+MISSING = {*EMPTY, 'inf', '-inf'}  # cells that may replace a number, or be text
 _COMMENT = re.compile(r'\s*[#%]+\s*')
 BOMS = {codecs.BOM_UTF8: 'utf-8-sig', codecs.BOM_UTF16_LE: 'utf-16', codecs.BOM_UTF16_BE: 'utf-16'}
 WINDOWS = 'cp1252'
 TEXT_HINT = 'save it as text: CSV in UTF-8, one row for each point or sample'
 RECORD_LENGTH = 'record length'
-"""First setting of an old Tektronix export: settings in two columns, time and signal beside."""
-TIME_BESIDE = 3  # columns to the left of the time there
+"""First setting of an old Tektronix export: two columns of settings, time and signal."""
+TIME_BESIDE = 3  # columns left of the time in such a file
 SEQUENCE = 'sequence'
-"""Unit of the first column of a Rigol scope: samples are numbered; the first time and their
-spacing stand behind the units of the channels."""
+"""Unit of the first column of a Rigol scope: samples are numbered; first time and interval follow
+the units of the channels."""
 TIME_UNIT = 'horizontal units'
 SIGNAL_UNIT = 'vertical units'
 CHANNEL_UNITS = (SIGNAL_UNIT, 'y_unit_label')
@@ -53,28 +45,22 @@ Mask = tuple[bool | None, ...]
 
 @dataclass(frozen=True)
 class TextForm:
-    """What the head of a table says of the whole."""
+    """The layout of a table."""
 
-    encoding: str  # as pandas takes them
+    encoding: str  # as for pandas
     delimiter: str
     decimal: str
-    names: tuple[str, ...]  # header of each column, as it is written
-    units: tuple[str, ...]  # of each column; empty where none is said
+    names: tuple[str, ...]  # header of each column
+    units: tuple[str, ...]  # of each column; empty if unknown
     row: tuple[str, ...]  # the first row
-    header: int  # its line, from 1; 0 if there is none
+    header: int  # its line, from 1; 0 without header
     first: int  # line of the first row
     notes: tuple[str, ...]  # comment lines above
     start_s: float = 0.0  # added to times
 
 
 def layout_of(head: bytes, origin: str) -> TextForm:
-    """
-    Recognise the layout of a table by its first HEAD_BYTES, or by the whole if it is shorter.
-
-    Raises RecordingError if it is no text, or has no rows of numbers, or these do not fit the
-    header.
-
-    """
+    """Return the layout of a table from its first HEAD_BYTES; refuse files without numbers."""
     encoding, text = _decode(head, origin)
     lines = re.split('\r\n|\n|\r', text)
     if len(head) > HEAD_BYTES:
@@ -122,7 +108,7 @@ def layout_of(head: bytes, origin: str) -> TextForm:
 def _below(
     lines: Sequence[str], rows: Sequence[Cells], mask: Mask, delimiter: str, decimal: str
 ) -> tuple[int, int, Cells, Cells]:
-    """Return first row, line of the header, names and units of a table below its header."""
+    """Return first row, header line, names and units of a table below its header."""
     first = next(
         at
         for at, row in enumerate(rows)
@@ -134,7 +120,7 @@ def _below(
         above = next((row for row in reversed(rows[: header - 1]) if len(_trimmed(row)) > 1), [])
         is_row = any(_mask(rows[header - 1], decimal)) and not any(_mask(above, decimal))
         if is_row and len(above) >= len(rows[first]):
-            # What was taken for the header is a row with a fault, below the true one.
+            # The assumed header is a faulty row below the true header.
             first = header - 1
             header, names = _header(lines, rows, first, delimiter)
     units = [name.strip(' []()') for name in names if name.strip(' []()-')]
@@ -142,7 +128,7 @@ def _below(
         at, names_above = _header(lines, rows, header - 1, delimiter)
         if len(names_above) >= len(names):
             return first, at, names_above, names
-    # A scope or LabVIEW wrote above the unit of the time, and that of each channel.
+    # A scope or LabVIEW writes units of time and channels above.
     settings = {row[0].strip(' :').lower(): row[1:] for row in rows[:first] if len(row) > 1}
     is_time = ''.join(settings.get('x_dimension', [])[:1]).strip() == 'Time'
     [time, *_] = settings.get(TIME_UNIT, ['s' if is_time else ''])
@@ -153,13 +139,13 @@ def _below(
 
 
 def to_number(cell: str, decimal: str) -> float:
-    """Return the number that a cell holds; not a number if it holds another thing."""
+    """Return the number in a cell; NaN for other text."""
     text = cell.strip()
     return float(text.replace(decimal, '.')) if NUMBER[decimal].fullmatch(text) else math.nan
 
 
 def _decode(head: bytes, origin: str) -> tuple[str, str]:
-    """Return encoding and text; what is not Unicode is taken for a Western text of Windows."""
+    """Return encoding and text; not Unicode means Western Windows text."""
     named = [BOMS[bom] for bom in BOMS if head.startswith(bom)]
     if not named and b'\0' in head:
         named = ['utf-16-le' if head[1:2] == b'\0' else 'utf-16-be']
@@ -180,7 +166,7 @@ def _split(line: str, delimiter: str) -> Cells:
 
 
 def _mask(row: Sequence[str], decimal: str) -> Mask:
-    """Return which cells are numbers; None of those that may be missing numbers."""
+    """Return which cells are numbers; None for possibly missing numbers."""
     number = NUMBER[decimal]
     return tuple(
         None if cell.strip().lower() in MISSING else bool(number.fullmatch(cell.strip()))
@@ -189,7 +175,7 @@ def _mask(row: Sequence[str], decimal: str) -> Mask:
 
 
 def _dialect(lines: Sequence[str]) -> tuple[str, str, list[Cells], Mask]:
-    """Return delimiter, decimal sign, cells, and the mask of most rows: the most numbers win."""
+    """Return delimiter, decimal sign, cells and usual mask of the dialect with most numbers."""
     best: tuple[tuple[float, int], tuple[str, str, list[Cells], Mask]]
     best = ((0.0, 0), (',', '.', [[line] for line in lines], ()))
     for delimiter, decimal in DIALECTS:
@@ -200,7 +186,6 @@ def _dialect(lines: Sequence[str]) -> tuple[str, str, list[Cells], Mask]:
             continue
 
         def weight(mask: Mask, masks: Mapping[Mask, int] = masks) -> tuple[bool, bool, int, int]:
-            """Return how much speaks for rows of a form being those of the table."""
             numbers = mask.count(True)
             return numbers > 1, False not in mask, masks[mask], numbers
 
@@ -215,7 +200,7 @@ def _dialect(lines: Sequence[str]) -> tuple[str, str, list[Cells], Mask]:
 def _header(
     lines: Sequence[str], rows: Sequence[Cells], first: int, delimiter: str
 ) -> tuple[int, Cells]:
-    """Return the line and the names of the header above a row; 0 and none if there is none."""
+    """Return line and names of the header above a row; 0 and no names without header."""
     for at in reversed(range(first)):
         if not lines[at].strip(' \t,;'):
             continue
@@ -223,20 +208,19 @@ def _header(
         width = len(_trimmed(rows[first]))
         names = _split(line, delimiter)
         if delimiter == BLANKS and len(names) != width:
-            whole = re.sub(r'(?<!\s)\s+(?=[\[(])', '', line.strip())  # of "Force (mN)" one name
+            whole = re.sub(r'(?<!\s)\s+(?=[\[(])', '', line.strip())  # "Force (mN)" is one name
             names = min(
                 (re.split(r'\s{2,}|\t', line.strip()), whole.split()),
                 key=lambda each: abs(len(each) - width),
             )
-        is_table = len(_trimmed(names)) > 1 and (
-            line is lines[at] or len(_trimmed(names)) == width
-        )
+        count = len(_trimmed(names))
+        is_table = count > 1 and (line is lines[at] or count == width)
         return (at + 1, names) if is_table else (0, [])
     return 0, []
 
 
 def _trimmed(row: Sequence[str]) -> list[str]:
-    """Return a row without the empty cells behind its last value."""
+    """Return a row without trailing empty cells."""
     kept = list(row)
     while kept and not kept[-1].strip():
         kept.pop()

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Units as people write them beside the name of a column, and their factors to SI."""
+"""Units in column headers, and their factors to SI."""
 
 import math
 import re
@@ -16,27 +16,20 @@ from stickslip_ros.units import power_of_ten
 
 SI_UNITS = ('s', 'm', 'N', 'V', 'Hz')
 _SUFFIX = re.compile(r'(.*[^_\s])[_\s]([kmuµμnp]?)(s|m|n|v|hz)', re.IGNORECASE)
-# A header may have 60,000 blanks, slashes or digits: no two parts that follow take the same ones.
+# Headers may have 60,000 equal characters: adjacent parts must not match the same ones.
 BRACKETED = re.compile(r'(.*\S|)\s*[\[(]([^\[\]()]*)[\])]\s*')
 SLASHED = re.compile(r'(.*\S)\s*/\s*([^\s/]+)\s*')
 SCALED = re.compile(r'([-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?)?\s*([^\W\d]+)', re.IGNORECASE)
-_WORDS = {
-    'second': 's',
-    'sec': 's',
-    'meter': 'm',
-    'metre': 'm',
-    'newton': 'N',
-    'volt': 'V',
-    'hertz': 'Hz',
-}
+_WORDS = {'second': 's', 'sec': 's', 'meter': 'm', 'metre': 'm'}
+_WORDS |= {'newton': 'N', 'volt': 'V', 'hertz': 'Hz'}
 _DIGITS, _WHOLE_END = 23, 2.0**53
-"""Digits of the powers of ten, and end of the whole numbers, that a float holds exactly."""
+"""Limits of exact floats: digits of powers of ten, and whole numbers."""
 BASES = {unit.lower(): unit for unit in SI_UNITS}
 
 
 @cache
 def factor_of(text: str, si_unit: str) -> float | None:
-    """Return how many of an SI unit one is, or ``50 mN`` are; None of another kind of unit."""
+    """Return the factor of a unit or amount (``50 mN``) to an SI unit; None if not convertible."""
     scaled = SCALED.fullmatch(text.strip())
     if scaled is None or not math.isfinite(float(scaled[1] or 1.0)):
         return None
@@ -49,7 +42,7 @@ def factor_of(text: str, si_unit: str) -> float | None:
         return None
     pint = load_extra(f'the unit {unit}', 'pint')
     for name in (unit, unit.lower()):
-        with suppress(pint.PintError, ValueError, AssertionError):  # the latter: nan, a half
+        with suppress(pint.PintError, ValueError, AssertionError):  # AssertionError: nan, a half
             quantity = pint.get_application_registry().Quantity(1.0, name)
             if factor := float(quantity.to(si_unit).magnitude):
                 return number * factor
@@ -58,17 +51,16 @@ def factor_of(text: str, si_unit: str) -> float | None:
 
 def in_si(values: Array, factor: float) -> Array:
     """
-    Return numbers times the factor of their unit, shape (n,): 0.817 mN become what 0.000817 is.
+    Return numbers times a factor, shape (n,), rounded once: 0.817 mN is the float 0.000817.
 
-    The product of two rounded numbers, 0.817 and 0.001, is another one. Where a number is a
-    fraction of a power of ten, and the unit too, one division rounds once.
+    If factor and number are fractions of powers of ten, one division replaces the product.
 
     """
     divisor = float(round(1.0 / factor))
     if factor == 1.0 or divisor * factor != 1.0:
         return values * factor
     found = values / divisor
-    for digits in reversed(range(_DIGITS - len(f'{abs(divisor):.0f}'))):  # the fewest count
+    for digits in reversed(range(_DIGITS - len(f'{abs(divisor):.0f}'))):  # fewest digits win
         whole = np.rint(10.0**digits * values)
         is_exact = (whole / 10.0**digits == values) & (np.abs(whole) < _WHOLE_END)
         found = np.where(is_exact, whole / (10.0**digits * divisor), found)
@@ -76,7 +68,7 @@ def in_si(values: Array, factor: float) -> Array:
 
 
 def unit_of_any(text: str) -> bool:
-    """Return whether a text is the unit of something that a stand measures."""
+    """Return whether a text is a unit of a measured quantity."""
     return any(factor_of(text, unit) for unit in SI_UNITS)
 
 

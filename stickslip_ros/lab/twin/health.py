@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The health of a rig: what the fits of its windows say beside those at the start."""
+"""The health of a rig: current fits compared with the first ones."""
 
 from typing import NamedTuple
 
@@ -13,7 +13,7 @@ from stickslip_ros.lab.fitting.report import Fit
 from stickslip_ros.lab.fitting.result import MISSED_MOST, FitResult
 from stickslip_ros.lab.twin.settings import TwinParameters
 from stickslip_ros.lab.twin.twin import Look, Twin
-from stickslip_ros.lab.twin.watch import Watch, Watched
+from stickslip_ros.lab.twin.watch import LookEstimate, Watch
 
 _CAUSES = {
     'contact.friction': 'dirt, moisture or wear',
@@ -22,29 +22,27 @@ _CAUSES = {
     'runner.damping': 'something touches the runner',
     'actuator.gain': 'the piezo or its amplifier',
 }
-"""What makes a parameter of a rig change, mostly."""
-_GREW = 1.5
-"""Factor by which chi-square per reading is above that at the start when a motion is another."""
+"""Usual causes of a changed parameter."""
+_GREW = 1.5  # growth of chi-square per reading since the start that marks another motion
 _MEANS_NOTHING = 5.0
-"""The same at which the parameters tell nothing, whatever it was at the start: beside drives whose
-roughness travels it went from 2 to 85 from place to place, and the mass with it by a fifth."""
-_MORE_STARTS = 3
-"""Searches of a fit that is the first to say so: a parameter that has jumped is far away."""
+"""Chi-square per reading above which parameters mean nothing: with travelling roughness it went
+from 2 to 85 between places, and the mass changed by a fifth."""
+_MORE_STARTS = 3  # searches of the first suspicious fit, as a jumped parameter is far away
 
 
 class Health(NamedTuple):
-    """What a fit says."""
+    """Result of a fit."""
 
     stamp_ns: int  # end of its window
     names: tuple[str, ...]
     values: Array  # of the free parameters, SI
     errors: Array
     chi_per_reading: float
-    words: str  # empty where nothing is wrong
+    words: str  # empty if healthy
 
 
 class Doctor:
-    """Fits windows of a twin and says what has changed."""
+    """Fits windows of a twin and reports changes."""
 
     def __init__(self, twin: Twin, settings: TwinParameters) -> None:
         self._twin = twin
@@ -53,10 +51,10 @@ class Doctor:
         self._chi_at_start, self._was_odd = 0.0, False
 
     def examine(self, look: Look) -> Health:
-        """Return what a window says; StickSlipError if it cannot be fitted."""
+        """Return the health in a window; StickSlipError if it cannot be fitted."""
         fit = self._twin.fit(look)
         is_odd = self._watch.has_begun and (
-            self._watch.is_suspect(_seen(fit)) or _chi(fit) > self._most(fit)
+            self._watch.is_suspect(_estimate_of(fit)) or _chi(fit) > self._largest_chi(fit)
         )
         if is_odd and not self._was_odd:
             fit = min(fit, self._twin.fit(look, _MORE_STARTS), key=lambda one: one.chi_square)
@@ -64,48 +62,50 @@ class Doctor:
         values = np.array([one.value for one in fit.estimates])
         errors = np.array([one.standard_error for one in fit.estimates])
         names = tuple(one.name for one in fit.estimates)
-        words = _lacking(fit) if _chi(fit) > _limit(fit) else ''
+        words = _misfit_text(fit) if _chi(fit) > _limit(fit) else ''
         if not self._watch.has_begun:
             self._first.append(np.array((values, errors)))
             self._chi_at_start = max(self._chi_at_start, _chi(fit))
-        if not self._watch.has_begun or _chi(fit) <= self._most(fit):
-            changed = self._watch.changed(_seen(fit))
+        if not self._watch.has_begun or _chi(fit) <= self._largest_chi(fit):
+            changed = self._watch.changed(_estimate_of(fit))
             if changed is not None:
                 was = np.median(self._first, axis=0)[:, changed]
                 name = names[changed]
-                told = (values[changed], errors[changed], *was)
-                words = '; '.join(filter(None, [_changed(name, *map(float, told)), words]))
+                numbers = (values[changed], errors[changed], *was)
+                words = '; '.join(filter(None, [_change_text(name, *map(float, numbers)), words]))
             self._twin.follow(fit)
         return Health(look.window.end_ns, names, values, errors, _chi(fit), words)
 
-    def _most(self, fit: FitResult) -> float:
-        """Return chi-square per reading above which the free parameters cannot tell the change."""
+    def _largest_chi(self, fit: FitResult) -> float:
+        """Return the largest chi-square per reading at which changes are reported."""
         return min(max(_limit(fit), _GREW * self._chi_at_start), _MEANS_NOTHING)
 
 
-def _seen(fit: Fit) -> Watched:
-    """Return what a fit says of the coordinates, its errors wider where it misses the readings."""
+def _estimate_of(fit: Fit) -> LookEstimate:
+    """Return the estimate of a fit, with errors widened by its misfit."""
     wider = max(1.0, fit.reduced_chi_square or 1.0)
     covariance = wider * fit.uncertainty.covariance_z
-    known = np.isfinite(np.diag(covariance))  # on a bound, or not determined, it tells nothing
+    known = np.isfinite(
+        np.diag(covariance)
+    )  # on a bound, or undetermined, a coordinate is unknown
     covariance = np.where(np.outer(known, known), covariance, 0.0)
     covariance[~known, ~known] = 1.0 / np.finfo(np.float32).eps
-    return Watched(fit.found.place, covariance)
+    return LookEstimate(fit.found.place, covariance)
 
 
 def _chi(fit: FitResult) -> float:
-    """Return chi-square per reading, of noise and sensor alone where that is known."""
+    """Return chi-square per reading, of noise and sensor alone where known."""
     if fit.missing:
         return fit.missing[0].chi_square / fit.readings
     return fit.reduced_chi_square or 0.0
 
 
 def _limit(fit: FitResult) -> float:
-    """Return chi-square per reading above which a model does not explain a motion."""
+    """Return the largest chi-square per reading of a model that explains the motion."""
     return max(MISSED_MOST, float(chi2.isf(1e-6, fit.readings)) / fit.readings)
 
 
-def _lacking(fit: FitResult) -> str:
+def _misfit_text(fit: FitResult) -> str:
     text = f'the model does not explain the motion: chi-square per reading is {_chi(fit):.3g}'
     if not fit.missing:
         return f'{text}, and no parameter that was tried would lower it'
@@ -113,6 +113,6 @@ def _lacking(fit: FitResult) -> str:
     return f'{text}, with {worst.name} free {worst.expected / fit.readings:.3g}'
 
 
-def _changed(name: str, value: float, error: float, was: float, was_error: float) -> str:
+def _change_text(name: str, value: float, error: float, was: float, was_error: float) -> str:
     text = f'{name} {value:.4g} +- {error:.2g}, was {was:.4g} +- {was_error:.2g} at the start'
     return f'{text}: {_CAUSES[name]}' if name in _CAUSES else text

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The twin as a lifecycle node: topics of a rig in, topics of its twin and its health out."""
+"""The twin as a lifecycle node: topics of a rig in, topics of twin and health out."""
 
 import sys
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ from std_srvs.srv import SetBool
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.interface.cdr import unpack
 from stickslip_ros.interface.messages import ArrayMessage
-from stickslip_ros.lab.runs.mapped import said_of_map, topic_of
+from stickslip_ros.lab.runs.mapped import parse_map, topic_of
 from stickslip_ros.lab.twin.settings import TwinParameters
 from stickslip_ros.lab.twin.twin import Twin
 from stickslip_ros.lab.twin.window import RigClock, Windows
@@ -41,10 +41,9 @@ from stickslip_ros.units import NS_PER_S
 TWIN_NODE = 'stickslip_twin'
 _PREFIX = 'twin.'
 _LOOK_S, _REPORT_S, _FLUSH_S = 0.2, 1.0, 0.02
-_DEPTH = 10_000
-"""Messages of the rig that are kept for a node that is held up."""
-_OF_TRACE = {'voltage': 'voltage_v', 'position': 'position_m', 'force': 'force_n'}
-"""Columns of a trace that are heard."""
+_DEPTH = 10_000  # queued messages of the rig while the node is busy
+_TRACE_COLUMNS = {'voltage': 'voltage_v', 'position': 'position_m', 'force': 'force_n'}
+"""Columns of a trace that the twin reads."""
 _TYPES = {POINT_STAMPED: PointStamped, WRENCH_STAMPED: WrenchStamped}
 _TYPES |= {FLOAT64_ARRAY: Float64MultiArray}
 _Samples = list[tuple[str, Sequence[int], Sequence[float]]]  # quantity, stamps in ns, values
@@ -55,8 +54,7 @@ class StickSlipTwin(LifecycleNode):
     """
     A fitted stand beside a rig, as a ROS 2 lifecycle node.
 
-    Its parameters are those of the stand, and ``twin.*`` of `TwinParameters`; they are read once,
-    at the start. Keyword arguments are those of ``rclpy.node.Node``.
+    Its parameters, of the stand and of `TwinParameters` (``twin.*``), are read once at the start.
 
     """
 
@@ -66,9 +64,9 @@ class StickSlipTwin(LifecycleNode):
         )
         guard_services(self)
         given, own = given_values(self), declared_by(TwinParameters)
-        said = {name: own[name].check(name, given.pop(name)) for name in own if name in given}
+        settings = {name: own[name].check(name, given.pop(name)) for name in own if name in given}
         self.stand = Parameters().updated(given)
-        values: dict[str, Any] = {n.removeprefix(_PREFIX): v for n, v in said.items()}
+        values: dict[str, Any] = {n.removeprefix(_PREFIX): v for n, v in settings.items()}
         self.settings = TwinParameters(**values)
         declared = {name: replace(spec, fixed=True) for name, spec in (specs() | own).items()}
         of_twin = {name: getattr(self.settings, name.removeprefix(_PREFIX)) for name in own}
@@ -87,16 +85,16 @@ class StickSlipTwin(LifecycleNode):
             self.trigger_activate()
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Check the stand and what is said of the rig, and offer the topics of the twin."""
+        """Check stand and topics, and create the publishers of the twin."""
         try:
-            self._mapped = said_of_map(self.settings.topics)
+            self._mapped = parse_map(self.settings.topics)
             Twin(self.stand, self.settings)
         except StickSlipError as error:
             self.get_logger().error(f'not configured: {error}')
             return _FAILURE
         if self._mapped and 'voltage_v' not in self._mapped:
             hint = 'name it in twin.map: voltage_v=TOPIC.FIELD'
-            self.get_logger().error(f'not configured: nothing says what drives the rig; {hint}')
+            self.get_logger().error(f'not configured: the topic of the voltage is missing; {hint}')
             return _FAILURE
         self._outputs = {
             key: self.create_lifecycle_publisher(_TYPES[kind], key, 1000)
@@ -105,37 +103,36 @@ class StickSlipTwin(LifecycleNode):
         return super().on_configure(state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Begin to hear the rig, and a new start of its health."""
+        """Subscribe to the rig, and restart its health."""
         result = super().on_activate(state)
         self._begin_input()
         self._work = Work(self.stand, self.settings, self._publish, self._tell)
-        heard = [said for said, _ in self._mapped.values()] or [self.resolve_topic_name('trace')]
+        heard = [field for field, _ in self._mapped.values()] or [self.resolve_topic_name('trace')]
         names, cell = ', '.join(self.settings.free_names), self.stand.load_cell.contact
         self.get_logger().info(
             f'active: a stand under {self.stand.stand.preload:g} N, load cell {cell}, waits for '
-            f'{", ".join(heard)}; fits {names} every {self.settings.period:g} s; /diagnostics '
-            'tells what comes of it'
+            f'{", ".join(heard)}; fits {names} every {self.settings.period:g} s; see /diagnostics'
         )
         return result
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Hear the rig no more."""
+        """Unsubscribe from the rig."""
         self._end_work()
         return super().on_deactivate(state)
 
     def on_cleanup(self, _: LifecycleState) -> TransitionCallbackReturn:
-        """Take the topics of the twin away."""
+        """Destroy the publishers of the twin."""
         while self._outputs:
             self.destroy_lifecycle_publisher(self._outputs.popitem()[1])
         return _SUCCESS
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Stop whatever runs."""
+        """Stop all work."""
         self._end_work()
         return self.on_cleanup(state)
 
     def destroy_node(self) -> None:
-        """Finish the recording before the node goes."""
+        """Finish the recording, then destroy the node."""
         self._end_work()
         super().destroy_node()
 
@@ -155,7 +152,7 @@ class StickSlipTwin(LifecycleNode):
         self._rig_clock = RigClock()
 
     def _join(self) -> None:
-        """Subscribe to the topics of the rig that have appeared."""
+        """Subscribe to new topics of the rig."""
         if self._work is None:
             return
         if not self._mapped:
@@ -167,36 +164,30 @@ class StickSlipTwin(LifecycleNode):
             return
         types = dict(self.get_topic_names_and_types())
         wanted: dict[str, list[tuple[str, list[str | int], float]]] = {}
-        for name, (said, factor) in self._mapped.items():
-            topic = topic_of(said, types)
+        for name, (field, factor) in self._mapped.items():
+            topic = topic_of(field, types)
             if topic is not None:
-                path = path_of(topic, said[len(topic) + 1 :])
+                path = path_of(topic, field[len(topic) + 1 :])
                 wanted.setdefault(topic, []).append((name, path, factor))
         for topic, fields in wanted.items():
             offered = self.get_publishers_info_by_topic(topic)
             if topic in self._heard or not offered:
                 continue
-            package, _, kind = types[topic][0].split('/')
+            package, _, type_name = types[topic][0].split('/')
             try:
-                message_type = getattr(import_module(f'{package}.msg'), kind)
+                message_type = getattr(import_module(f'{package}.msg'), type_name)
             except ImportError:
                 self._tell(f'{topic}: {types[topic][0]} cannot be imported; source its package')
                 continue
-            reliable = all(
-                each.qos_profile.reliability == ReliabilityPolicy.RELIABLE for each in offered
-            )
-            profile = QoSProfile(
-                depth=_DEPTH,
-                reliability=ReliabilityPolicy.RELIABLE
-                if reliable
-                else ReliabilityPolicy.BEST_EFFORT,
-            )
-
+            kinds = {each.qos_profile.reliability for each in offered}
+            is_reliable = kinds == {ReliabilityPolicy.RELIABLE}
+            kind = ReliabilityPolicy.RELIABLE if is_reliable else ReliabilityPolicy.BEST_EFFORT
+            profile = QoSProfile(depth=_DEPTH, reliability=kind)
             take: Any = partial(self._take, fields)
             self._heard[topic] = self.create_subscription(message_type, topic, take, profile)
 
     def _take(self, fields: Any, message: Any, info: Any) -> None:
-        """Take the numbers of a message: at its stamp, or when it was sent in the rig's clock."""
+        """Take numbers of a message, at its stamp or its send time in the clock of the rig."""
         sent_ns = info['source_timestamp'] or info['received_timestamp']
         header = getattr(message, 'header', None)
         stamp_ns = 0 if header is None else header.stamp.sec * NS_PER_S + header.stamp.nanosec
@@ -213,19 +204,19 @@ class StickSlipTwin(LifecycleNode):
         self._pending.append(samples)
 
     def _take_trace(self, data: bytes) -> None:
-        """Take a block of the trace of a drive."""
+        """Take a trace block of a drive."""
         block = unpack(FLOAT64_ARRAY, data)
         assert isinstance(block, ArrayMessage)
         samples = _Samples()
         for name, series in split_columns([block], 'trace').items():
             is_force = name == 'force' and self.stand.load_cell.contact == 'absent'
-            if name in _OF_TRACE and not is_force:
+            if name in _TRACE_COLUMNS and not is_force:
                 stamps_ns = np.round(series.time_s * NS_PER_S).astype(np.int64).tolist()
-                samples.append((_OF_TRACE[name], stamps_ns, series.value.tolist()))
+                samples.append((_TRACE_COLUMNS[name], stamps_ns, series.value.tolist()))
         self._pending.append(samples)
 
     def _flush(self) -> None:
-        """Hand complete windows to the work."""
+        """Pass complete windows to the work."""
         pending, self._pending = self._pending, []
         if self._work is None or not pending:
             return
@@ -235,7 +226,7 @@ class StickSlipTwin(LifecycleNode):
         for message in pending:
             for name, stamps_ns, values in message:
                 self._windows.add(name, stamps_ns, values)
-            for window in self._windows.complete():  # before a pause that follows clears it away
+            for window in self._windows.complete():  # before a pause clears it
                 self._work.put(window)
 
     # --- the twin
@@ -252,9 +243,8 @@ class StickSlipTwin(LifecycleNode):
             response.message = 'the twin is not active; activate it first'
             return response
         try:
-            response.message = self._work.set_recording(
-                request.data, self.get_namespace().rstrip('/')
-            )
+            namespace = self.get_namespace().rstrip('/')
+            response.message = self._work.set_recording(request.data, namespace)
             response.success = True
         except StickSlipError as error:
             response.success, response.message = False, str(error)
@@ -265,7 +255,7 @@ class StickSlipTwin(LifecycleNode):
         name = str(self.get_fully_qualified_name()).lstrip('/')
         work, windows = self._work, self._windows
         if work is None:
-            said = [_status(f'{name}: rig', 'not active', is_bad=False)]
+            reports = [_status(f'{name}: rig', 'not active', is_bad=False)]
         else:
             counts = ('late', 'doubled', 'reordered', 'pauses', 'restarts')
             values: dict[str, object] = {each: getattr(windows, each, 0) for each in counts}
@@ -279,13 +269,11 @@ class StickSlipTwin(LifecycleNode):
             if health is not None:
                 text = health.words or 'as at the start'
                 numbers |= {'chi_square_per_reading': f'{health.chi_per_reading:.3g}'}
-                for each, value, error in zip(
-                    health.names, health.values, health.errors, strict=True
-                ):
-                    numbers[each] = f'{value:.5g} +- {error:.2g}'
+                found = zip(health.names, health.values, health.errors, strict=True)
+                numbers |= {each: f'{value:.5g} +- {error:.2g}' for each, value, error in found}
             is_bad = health is not None and bool(health.words)
-            said = [rig, _status(f'{name}: health', text, is_bad, **numbers)]
-        array = DiagnosticArray(status=said)
+            reports = [rig, _status(f'{name}: health', text, is_bad, **numbers)]
+        array = DiagnosticArray(status=reports)
         array.header.stamp = self.get_clock().now().to_msg()
         self._diagnostics.publish(array)
 
@@ -297,7 +285,7 @@ def _status(name: str, text: str, is_bad: bool, **values: object) -> DiagnosticS
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the twin until somebody asks for its end, see `run_node`; return its exit status."""
+    """Run the twin until the end, see `run_node`; return its exit status."""
     return run_node('twin', StickSlipTwin, arguments)
 
 

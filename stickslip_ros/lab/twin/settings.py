@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What is said of a twin beside its stand: its input, its windows, how often it is fitted anew."""
+"""Twin settings other than the stand's parameters: input, windows, fits."""
 
 from dataclasses import dataclass
 
@@ -10,42 +10,26 @@ from stickslip_ros.parameters.declaration import Checked, quantity, words
 
 @dataclass(frozen=True)
 class TwinParameters(Checked):
-    """Settings of a twin; ``TwinParameters()`` hears the trace of a drive of this package."""
+    """Settings of a twin; the default reads the trace of a drive of this package."""
 
     map: str = words(
         '',
-        'which topic of the rig is what, as in "voltage_v=/rig/amplifier.data, '
+        'topics of the rig, as in "voltage_v=/rig/amplifier.data, '
         'position_m=/rig/encoder.point.x (nm)"; empty: the topic trace of a drive',
     )
     free: str = words(
-        'contact.friction, runner.mass, runner.damping, actuator.gain',
-        'parameters that are fitted anew',
+        'contact.friction, runner.mass, runner.damping, actuator.gain', 'fitted parameters'
     )
-    period: float = quantity(
-        10.0, 's', 'time of the rig from one fit to the next', bounds=(0.1, 86400.0)
-    )
-    window: float = quantity(
-        0.2, 's', 'what is run and anchored at a time: five cycles or more', bounds=(0.02, 2.0)
-    )
-    lag: float = quantity(
-        0.05, 's', 'how long messages that come late are waited for', bounds=(0.0, 10.0)
-    )
-    alarms_per_day: float = quantity(
-        1.0, '', 'false alarms a day that are allowed, at most', bounds=(1e-3, 1e3)
-    )
-    drift: float = quantity(
-        1e-7, 'm/s', 'what the zero of a sensor may drift by', bounds=(0.0, 1e-3)
-    )
-    prior: float = quantity(
-        0.5,
-        '',
-        'relative standard error of the free parameters of the stand before anything was seen',
-        bounds=(1e-3, 10.0),
-    )
+    period: float = quantity(10.0, 's', 'time between two fits', bounds=(0.1, 86400.0))
+    window: float = quantity(0.2, 's', 'window length: five cycles or more', bounds=(0.02, 2.0))
+    lag: float = quantity(0.05, 's', 'waiting time for late messages', bounds=(0.0, 10.0))
+    alarms_per_day: float = quantity(1.0, '', 'largest rate of false alarms', bounds=(1e-3, 1e3))
+    drift: float = quantity(1e-7, 'm/s', 'largest drift of a sensor zero', bounds=(0.0, 1e-3))
+    prior: float = quantity(0.5, '', 'prior relative error of parameters', bounds=(1e-3, 10.0))
 
     @property
     def topics(self) -> dict[str, str]:
-        """Topic, field and unit of each quantity, as ``compare --map`` takes them."""
+        """Topic, field and unit of each quantity, in the form of ``compare --map``."""
         pairs = (each.partition('=') for each in self.map.split(',') if each.strip())
         return {name.strip(): text.strip() for name, _, text in pairs}
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The twin as an executable, which heeds Ctrl-C before it imports rclpy."""
+"""The executable of the twin; Ctrl-C works before rclpy is imported."""
 
 import os
 import sys
@@ -16,10 +16,10 @@ def twin() -> int:
 
 
 def _twin() -> int:
-    os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')  # its threads spin while they wait
+    os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')  # its waiting threads spin
     try:
         with needs_ros('the twin'):
-            from stickslip_ros.lab.twin.node import main  # noqa: PLC0415 - it takes long
+            from stickslip_ros.lab.twin.node import main  # noqa: PLC0415 - slow import
     except MissingRos as error:
         sys.stderr.write(f'twin: {error}\n')
         return REFUSED

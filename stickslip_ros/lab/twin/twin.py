@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The twin of a rig: in each window what a stand would show, and now and then a fit of that window.
+The twin of a rig: the simulated stand in each window, and a fit of some windows.
 
-It is the experiment, the prediction and the fit of ``stickslip fit``, on windows that follow each
-other. Each window is anchored for itself: zero, drift, delay and low-pass of a sensor are solved
-for, as a fit does; what is left is the residual of what happened in it.
+Experiment, prediction and fit are those of ``stickslip fit``. Each window has its own zero, drift,
+delay and low-pass of a sensor, solved for as in a fit; the rest is the residual.
 
 """
 
@@ -35,17 +34,16 @@ from stickslip_ros.lab.twin.settings import TwinParameters
 from stickslip_ros.lab.twin.window import Window
 from stickslip_ros.parameters import Parameters, to_nanoseconds
 
-_FITTED_MOST = 3000
-"""Readings of a window that are fitted, the first: more take longer and tell little more."""
-_SAMPLES_MIN = 32  # readings of a window below which a quantity is none
+_FITTED_MOST = 3000  # readings of a window used in a fit, the first ones; more add little
+_SAMPLES_MIN = 32  # fewest readings per window; with fewer, the quantity is ignored
 
 
-class RigRests(StickSlipError):
-    """Nothing drives the rig in a window."""
+class RigAtRest(StickSlipError):
+    """The rig has no input in a window."""
 
 
-class SeenBoth(NamedTuple):
-    """A quantity in a window: what the rig showed, and what its twin shows there."""
+class ComparedQuantity(NamedTuple):
+    """A quantity in a window, of rig and twin."""
 
     quantity: str
     time_s: Array  # since the start of the window, shape (n,)
@@ -63,29 +61,14 @@ class Look(NamedTuple):
 
     window: Window
     experiment: Experiment
-    shown: tuple[SeenBoth, ...]
+    shown: tuple[ComparedQuantity, ...]
     steps: int  # whole cycles that end in a fall
-    step_rig_m: float  # mean motion in one of them; not a number without
+    step_rig_m: float  # mean motion per cycle; NaN without cycles
     step_twin_m: float
 
 
 class Twin:
-    """
-    A stand beside a rig.
-
-    Parameters
-    ----------
-    stand : Parameters
-        The stand, as it was fitted.
-    settings : TwinParameters
-        How it follows the rig.
-
-    Raises
-    ------
-    StickSlipError
-        If a parameter cannot be free.
-
-    """
+    """A fitted stand that follows a rig."""
 
     def __init__(self, stand: Parameters, settings: TwinParameters) -> None:
         self.stand, self.settings = stand, settings
@@ -97,22 +80,12 @@ class Twin:
         )
         self._known = {one.name: (one.start, settings.prior) for one in free if own[one.name]}
         self._source = DriveSource(window_s=(0.0, settings.window))
-        self._late_s, self._slow_s = 0.0, 0.0  # of the sensor that a fit looks at first
+        self._late_s, self._slow_s = 0.0, 0.0  # of the first sensor
         self._noise: float | None = None
         self._due_ns: int | None = None
 
     def look(self, window: Window) -> Look:
-        """
-        Return rig and twin in a window.
-
-        Raises
-        ------
-        RigRests
-            If nothing drove the rig.
-        StickSlipError
-            If it cannot be said what drove it, or nothing was seen to move.
-
-        """
+        """Return rig and twin in a window; RigAtRest without input, else StickSlipError."""
         experiment = self.experiment(window)
         first, *others = experiment.seen
         seen = (replace(first, slow_s=self._slow_s), *others)
@@ -120,63 +93,46 @@ class Twin:
         [found] = predict(self.stand, [there], shifts_s=(self._late_s,))
         assert isinstance(there.drive, Voltage)
         waves = waves_of(shifted(there.drive, self._late_s))
-        begins_s, shown = there.drive.begins_s, list[SeenBoth]()
+        begins_s, shown = there.drive.begins_s, list[ComparedQuantity]()
         for each, model in zip(seen, found, strict=True):
-            still = replace(each, drift_per_s=0.0)  # else it would make up for the steps
+            still = replace(each, drift_per_s=0.0)  # a drift would absorb the steps
             metric = metric_of(still, model, waves, max(each.noise, FINEST), None)
             _, left = metric.of_sensor(model.values - each.values)
-            shown.append(
-                SeenBoth(each.quantity, each.time_s + begins_s, each.values, each.values + left)
-            )
-        ends_s = [
-            (cycle.start_s + begins_s, cycle.start_s + cycle.length_s + begins_s)
-            for wave in waves
-            for cycle in wave
-            if cycle.falls
-        ]
+            time_s, twin = each.time_s + begins_s, each.values + left
+            shown.append(ComparedQuantity(each.quantity, time_s, each.values, twin))
+        falling = (cycle for wave in waves for cycle in wave if cycle.falls)
+        starts_s = ((cycle.start_s + begins_s, cycle.length_s) for cycle in falling)
+        ends_s = ((start_s, start_s + length_s) for start_s, length_s in starts_s)
         whole = [each for each in ends_s if each[0] >= 0.0 and each[1] <= self.settings.window]
         if not whole or shown[0].quantity != 'position_m':
             return Look(window, experiment, tuple(shown), 0, math.nan, math.nan)
-        moved_m = (
-            np.diff(np.interp(whole, shown[0].time_s, each))
+        rig_m, twin_m = (
+            float(np.mean(np.diff(np.interp(whole, shown[0].time_s, each))))
             for each in (shown[0].rig, shown[0].twin)
         )
-        return Look(
-            window, experiment, tuple(shown), len(whole), *(float(np.mean(x)) for x in moved_m)
-        )
+        return Look(window, experiment, tuple(shown), len(whole), rig_m, twin_m)
 
     def experiment(self, window: Window) -> Experiment:
-        """Return a window as an experiment; see ``look``."""
+        """Return a window as an experiment; errors as in ``look``."""
         time_s, voltage_v = window.samples['voltage_v']
         if len(voltage_v) < _SAMPLES_MIN:
-            raise StickSlipError(
-                'the voltage was not heard; are messages lost, or twin.lag short?'
-            )
+            hint = 'check the topic for lost messages, or raise twin.lag'
+            raise StickSlipError(f'no voltage arrived; {hint}')
         if np.std(voltage_v) <= MOVES_MIN * noise_of(voltage_v):
-            raise RigRests('nothing drives the rig')
+            raise RigAtRest('nothing drives the rig')
+        drift = {'force_n': math.inf}
         seen = tuple(
-            Seen(
-                name,
-                window.samples[name][1],
-                window.samples[name][0],
-                drift_per_s=math.inf if name == 'force_n' else self.settings.drift,
-            )
+            Seen(name, values, times_s, drift_per_s=drift.get(name, self.settings.drift))
             for name in OF_TRACES
-            if name in window.samples and len(window.samples[name][0]) >= _SAMPLES_MIN
+            for times_s, values in [window.samples.get(name, (np.empty(0), np.empty(0)))]
+            if len(times_s) >= _SAMPLES_MIN
         )
-        one = experiment_over_time(
-            f'rig at {window.start_ns * 1e-9:.3f} s',
-            (time_s, voltage_v),
-            seen,
-            self.stand,
-            None,
-            self._source,
-            {},
-        )
+        name, drive = f'rig at {window.start_ns * 1e-9:.3f} s', (time_s, voltage_v)
+        one = experiment_over_time(name, drive, seen, self.stand, None, self._source, {})
         return without_outliers(one, FitOptions().outliers)
 
     def is_due(self, look: Look) -> bool:
-        """Return whether a window is the first of a period, and is to be fitted; ask once."""
+        """Return whether a window is the first of a period, to be fitted; call once per window."""
         end_ns, period_ns = look.window.end_ns, to_nanoseconds(self.settings.period)
         if self._due_ns is not None and self._due_ns - period_ns < end_ns < self._due_ns:
             return False
@@ -184,7 +140,7 @@ class Twin:
         return True
 
     def fit(self, look: Look, starts: int = 1) -> Fit:
-        """Return a fit of a window, which begins where the last good one ended."""
+        """Fit a window, starting from the last good fit."""
         one = look.experiment
         time_s = one.seen[0].time_s
         if len(time_s) > _FITTED_MOST:
@@ -204,7 +160,7 @@ class Twin:
         )
 
     def follow(self, fitted: Fit) -> None:
-        """Begin the next fit where a good one ended, and take the sensor as it found it."""
+        """Start the next fit from a good one, with its sensor."""
         values = fitted.problem.values(fitted.found.place)
         self._free = tuple(
             replace(one, start=min(max(value, one.lower), one.upper))

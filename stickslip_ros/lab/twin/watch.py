@@ -2,20 +2,19 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Whether the parameters of a rig have changed: a test with a stated rate of false alarms.
+A test of changed parameters of a rig, with a stated rate of false alarms.
 
-Each look gives estimates z with the covariance C of their honest errors, which successive windows
-share in part: how much is not known. So looks are not summed up, as CUSUM does: each one is tested
-against the first looks for itself, at the chance that a look may have of a false alarm. The
-expected number of these is then below that rate however errors are correlated. With z0 the
-median of the first looks, d = z - z0 and W the inverse of the sum of the covariances of two looks,
+Each look gives estimates z with covariance C. Successive looks share errors to an unknown degree,
+so they are not summed up, as in CUSUM: each look is tested against the first ones, at its share of
+the allowed rate, which then holds for any correlation. With z0 the median of the first looks,
+d = z - z0, and W the inverse of the sum of the covariances of two looks,
 
     T_j = (W d)_j^2 / W_jj
 
-is by how much chi-square falls if parameter j alone has changed (Rao's score): of chance alone,
-chi-square with one degree of freedom for each j. That j has changed whose T is largest and too
-large twice in succession, for one window may hold a knock. Errors that looks show to be larger
-than stated, the first ones by how they scatter, count as the looks show them, never as smaller.
+is the fall of chi-square if parameter j alone has changed (Rao's score): without a change,
+chi-square with one degree of freedom. A change is reported if the same T is the largest and above
+the limit in two successive looks, since one may hold a knock. Errors are enlarged, never reduced,
+to the scatter of the looks.
 
 """
 
@@ -27,15 +26,13 @@ from scipy.stats import f
 
 from stickslip_ros.arrays import Array
 
-_FIRST_LOOKS = 3
-"""Looks that make the start."""
-_TRUST = 4.0
-"""Looks by which the stated size of the errors is believed against what the looks show."""
+_FIRST_LOOKS = 3  # looks of the baseline
+_TRUST = 4.0  # weight of the stated errors, in looks, against their scatter
 _DAY_S = 86400.0
 
 
-class Watched(NamedTuple):
-    """What a look found: coordinates, shape (n,), and their covariance, shape (n, n)."""
+class LookEstimate(NamedTuple):
+    """Estimate of a look: coordinates, shape (n,), and covariance, shape (n, n)."""
 
     place: Array
     covariance: Array
@@ -43,46 +40,36 @@ class Watched(NamedTuple):
 
 @dataclass
 class Watch:
-    """
-    Watches the coordinates of some parameters.
-
-    Parameters
-    ----------
-    period_s : float
-        Time from one look to the next.
-    alarms_per_day : float
-        False alarms a day that are allowed.
-
-    """
+    """Monitors parameters at looks ``period_s`` apart, with a rate of false alarms."""
 
     period_s: float
     alarms_per_day: float
 
     def __post_init__(self) -> None:
-        self._first: list[Watched] = []
-        # of the first looks about their mean, and of changes that were none, per coordinate
+        self._first: list[LookEstimate] = []
+        # sum of squares and count of looks without a change, per coordinate
         self._squares, self._counted = 0.0, 0
         self._suspect: int | None = None
 
     @property
-    def start(self) -> Watched:
-        """The medians of the first looks, of which one may be off, with the error of a look."""
+    def start(self) -> LookEstimate:
+        """The baseline: medians of the first looks, with the error of one look."""
         places, covariances = zip(*self._first, strict=True)
-        return Watched(np.median(places, axis=0), np.mean(covariances, axis=0))
+        return LookEstimate(np.median(places, axis=0), np.mean(covariances, axis=0))
 
     @property
     def has_begun(self) -> bool:
-        """Whether the start is known, so that a change can be seen."""
+        """Whether the baseline is complete."""
         return len(self._first) >= _FIRST_LOOKS
 
     def limit(self, count: int) -> float:
-        """Return the limit of T for so many coordinates, by the rate of false alarms."""
+        """Return the limit of T for a number of coordinates."""
         chance = min(self.alarms_per_day * self.period_s / _DAY_S, 0.5) / count
         freedom = count * (_TRUST + self._counted)
         return float(f.isf(chance, 1, freedom))
 
-    def scores(self, look: Watched) -> tuple[Array, float]:
-        """Return T of each coordinate, and by how much chi-square falls if all have changed."""
+    def scores(self, look: LookEstimate) -> tuple[Array, float]:
+        """Return T of each coordinate, and the fall of chi-square if all have changed."""
         start = self.start
         weight = np.linalg.inv(look.covariance + start.covariance)
         along = weight @ (look.place - start.place)
@@ -91,18 +78,18 @@ class Watch:
         scores = along**2 / np.diag(weight) / max(1.0, shown)
         return scores, float((look.place - start.place) @ along)
 
-    def is_suspect(self, look: Watched) -> bool:
-        """Return whether a look alone says that something has changed."""
+    def is_suspect(self, look: LookEstimate) -> bool:
+        """Return whether this look alone exceeds the limit."""
         if not self.has_begun:
             return False
         scores, _ = self.scores(look)
         return bool(scores.max() > self.limit(len(scores)))
 
-    def changed(self, look: Watched) -> int | None:
-        """Return which coordinate has changed since the start; None if none has."""
+    def changed(self, look: LookEstimate) -> int | None:
+        """Return the changed coordinate; None without a change."""
         if not self.has_begun:
             self._first.append(look)
-            if self.has_begun:  # they scatter about their mean as two changes that are none do
+            if self.has_begun:  # their scatter is that of two looks without a change
                 ways = [each.place for each in self._first]
                 ways -= np.mean(ways, axis=0)
                 weight = np.linalg.inv(self.start.covariance)

@@ -2,12 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Samples of a rig, ordered by their stamps, cut into windows that follow each other.
+Windows of samples of a rig, ordered by their stamps.
 
-Stamps alone decide: windows begin at multiples of their length, so that a recording that is played
-gives the windows that the rig gave. A window is complete when all quantities have gone beyond its
-end, or one has by more than a lag. Behind a pause and where the clock of the rig begins anew, so
-do the windows: none reaches over a gap.
+Windows start at multiples of their length, so a replayed recording gives the same windows. A
+window is complete when all quantities have passed its end, or one has by more than the lag.
+After a pause or a reset clock, windows restart: none spans a gap.
 
 """
 
@@ -22,36 +21,30 @@ from stickslip_ros.lab.experiments.reading import LEAD_S
 from stickslip_ros.parameters import to_nanoseconds
 from stickslip_ros.units import NANO
 
-_PAUSE_S = 0.5
-"""Time without a sample after which a pause has ended."""
+_PAUSE_S = 0.5  # shortest time without samples that counts as a pause, s
 _SET_BACK_S = 1.0
-"""Distance behind the newest stamp from which a stamp is of another clock rather than late."""
-_CLOCKS_APART = 1e-4  # rate by which two clocks may differ
+"""Distance behind the newest stamp that marks another clock, not a late message, s."""
+_CLOCKS_APART = 1e-4  # largest rate difference of two clocks
 _LEAD_NS = to_nanoseconds(LEAD_S)
 
 
 class Window(NamedTuple):
-    """A stretch of samples: stamps of its start and end, and times since its start, s, by name."""
+    """A stretch of samples: start, end, and by name times since the start, s, with values."""
 
     start_ns: int
     end_ns: int
-    samples: dict[str, tuple[Array, Array]]  # times from -LEAD_S on, and values
+    samples: dict[str, tuple[Array, Array]]  # from -LEAD_S on
 
 
 class RigClock:
-    """
-    The clock of a rig, as its stamps show it: the one in which messages without a stamp are told.
-
-    It is behind that of the system by the least of what messages with a stamp were sent later.
-
-    """
+    """The clock of a rig, for messages without a stamp: least delay between stamp and sending."""
 
     def __init__(self) -> None:
         self._behind_ns: float | None = None
         self._sent_ns = 0
 
     def learn(self, stamp_ns: int, sent_ns: int) -> None:
-        """Take a stamp, and when its message was sent by the clock of the system."""
+        """Take a stamp, and the send time of its message by the system clock."""
         behind_ns, passed_ns = sent_ns - stamp_ns, max(sent_ns - self._sent_ns, 0)
         before_ns = self._behind_ns
         if before_ns is None or abs(behind_ns - before_ns) > _SET_BACK_S / NANO:
@@ -60,29 +53,12 @@ class RigClock:
         self._sent_ns = sent_ns
 
     def stamp_of(self, sent_ns: int) -> int:
-        """Return the stamp of a message without one."""
+        """Return a stamp for a message without one."""
         return sent_ns - round(self._behind_ns or 0.0)
 
 
 class Windows:
-    """
-    Takes samples as they come, and gives windows.
-
-    Parameters
-    ----------
-    quantities : sequence of str
-        What comes.
-    length_s, lag_s : float
-        Length of a window, and how long it waits for samples that come late.
-
-    Attributes
-    ----------
-    late, doubled, reordered : int
-        Samples that came after their window, twice, or behind a younger one.
-    pauses, restarts : int
-        How often there was none for _PAUSE_S, and how often the clock was set back.
-
-    """
+    """Cuts samples into windows, and counts late, doubled and reordered samples, and gaps."""
 
     def __init__(self, quantities: Sequence[str], length_s: float, lag_s: float) -> None:
         self._length_ns, self._lag_ns = to_nanoseconds(length_s), to_nanoseconds(lag_s)
@@ -93,7 +69,7 @@ class Windows:
         self.late = self.doubled = self.reordered = self.pauses = self.restarts = 0
 
     def add(self, quantity: str, stamps_ns: Sequence[int], values: Sequence[float]) -> None:
-        """Take some samples of a quantity, whose stamps rise."""
+        """Add samples of a quantity with rising stamps."""
         first_ns = stamps_ns[0]
         if self._last_ns < 0:
             self._begin(first_ns)
@@ -117,7 +93,7 @@ class Windows:
         self._values[quantity].extend(values)
 
     def complete(self) -> Iterator[Window]:
-        """Yield the windows that are complete, in their order."""
+        """Yield complete windows in order."""
         while self._last_ns >= 0:
             end_ns = self._start_ns + self._length_ns
             if min(self._newest.values()) < end_ns and self._last_ns < end_ns + self._lag_ns:
@@ -125,7 +101,7 @@ class Windows:
             yield self._cut(end_ns)
 
     def _begin(self, first_ns: int) -> None:
-        """Begin anew with the first whole window that has a lead."""
+        """Restart at the first whole window with a lead."""
         for name in self._stamps:
             self._stamps[name].clear()
             self._values[name].clear()
@@ -134,7 +110,7 @@ class Windows:
         self._start_ns = math.ceil((first_ns + _LEAD_NS) / self._length_ns) * self._length_ns
 
     def _cut(self, end_ns: int) -> Window:
-        """Return the window that ends there, and keep what leads the next one."""
+        """Return the window up to this end; keep the lead of the next one."""
         start_ns, samples = self._start_ns, dict[str, tuple[Array, Array]]()
         for name, stamps in self._stamps.items():
             stamps_ns, first = np.unique(np.array(stamps, dtype=np.int64), return_index=True)

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a twin does with windows, in threads of its own: shown, recorded, now and then fitted."""
+"""The threads of a twin: windows are compared, published, recorded, and some are fitted."""
 
 import queue
 import threading
@@ -20,7 +20,7 @@ from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.interface.topics import STREAM, TRACE
 from stickslip_ros.lab.twin.health import Doctor, Health
 from stickslip_ros.lab.twin.settings import TwinParameters
-from stickslip_ros.lab.twin.twin import Look, RigRests, Twin
+from stickslip_ros.lab.twin.twin import Look, RigAtRest, Twin
 from stickslip_ros.lab.twin.window import Window
 from stickslip_ros.message_types import FLOAT64, FLOAT64_ARRAY, POINT_STAMPED, WRENCH_STAMPED
 from stickslip_ros.parameters import Parameters
@@ -37,21 +37,20 @@ TWIN_OUTPUTS = {
     'twin/steps': FLOAT64_ARRAY,
     'twin/parameters': FLOAT64_ARRAY,
 }
-"""What a twin publishes."""
-_OF_RIG = {
+"""Topics of a twin."""
+_RIG_TYPES = {
     'voltage': FLOAT64,
     'position': POINT_STAMPED,
     'foot_position': POINT_STAMPED,
     'force': WRENCH_STAMPED,
     TRACE: FLOAT64_ARRAY,
 }
-"""The readings of the rig in a recording, as those of a drive."""
+"""Topics of the rig in a recording, named as those of a drive."""
 _TRACED = {'voltage_v': 'voltage[V]', 'position_m': 'position[m]', 'force_n': 'force[N]'}
-"""Quantities that a trace of a recording holds, and their columns."""
-_THINNED_NS = 1_000_000
-"""Least distance of messages of one topic of the twin."""
-_WAITING = 20  # windows that wait, of which more are dropped
-_BEHIND = 5  # windows that wait, with which no fit begins
+"""Quantities of a recorded trace, and their columns."""
+_THINNED_NS = 1_000_000  # least distance of messages on a topic of the twin, ns
+_WAITING = 20  # waiting windows, above which new ones are dropped
+_BEHIND = 5  # waiting windows, from which no fit starts
 
 _Messages = list[tuple[str, int, bytes]]  # key, stamp in ns, message
 _Stamps = npt.NDArray[np.int64]
@@ -59,29 +58,11 @@ _Stamps = npt.NDArray[np.int64]
 
 class Work:
     """
-    Two threads of a twin: one shows windows and records them, one fits them.
+    Two threads of a twin: one compares and records windows, one fits them.
 
-    Parameters
-    ----------
-    stand : Parameters
-        The stand, as it was fitted.
-    settings : TwinParameters
-        How it follows the rig.
-    publish : callable of (str, bytes)
-        Publishes a message of one of TWIN_OUTPUTS.
-    tell : callable of str
-        Warns.
-
-    Attributes
-    ----------
-    health : Health or None
-        What the last fit said.
-    trouble : str
-        Why the last window came to nothing; empty if it did not.
-    shown, dropped : int
-        Windows in which the rig moved, and windows that came while too many waited.
-    fits, left_out : int
-        Fits, and those that were due while another one went on, or windows waited.
+    ``health`` is that of the last fit, ``trouble`` the error of the last window. ``shown``,
+    ``dropped``, ``fits`` and ``left_out`` count windows with motion, windows lost to a full queue,
+    fits and skipped fits. ``publish`` takes a message of TWIN_OUTPUTS, ``tell`` a warning.
 
     """
 
@@ -100,8 +81,8 @@ class Work:
         self._fitting: Future[None] | None = None
         self._lock = threading.Lock()
         self._recorder: Recorder | None = None
-        self._recorded_ns = self._origin_ns = 0  # stamps of its last and first message
-        self._namespace: str | None = None  # of a recording that begins with the next window
+        self._recorded_ns = self._origin_ns = 0  # last and first stamp of the recording
+        self._namespace: str | None = None  # of a recording that starts with the next window
         self.health: Health | None = None
         self.trouble = ''
         self.shown = self.dropped = self.fits = self.left_out = 0
@@ -109,14 +90,14 @@ class Work:
         self._thread.start()
 
     def put(self, window: Window) -> None:
-        """Take a window, or drop it where too many wait."""
+        """Queue a window, or drop it if too many wait."""
         if self._queue.qsize() >= _WAITING:
             self.dropped += 1
-            return
-        self._queue.put(window)
+        else:
+            self._queue.put(window)
 
     def close(self) -> None:
-        """Do what waits, and end."""
+        """Finish the queue, and stop."""
         self._queue.put(None)
         self._thread.join()
         self._fits.shutdown()
@@ -125,14 +106,14 @@ class Work:
                 self._recorder.close()
 
     def set_recording(self, wanted: bool, namespace: str) -> str:
-        """Begin a recording with the next window, or end it and return its place."""
+        """Start recording with the next window, or stop and return the path."""
         with self._lock:
             if wanted:
                 self._namespace = namespace
                 return 'the recording begins with the next window in which the rig moves'
             recorder, self._recorder, self._namespace = self._recorder, None, None
         if recorder is None:
-            raise StickSlipError('nothing is recorded; the rig has not moved since')
+            raise StickSlipError('nothing is recorded: the rig has not moved yet; move it first')
         recorder.close()
         return recorder.place
 
@@ -149,13 +130,13 @@ class Work:
                         self._fitting = self._fits.submit(self._examine, look)
                     else:
                         self.left_out += 1
-            except RigRests:  # noqa: PERF203 - one window in vain does not end the others
+            except RigAtRest:  # noqa: PERF203 - the next windows go on
                 self.trouble = ''
             except StickSlipError as error:
                 self.trouble = str(error)
-            except KeyboardInterrupt:  # somebody wants all work to end
+            except KeyboardInterrupt:  # Ctrl-C
                 return
-            except Exception:  # noqa: BLE001 - a thread has nobody to raise to
+            except Exception:  # noqa: BLE001 - a thread has no caller
                 self.trouble = traceback.format_exc(limit=-1)
                 self._tell(f'a window has failed:\n{traceback.format_exc()}')
 
@@ -173,26 +154,25 @@ class Work:
                 row += [float(value), float(sigma)]
             message = _row('fit', labels, row)
             self._publish('twin/parameters', message)
-            with self._lock:  # a fit ends after windows that followed its own
+            with self._lock:  # later windows are recorded already
                 self._record([('twin/parameters', self._recorded_ns, message)])
         except (Stopped, KeyboardInterrupt):
             return
         except StickSlipError as error:
             self._tell(f'no fit: {error}')
-        except Exception:  # noqa: BLE001 - nobody waits for it
+        except Exception:  # noqa: BLE001 - no caller waits
             self._tell(f'a fit has failed:\n{traceback.format_exc()}')
 
     def _show(self, look: Look) -> None:
-        """Publish what the twin shows in a window, thinned, and record it with the readings."""
+        """Publish the twin in a window, thinned, and record it with the readings."""
         start_ns, messages = look.window.start_ns, _Messages()
         for each in look.shown:
             name = each.quantity.rpartition('_')[0]
             kind, stamps_ns = TWIN_OUTPUTS[f'twin/{name}'], _stamps(start_ns, each.time_s)
             messages += _packed(f'twin/{name}', kind, *_thinned(stamps_ns, each.twin))
             if name == 'position':
-                messages += _packed(
-                    'twin/residual', kind, *_thinned(stamps_ns, each.rig - each.twin)
-                )
+                residual = _thinned(stamps_ns, each.rig - each.twin)
+                messages += _packed('twin/residual', kind, *residual)
         labels = ['t[s]', 'steps', 'rig[m]', 'twin[m]', 'residual_rms[m]']
         row = [look.window.end_ns / NS_PER_S, *look[3:], look.shown[0].rms]
         messages.append(('twin/steps', look.window.end_ns, _row('window', labels, row)))
@@ -202,11 +182,11 @@ class Work:
             if self._namespace is not None:
                 self._begin_recording(start_ns)
             if self._recorder is not None:
-                messages += self._of_rig(look.window)
+                messages += self._rig_messages(look.window)
                 self._record(sorted(messages, key=lambda each: each[1]))
 
-    def _of_rig(self, window: Window) -> _Messages:
-        """Return the readings of a window: as a trace where they share their stamps."""
+    def _rig_messages(self, window: Window) -> _Messages:
+        """Return the readings of a window, as a trace if all share their stamps."""
         inside = {
             name: (_stamps(window.start_ns, time_s[time_s >= 0.0]), values[time_s >= 0.0])
             for name, (time_s, values) in window.samples.items()
@@ -221,21 +201,21 @@ class Work:
         messages = _Messages()
         for name, (stamps_ns, values) in inside.items():
             key = name.rpartition('_')[0]
-            messages += _packed(key, _OF_RIG[key], stamps_ns, values)
+            messages += _packed(key, _RIG_TYPES[key], stamps_ns, values)
         return messages
 
     def _begin_recording(self, start_ns: int) -> None:
         namespace, self._namespace = self._namespace, None
         channels = {
             key: Channel(f'{namespace}/{key}', kind, Qos(STREAM.depth))
-            for key, kind in (_OF_RIG | TWIN_OUTPUTS).items()
+            for key, kind in (_RIG_TYPES | TWIN_OUTPUTS).items()
         }
         path = run_path(self._stand, f'{namespace}/twin')
         self._recorder = open_recorder(path, self._stand, channels, start_ns)
         self._recorded_ns = self._origin_ns = start_ns
 
     def _record(self, messages: _Messages) -> None:
-        """Record messages, if that is wanted; StickSlipError if it can go on no more."""
+        """Record messages while recording; stop and warn on an error."""
         recorder = self._recorder
         if recorder is None:
             return
@@ -256,7 +236,7 @@ def _stamps(start_ns: int, time_s: Array) -> _Stamps:
 
 
 def _thinned(stamps_ns: _Stamps, values: Array) -> tuple[npt.NDArray[np.int64], Array]:
-    """Return the first sample of each interval of _THINNED_NS."""
+    """Return the first sample per _THINNED_NS."""
     _, first = np.unique(stamps_ns // _THINNED_NS, return_index=True)
     return stamps_ns[first], values[first]
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What the package answers for the springs of the drive: at constant preload, and on ramps."""
+"""Answers for the drive's springs, at constant preload and on ramps."""
 
 from collections.abc import Callable, Mapping
 from functools import lru_cache
@@ -21,12 +21,11 @@ move_springs = entry_point(move_springs)
 stored_in_springs = entry_point(stored_in_springs)
 
 TURN_SEED, TURNS, TURN_STEPS = 20140, 60, 8
-"""Of the random history at constant preload: nested loops, and full slip now and then."""
-FAR_M = 1e-6  # displacement after which everything has slipped
-RAMP_N = (2.0, 0.1, 1.5, 0.2, 1.0)  # corners of the preload on ramps, which starts at the last one
+"""Random history at constant preload, with nested loops and full slip."""
+FAR_M = 1e-6  # displacement of full slip
+RAMP_N = (2.0, 0.1, 1.5, 0.2, 1.0)  # corners of the preload on ramps, which start at the last one
 RAMP_SEED, RAMP_TURNS, RAMP_STEPS = 97, 25, 40
-RAMP_REACH_M = 120e-9
-"""Largest turn on ramps: full slip at a light preload, stick under a heavy one."""
+RAMP_REACH_M = 120e-9  # largest turn on ramps: full slip at light preload, stick at heavy preload
 _BALANCE_STEPS = 4000
 
 
@@ -36,12 +35,12 @@ def random_turns(seed: int, count: int) -> tuple[float, ...]:
 
 
 def random_path(reach_m: float) -> Array:
-    """Return the random history of a reach, m."""
+    """Return the random history, scaled to a reach, m."""
     return zigzag(tuple(turn * reach_m for turn in random_turns(TURN_SEED, TURNS)), TURN_STEPS)
 
 
 def ramp(refinement: int = 1) -> tuple[Array, Array]:
-    """Return displacements, m, and preloads, N, of the history on ramps, in finer steps."""
+    """Return displacements, m, and preloads, N, of the ramps, refined."""
     turns = tuple(RAMP_REACH_M * turn for turn in random_turns(RAMP_SEED, RAMP_TURNS))
     displacements_m = zigzag(turns, RAMP_STEPS)
     last = len(displacements_m) - 1
@@ -55,13 +54,13 @@ def ramp(refinement: int = 1) -> tuple[Array, Array]:
 
 @lru_cache(maxsize=16)
 def spring_bank(profile: str, preload_n: float) -> Record:
-    """Return the springs of a drive whose preload stays below this one."""
+    """Return the springs of a drive for preloads up to this one."""
     values = {'contact.profile': profile, 'stand.preload': preload_n}
     return all_contacts(Parameters().updated(values)).bank
 
 
 def drag_along(bank: Record, displacements_m: Array, preloads_n: Array) -> Array:
-    """Return force, stored and lost energy of a bank, from unloaded springs at the first place."""
+    """Return force, stored and lost energy along displacements, from unloaded springs."""
     springs = record(springs_kind(len(bank.heights_m)))
     place_m, preload_n, lost_j = displacements_m[0], preloads_n[0], 0.0
     rows = []
@@ -80,7 +79,7 @@ def random_log(profile: str, preload_n: float, reach_m: float) -> Array:
 
 
 def bank_full_slip_n(profile: str, preload_n: float) -> float:
-    """Return the force of the springs where everything slips; they reach up to 2 N."""
+    """Return the force of the springs in full slip (bank for up to 2 N)."""
     there_m = np.array([0.0, FAR_M])
     bank = spring_bank(profile, max(RAMP_N))
     return float(drag_along(bank, there_m, np.full(2, preload_n))[-1, 0])
@@ -88,12 +87,12 @@ def bank_full_slip_n(profile: str, preload_n: float) -> float:
 
 @lru_cache(maxsize=4)
 def ramp_log(profile: str) -> Array:
-    """Return the same along ramps of the preload."""
+    """Return force, stored and lost energy along the ramps."""
     return drag_along(spring_bank(profile, max(RAMP_N)), *ramp())
 
 
 def bank_missing(profile: str) -> float:
-    """Return which share of the work is neither stored nor lost while the preload changes."""
+    """Return the share of work neither stored nor lost while the preload changes."""
     angles = np.linspace(0.0, 4.0 * np.pi, _BALANCE_STEPS + 1, dtype=np.float64)
     path_m, preloads_n = RAMP_REACH_M * np.sin(angles), 0.6 + 0.4 * np.cos(0.7 * angles)
     log = drag_along(spring_bank(profile, max(RAMP_N)), path_m, preloads_n)
@@ -107,4 +106,4 @@ ANSWERS: Mapping[str, Callable[..., Any]] = {
     'ramp_loss_j': lambda profile: ramp_log(profile)[-1, 2],
     'bank_missing': bank_missing,
 }
-"""What is asked of the springs of the drive, by its name, which says the unit."""
+"""Functions by quantity; the name ends with the unit."""

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What the package answers for one contact: pressed, pulled, along histories of displacement."""
+"""Answers for one contact: pressed, pulled, along histories of displacement."""
 
 from collections.abc import Callable, Mapping
 from functools import lru_cache
@@ -23,19 +23,18 @@ from stickslip_ros.kernels.record import Record
 from stickslip_ros.parameters import Parameters
 
 _FORCE, _STORED, _LOST = range(3)  # columns of a log
-CONE_SLOPE = 0.01  # of the profile 'cone', which is no parameter
+CONE_SLOPE = 0.01  # of the test profile 'cone'
 WANDERING = (0.7, -0.3, 0.5, -0.1, 0.35, 0.05, 0.6, -0.5, 0.9, -1.2, 1.4, 0.2)
-"""Turning points, as shares of a reach, with nested, closing and fully slipping loops."""
+"""Turning points, as shares of a reach: nested, closing and slipping loops."""
 WANDERING_STEPS = 30
 _BALANCE_STEPS = 2000
 SLOPE_STEP = 1e-4
-PULL_POINTS, PULL_WEIGHTS = np.polynomial.legendre.leggauss(200)
-"""Of Gauss and Legendre, on (-1, 1)."""
+PULL_POINTS, PULL_WEIGHTS = np.polynomial.legendre.leggauss(200)  # Gauss-Legendre rule on (-1, 1)
 
 
 @entry_point
 def follow(curve: Record, memory: Record, places_m: Array, log: Array) -> None:
-    """Move from place to place; rows of the log receive force, bound of its error, depth."""
+    """Move along places; each row of the log receives force, its error bound, depth."""
     for i in range(len(places_m)):
         move(curve, memory, places_m[i])
         log[i, 0] = memory.force_n
@@ -45,7 +44,7 @@ def follow(curve: Record, memory: Record, places_m: Array, log: Array) -> None:
 
 @entry_point
 def follow_energies(curve: Record, memory: Record, places_m: Array, log: Array) -> None:
-    """Move from place to place; rows of the log receive force, stored and lost energy."""
+    """Move along places; each row of the log receives force, stored and lost energy."""
     for i in range(len(places_m)):
         move(curve, memory, places_m[i])
         log[i, 0] = memory.force_n
@@ -55,7 +54,7 @@ def follow_energies(curve: Record, memory: Record, places_m: Array, log: Array) 
 
 @lru_cache(maxsize=64)
 def contact(profile: str, force_n: float) -> Presliding:
-    """Return the contact of the default materials under a normal force."""
+    """Return a contact of the default materials under a normal force."""
     if profile == 'cone':
         parameters = Parameters().contact
         shape: Profile = PowerProfile((0.5 * pi * CONE_SLOPE,), (1.0,))
@@ -87,7 +86,7 @@ def pull_ratio(profile: str, force_n: float, share: float) -> float:
 
 @lru_cache(maxsize=64)
 def remember(profile: str, force_n: float, places_m: tuple[float, ...]) -> Array:
-    """Return force, stored and lost energy by the memory kernel at each place, from rest at 0."""
+    """Return force, stored and lost energy of the memory kernel at each place, from 0."""
     log = np.zeros((len(places_m), 3))
     curve = tabulate([contact(profile, force_n)])
     follow_energies(curve, fresh_memory(), np.array(places_m), log)
@@ -95,19 +94,19 @@ def remember(profile: str, force_n: float, places_m: tuple[float, ...]) -> Array
 
 
 def drive_max_displacement_m(profile: str, preload_n: float) -> float:
-    """Return u_max of the lower contacts that the drive builds."""
+    """Return u_max of the lower contacts of the drive."""
     stand = Parameters().updated({'contact.profile': profile, 'stand.preload': preload_n})
     return contacts_of(stand)[-1].max_displacement_m
 
 
 def normal_force_n(profile: str, depth_m: float) -> float:
-    """Return the normal force of a depth."""
+    """Return the normal force at a depth."""
     one = contact(profile, 0.1)
     return float(normal_force(one.profile, one.elasticity, depth_m))
 
 
 def after_turns(turns_m: float | str, **at: Any) -> Array:
-    """Return force, stored and lost energy of the memory kernel at the last turning point."""
+    """Return force, stored and lost energy of the memory kernel after turning points."""
     log = remember(**at, places_m=tuple(float(turn) for turn in str(turns_m).split('/')))
     return np.asarray(log[-1])
 
@@ -119,32 +118,32 @@ def cycle_loss_j(profile: str, force_n: float, amplitude_m: float) -> float:
 
 
 def zigzag(turning_points_m: tuple[float, ...], steps: int) -> Array:
-    """Return a history from 0 through turning points, each leg in equal steps."""
+    """Return a history from 0 through turning points, in equal steps per leg."""
     corners = np.arange(len(turning_points_m) + 1) * steps
     return np.interp(np.arange(corners[-1] + 1.0), corners, (0.0, *turning_points_m))
 
 
 def wandering(reach_m: float, steps: int) -> Array:
-    """Return the history WANDERING, m."""
+    """Return the history of WANDERING, m."""
     return zigzag(tuple(turn * reach_m for turn in WANDERING), steps)
 
 
 def after_legs(profile: str, force_n: float, reach_m: float, legs: float) -> Array:
-    """Return force, stored and lost energy after some legs of WANDERING."""
+    """Return force, stored and lost energy after legs of WANDERING."""
     path_m = tuple(wandering(reach_m, WANDERING_STEPS).tolist())
     log = remember(profile, force_n, path_m)
     return np.asarray(log[round(legs * WANDERING_STEPS)])
 
 
 def missing_share(history: Array, force_n: Array, energies_j: Array) -> float:
-    """Return the largest difference of work and energies along a history, of the whole work."""
+    """Return the largest difference between work and energies, per total work."""
     means_n = 0.5 * (force_n[1:] + force_n[:-1])
     work_j = np.concatenate(([0.0], np.cumsum(means_n * np.diff(history))))
     return float(np.max(np.abs(work_j - energies_j)) / work_j[-1])
 
 
 def wandering_missing(profile: str, force_n: float, reach_m: float) -> float:
-    """Return which share of the work along WANDERING is neither stored nor lost."""
+    """Return the share of work along WANDERING neither stored nor lost."""
     path_m = wandering(reach_m, _BALANCE_STEPS)
     log = remember(profile, force_n, tuple(path_m.tolist()))
     return missing_share(path_m, log[:, 0], log[:, 1] + log[:, 2])
@@ -154,7 +153,7 @@ def wandering_missing(profile: str, force_n: float, reach_m: float) -> float:
 def ring_down(
     profile: str, force_n: float, reach_m: float, reversals: float
 ) -> tuple[Array, Record, Record]:
-    """Return force after each of the reversals of a linear ring-down, curve and memory then."""
+    """Return the force at each reversal of a linear ring-down, with final curve and memory."""
     curve, memory = tabulate([contact(profile, force_n)]), fresh_memory()
     count = round(reversals)
     log = np.zeros((count, 3))
@@ -167,7 +166,7 @@ def ring_down(
 def after_ring_down_n(
     profile: str, force_n: float, reach_m: float, reversals: float, displacement_m: float
 ) -> float:
-    """Return the force at a displacement on the way out after such a ring-down."""
+    """Return the force at a displacement after a ring-down."""
     _, curve, memory = ring_down(profile, force_n, reach_m, reversals)
     memory, log = memory.copy(), np.zeros((1, 3))
     follow(curve, memory, np.array([displacement_m]), log)
@@ -185,7 +184,7 @@ def sphere(
 
 
 def ball_normal_j(**ball: float) -> float:
-    """Return the work of pressing them, by quadrature."""
+    """Return the work of pressing a sphere, by quadrature."""
     one = sphere(**ball)
     deep_m = one.indentation.depth_m
     forces_n = normal_force(one.profile, one.elasticity, 0.5 * deep_m * (1.0 + PULL_POINTS))
@@ -193,17 +192,17 @@ def ball_normal_j(**ball: float) -> float:
 
 
 def ball_shift_m(pull: float, **ball: float) -> float:
-    """Return the shift at which the force is a share of mu F_n."""
+    """Return the displacement at which the force is a share ``pull`` of mu F_n."""
     one = sphere(**ball)
 
-    def missing_n(shift_m: float) -> float:
+    def difference_n(shift_m: float) -> float:
         return float(one.tangential_force(shift_m)) - pull * one.max_force_n
 
-    return float(bisect(missing_n, 0.0, one.max_displacement_m, xtol=1e-18))
+    return float(bisect(difference_n, 0.0, one.max_displacement_m, xtol=1e-18))
 
 
 def ball_stick_share(pull: float, **ball: float) -> float:
-    """Return which share of the contact area sticks then."""
+    """Return the sticking share of the contact area at that displacement."""
     one = sphere(**ball)
     return float(one.stick_radius(ball_shift_m(pull, **ball)) / one.indentation.radius_m) ** 2
 
@@ -250,4 +249,4 @@ ANSWERS: Mapping[str, Callable[..., Any]] = {
     'ball_stored_j': lambda **ball: ball_energies(**ball)[_STORED],
     'ball_loss_j': lambda **ball: ball_energies(**ball)[_LOST],
 }
-"""What is asked of one contact, by its name, which says the unit."""
+"""Functions by quantity; the name ends with the unit."""

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What the package answers for the whole drive: eight cycles of a saw-tooth of 1 kHz from rest."""
+"""Answers for the whole drive: eight cycles of a 1 kHz saw-tooth from rest."""
 
 from collections.abc import Callable, Mapping
 from functools import lru_cache
@@ -25,7 +25,7 @@ FREQUENCY_HZ = 1e3
 
 
 class CycleMotion(NamedTuple):
-    """Position of the runner, mean over each cycle and at its end, m; friction loss in all, J."""
+    """Runner position, mean and end of each cycle, m; total friction loss, J."""
 
     means_m: Array
     ends_m: Array
@@ -49,18 +49,18 @@ def _motion(voltage_v: float, load_n: float, *changes: tuple[str, float | str]) 
 
 
 def motion(voltage_v: float, load_n: float = 0.0, **changes: Any) -> CycleMotion:
-    """Run the drive; ``changes`` are parameters, and an amplitude below 0 goes backwards."""
+    """Run the drive with changed parameters; a voltage below 0 goes backwards."""
     kinds = {name: type(value) for name, value in Parameters().flat().items()}
     return _motion(voltage_v, load_n, *((name, kinds[name](changes[name])) for name in changes))
 
 
 def travel_force_n(place: float, preload_n: float, travel: float, displacement_m: float) -> float:
-    """Return the force of contacts pulled from rest where windows have moved some springs."""
+    """Return the force of contacts pulled from rest, at a place of travelling roughness."""
     changes = {'contact.profile': 'rough_line', 'contact.travel': travel}
     plants = plant_of(Parameters().updated({**changes, 'stand.preload': preload_n}))
     states, log = state_at_rest(plants, preload_n), np.zeros((1, 3))
     states['contacts']['window_m'] = place * plants[0].track.spacing_m
-    take_ledger(plants, states)  # tabulates where windows are
+    take_ledger(plants, states)  # tabulates the windows
     follow(plants[0].contacts[ALL].curve, fresh_memory(), np.array([displacement_m]), log)
     return float(log[0, 0])
 
@@ -71,4 +71,4 @@ ANSWERS: Mapping[str, Callable[..., Any]] = {
     'drive_loss_j': lambda **case: motion(**case).lost_j,
     'travel_force_n': travel_force_n,
 }
-"""What is asked of the drive, by its name, which says the unit."""
+"""Functions by quantity; the name ends with the unit."""

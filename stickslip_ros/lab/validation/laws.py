@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What the package answers for the rival friction laws: a mass on a spring, drift, loops."""
+"""Answers for the rival friction laws: a mass on a spring, drift, loops."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -24,11 +24,11 @@ deflect = entry_point(deflect)
 COULOMB_N = 1.0
 SIGMA_0, SIGMA_1, SIGMA_2 = 1e5, math.sqrt(1e5), 0.4
 STATIC_RATIO, STRIBECK_M_PER_S = 1.5, 1e-3
-"""The benchmark of Canudas de Wit, Olsson, Astrom, Lischinsky (1995), for a unit mass."""
+"""Benchmark of Canudas de Wit, Olsson, Astrom, Lischinsky (1995), unit mass."""
 BREAKAWAY = 0.7  # z_ba/z_ss of EPM
 SPRING_N_PER_M, PULL_M_PER_S = 2.0, 0.1
 STICK_SLIP_S = 22.0
-BEFORE_SLIP_S = 0.05  # how long before the next slip a plateau is read
+BEFORE_SLIP_S = 0.05  # time before the next slip at which a plateau is read
 _SLOW_HZ, _CYCLES, _SETTLING = 0.25, 20, 10
 DT_S = 5e-5
 _POSITION, _SPEED, _FRICTION = range(3)  # columns of a log
@@ -38,7 +38,7 @@ BLOCKS = 20
 
 
 def plain_law(number: int, **damping: float) -> Record:
-    """Return a law without any damping and without more static than Coulomb friction."""
+    """Return a law without damping and with static equal to Coulomb friction."""
     constants = {
         'bristle_n_per_m': SIGMA_0,
         'static_ratio': 1.0,
@@ -49,10 +49,9 @@ def plain_law(number: int, **damping: float) -> Record:
 
 
 def benchmark_law(number: int) -> Record:
-    """Return a law with the constants of the benchmark."""
-    return plain_law(
-        number, static_ratio=STATIC_RATIO, bristle_n_s_per_m=SIGMA_1, viscous_n_s_per_m=SIGMA_2
-    )
+    """Return a law with the benchmark constants."""
+    damping = {'bristle_n_s_per_m': SIGMA_1, 'viscous_n_s_per_m': SIGMA_2}
+    return plain_law(number, static_ratio=STATIC_RATIO, **damping)
 
 
 @entry_point
@@ -66,10 +65,10 @@ def pull_mass(
     log: Array,
 ) -> None:
     """
-    Drag a unit mass by a spring whose end moves at PULL_M_PER_S, and by a force; Verlet's steps.
+    Drag a unit mass by a force and by a spring whose end moves at PULL_M_PER_S (Verlet steps).
 
-    The force rises to its mean in a period, then oscillates. The log, of shape (steps, 3),
-    receives position (m), speed (m/s) and friction (N) after each step.
+    The force reaches its mean in one period, then oscillates. Each row of the log receives
+    position (m), speed (m/s) and friction (N).
 
     """
     x_m = speed = z_m = friction_n = 0.0
@@ -91,7 +90,7 @@ def pull_mass(
 
 @lru_cache(maxsize=1)
 def stick_slip() -> tuple[Array, list[float]]:
-    """Return the log of LuGre's stick-slip benchmark, rows DT_S apart, and the starts of slip."""
+    """Return the log of LuGre's stick-slip benchmark, one row per DT_S, and the slip starts, s."""
     log = np.zeros((round(STICK_SLIP_S / DT_S), 3))
     pull_mass(benchmark_law(LUGRE), SPRING_N_PER_M, 0.0, 0.0, 1.0, DT_S, log)
     sliding = log[:, _SPEED] > STRIBECK_M_PER_S
@@ -99,13 +98,13 @@ def stick_slip() -> tuple[Array, list[float]]:
 
 
 def plateau_m(plateau: float) -> float:
-    """Return where the mass sticks between two slips."""
+    """Return the stick position between two slips."""
     log, starts_s = stick_slip()
     return float(log[round((starts_s[round(plateau)] - BEFORE_SLIP_S) / DT_S), _POSITION])
 
 
 def drift_per_cycle_m(law: str, mean_n: float, wave_n: float) -> float:
-    """Return the mean drift of the last cycles under an oscillating force."""
+    """Return the mean drift per cycle under an oscillating force."""
     log = np.zeros((round((_CYCLES + 1) / _SLOW_HZ / DT_S), 3))
     pull_mass(benchmark_law(LAWS.index(law)), 0.0, mean_n, wave_n, _SLOW_HZ, DT_S, log)
     cycle = len(log) // (_CYCLES + 1)
@@ -113,7 +112,7 @@ def drift_per_cycle_m(law: str, mean_n: float, wave_n: float) -> float:
 
 
 def trace(law: Record, displacements_m: Array, dt_s: float = 1e-3) -> tuple[Array, Array]:
-    """Return friction, N, and loss so far, J, along displacements from 0 with Fc = COULOMB_N."""
+    """Return friction, N, and lost energy, J, along displacements from 0 with Fc = COULOMB_N."""
     z_m = lost_j = 0.0
     rows = []
     for du_m in np.diff(displacements_m, prepend=0.0):
@@ -131,21 +130,21 @@ def steady_friction_n(law: str, speed_m_per_s: float) -> float:
 
 
 def virgin_friction_n(law: str, displacement_m: float) -> float:
-    """Return the friction on the first loading, without damping."""
+    """Return the friction of first loading, without damping."""
     places_m = np.linspace(0.0, displacement_m, 50, dtype=np.float64)
     return float(trace(plain_law(LAWS.index(law)), places_m)[0][-1])
 
 
 @lru_cache(maxsize=1)
 def steady_loop(law: str, amplitude_m: float) -> tuple[Array, Array]:
-    """Return friction, N, and loss so far, J, along loops that become steady."""
+    """Return friction, N, and lost energy, J, along loops that become steady."""
     path_m = zigzag((amplitude_m, -amplitude_m) * LOOP_CYCLES, LOOP_STEPS)
     return trace(plain_law(LAWS.index(law)), path_m)
 
 
 @lru_cache(maxsize=2)
 def loaded(preload_n: float, load_n: float) -> tuple[float, float]:
-    """Return position, m, and friction, N, of a free runner that a load has pulled for 20 ms."""
+    """Return position, m, and friction, N, of a free runner after 20 ms of a load."""
     values = {'contact.law': 'coulomb', 'load_cell.contact': 'absent'}
     bench = Bench(Parameters().updated({**values, 'stand.preload': preload_n}))
     requests = [Request('load', (load_n, 0.0, 0.0, 0.0, 0.0, 0.0))]
@@ -169,4 +168,4 @@ ANSWERS: Mapping[str, Callable[..., Any]] = {
     'coulomb_way_m': lambda **at: loaded(**at)[0],
     'coulomb_friction_n': lambda **at: loaded(**at)[1],
 }
-"""What is asked of the friction laws, by its name, which says the unit."""
+"""Functions by quantity; the name ends with the unit."""

@@ -2,12 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The references of the self-test: two tables of data that ship with the package.
+References of the self-test: two tables of data in the package.
 
-A row is one number: what the code of this package is asked (a quantity, which names a function of
-the self-test, and a case, which gives its arguments), what another code answers, and how far both
-may be apart. ``make evidence`` writes references.csv, from the codes in test/evidence and from
-printed figures; ``make foreign`` writes foreign.csv, from programs that others wrote.
+A row holds a quantity (a function of the self-test), a case (its arguments), the answer of another
+code, and the tolerance. ``make evidence`` writes references.csv from test/evidence and from
+printed figures, ``make foreign`` writes foreign.csv from other programs.
 
 """
 
@@ -24,18 +23,18 @@ TABLES = tuple(Path(__file__).parent / name for name in ('references.csv', 'fore
 
 
 class Reference(NamedTuple):
-    """A row of a table, its columns in their order; numbers are SI."""
+    """A row of a table; numbers are SI."""
 
     family: str
-    quantity: str  # a function of the self-test; its name ends with the unit, as everywhere
-    case: str  # arguments of that function: profile=rough, force_n=0.1; turning points by slashes
+    quantity: str  # a function of the self-test; its name ends with the unit
+    case: str  # its arguments: profile=rough, force_n=0.1; turning points with slashes
     reference: float
-    tolerance: float  # of the error; not a number: for the page only, not compared
-    relative_to: float  # what the error is divided by
-    why: str  # where an error as large as the tolerance comes from
+    tolerance: float  # of the error; NaN: shown, not compared
+    relative_to: float  # divisor of the error
+    why: str  # reason for the tolerance
     source: str
-    made_by: str  # the code, or the print, that the reference is from
-    version: str  # of that code, or of what it computes with
+    made_by: str  # code or print
+    version: str  # of that code or its libraries
 
     @property
     def unit(self) -> str:
@@ -49,7 +48,7 @@ class Reference(NamedTuple):
 
 
 def read_references(paths: Iterable[Path] = TABLES) -> tuple[Reference, ...]:
-    """Return the rows of tables, in their order."""
+    """Return the rows of all tables."""
     rows = []
     for path in paths:
         for cells in csv.DictReader(path.read_text(encoding='utf-8').splitlines()):
@@ -60,7 +59,7 @@ def read_references(paths: Iterable[Path] = TABLES) -> tuple[Reference, ...]:
 
 
 def arguments_of(case: str) -> dict[str, float | str]:
-    """Return the arguments that a case names: numbers where they are some, else words."""
+    """Return the arguments of a case: numbers where possible, else words."""
     arguments: dict[str, float | str] = {}
     for name, value in (part.split('=') for part in case.split(', ') if part):
         arguments[name] = value
@@ -70,7 +69,7 @@ def arguments_of(case: str) -> dict[str, float | str]:
 
 
 def case_of(arguments: Mapping[str, Any]) -> str:
-    """Return the words of a case."""
+    """Return arguments as a case."""
     return ', '.join(
         f'{name}={value if isinstance(value, str) else format(value, ".10g")}'
         for name, value in arguments.items()

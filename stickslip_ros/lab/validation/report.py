@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The self-test in sections and files: a page to read, CSV to compute with, and margins."""
+"""Results of the self-test as sections, page, CSV and picture."""
 
 import csv
 import io
@@ -27,12 +27,12 @@ _PREFIXES = {-4: 'p', -3: 'n', -2: 'u', -1: 'm', 0: '', 1: 'k', 2: 'M', 3: 'G'}
 """By powers of a thousand."""
 PREFIXED_UNITS = ('m', 'N', 'J', 'Pa', 'N/m')
 _HEADER = ('quantity', 'case', 'against', 'made by', 'reference', 'ours', 'error', 'tolerance')
-LEAST_SHARE = 1e-6  # errors below that share of their tolerance are drawn there
+LEAST_SHARE = 1e-6  # smaller errors are drawn at this share of their tolerance
 Answers = Mapping[str, Sequence[CheckedAnswer]]
 
 
 def value_text(value: float, unit: str) -> str:
-    """Return a value for the eye, with a prefix where its unit takes one: ``81.5873 nm``."""
+    """Return a value with a prefixed unit: ``81.5873 nm``."""
     if unit not in PREFIXED_UNITS or value == 0.0 or not math.isfinite(value):
         return f'{value:.{_DIGITS}g} {unit}'.rstrip()
     power = math.floor(math.log10(abs(value)) / 3.0)
@@ -41,13 +41,13 @@ def value_text(value: float, unit: str) -> str:
 
 
 def summary_text(outcomes: Answers) -> str:
-    """Return how many references there are and how many are missed."""
+    """Return the numbers of references and of failures."""
     total, wrong = sum(map(len, outcomes.values())), len(failed(outcomes))
     return f'{total} references, {wrong} failed' if wrong else f'{total} references, all passed'
 
 
 def failure_text(found: CheckedAnswer) -> str:
-    """Return what is wrong with an answer, and what error was to be expected."""
+    """Return a wrong answer, and the expected error."""
     row = found.reference
     return (
         f'FAIL {row.quantity} of {row.case or "the default"}: {value_text(found.ours, row.unit)}, '
@@ -57,7 +57,7 @@ def failure_text(found: CheckedAnswer) -> str:
 
 
 def sections(outcomes: Answers) -> Iterator[Section]:
-    """Yield the families and what failed, then every reference, a section for each family."""
+    """Yield a summary with failures, then a section for each family."""
     rows = []
     for family, found in outcomes.items():
         wrong = sum(not each.passed for each in found)
@@ -79,7 +79,7 @@ def sections(outcomes: Answers) -> Iterator[Section]:
 
 
 def as_objects(outcomes: Answers) -> list[dict[str, Any]]:
-    """Return a row of the table with our answer, SI, for each reference."""
+    """Return each reference with our answer, SI."""
     rows = []
     for each in chain.from_iterable(outcomes.values()):
         ours = {'ours': each.ours, 'unit': each.reference.unit, 'error': each.error}
@@ -88,7 +88,7 @@ def as_objects(outcomes: Answers) -> list[dict[str, Any]]:
 
 
 def csv_text(outcomes: Answers) -> str:
-    """Return the same as CSV, with all digits."""
+    """Return all rows as CSV, with all digits."""
     text, rows = io.StringIO(), as_objects(outcomes)
     writer = csv.DictWriter(text, rows[0], lineterminator='\n')
     writer.writeheader()
@@ -98,7 +98,7 @@ def csv_text(outcomes: Answers) -> str:
 
 @styled()
 def draw_margins(outcomes: Answers) -> Figure:
-    """Draw which share of its tolerance each error uses."""
+    """Draw each error as a share of its tolerance."""
     figure = new_figure(8.0, 5.0, f'stickslip validate: {summary_text(outcomes)}')
     axes = figure.subplots()
     for line, found in enumerate(outcomes.values()):
@@ -120,7 +120,7 @@ def draw_margins(outcomes: Answers) -> Figure:
 
 
 def write_report(outcomes: Answers, folder: Path) -> list[Path]:
-    """Write every reference as a page and as CSV; return the files."""
+    """Write all references as page and CSV; return the files."""
     page, table = files = [folder / name for name in (_PAGE, _CSV)]
     try:
         folder.mkdir(parents=True, exist_ok=True)

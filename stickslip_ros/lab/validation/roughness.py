@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What the package answers for roughness: Hess's rule, random lines and surfaces, spectra."""
+"""Answers for roughness: Hess's rule, random lines and surfaces, spectra."""
 
 from collections.abc import Callable, Mapping
 from functools import lru_cache
@@ -12,12 +12,7 @@ from typing import Any
 import numpy as np
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.contact.roughness import (
-    Spectrum,
-    hess_factor,
-    rough_line,
-    rough_prefactor_1d,
-)
+from stickslip_ros.contact.roughness import Spectrum, hess_factor, rough_line, rough_prefactor_1d
 from stickslip_ros.lab.validation.surfaces import (
     fit_hurst,
     line_spectrum,
@@ -33,7 +28,7 @@ _LINE_POINTS, _SURFACE_POINTS, _SEED = 1 << 14, 512, 11
 
 @lru_cache(maxsize=3)
 def line_and_surface(hurst: float) -> tuple[Array, Array]:
-    """Return heights, m, whose spectra fill their grids from the first wave to the last."""
+    """Return heights, m, with spectra from the first wave to the last of their grids."""
     line, surface = (
         Spectrum(hurst, RMS_HEIGHT_M, FIRST_PER_M, FIRST_PER_M * points / 2.0)
         for points in (_LINE_POINTS, _SURFACE_POINTS)
@@ -43,7 +38,7 @@ def line_and_surface(hurst: float) -> tuple[Array, Array]:
 
 
 def fitted_hurst(body: str, hurst: float) -> float:
-    """Return the exponent that the spectrum of a random line or surface shows."""
+    """Return the exponent of the spectrum of a random line or surface."""
     line_m, surface_m = line_and_surface(hurst)
     if body == 'line':
         return fit_hurst(*line_spectrum(line_m, LENGTH_M), 1)
@@ -80,4 +75,4 @@ ANSWERS: Mapping[str, Callable[..., Any]] = {
     'rms_m': rms_m,
     'mean_square_m2': mean_square_m2,
 }
-"""What is asked of roughness, by its name, which says the unit."""
+"""Functions by quantity; the name ends with the unit."""

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The self-test of an installation: what it answers, beside the references that ship with it."""
+"""The self-test of an installation: answers against the references of the package."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,19 +12,19 @@ from stickslip_ros.process.stopping import stop_if_asked
 
 MODULES = (contacts, roughness, bank, laws, drive)
 ANSWERS = {quantity: answer for module in MODULES for quantity, answer in module.ANSWERS.items()}
-"""What the package answers, by quantity."""
+"""Functions by quantity."""
 
 
 @dataclass(frozen=True)
 class CheckedAnswer:
-    """A reference, and what this installation answers, SI."""
+    """A reference, and the answer of this installation, SI."""
 
     reference: Reference
     ours: float
 
     @property
     def error(self) -> float:
-        """The difference, divided by what the reference says."""
+        """The difference, divided by ``relative_to``."""
         return abs(self.ours - self.reference.reference) / self.reference.relative_to
 
     @property
@@ -34,14 +34,14 @@ class CheckedAnswer:
 
 
 def answer(row: Reference) -> float:
-    """Compute what a reference is compared with."""
+    """Compute the answer to a reference."""
     return float(ANSWERS[row.quantity](**arguments_of(row.case)))
 
 
 def validate(
     rows: Iterable[Reference] | None = None, progress: Callable[[int, int], None] = lambda *_: None
 ) -> dict[str, list[CheckedAnswer]]:
-    """Compare with references, all if None; return outcomes by family, report those done."""
+    """Compare with references, all for None; return outcomes by family."""
     compared = [row for row in read_references() if row.is_compared] if rows is None else rows
     families: dict[str, list[Reference]] = {}
     for row in compared:
@@ -57,5 +57,5 @@ def validate(
 
 
 def failed(outcomes: Mapping[str, Sequence[CheckedAnswer]]) -> list[CheckedAnswer]:
-    """Return the outcomes that fail, of all families."""
+    """Return the failed outcomes."""
     return [each for found in outcomes.values() for each in found if not each.passed]

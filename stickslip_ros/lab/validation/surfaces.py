@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Random surfaces, and what lines and surfaces show of the spectrum that they are made of."""
+"""Random surfaces, and the spectra of lines and surfaces."""
 
 import numpy as np
 
@@ -10,30 +10,13 @@ from stickslip_ros.contact.roughness import Spectrum, wave_numbers
 
 
 def rough_surface(spectrum: Spectrum, length_m: float, points: int, seed: int) -> Array:
-    """
-    Return one realisation of a square rough surface (Eqs 1 to 3).
-
-    Parameters
-    ----------
-    spectrum : Spectrum
-        What the surface is made of.
-    length_m, points : float, int
-        Side L, m, with which the surface is periodic, and the number of points along it.
-    seed : int
-        Seed of the phases, >= 0.
-
-    Returns
-    -------
-    array, shape (points, points)
-        Heights, m, of mean zero and exactly the asked rms; refused like those of `rough_line`.
-
-    """
+    """Return heights, m, of a periodic square surface (Eqs 1 to 3), mean 0, exact rms."""
     spectrum.check_grid(length_m, points)
     power = spectrum.density_2d(_wave_numbers_2d(length_m, points))
     power[0, 0] = 0.0
     if points % 2 == 0:
         power[points // 2, :] = power[:, -1] = 0.0
-    # The half that a real transform leaves out repeats all columns but the first.
+    # The omitted half of a real transform repeats all columns but the first.
     power *= spectrum.rms_height_m**2 / (2.0 * np.sum(power) - np.sum(power[:, 0]))
     phases = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, power.shape)
     middle = (points + 1) // 2
@@ -43,19 +26,9 @@ def rough_surface(spectrum: Spectrum, length_m: float, points: int, seed: int) -
 
 def line_spectrum(heights_m: Array, length_m: float) -> tuple[Array, Array]:
     """
-    Return wave numbers, rad/m, and the density C_1D, m^3, of a periodic line.
+    Return wave numbers, rad/m, and C_1D = |B_1D|^2 L/(2 pi), m^3 (Eq.
 
-    Parameters
-    ----------
-    heights_m : array, shape (points,)
-        Heights, m.
-    length_m : float
-        Length L, m.
-
-    Notes
-    -----
-    C_1D = |B_1D|^2 L/(2 pi), Eq. 13 solved for it. A line that is not periodic, such as a
-    measured one, needs a window first.
+    13), of a periodic line.
 
     """
     points = len(heights_m)
@@ -67,19 +40,9 @@ def line_spectrum(heights_m: Array, length_m: float) -> tuple[Array, Array]:
 
 def surface_spectrum(heights_m: Array, length_m: float) -> tuple[Array, Array]:
     """
-    Return wave numbers, rad/m, and the density C_2D, m^4, of a periodic square surface.
+    Return wave numbers, rad/m, and C_2D, m^4, of a periodic square surface.
 
-    Parameters
-    ----------
-    heights_m : array, shape (points, points)
-        Heights, m.
-    length_m : float
-        Side L, m.
-
-    Notes
-    -----
-    C_2D = |B_2D|^2 (L/(2 pi))^2 (Eq. 3), averaged over the waves of a ring, one wave per length
-    wide; its wave number is the mean of theirs.
+    C_2D = |B_2D|^2 (L/(2 pi))^2 (Eq. 3), averaged with its wave numbers over rings one wave wide.
 
     """
     points = len(heights_m)
@@ -97,19 +60,10 @@ def surface_spectrum(heights_m: Array, length_m: float) -> tuple[Array, Array]:
 
 def fit_hurst(wave_number_per_m: Array, density: Array, dimensions: int) -> float:
     """
-    Return the Hurst exponent of a density.
+    Return the Hurst exponent of C_1D ~ q^(-2H-1) or C_2D ~ q^(-2H-2), by dimensions.
 
-    Parameters
-    ----------
-    wave_number_per_m, density : array
-        Wave numbers inside the power law, rad/m, and C_1D or C_2D there; 0 is left out.
-    dimensions : int
-        1 for C_1D ~ q^(-2H-1), 2 for C_2D ~ q^(-2H-2).
-
-    Notes
-    -----
-    Least squares of the logarithms. The waves of a line are weighted with 1/q, so that every
-    octave counts alike; the rings of a surface are not, as the first ones average over octaves.
+    Least squares of logarithms. Waves of a line are weighted by 1/q, so octaves count equally;
+    rings of a surface are not, as the first ones average over octaves.
 
     """
     filled = density > 0.0

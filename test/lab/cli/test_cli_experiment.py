@@ -35,7 +35,7 @@ def test_import_says_what_it_understood_and_writes_our_form(capsys: Any, table: 
     assert "aside   'Temp (°C)'" in out
     clean = Path('out/clean.csv')
     assert clean.read_text(encoding='utf-8') == (
-        "# column 'Temp (°C)' was kept aside\n"
+        "# column 'Temp (°C)' was not read\n"
         'preload_n,amplitude_m,force_n\n0.5,6e-08,0.0015\n0.5,9e-08,0.02225\n'
     )
     again = read_experiment(clean)

@@ -28,7 +28,7 @@ def test_info_of_a_file_without_parameters_does_not_invent_them(tmp_path: Path, 
     path = str(foreign_numbers(tmp_path / 'theirs.mcap', [(1, 0, 1.5)]))
     assert main(['info', path]) == 0
     shown = capsys.readouterr().out
-    assert 'parameters: not known, the file has no parameters.yaml' in shown
+    assert 'parameters: unknown, as the file has no parameters.yaml' in shown
     assert 'the stand of the paper' not in shown
     assert main(['info', path, '--json']) == 0
     assert json.loads(capsys.readouterr().out)['changed_parameters'] is None
@@ -46,7 +46,7 @@ def test_parameters_that_are_no_text_are_refused(tmp_path: Path, capsys):
     for words in (['info', str(path)], ['compare', str(path), str(path)]):
         assert main(words) == 2
         assert (
-            'its parameters.yaml is not text in UTF-8; record it anew' in capsys.readouterr().err
+            'its parameters.yaml is not text in UTF-8; record it again' in capsys.readouterr().err
         )
 
 

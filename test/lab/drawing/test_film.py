@@ -12,7 +12,13 @@ import pytest
 
 from stickslip_ros import Parameters
 from stickslip_ros.drive.build import contacts_of
-from stickslip_ros.lab.drawing.film import BEFORE, FILM_CYCLES, FRAMES, film_of, slipping_shares
+from stickslip_ros.lab.drawing.film import (
+    CYCLES_BEFORE,
+    FILM_CYCLES,
+    FRAMES,
+    film_of,
+    slipping_shares,
+)
 from stickslip_ros.lab.drawing.picture import SECONDS, stand_svg
 
 RINGS_ERROR = 0.02
@@ -71,7 +77,7 @@ def test_the_film_shows_whole_cycles_from_a_fall_to_a_fall(backwards: bool):
     # The feet go to and fro by more than all contacts can stick.
     assert film.slipping.max() == pytest.approx(1.0, abs=1e-12)
     assert film.slipping.min() < 0.05
-    late = film_of(Parameters(), *trace(8 + BEFORE, backwards))
+    late = film_of(Parameters(), *trace(8 + CYCLES_BEFORE, backwards))
     assert np.allclose(late.slipping, film.slipping, atol=0.03)
 
 

@@ -167,7 +167,7 @@ def test_a_missing_python_control_is_named(monkeypatch: pytest.MonkeyPatch):
 
 @pytest.mark.parametrize('law', ['coulomb', 'dahl', 'lugre', 'epm'])
 def test_other_laws_are_refused(law: str):
-    with pytest.raises(StickSlipError, match=r"contact.law '\w+' is a law without a stiffness"):
+    with pytest.raises(StickSlipError, match=r"contact.law '\w+' is a law without one stiffness"):
         linearise(IDEAL.updated({'contact.law': law}))
 
 

@@ -544,13 +544,13 @@ def test_the_stand_moves_as_the_drive_does_and_a_twin_is_shown_below(drive: Told
 
     expect(page.locator('#twin')).to_be_hidden()
     for at_ms in range(0, 200, 10):
-        drive.take_reading_of_twin('position', 7_000_000_000 + at_ms * 1_000_000, 1e-9 * at_ms)
-        drive.take_reading_of_twin('residual', 7_000_000_000 + at_ms * 1_000_000, 1e-10)
+        drive.take_twin_reading('position', 7_000_000_000 + at_ms * 1_000_000, 1e-9 * at_ms)
+        drive.take_twin_reading('residual', 7_000_000_000 + at_ms * 1_000_000, 1e-10)
     window = ['t[s]', 'steps', 'rig[m]', 'twin[m]', 'residual_rms[m]']
-    drive.take_row_of_twin('steps', window, [7.2, 99, 9.8e-8, 9.7e-8, 1e-10])
+    drive.take_twin_row('steps', window, [7.2, 99, 9.8e-8, 9.7e-8, 1e-10])
     for time_s, friction in ((7.2, 0.3), (17.2, 0.24)):
         fit = ['t[s]', 'contact.friction', 'contact.friction_sigma']
-        drive.take_row_of_twin('parameters', fit, [time_s, friction, 0.003])
+        drive.take_twin_row('parameters', fit, [time_s, friction, 0.003])
     expect(page.locator('#twin-steps')).to_contain_text('99 steps: rig +98.00 nm, twin +97.00 nm')
     expect(page.locator('#twin-fits')).to_have_text(re.compile('contact.friction.*0.24 ± 0.003'))
     page.reload()  # which asks for it anew

@@ -53,7 +53,7 @@ def test_a_header_of_any_length_is_judged_at_once(header: str, filling: str):
     ('text', 'problem'),
     [
         ('0,0\n10,100\n', "there is no time_s; not understood: '1', '2'"),
-        ('time,voltage\n0,0\n10,100\n', "no unit is said of 'time', 'voltage'"),
+        ('time,voltage\n0,0\n10,100\n', "has no unit for 'time', 'voltage'"),
         ('time (ms),force (mN)\n0,0\n10,100\n', 'there is no voltage_v'),
         ('time (ms),voltage (V)\n', 'no rows of numbers'),
         ('time (ms),voltage (V)\n0,0\n1,lots\n2,3\n3,4\n', "line 3, column voltage (V): 'lots'"),

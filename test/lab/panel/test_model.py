@@ -183,7 +183,7 @@ def test_what_is_heard_of_a_twin_is_a_picture_of_its_own_once_and_for_each_new_p
     assert model.twin_frame() is not None  # which says that there is none
     assert (model.frame() is not None, model.frame()) == (True, None)
     assert model.twin_frame() is None
-    model.take_row_of_twin('parameters', ['t[s]', 'runner.mass', 'runner.mass_sigma'], [1, 2, 0.1])
+    model.take_twin_row('parameters', ['t[s]', 'runner.mass', 'runner.mass_sigma'], [1, 2, 0.1])
     head, curves = opened(model.twin_frame())
     assert head['twin']['fits'] == [['runner.mass', '2 ± 0.1 kg']]
     assert set(curves) == {'runner.mass', 'runner.mass low', 'runner.mass high'}

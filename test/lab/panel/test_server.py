@@ -118,7 +118,7 @@ def test_a_file_of_the_page_comes_back_as_rows_or_with_a_reason(port: int):
     own = {'Origin': f'http://127.0.0.1:{port}'}
     table = b'time (ms),voltage (V)\n0,0\n10,100\n'
     assert posted(port, table, **own) == (200, {'rows': [[0.0, 0.0], [0.01, 100.0]]})
-    assert 'no unit is said' in posted(port, b'time,voltage\n0,0\n10,1\n', **own)[1]['refused']
+    assert 'has no unit for' in posted(port, b'time,voltage\n0,0\n10,1\n', **own)[1]['refused']
     assert posted(port, table, Origin='http://evil.example')[0] == 403
     assert posted(port, table)[0] == 403
 

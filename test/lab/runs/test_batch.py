@@ -250,7 +250,7 @@ def test_the_journal_of_another_study_is_refused_and_left_as_it_was(tmp_path, ot
     with pytest.raises(RecordingError) as caught:
         Journal(path, identity)
     assert message in str(caught.value)
-    assert str(caught.value).endswith('start anew with --fresh, or choose another output')
+    assert str(caught.value).endswith('start again with --fresh, or choose another output')
     assert path.read_bytes() == before
     with Journal(path, identity, fresh=True) as journal:
         assert journal.rows == {}
@@ -363,7 +363,7 @@ def test_a_scheduler_that_clears_up_is_asked_again_and_at_last_given_up(schedule
     assert len(failed) == 2
     monkeypatch.setattr(Client, '_ensure_connected', fail)
     monkeypatch.setattr(batch, 'CONNECT_S', 0.2)
-    with pytest.raises(ClusterError, match='clears up another batch; try again in a while'):
+    with pytest.raises(ClusterError, match='still clears up another batch; try again in a minute'):
         run_batch(third, CASES, scheduler=scheduler)
 
 

@@ -188,11 +188,11 @@ def test_a_scope_says_its_columns_and_is_asked_which_they_are(tmp_path: Path):
 def test_a_header_names_a_quantity_and_its_unit(header: str, column: str | None, factor: float):
     lines = ['Preload (N);Hub (nm);force_n' if column != 'force_n' else 'Preload (N);Hub (nm);x']
     text = f'{lines[0]};{header}\n0.5;60;2;3\n'
-    [*_, last] = (experiment := parse_experiment(text.encode(), 'a.csv')).understood
+    [*_, last] = (experiment := parse_experiment(text.encode(), 'a.csv')).recognised
     assert experiment.columns['amplitude_m'].tolist() == [60e-9]
     if column is None:
-        assert experiment.aside == (header,)
-        assert f"column '{header}' was kept aside" in experiment.notes
+        assert experiment.unread == (header,)
+        assert f"column '{header}' was not read" in experiment.notes
     else:
         assert last.name == column
         assert last.factor == pytest.approx(factor, rel=ROUNDING)

@@ -19,7 +19,7 @@ from stickslip_ros.instrument.commands import Request
 from stickslip_ros.lab.fitting.report import Fit
 from stickslip_ros.lab.twin.health import Doctor
 from stickslip_ros.lab.twin.settings import TwinParameters
-from stickslip_ros.lab.twin.twin import RigRests, Twin
+from stickslip_ros.lab.twin.twin import RigAtRest, Twin
 from stickslip_ros.lab.twin.window import Window, Windows
 from stickslip_ros.parameters import Parameters
 
@@ -111,5 +111,5 @@ def test_a_rig_that_rests_is_no_trouble():
     window = seen(Rig(), 1)
     still = np.full_like(window.samples['voltage_v'][1], 12.0)
     window.samples['voltage_v'] = window.samples['voltage_v'][0], still
-    with pytest.raises(RigRests):
+    with pytest.raises(RigAtRest):
         Twin(STAND, SETTINGS).look(window)

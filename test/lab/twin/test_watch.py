@@ -6,7 +6,7 @@
 import numpy as np
 import pytest
 
-from stickslip_ros.lab.twin.watch import Watch, Watched
+from stickslip_ros.lab.twin.watch import LookEstimate, Watch
 
 PERIOD_S, LOOKS = 10.0, 500
 COVARIANCE = np.array([[4.0, 1.5, 0.3], [1.5, 9.0, -0.6], [0.3, -0.6, 0.25]]) * 1e-4
@@ -21,7 +21,7 @@ def alarms(seed: int, shared: float, understated: float, memory: float, per_day:
     for _ in range(LOOKS):
         own = memory * own + np.sqrt(1.0 - memory**2) * rng.normal(size=3)
         place = root @ (np.sqrt(shared) * common + np.sqrt(1.0 - shared) * own)
-        found = watch.changed(Watched(place, COVARIANCE))
+        found = watch.changed(LookEstimate(place, COVARIANCE))
         count += found is not None and before is None
         before = found
     return count
@@ -46,11 +46,11 @@ def test_the_parameter_that_changes_is_named_at_the_second_look(which: int):
     rng, root = np.random.default_rng(which), np.linalg.cholesky(COVARIANCE)
     watch = Watch(PERIOD_S, 1.0)
     for _ in range(6):
-        assert watch.changed(Watched(root @ rng.normal(size=3), COVARIANCE)) is None
+        assert watch.changed(LookEstimate(root @ rng.normal(size=3), COVARIANCE)) is None
     step = np.zeros(3)
     step[which] = 10.0 * np.sqrt(COVARIANCE[which, which])
     found = [
-        watch.changed(Watched(step + root @ rng.normal(size=3), COVARIANCE)) for _ in range(2)
+        watch.changed(LookEstimate(step + root @ rng.normal(size=3), COVARIANCE)) for _ in range(2)
     ]
     assert found == [None, which]
 
@@ -58,4 +58,4 @@ def test_the_parameter_that_changes_is_named_at_the_second_look(which: int):
 def test_one_look_that_is_off_raises_nothing():
     watch = Watch(PERIOD_S, 1.0)
     for place in (0.0, 0.0, 0.0, 1.0, 0.0, 0.0):
-        assert watch.changed(Watched(np.full(3, place), COVARIANCE)) is None
+        assert watch.changed(LookEstimate(np.full(3, place), COVARIANCE)) is None

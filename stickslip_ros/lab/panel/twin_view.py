@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What the panel knows of a twin beside the drive: its last window, and how its estimates went."""
+"""The twin in the panel: its last window, and the history of its estimates."""
 
 import math
 from collections import deque
@@ -14,22 +14,12 @@ from stickslip_ros.lab.panel.curves import PanelCurve, curve_of
 from stickslip_ros.parameters import specs
 from stickslip_ros.units import NS_PER_S
 
-_FITS_KEPT = 360
-"""Fits whose estimates are shown: an hour of one each 10 s."""
-_ERROR = '_sigma'
-"""End of the name of a column that holds the standard error of another."""
+_FITS_KEPT = 360  # fits shown: one hour at one each 10 s
+_ERROR = '_sigma'  # suffix of the column with the standard error
 
 
-class Beside:
-    """
-    A twin, as it was heard: one window at a time, and a row of estimates for each fit.
-
-    Attributes
-    ----------
-    has_news : bool
-        Whether ``picture`` is another than when it was asked for last.
-
-    """
+class TwinView:
+    """Position, residual and estimates of a twin; ``has_news`` if the picture has changed."""
 
     def __init__(self) -> None:
         self.has_news = True
@@ -41,52 +31,50 @@ class Beside:
     def take_reading(self, name: str, stamp_ns: int, value_m: float) -> None:
         """Take a message of twin/position or twin/residual."""
         self._heard[name][stamp_ns] = value_m
-        self.has_news |= stamp_ns < self._end_ns  # others are shown when their window ends
+        self.has_news |= stamp_ns < self._end_ns  # the current window is shown when it ends
 
     def take_window(self, labels: Sequence[str], row: Sequence[float]) -> None:
-        """Take a row of twin/steps: its window lasts from the end of the one before to its own."""
+        """Take a row of twin/steps; its window starts at the end of the last one."""
         pairs = zip((each.partition('[')[0] for each in labels), row, strict=True)
         begin_ns, self._window = self._end_ns, {k: v for k, v in pairs if math.isfinite(v)}
         self._end_ns = round(self._window['t'] * NS_PER_S)
-        for values in self._heard.values():  # messages of several topics come in any order
+        for values in self._heard.values():  # topics arrive in any order
             for stamp_ns in [x for x in values if x < begin_ns or x > self._end_ns + NS_PER_S]:
                 del values[stamp_ns]
         self.has_news = True
 
     def take_fit(self, labels: Sequence[str], row: Sequence[float]) -> None:
-        """Take a row of twin/parameters; where time or parameters are others, all begins anew."""
+        """Take a row of twin/parameters; clear the history if time or parameters changed."""
         fit = dict(zip(labels, row, strict=True))
-        if self._fits and (
-            fit.keys() != self._fits[-1].keys() or fit['t[s]'] < self._fits[-1]['t[s]']
-        ):
+        last = self._fits[-1] if self._fits else fit
+        if fit.keys() != last.keys() or fit['t[s]'] < last['t[s]']:
             self._fits.clear()
         self._fits.append(fit)
         self.has_news = True
 
     def picture(self) -> tuple[dict[str, Any], dict[str, PanelCurve]]:
-        """Return what the page is told, and its curves: changes since the first fit are shares."""
+        """Return numbers and curves for the page; changes are relative to the first fit."""
         self.has_news = False
-        told: dict[str, Any] = {'window': self._window, 'fits': []}
+        numbers: dict[str, Any] = {'window': self._window, 'fits': []}
         curves = self._window_curves()
-        told['length_s'] = max((float(each.x[-1]) for each in curves.values()), default=0.0)
+        numbers['length_s'] = max((float(each.x[-1]) for each in curves.values()), default=0.0)
         if not self._fits:
-            return told, curves
+            return numbers, curves
         time_s = np.array([each['t[s]'] for each in self._fits])
-        told['start_s'], told['end_s'] = float(time_s[0]), float(time_s[-1])
+        numbers['start_s'], numbers['end_s'] = float(time_s[0]), float(time_s[-1])
         newest = self._fits[-1]
         for name in (each for each in newest if f'{each}{_ERROR}' in newest):
-            value, error = (
-                np.array([each[key] for each in self._fits]) for key in (name, f'{name}{_ERROR}')
-            )
+            columns = name, f'{name}{_ERROR}'
+            value, error = (np.array([each[key] for each in self._fits]) for key in columns)
             unit = specs()[name].unit if name in specs() else ''
             text = f'{value[-1]:.4g} ± {error[-1]:.2g} {unit}' if math.isfinite(error[-1]) else ''
-            told['fits'].append([name, text or f'{value[-1]:.4g} {unit}, not determined'])
+            numbers['fits'].append([name, text or f'{value[-1]:.4g} {unit}, not determined'])
             scale = abs(value[0]) or math.nan
             error = np.where(np.isfinite(error), error, np.nan)
             for end, off in (('', 0.0), (' low', -error), (' high', error)):
                 share = (value + off - value[0]) / scale
                 curves[f'{name}{end}'] = curve_of(time_s - time_s[0], share, 0.0)
-        return told, curves
+        return numbers, curves
 
     def _window_curves(self) -> dict[str, PanelCurve]:
         twin, residual = self._heard.values()

@@ -1,9 +1,9 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Results that draw themselves, as wide as a screen or a journal wants them, and make a page."""
+"""Results with a figure and a page."""
 
-# ruff: noqa: PLC0415 - matplotlib takes long
+# ruff: noqa: PLC0415 - matplotlib is slow to import
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,15 +15,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class Drawn(Shown):
+class Plottable(Shown):
     """A result with a figure."""
 
     def plot(self, *, style: str = '', width_mm: float | None = None) -> 'Figure':
         """
-        Draw it.
+        Draw the result.
 
         The style is ``screen``, ``paper`` or a style file of matplotlib; a width alone means
-        paper, where a column has 85 mm, with letters of 8 pt.
+        paper, where a column is 85 mm wide, with 8 pt text.
 
         """
         from stickslip_ros.lab.runs.plotting import looking
@@ -33,9 +33,7 @@ class Drawn(Shown):
 
     def save(self, path: str | Path, command: str = '') -> Path:
         """
-        Write a page of HTML that needs nothing else, in place of an older one.
-
-        It names the ``command`` that made it, if there was one.
+        Write a self-contained page of HTML, with the ``command`` if given; replace an old one.
 
         Raises
         ------
