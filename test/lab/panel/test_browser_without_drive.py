@@ -470,7 +470,7 @@ def test_a_script_waits_for_a_silent_drive_and_ends_where_its_drive_is_not_activ
 
 def test_a_picture_is_read_zoomed_frozen_compared_and_saved(drive: Told, page: Page):
     page.locator('#cycles').select_option('5')
-    await_that(lambda: drive.view.cycles == 5, 'choice')
+    wait_until(lambda: drive.view.cycles == 5, 'the choice')
     drive.step(500.0)
     expect(page.locator('#trigger')).to_have_text(re.compile(r'^fall at 0\.\d+ s, 500\.0 Hz$'))
     over, voltage = page.locator('#scope .u-over').first, page.locator('#scope .u-legend').last
