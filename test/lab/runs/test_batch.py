@@ -260,7 +260,7 @@ def test_the_journal_of_another_study_is_refused_and_left_as_it_was(tmp_path, ot
 def test_a_file_that_is_no_journal_is_refused_and_left_as_it_was(tmp_path, content):
     path = tmp_path / 'j'
     path.write_text(content)
-    with pytest.raises(RecordingError, match='is not a journal of a study; start anew'):
+    with pytest.raises(RecordingError, match='is not a journal of a study; start again'):
         Journal(path, IDENTITY)
     assert path.read_text() == content
 
