@@ -19,10 +19,10 @@ import numpy as np
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.experiments.experiment import OF_TRACES, Experiment, Seen, Voltage, noise_of
+from stickslip_ros.lab.experiments.options import ReadingOptions
 from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.lab.experiments.reading import (
     MOVES_MIN,
-    DriveSource,
     experiment_over_time,
     without_outliers,
 )
@@ -96,7 +96,7 @@ class Twin:
             for one in free
         )
         self._known = {one.name: (one.start, settings.prior) for one in free if own[one.name]}
-        self._source = DriveSource(window_s=(0.0, settings.window))
+        self._options = ReadingOptions(window_s=(0.0, settings.window))
         self._late_s, self._slow_s = 0.0, 0.0  # of the sensor that a fit looks at first
         self._noise: float | None = None
         self._due_ns: int | None = None
@@ -170,7 +170,7 @@ class Twin:
             seen,
             self.stand,
             None,
-            self._source,
+            self._options,
             {},
         )
         return without_outliers(one, FitOptions().outliers)

@@ -298,7 +298,7 @@ def test_a_parameter_that_changes_nothing_is_told(truth):
     fit = fitted(truth, noisy_points(truth, 1), names)
     assert fit.estimates[0].inert
     assert math.isfinite(fit.estimates[1].standard_error)
-    told = 'changes nothing of what was seen; the others hold for this value of it'
+    told = 'has no effect on the readings; the others hold for this value of it'
     assert f'friction_law.stribeck_velocity {told}' in warnings_of(fit)
 
 
@@ -308,7 +308,7 @@ def test_two_moduli_that_act_as_one_are_told(truth):
     assert not any(math.isfinite(one.standard_error) for one in fit.estimates)
     assert fit.uncertainty.condition > 1e4
     warned = ' '.join(warnings_of(fit))
-    assert 'contact.young_runner is not determined by what was seen: others' in warned
+    assert 'contact.young_runner is not determined by the readings: others' in warned
     assert 'the points hardly determine the combination' in warned
 
 
