@@ -47,7 +47,7 @@ def import_verb(arguments: argparse.Namespace) -> Answer:
             'file': each.origin,
             'kind': each.kind,
             'columns': each.understood,
-            'aside': each.aside,
+            'unused': each.aside,
             'notes': each.notes,
         }
         for each in read
@@ -86,5 +86,5 @@ def _lines(experiment: MeasuredTable) -> Iterator[str]:
         first = f'{each.first:.6g} {EXPERIMENT_COLUMNS[experiment.kind][each.name].unit}'
         unit = f'in {each.unit}, times {each.factor:g}; first row {first}'
         yield f'        {each.name} is {each.header!r} {unit}'
-    yield from (f'aside   {header!r}' for header in experiment.aside)
+    yield from (f'unused  {header!r}' for header in experiment.aside)
     yield from (f'gap     {text}' for text in experiment.gaps)

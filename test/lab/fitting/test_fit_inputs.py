@@ -187,7 +187,7 @@ def test_step_lengths_are_those_of_a_free_runner(tmp_path):
             'preload_n,amplitude_m,energy_j\n0.1,60e-9,1e-8\n',
             'line 1: there is no force_n or step_length_m',
         ),
-        (f'{HEADER}\n0.1,60e-9,0\n', 'has no force_n other than 0'),
+        (f'{HEADER}\n0.1,60e-9,0\n', 'has only 0 as force_n'),
         (f'{HEADER}\n0.1,60 nm,0.03\n', "line 2, column amplitude_m: '60 nm' is not a finite"),
     ],
 )

@@ -96,7 +96,7 @@ def test_a_fit_that_does_not_hold_shows_no_intervals_and_gives_no_draws(
 
 def test_a_grid_tells_how_far_what_follows_it_may_be():
     places = np.array([[0.0, 1.0], [1.0, 3.0], [2.0, 9.0]])
-    grid = ChiSquareGrid((0,), places, np.array([5.0, 6.0, 50.0]), np.array([0.0, 0.5]))
+    grid = ChiSquareGrid(places, np.array([5.0, 6.0, 50.0]), np.array([0.0, 0.5]))
     assert grid.range_of(0, 4.0) == (0.0, 1.0)
     assert grid.range_of(1, 4.0) == pytest.approx((0.0, 3.0 + 0.5 * np.sqrt(3.0)))
 

@@ -61,7 +61,7 @@ def test_a_table_over_time_is_compared_at_the_preload_that_is_said():
     set_by_name = compare(frame(), STAND.updated({'stand.preload': '0.5'}))
     for each in (said, set_by_name):
         assert not any('preload' in note for note in each.b.notes)
-    assert any('that of the stand, 0.5 N, is taken' in note for note in unsaid.b.notes)
+    assert any('the 0.5 N of the stand are used' in note for note in unsaid.b.notes)
     [a], [b] = said.quantities, unsaid.quantities
     assert a.agreement.rms < b.agreement.rms
 
