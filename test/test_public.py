@@ -232,7 +232,7 @@ def test_presliding_takes_the_contact_of_the_stand():
 def test_comparisons_take_runs_files_and_parameters(run: Run, tmp_path: Path):
     comparison = compare(run, run.save(tmp_path / 'run.mcap'))
     assert all(each.agreement.largest == 0.0 for each in comparison.quantities)
-    assert '<h2>what was compared</h2>' in comparison.save(tmp_path / 'page.html').read_text()
+    assert '<h2>the two sides</h2>' in comparison.save(tmp_path / 'page.html').read_text()
     table = tmp_path / 'forces.csv'
     force_n = run_drive(Parameters(), 100e-9, 1000.0, STEPS).force_mean_n
     table.write_text(f'preload_n,amplitude_m,force_n\n0.5,100e-9,{force_n!r}\n')

@@ -110,5 +110,5 @@ def test_a_drive_that_ends_while_the_demo_waits_is_reported_at_once_with_its_sta
     process = subprocess.Popen(['cat'], stdin=subprocess.PIPE)  # in place of the drive's own
     await_start(operator, process)
     process.communicate()
-    with pytest.raises(StickSlipError, match='the drive ended with status 0; its log says why'):
+    with pytest.raises(StickSlipError, match='the drive ended with status 0; see its log'):
         operator.spin_until(lambda: False, 'nothing')

@@ -17,11 +17,11 @@ from stickslip_ros.lab.runs.sweep import parse_floats
 from stickslip_ros.lab.runs.sweep_table import check_table_path, write_table
 from stickslip_ros.parameters import FREQUENCY_SPEC
 
-POINTS = 25  # frequencies that are measured by default
+POINTS = 25  # frequencies by default
 
 
 def bode_verb(arguments: argparse.Namespace) -> Answer:
-    """Measure the frequency response, write its table and draw it if asked."""
+    """Measure the frequency response; write its table and draw it if asked."""
     parameters = chosen_parameters(arguments)
     look = chosen_look(arguments)
     if arguments.output:

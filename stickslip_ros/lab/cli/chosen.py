@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a command line chooses: parameters, and lists of quantities."""
+"""Parameters, draws and figure styles from a command line."""
 
 import argparse
 import sys
@@ -16,12 +16,12 @@ from stickslip_ros.parameters.typed import to_si_list
 
 
 def to_numbers(name: str, text: str, unit: str = '') -> list[float]:
-    """Return the quantities of a list with commas, in an SI unit; refuse what is none."""
+    """Return quantities separated by commas, in an SI unit."""
     return to_si_list(name, text.split(','), unit)
 
 
 def chosen_parameters(arguments: argparse.Namespace) -> Parameters:
-    """Return the parameters that a command line asks for; refuse a name or a value."""
+    """Return the parameters of a command line."""
     stand = Parameters()
     if getattr(arguments, 'draws', None):
         from stickslip_ros.lab.fitting.draws import read_stand  # noqa: PLC0415 - takes long
@@ -31,7 +31,7 @@ def chosen_parameters(arguments: argparse.Namespace) -> Parameters:
 
 
 def chosen_draws(arguments: argparse.Namespace, count: int) -> list[Parameters]:
-    """Return so many stands as likely as what a fit knows; none without one."""
+    """Return draws of the fit of ``--draws``; none without it."""
     if arguments.draws is None:
         return []
     from stickslip_ros.lab.fitting.draws import (  # noqa: PLC0415 - takes long
@@ -47,7 +47,7 @@ def chosen_draws(arguments: argparse.Namespace, count: int) -> list[Parameters]:
 
 
 def chosen_values(arguments: argparse.Namespace) -> dict[str, object]:
-    """Return the parameters that a command line names, whether or not they are the defaults."""
+    """Return the parameters given on a command line, defaults included."""
     values = {
         name: value for path in arguments.params for name, value in load_values(path).items()
     }
@@ -58,19 +58,19 @@ def chosen_values(arguments: argparse.Namespace) -> dict[str, object]:
 
 
 def chosen_for(owner: Callable[..., Any], arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return those arguments of a function, or fields of a record, that a command line gives."""
+    """Return the arguments of a function, or fields of a record, given on a command line."""
     typed = {name: getattr(arguments, name, None) for name in signature(owner).parameters}
     return {name: value for name, value in typed.items() if value is not None}
 
 
 def chosen_look(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return how the figures look that a command line asks for; refuse what cannot be."""
-    # It takes long.
+    """Return style and width of the figures; refuse an unknown style or kind of picture."""
+    # a slow import
     from stickslip_ros.lab.runs.plotting import check_picture, style_of  # noqa: PLC0415
 
     width_m = arguments.width
     if width_m is not None and width_m >= 1.0:
-        hint = f'write {width_m:g}mm, if millimetres are meant'
+        hint = f'write {width_m:g}mm for millimetres'
         raise OutOfRange('--width', width_m, 'm', 'wider than a page', hint)
     look = {'style': arguments.style, 'width_mm': None if width_m is None else 1e3 * width_m}
     style_of(**look)

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""``stickslip command``: one command to a running drive, over topics, and its end."""
+"""``stickslip command``: send a command to a running drive over topics, and wait for its end."""
 
 import argparse
 import re
@@ -19,18 +19,18 @@ from stickslip_ros.testing import Operator, open_context
 from stickslip_ros.units import MICRO, NANO
 
 EVENT_S = 1e9
-"""Time that a command may take, s; Ctrl-C ends the wait."""
+"""Longest time of a command, s; Ctrl-C ends the wait."""
 ENDED_BY = re.compile(r'by command (\d+)$')
 
 
 def command_verb(arguments: argparse.Namespace) -> Answer:
-    """Send the command; return how it ended, or refuse with the reason of the drive."""
+    """Send the command; return its result, or refuse with the reason of the drive."""
     command = typed_command(arguments.name)
     numbers, cycles = typed_numbers(command, arguments.numbers), arguments.cycles
     if not arguments.timeout > 0.0:
-        hint = 'give the time in which a drive answers'
+        hint = 'give the longest time for an answer'
         raise OutOfRange('--timeout', arguments.timeout, 's', 'not above 0 s', hint)
-    if command.has_topic:  # what no message holds needs no drive to be refused
+    if command.has_topic:  # refuse numbers that no message can hold before looking for a drive
         pack_command(BY_TOPIC[command.name], numbers, cycles=cycles)
     if cycles != 1 and not command.is_table:
         raise OutOfRange('--cycles', cycles, '', f'not for {command.name}', 'leave it out')
@@ -74,7 +74,7 @@ def command_verb(arguments: argparse.Namespace) -> Answer:
 
 
 def meet(operator: Operator, timeout_s: float) -> None:
-    """Wait for the drive; refuse none, and one that is not active."""
+    """Wait for the drive; refuse a drive that is missing or not active."""
     place = operator.node.get_namespace().rstrip('/') + f'/{operator.drive}'
     domain = operator.node.context.get_domain_id()
     try:
@@ -90,7 +90,7 @@ def meet(operator: Operator, timeout_s: float) -> None:
 
 
 def ends(events: Sequence[dict[str, Any]], name: str, *, is_moving: bool) -> list[dict[str, Any]]:
-    """Return the end of one's own command: a move that it replaces ends first, and tells which."""
+    """Return the end of the sent command; the end of a replaced move comes first."""
     number = None
     for event in events:
         by = ENDED_BY.search(event['message'])

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""``stickslip compare``: sweeps, runs and experiments against each other, or the model."""
+"""``stickslip compare``: compare sweeps, runs and experiments with each other or the model."""
 
 import argparse
 import shlex
@@ -21,7 +21,7 @@ SECONDS_MAX = 1e12
 
 
 def compare_verb(arguments: argparse.Namespace) -> Answer:
-    """Compare A with B, and write the report if asked."""
+    """Compare A with B; write report and figure if asked."""
     files, b = arguments.files[:1], None
     if len(arguments.files) > 1:
         *files, b = arguments.files
@@ -45,16 +45,16 @@ def compare_verb(arguments: argparse.Namespace) -> Answer:
 
 
 def _check(arguments: argparse.Namespace, b: str | None) -> None:
-    """Refuse what would be without effect, or fail after the work is done."""
+    """Refuse options without effect, and outputs that would fail after the work."""
     report, shift_s = arguments.output, arguments.shift_s
     if MODEL in map(str, arguments.files[:-1]):
         hint = f'write it last: stickslip compare A {MODEL}'
-        raise OutOfRange('A', MODEL, '', 'the word for B', hint)
+        raise OutOfRange('A', MODEL, '', 'allowed as B only', hint)
     if report is not None and report.suffix.lower() not in _SUFFIXES:
         raise WrongKind('--output', str(report), 'an .html file', 'end its name so')
     if shift_s is not None and not abs(shift_s) <= SECONDS_MAX:
         limit = f'not within {SECONDS_MAX:g} s'
-        raise OutOfRange('shift', shift_s, 's', limit, 'give seconds that B lags behind')
+        raise OutOfRange('shift', shift_s, 's', limit, 'give the lag of B in seconds')
     given = {
         '--set': ' '.join(arguments.assignments),
         '--params': ' '.join(map(str, arguments.params)),
@@ -64,7 +64,7 @@ def _check(arguments: argparse.Namespace, b: str | None) -> None:
     }
     for name, value in given.items():
         if value and b != MODEL:
-            hint = f'write the word {MODEL} for B, or leave it away'
+            hint = f'write the word {MODEL} for B, or leave it out'
             raise OutOfRange(name, str(value), '', 'without effect on files', hint)
     if report is not None:
         prepare_output(report)

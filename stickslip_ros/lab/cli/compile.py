@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""``stickslip compile``: compiles the kernels beforehand."""
+"""``stickslip compile``: compile the kernels beforehand."""
 
 import argparse
 import sys
@@ -15,7 +15,7 @@ from stickslip_ros.lab.runs.courses import compile_for_runs
 
 
 def compile_verb(arguments: argparse.Namespace) -> Answer:
-    """Compile; say something only where there is something to do."""
+    """Compile; print a line only if kernels were compiled."""
     compiled = 0
     report = progress_reporter(lambda line: print(line, file=sys.stderr, flush=True))
 

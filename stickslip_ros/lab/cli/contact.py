@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""``stickslip contact``: one hemisphere under a normal force, in closed form."""
+"""``stickslip contact``: a hemisphere under a normal force, in closed form."""
 
 import argparse
 from collections.abc import Iterator
@@ -17,7 +17,7 @@ from stickslip_ros.sections import Section, number
 
 
 def contact_verb(arguments: argparse.Namespace) -> Answer:
-    """Solve the contact of one hemisphere, and its tangential force if a curve is asked for."""
+    """Solve the contact of a hemisphere, and its tangential force if a curve is asked for."""
     parameters, normal_force_n = chosen_parameters(arguments), arguments.normal_force
     contact, material = presliding(parameters, normal_force_n=normal_force_n), parameters.contact
     radius_m = contact.indentation.radius_m

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""``stickslip demo``: a node in its own process, commanded from this one, recorded and drawn."""
+"""``stickslip demo``: command a node in its own process over topics, record and draw it."""
 
 import argparse
 import math
@@ -34,35 +34,31 @@ from stickslip_ros.testing import Operator, open_context, reserve_domain
 from stickslip_ros.units import NANO
 
 FREE_HZ, FREE_STEPS = 100.0, 8
-"""Slow steps of a runner that touches nothing: its ringing dies out within each."""
+"""Slow steps of the free runner: its ringing decays within each."""
 PUSH_HZ, PUSH_STEPS, LOADED_STEPS, LAST_STEPS = 500.0, 100, 75, 10
 """Steps until the force against the load cell hardly rises; under a load, and after it; the last
-of them, over which the force is averaged."""
+steps, over which the force is averaged."""
 _STEPS = FREE_STEPS + PUSH_STEPS + 2 * LOADED_STEPS
 RAMP_SHARES = tuple(n / 20.0 for n in range(1, 21))
 """Levels of the direct-voltage ramp, as shares of half the amplifier's range."""
 LEVEL_S = 0.004
 _LOAD_SHARE = 0.2
-"""Load over preload: below the force that the drive generates, so that it holds."""
+"""Load over preload: below the force of the drive, so that it holds."""
 PAUSE_S = 0.03
 END_TIMEOUT_S = 20.0
 UNANSWERED = 'ignore:failed to send response:RuntimeWarning'
-"""What rclpy warns of when an answer meets nobody; the operator then asks again."""
+"""Warning of rclpy for an answer without a client; the operator then asks again."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class DemoSummary:
-    """What the demo saw."""
+    """Results of the demo."""
 
-    # of all bursts, as the drive counted them
-    steps: int = said('steps made', '.0f')
-    # motion of the free runner per step
+    steps: int = said('steps made', '.0f')  # of all bursts, counted by the drive
     free_step_m: float = said('step of the free runner', '.2f')
-    # mean reading over the last steps against the load cell
-    force_n: float = said('force against the load cell', '.2f')
-    # the same under a load that pulls back
-    loaded_force_n: float = said('the same under a load that pulls back', '.2f')
-    behind_s: float  # fall of simulated time behind the clock: ticks too late to be made up
+    force_n: float = said('force against the load cell', '.2f')  # mean over the last steps
+    loaded_force_n: float = said('force under a load that pulls back', '.2f')  # the same
+    behind_s: float  # lag of simulated time behind the clock that was given up
     dropped: int = said('messages dropped by the recorder', '.0f')
     exit_status: int = said('node ended with status', '.0f')  # after SIGINT
     recording: str
@@ -74,17 +70,17 @@ class DemoSummary:
 
     @property
     def verdict(self) -> str:
-        """What the numbers mean, in a sentence."""
+        """Conclusion from the numbers."""
         if not self.passed:
-            return 'NOT as it should be: look at steps, dropped messages and status above'
+            return 'the demo failed: check steps, dropped messages and status above'
         if self.behind_s > 0.0:
             fell = f'simulated time fell {self.behind_s:.2g} s behind the clock'
-            return f'this machine was too busy for real time: {fell}; no physics is left out'
+            return f'this machine was too busy for real time: {fell}; no step is left out'
         return 'simulated time kept up with the clock'
 
 
 def demo_verb(arguments: argparse.Namespace) -> Answer:
-    """Run the demo, draw its picture."""
+    """Run the demo and draw its recording."""
     parameters = chosen_parameters(arguments)
     make_folder(arguments.output)
     picture = arguments.output / 'demo.png'
@@ -106,8 +102,8 @@ def _run_demo(parameters: Parameters, folder: Path, say: Callable[[str], None]) 
     """
     Run the drive as a process of its own and command it over topics.
 
-    The runner walks freely, then against the load cell, which stands some steps before it: out of
-    reach of the free steps and of the ramp.
+    The runner walks freely, then against the load cell, out of reach of the free steps and of the
+    ramp.
 
     """
     stay_on_this_host()
@@ -147,23 +143,23 @@ def _run_demo(parameters: Parameters, folder: Path, say: Callable[[str], None]) 
 
 
 def await_start(operator: Operator, process: 'subprocess.Popen[bytes]') -> None:
-    """Wait for a drive that starts, as long as its process lives: it may have to compile."""
+    """Wait for a drive to start, perhaps after compiling, as long as its process lives."""
 
     def check() -> None:
         stop_if_asked()
         if process.poll() is not None:
             status = process.returncode
-            raise StickSlipError(f'the drive ended with status {status}; its log says why')
+            raise StickSlipError(f'the drive ended with status {status}; see its log')
 
     operator.check = check
     state = operator.shake_hands(math.inf)
     if state != 'active':
-        raise StickSlipError(f'the drive is {state}, not active; its log says why')
+        raise StickSlipError(f'the drive is {state}, not active; see its log')
 
 
 @contextmanager
 def _drive_process(settings: Path, domain: int) -> Iterator['subprocess.Popen[bytes]']:
-    """Run the node in a process of its own; it is ended with the context, and in its own way."""
+    """Run the node in a process of its own; end it by SIGINT with the context."""
     command = [sys.executable, '-W', UNANSWERED, '-m', 'stickslip_ros.ros.node']
     command += ['--ros-args', '--params-file', str(settings), '--log-level', 'warn']
     environment = {**os.environ, 'ROS_DOMAIN_ID': str(domain)}
@@ -224,8 +220,7 @@ def _summarise(
     title = f'{NODE_NAME}: time'
     reports = [part[title] for part in operator.diagnostics if title in part]
     free, push, loaded, _ = bursts
-    # The middles of the second ramp and of the last one: the ringing is over, what is late is so
-    # in both.
+    # At the middles of the second and of the last ramp the ringing is over, and delays are equal.
     middle_s, way_s = free['time_ns'] * NANO - 0.5 / FREE_HZ, (FREE_STEPS - 2) / FREE_HZ
     places_m = np.interp((middle_s - way_s, middle_s), position.time_s, position.value)
     return DemoSummary(

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""``stickslip draw``: the stand as one sees it."""
+"""``stickslip draw``: a drawing of the stand."""
 
 import argparse
 
@@ -14,7 +14,7 @@ from stickslip_ros.lab.drawing.urdf import robot_description
 
 
 def draw_verb(arguments: argparse.Namespace) -> Answer:
-    """Write the drawing of a stand, or the description of its bodies."""
+    """Write the drawing of a stand as SVG, or its bodies as URDF."""
     path, parameters = arguments.output, chosen_parameters(arguments)
     if path.suffix not in {'.svg', '.urdf'}:
         raise UnknownName('kind of drawing', path.suffix, 'use .svg or .urdf')

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Tables as laboratories have them: ``stickslip import``, and options of verbs that read them."""
+"""``stickslip import``: tables of laboratories, and the options of verbs that read them."""
 
 import argparse
 import sys
@@ -27,7 +27,7 @@ _CSV = '.csv'
 
 
 def import_verb(arguments: argparse.Namespace) -> Answer:
-    """Read, write."""
+    """Read tables, and write them as CSV if asked."""
     output = arguments.output
     if output is not None:
         if output.suffix.lower() != _CSV:
@@ -47,7 +47,7 @@ def import_verb(arguments: argparse.Namespace) -> Answer:
             'file': each.origin,
             'kind': each.kind,
             'columns': each.recognised,
-            'aside': each.unread,
+            'unused': each.unread,
             'notes': each.notes,
         }
         for each in read
@@ -58,7 +58,7 @@ def import_verb(arguments: argparse.Namespace) -> Answer:
 
 
 def shown_tables(arguments: argparse.Namespace) -> Callable[[MeasuredTable], None] | None:
-    """Return a function that shows how a table was read, before the work; none for JSON."""
+    """Return a function that shows how a table was read; None for JSON."""
 
     def show(experiment: MeasuredTable) -> None:
         print(*_lines(experiment), sep='\n', file=sys.stderr)
@@ -79,12 +79,12 @@ def read_headers(path: str) -> dict[str, str]:
 
 
 def _lines(experiment: MeasuredTable) -> Iterator[str]:
-    """Yield what was understood of a table: each column, its unit, its factor, its first row."""
+    """Yield the columns of a table as read, with unit, factor and first row."""
     rows = len(next(iter(experiment.columns.values())))
     yield f'read    {experiment.origin}: {experiment.kind}, {rows} rows'
     for each in experiment.recognised:
         first = f'{each.first:.6g} {EXPERIMENT_COLUMNS[experiment.kind][each.name].unit}'
         unit = f'in {each.unit}, times {each.factor:g}; first row {first}'
         yield f'        {each.name} is {each.header!r} {unit}'
-    yield from (f'aside   {header!r}' for header in experiment.unread)
+    yield from (f'unused  {header!r}' for header in experiment.unread)
     yield from (f'gap     {text}' for text in experiment.gaps)

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""``stickslip export``: what a recording holds over time, as a table for other programs."""
+"""``stickslip export``: write a recording as a table for other programs."""
 
 import argparse
 import itertools
@@ -25,13 +25,13 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 NEEDS = {'.csv': '', '.parquet': 'pyarrow', '.xlsx': 'openpyxl'}
-"""Ends of the names of the files, and packages without which they cannot be written."""
+"""Suffixes of the files, and packages needed to write them."""
 EXCEL_ROWS_MAX = 1_048_575
-_ROUNDING = 6  # decimals, in intervals: a sample on a border belongs to the later one
+_ROUNDING = 6  # decimals, in intervals: a sample on a border belongs to the later interval
 
 
 def export_verb(arguments: argparse.Namespace) -> Answer:
-    """Read, write."""
+    """Read a recording and write its table."""
     output, suffix = arguments.output, arguments.output.suffix.lower()
     if suffix not in NEEDS:
         raise WrongKind('--output', str(output), f'one of {", ".join(NEEDS)}', 'end its name so')
@@ -39,8 +39,8 @@ def export_verb(arguments: argparse.Namespace) -> Answer:
         load_extra(f'a table {suffix}', NEEDS[suffix])
     topics = arguments.headers or {}
     if topics and arguments.readings:
-        problem = '--readings are topics of our own recordings, --map names those of others'
-        raise StickSlipError(f'{problem}; leave one of the two away')
+        problem = '--readings is for recordings of this package, --map for those of others'
+        raise StickSlipError(f'{problem}; leave out --readings or --map')
     prepare_output(output)
     recording = Recording(arguments.file)
     window = arguments.window_s
@@ -59,8 +59,8 @@ def export_verb(arguments: argparse.Namespace) -> Answer:
         frames = _means(frames, arguments.rate)
     first = next(frames, None)
     if first is None:
-        problem = f'has nothing to write of {", ".join(recording.types) or "its topics"}'
-        hint = 'say which topic is what by --map, or move the window'
+        problem = f'has no quantities to write in {", ".join(recording.types) or "its topics"}'
+        hint = 'map its topics with --map, or move the window'
         raise RecordingError(recording.path, problem, hint)
     frames = itertools.chain([first], frames)
     with replacing(output) as part, part.open('wb') as file:
@@ -71,8 +71,8 @@ def export_verb(arguments: argparse.Namespace) -> Answer:
         else:
             rows = _write_excel(frames, file, recording.path)
     columns = [first.index.name, *first.columns]
-    told = f'wrote {output}: {rows} rows of {", ".join(columns)}'
-    return Answer({'output': str(output), 'rows': rows, 'columns': columns}, [told])
+    line = f'wrote {output}: {rows} rows of {", ".join(columns)}'
+    return Answer({'output': str(output), 'rows': rows, 'columns': columns}, [line])
 
 
 def _write_csv(frames: 'Iterable[DataFrame]', file: BinaryIO) -> int:
@@ -110,7 +110,7 @@ def _write_excel(frames: 'Iterable[DataFrame]', file: BinaryIO, path: Path) -> i
 
 
 def _means(frames: 'Iterator[DataFrame]', rate_hz: float) -> 'Iterator[DataFrame]':
-    """Give the means over intervals of a frequency, at their middles, without empty ones."""
+    """Yield the means over intervals at a rate, at their middles, without empty intervals."""
     import pandas as pd  # noqa: PLC0415 - takes long
 
     if not rate_hz > 0.0:

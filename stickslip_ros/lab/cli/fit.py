@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""``stickslip fit``: parameters of the drive from recordings and tables, with error bars."""
+"""``stickslip fit``: fit parameters of the drive to recordings and tables, with error bars."""
 
 import argparse
 import shlex
@@ -27,7 +27,7 @@ from stickslip_ros.sections import Section
 
 
 def fit_verb(arguments: argparse.Namespace) -> Answer:
-    """Fit the parameters, write the files and draw the figure."""
+    """Fit the parameters; write the files and draw the figure."""
     for path in arguments.output:
         check_output(path)
     look = chosen_look(arguments)
@@ -65,7 +65,7 @@ def fit_verb(arguments: argparse.Namespace) -> Answer:
 
 
 def chosen_free(arguments: argparse.Namespace) -> list[Free]:
-    """Return the free parameters of a command line; refuse values of others."""
+    """Return the free parameters of a command line; refuse values of other parameters."""
     names = [name.strip() for name in ','.join(arguments.free).split(',') if name.strip()]
     starts, known = arguments.start or {}, arguments.known or {}
     bounds = parse_assignments(arguments.bounds, '--bounds NAME=LOW:HIGH')
@@ -86,11 +86,11 @@ def chosen_free(arguments: argparse.Namespace) -> list[Free]:
 
 
 def _plan(chosen: Plan) -> Iterator[Section | str]:
-    """Yield what to measure next, and how."""
+    """Yield the planned measurements with their commands."""
     names = [name.partition('.')[2] for name in chosen.names]
     rows = [('now', *(f'{100.0 * each:.3g}' for each in chosen.errors_now))]
     for number, (each, errors) in enumerate(zip(chosen.chosen, chosen.errors, strict=True), 1):
         rows.append((f'{number}. {each.words}', *(f'{100.0 * error:.3g}' for error in errors)))
-    yield Section('what to measure next, and the errors expected then (%)', rows, ('', *names))
+    yield Section('next measurements, and the expected errors (%)', rows, ('', *names))
     for each in chosen.chosen:
         yield from (f'command stickslip command {line}' for line in each.commands)

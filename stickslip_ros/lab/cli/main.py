@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The parser of ``stickslip``: it reads a command line, and completes one that is typed."""
+"""The parser of ``stickslip``: it reads and completes command lines."""
 
 import argparse
 import difflib
@@ -21,12 +21,12 @@ from stickslip_ros.process.signals import REFUSED, STOPPED, begin
 from stickslip_ros.process.stopping import Stopped
 from stickslip_ros.units import joined
 
-# ruff: noqa: PLC0415 - most verbs do without what is imported below
+# ruff: noqa: PLC0415 - most verbs do not need these imports
 
 NEGATIVE = re.compile(r'-(\.?\d|inf|nan).*', re.IGNORECASE)
 ROS_ARGS = '--ros-args'
 OF_PARAMETERS = ('GROUP.NAME=', 'NAME=VALUE', 'NAME=LOW', 'NAMES')
-"""Help shows a value so where it begins with the name of a parameter."""
+"""Metavars of values that begin with the name of a parameter."""
 USAGE = 'stickslip [-h] [--version] VERB ...'
 DESCRIPTION = """\
 A virtual stick-slip microdrive: rough-contact mechanics, drive, sensors, ROS.
@@ -46,8 +46,8 @@ examples:
   stickslip drive --set stand.preload=250mN
 
 'stickslip VERB --help' explains a verb. Exit status: 0 done, 1 a check failed,
-2 refused, 130 stopped by Ctrl-C, SIGTERM or SIGHUP, which end a node (drive,
-twin) with 0.
+2 refused, 130 stopped by Ctrl-C, SIGTERM or SIGHUP; a node (drive, twin) ends
+with 0 then.
 """
 
 
@@ -55,23 +55,23 @@ class LineParser(argparse.ArgumentParser):
     """A parser that refuses in one line."""
 
     def error(self, message: str) -> NoReturn:
-        """Refuse a command line; the usage is for who asks for help."""
+        """Refuse a command line without printing its usage."""
         hint = '' if message.endswith('?') else f"; '{self.prog} --help' explains it"
         raise StickSlipError(message + hint)
 
 
 class VerbParser(LineParser):
-    """A parser that says which option a mistyped one may be, before it misses others."""
+    """A parser that suggests options for a mistyped option before it misses others."""
 
     def __init__(self, *given: Any, **named: Any) -> None:
         super().__init__(*given, **named)
         self._negative_number_matcher = NEGATIVE  # -1kHz too is a value, no option
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Refuse an option that is not known; otherwise as ever."""
+        """Refuse unknown options, then parse as argparse does."""
         for word in takewhile(lambda word: word not in {'--', ROS_ARGS}, args):
             flag, known = word.partition('=')[0], self._option_string_actions
-            if word[2:] == '--' or word.endswith('=--'):  # argparse would take it for no value
+            if word[2:] == '--' or word.endswith('=--'):  # argparse would read an empty value
                 self.error(f'{flag.removesuffix("--")} -- is not a value')
             if flag.startswith('--') and not any(each.startswith(flag) for each in known):
                 self.error(f'unrecognized arguments: {flag}{meant(flag, known)}')
@@ -79,13 +79,13 @@ class VerbParser(LineParser):
 
 
 def meant(word: str, known: Collection[str]) -> str:
-    """Return the end of a message that says which known word may be meant."""
+    """Return the end of a message that suggests known words."""
     near = difflib.get_close_matches(word, known, n=2, cutoff=0.7)
     return f'; did you mean {" or ".join(near)}?' if near else ''
 
 
 def build_parser(asked: Collection[str] = VERBS) -> argparse.ArgumentParser:
-    """Return the parser, which knows all verbs by name and the options of those asked for."""
+    """Return the parser with all verbs, and with the options of the verbs asked for."""
     listed = '\n\n'.join(
         f'{title}:\n' + '\n'.join(f'  {verb.name:<16}{verb.summary}' for verb in group)
         for title, group in GROUPS.items()
@@ -114,10 +114,9 @@ def build_parser(asked: Collection[str] = VERBS) -> argparse.ArgumentParser:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """
-    Run a verb.
+    Run a verb with the given words, by default those of the command line.
 
-    Without arguments, the words behind ``stickslip``, those of the command line are taken. Return
-    the exit status: 0 done, 1 a check failed, 2 refused, 130 stopped.
+    Return the exit status: 0 done, 1 a check failed, 2 refused, 130 stopped.
 
     """
     try:
@@ -162,7 +161,7 @@ def _parse(typed: Sequence[str]) -> argparse.Namespace:
 
 @contextmanager
 def _compilation_reported(parsed: argparse.Namespace) -> Iterator[None]:
-    """Say that a verb compiles, unless it has no kernels or says so itself."""
+    """Report that a verb compiles, unless it has no kernels or reports this itself."""
     if 'numba' not in sys.modules or parsed.verb.reports_compilation:
         yield
         return
@@ -179,7 +178,7 @@ def _compilation_reported(parsed: argparse.Namespace) -> Iterator[None]:
 
 
 def complete() -> None:
-    """Tell the shell, bash or zsh, what may come next, and end the process."""
+    """Print completions for bash or zsh, and end the process."""
     from argcomplete import autocomplete
 
     parser = build_parser(os.environ['COMP_LINE'].split()[1:2])
@@ -187,7 +186,7 @@ def complete() -> None:
 
 
 def values_of(*, prefix: str, action: argparse.Action, **_: object) -> Iterable[str]:
-    """Return what the value of an option may be: files, names of parameters, their choices."""
+    """Return the possible values of an option: files, names of parameters, their choices."""
     shown = str(action.metavar)
     if shown in {'FILE', 'DIR'}:
         from argcomplete.completers import FilesCompleter

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""``stickslip optimise``: the periodic wave that does best on a stand."""
+"""``stickslip optimise``: search the best periodic wave for a stand."""
 
 import argparse
 import math
@@ -32,14 +32,14 @@ from stickslip_ros.progress import shown_progress
 from stickslip_ros.sections import Section
 from stickslip_ros.units import display_unit, with_unit
 
-JUDGES = 8  # draws of a fit whose mean judges a wave
+JUDGES = 8  # draws of a fit over which a wave is averaged
 
 
 def optimise_verb(arguments: argparse.Namespace) -> Answer:
-    """Search the best wave, write it, and draw it if asked."""
+    """Search the best wave; write it, and draw it if asked."""
     search, path = chosen_search(arguments), arguments.output
     if path.suffix != '.csv':
-        raise RecordingError(path, 'is no table of a wave', 'let its name end in .csv')
+        raise RecordingError(path, 'is not a .csv file', 'end its name so')
     prepare_output(path)
     look = chosen_look(arguments)
     objective = OBJECTIVES[search.goal.objective]
@@ -73,7 +73,7 @@ def optimise_verb(arguments: argparse.Namespace) -> Answer:
 
 
 def chosen_search(arguments: argparse.Namespace) -> WaveSearch:
-    """Return what a command line asks for; refuses names and numbers."""
+    """Return the search that a command line describes."""
     stand = chosen_parameters(arguments)
     return WaveSearch(
         goal=WaveGoal(**chosen_for(WaveGoal, arguments)),
@@ -86,7 +86,7 @@ def chosen_search(arguments: argparse.Namespace) -> WaveSearch:
 
 
 def _limits(name: str, text: str, unit: str) -> tuple[float, float]:
-    """Return the two limits that a text gives, or twice its one number."""
+    """Return the two limits in a text, or its single number twice."""
     texts = text.split(':')
     if len(texts) > 2:
         raise WrongKind(name, text, 'one quantity or two', 'write LOW:HIGH')
@@ -95,7 +95,7 @@ def _limits(name: str, text: str, unit: str) -> tuple[float, float]:
 
 
 def _content(result: SearchResult, path: Path) -> dict[str, Any]:
-    """Return the answer as JSON knows it."""
+    """Return the answer for JSON."""
     objective = OBJECTIVES[result.search.goal.objective]
     shapes = {
         name: {
@@ -122,10 +122,9 @@ def _content(result: SearchResult, path: Path) -> dict[str, Any]:
 
 
 def _parts(result: SearchResult, path: Path) -> Iterator[Any]:
-    """Return the answer as people read it."""
+    """Yield the answer for people."""
     search, best = result.search, result.best
     objective = OBJECTIVES[search.goal.objective]
-
     factor, unit = display_unit(objective.unit)
 
     def shown(value: float, form: str) -> str:
@@ -143,15 +142,15 @@ def _parts(result: SearchResult, path: Path) -> Iterator[Any]:
     ]
     header = ('wave', unit or 'value', 'error', 'gain', 'V', 'Hz', 'N')
     yield Section(f'{search.goal.objective}: {objective.formula}', rows, header)
-    said = 'counts' if result.counts else 'does not count'
+    verdict = 'counts' if result.counts else 'does not count'
     yield (
         f'gain    {best}: {result.gain_of(best):+.1%} over the best saw-tooth, '
-        f'{result.errors:.3g} errors of the integration: {said}'
+        f'{result.errors:.3g} errors of the integration: {verdict}'
     )
     unseen = [(name, shown(gain, '+.1%')) for name, gain in result.unseen.items()]
     yield Section('gain on other stands', unseen)
     if search.judges:
-        yield f'judged  by the mean of {len(search.judges)} draws of what is known of the stand'
+        yield f'judged  by the mean of {len(search.judges)} draws of the stand'
     wave = result.shapes[best].wave
     yield f'wave    {path}'
     yield f'play    {play_command(search.goal, search.stand, wave, path)}'
@@ -159,7 +158,7 @@ def _parts(result: SearchResult, path: Path) -> Iterator[Any]:
 
 
 def play_command(goal: WaveGoal, stand: Parameters, wave: PeriodicWave, path: Path) -> str:
-    """Return the command that plays a wave as its goal was judged, beside the stand's options."""
+    """Return the command that plays a wave as it was judged, without options of the stand."""
     values = stand.flat()
     changes = {name: v for name, v in cell_of(goal, stand).items() if values[name] != v}
     sets = ''.join(f' --set {name}={value}' for name, value in changes.items())

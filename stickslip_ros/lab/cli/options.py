@@ -1,12 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""
-What may be typed: a verb with its options.
-
-Nothing here imports what takes long: help, completion and refusals do without it.
-
-"""
+"""Verbs and their options, without slow imports: help, completion and refusals need none."""
 
 import argparse
 import itertools
@@ -28,9 +23,9 @@ if TYPE_CHECKING:
 UNITS = {'m_per_s': 'm/s', 'm': 'm', 'n': 'N', 'v': 'V', 's': 's', 'hz': 'Hz'}
 """Units by the endings of names."""
 FLAGS = {'headers': '--map', 'preloads_n': '--preload'}
-"""Flags that are not the name of their field."""
+"""Flags that differ from the name of their field."""
 Option = Callable[[Any], object]
-"""An option adds itself to a parser of argparse, or to a group of one."""
+"""An option adds itself to a parser of argparse or to one of its groups."""
 
 
 class Verb(NamedTuple):
@@ -40,9 +35,9 @@ class Verb(NamedTuple):
     summary: str
     description: str
     options: tuple[Option, ...]
-    module: str  # module of this package whose ``<name>_verb`` makes the answer
-    reports_compilation: bool = False  # the verb says itself that it compiles
-    takes_ros_arguments: bool = False  # ``--ros-args`` and what follows are for it
+    module: str  # module of this package with ``<name>_verb``, which makes the answer
+    reports_compilation: bool = False  # whether the verb reports a compilation itself
+    takes_ros_arguments: bool = False  # whether ``--ros-args`` may follow
 
     def fill(self, parser: argparse.ArgumentParser) -> None:
         """Add description and options to its parser."""
@@ -52,17 +47,15 @@ class Verb(NamedTuple):
         parser.set_defaults(verb=self)
 
     def load(self) -> 'Callable[[argparse.Namespace], Answer]':
-        """Import what answers."""
-        module = import_module(f'stickslip_ros.lab.cli.{self.module}')
-        answer: Callable[[argparse.Namespace], Answer]
-        answer = getattr(module, f'{self.name.replace("-", "_")}_verb')
-        return answer
+        """Import the function that makes the answer."""
+        module: Any = import_module(f'stickslip_ros.lab.cli.{self.module}')
+        return getattr(module, f'{self.name.replace("-", "_")}_verb')  # type: ignore[no-any-return]
 
 
 def verb(
     name: str, summary: str, description: str, *options: Option, module: str = '', **traits: bool
 ) -> Verb:
-    """Return a verb, whose module has its name unless another one is given."""
+    """Return a verb; by default its module has the same name."""
     return Verb(name, summary, description, options, module or name, **traits)
 
 
@@ -75,11 +68,10 @@ def option(
     **more: Any,
 ) -> Option:
     """
-    Return an option, as ``-o --output``, or an argument, which has no dashes.
+    Return an option, as ``-o --output``, or an argument, without dashes.
 
-    The text becomes its help, with the default behind it unless it names one. One with a ``unit``
-    is a quantity, and shown as that. Paths are shown as FILE and whole numbers as N unless a
-    ``metavar`` says otherwise; ``more`` goes to argparse.
+    The text becomes its help, followed by the default. With a ``unit`` it is a quantity. Without a
+    ``metavar`` a path is shown as FILE, a whole number as N; ``more`` goes to argparse.
 
     """
     default = more.get('default')
@@ -99,8 +91,8 @@ def options_of(owner: str, *names: str) -> tuple[Option, ...]:
     """
     Return options for arguments of a function or fields of a record, as ``runs.sweep.sweep``.
 
-    Name, annotation, default and documentation give flag, unit, kind and help, see ``_FORMS``.
-    The source is read, not imported, which takes long. An option that is not typed is None.
+    Name, annotation, default and documentation give flag, unit, kind and help, see ``_FORMS``. The
+    source is read, as its import would be slow. An option that is not given is None.
 
     """
     return tuple(partial(_add_declared, owner, name) for name in names)
@@ -119,14 +111,16 @@ def _add_declared(owner: str, name: str, to: Any) -> object:
     if kind not in _FORMS:
         number = {'int': int, 'float': float}.get(kind)
         return option(flag, text, number, unit=unit, dest=name)(to)
-    convert, metavar, hint, more = _FORMS[kind]
-    read = partial(convert, f'{flag} {metavar}')
-    return option(flag, text + hint, read, metavar, dest=name, **more)(to)
+    metavar, hint, convert = _FORMS[kind]
+    form = f'{flag} {metavar}'
+    convert = convert or (lambda typed: _late('parameters.parse_assignments')([typed], form))
+    action = _Joined if hint.endswith(_REPEATED) else 'store'
+    return option(flag, text + hint, convert, metavar, dest=name, action=action)(to)
 
 
 @cache
 def _declared(owner: str) -> dict[str, tuple[str, Any, str]]:
-    """Return annotation, default and documentation of arguments or fields, out of the source."""
+    """Return annotation, default and documentation of arguments or fields from the source."""
     import ast
     from pathlib import Path
 
@@ -158,7 +152,7 @@ def _declared(owner: str) -> dict[str, tuple[str, Any, str]]:
 
 
 class _Joined(argparse.Action):
-    """Joins values that are typed in several places; those of a ``const`` option give way."""
+    """Joins the values of repeated options; values of a ``const`` option have less weight."""
 
     def __call__(self, _: Any, to: argparse.Namespace, values: Any, _flag: Any = None) -> None:
         """Add the values."""
@@ -171,27 +165,23 @@ class _Joined(argparse.Action):
 
 
 def _late(name: str) -> Callable[..., Any]:
-    """Return a function, imported when it is called, whose refusals argparse does not rewrite."""
+    """Return a function that is imported when called, with refusals that argparse keeps."""
     module, _, function = name.rpartition('.')
 
     def call(*given: Any) -> Any:
         try:
             return getattr(import_module(f'stickslip_ros.{module}'), function)(*given)
-        except StickSlipError as error:  # of some argparse would make a line of its own
+        except StickSlipError as error:  # argparse would replace those that are ValueErrors
             raise StickSlipError(str(error)) from None
 
     return call
 
 
-def _to_mapping(form: str, text: str) -> Any:
-    return _late('parameters.parse_assignments')([text], form)
-
-
 def to_namespace(text: str) -> str:
-    """Return a namespace as ROS takes it; refuse another."""
+    """Return a namespace in the form of ROS; refuse other characters."""
     if not re.fullmatch(r'/?([a-z_]\w*(/[a-z_]\w*)*/?)?', text, re.ASCII | re.IGNORECASE):
         why = f'--namespace {quoted(text)} is not made of letters, digits, _ and /'
-        raise StickSlipError(f'{why}; give one such as /left')
+        raise StickSlipError(f'{why}; give a name such as /left')
     name = text.strip('/')
     return name and f'/{name}'
 
@@ -204,13 +194,13 @@ def many(flags: str, text: str, metavar: str, kind: Any = str, **more: Any) -> O
 
 
 def switch(flag: str, text: str, **more: Any) -> Option:
-    """Return an option without a value; with a ``const`` and a ``dest`` it stands for that."""
+    """Return an option without a value; with ``const`` and ``dest`` it sets that value."""
     action = 'store_const' if 'const' in more else 'store_true'
     return lambda to: to.add_argument(flag, action=action, help=text, **more)
 
 
 def either(*options: Option, required: bool = False) -> Option:
-    """Return options of which one at most, or exactly one, may be given."""
+    """Return options that exclude each other."""
 
     def add(to: Any) -> None:
         group = to.add_mutually_exclusive_group(required=required)
@@ -232,63 +222,52 @@ def titled(title: str, *options: Option) -> Option:
 
 
 def to_path(text: str) -> 'Path':
-    """Return a path as it is typed; of ``.`` and ``..``, which have no name, the whole one."""
+    """Return a path as typed; ``.`` and ``..``, which have no name, are resolved."""
     from pathlib import Path
 
     from stickslip_ros.errors import RecordingError
 
     if text in {'', '-'}:
-        raise RecordingError(repr(text), 'is no name of a file', 'give a path')
+        raise RecordingError(repr(text), 'is not the name of a file', 'give a path')
     path = Path(text)
     return path if path.name not in {'', '..'} else path.resolve()
 
 
 def file(text: str, **more: Any) -> Option:
-    """Return the argument that names what a verb reads."""
+    """Return the argument for the files that a verb reads."""
     name = 'files' if more.get('nargs') == '+' else 'file'
     return option(name, text, to_path, **more)
 
 
 def output(text: str, **more: Any) -> Option:
-    """Return the option that names what a verb writes."""
+    """Return the option for the file that a verb writes."""
     return option('-o --output', text, to_path, **more)
 
 
 def folder(default: str = 'runs') -> Option:
-    """Return the option that names the folder into which a verb writes."""
+    """Return the option for the folder that a verb writes to."""
     return output('folder to write into', metavar='DIR', default=default)
 
 
-_JOINED: dict[str, Any] = {'action': _Joined}
-_FORMS: dict[str, tuple[Callable[[str, str], Any], str, str, dict[str, Any]]] = {
-    'Table': (lambda _, text: to_path(text), 'FILE', '', {}),
+_REPEATED = '; may be repeated'
+_EXAMPLES = ', as force_n="Force (mN)" or position_m=/rig/encoder.point.x'
+_FORMS: dict[str, tuple[str, str, Callable[[str], Any] | None]] = {
+    'Table': ('FILE', '', to_path),
     'tuple[float, float]': (
-        lambda _, text: _late('lab.runs.recorded.parse_window')(text),
         'LENGTH@START',
         ': 2ms@0.3s is 2 ms from 0.3 s on (default: the whole run)',
-        {},
+        _late('lab.runs.recorded.parse_window'),
     ),
-    'Mapping[str, str]': (
-        _to_mapping,
-        'NAME=HEADER',
-        ', as force_n="Force (mN)" or position_m=/rig/encoder.point.x; may be repeated',
-        _JOINED,
-    ),
-    'float | str': (_to_mapping, 'NAME=VALUE', '; may be repeated', _JOINED),
-    'Known | str': (
-        _to_mapping,
-        'NAME=VALUE+-SHARE',
-        ', as runner.mass=3g+-1%%; may be repeated',
-        _JOINED,
-    ),
+    'Mapping[str, str]': ('NAME=HEADER', _EXAMPLES + _REPEATED, None),
+    'float | str': ('NAME=VALUE', _REPEATED, None),
+    'Known | str': ('NAME=VALUE+-SHARE', ', as runner.mass=3g+-1%%' + _REPEATED, None),
     'Sequence[float]': (
-        lambda form, text: _late('lab.cli.chosen.to_numbers')(form.split()[0], text, 'N'),
         'NEWTONS',
-        ', with commas; may be repeated',
-        _JOINED,
+        ', with commas' + _REPEATED,
+        lambda text: _late('lab.cli.chosen.to_numbers')('--preload', text, 'N'),
     ),
 }
-"""By the annotation of a field: how it is read from an example and a text, how it is shown."""
+"""By the annotation of a field: metavar, end of the help, converter (None: an assignment)."""
 READING = 'experiments.options.ReadingOptions'
 [WORKERS] = options_of(READING, 'workers')
 [WINDOW] = options_of(READING, 'window_s')
@@ -307,22 +286,27 @@ MAP = (
 LOOK = (
     option(
         '--style',
-        'of the figure: screen; paper, 85 mm wide with letters of 8 pt; a file NAME.mplstyle',
+        'style of the figure: screen; paper (85 mm wide, letters of 8 pt); a file NAME.mplstyle',
         metavar='STYLE',
         default='',
     ),
-    option('--width', 'of the figure, as 170mm; means --style paper', unit='m', metavar='WIDTH'),
+    option(
+        '--width',
+        'width of the figure, as 170mm; implies --style paper',
+        unit='m',
+        metavar='WIDTH',
+    ),
 )
 FIGURE = (option('--figure', 'draw a figure: .png, .svg or .pdf', to_path), *LOOK)
 DRAWS = option(
     '--draws',
-    'a fit (.json of stickslip fit): its stand, and bands of what is not known of it',
+    'a fit (.json of stickslip fit): use its stand, and add bands of its uncertainty',
     to_path,
 )
 PARAMETERS = (
     many(
         '--params',
-        'ROS parameter file, as config/test_stand.yaml; later ones win',
+        'ROS parameter file, as config/test_stand.yaml; later files win',
         'FILE',
         to_path,
     ),
@@ -333,12 +317,14 @@ PARAMETERS = (
         dest='assignments',
     ),
 )
-"""What chooses a stand. An option whose ``dest`` is the name of a parameter does so too."""
-NAMESPACE = option('--namespace', 'of the drive, as /left', to_namespace, 'NAME', default='')
-PRELOAD = option('--preload', 'sets stand.preload', metavar='NEWTON', dest='stand.preload')
+"""Options that choose a stand, as does an option with the name of a parameter as ``dest``."""
+NAMESPACE = option(
+    '--namespace', 'namespace of the drive, as /left', to_namespace, 'NAME', default=''
+)
+PRELOAD = option('--preload', 'set stand.preload', metavar='NEWTON', dest='stand.preload')
 NO_LOAD_CELL = switch(
     '--no-load-cell',
-    'a free runner: sets load_cell.contact=absent',
+    'free the runner: set load_cell.contact=absent',
     dest='load_cell.contact',
     const='absent',
 )

@@ -14,14 +14,14 @@ from stickslip_ros.extras import load_extra
 from stickslip_ros.lab.cli.printing import Answer
 
 NICENESS = 4
-"""The drive goes first where both want the same core: pictures can wait, its blocks cannot. At 10
-the drive is no more punctual, and beside other busy programs the panel all but stands still."""
+"""The drive has priority on a shared core: pictures can wait, its blocks cannot. At 10 the drive
+is no more punctual, and with other busy programs the panel almost stops."""
 
 # ruff: noqa: PLC0415 - help needs no extra, a recording no ROS, a drive no reader
 
 
 def panel_verb(arguments: argparse.Namespace) -> Answer:
-    """Serve the panel of a recording or of a drive until the end is asked for."""
+    """Serve the panel of a recording or of a drive until Ctrl-C."""
     load_extra('the panel', 'tornado')
     from stickslip_ros.lab.panel.controls import lamps, sheet
     from stickslip_ros.lab.panel.server import serve
@@ -41,7 +41,7 @@ def panel_verb(arguments: argparse.Namespace) -> Answer:
         beside += ((Link(namespace), sheet()) for namespace in arguments.beside)
     else:
         if arguments.beside:
-            raise StickSlipError('--beside is without effect on a recording; leave it')
+            raise StickSlipError('--beside is without effect on a recording; leave it out')
         from stickslip_ros.lab.panel.player import Player
 
         source = Player(file, arguments.headers or {}, arguments.window_s)

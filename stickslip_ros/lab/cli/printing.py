@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What is printed: an answer as tables and lines or as JSON."""
+"""Print an answer as tables and lines or as JSON."""
 
 import dataclasses
 import json
@@ -18,23 +18,23 @@ from rich.text import Text
 from stickslip_ros.sections import Section, plain
 
 CHECK_FAILED = 1
-"""Exit status of a verb that has done its work and found something wrong."""
+"""Exit status of a verb whose check failed."""
 _WIDTH = 80
-"""Columns of a table where no terminal says how many it has."""
+"""Columns of a table without a terminal."""
 _NUMBER_MAX = 30
-"""Characters of the longest number with its unit; what is longer is a sentence."""
+"""Characters of the longest number with its unit; longer cells are sentences."""
 
 
 @dataclasses.dataclass(frozen=True)
 class Answer:
-    """What a verb has to say."""
+    """The answer of a verb."""
 
-    content: Any  # what ``--json`` prints, SI units: what ``plain`` takes; None: nothing
-    parts: Iterable[Section | str] = ()  # what people read instead, one after the other
+    content: Any  # for ``--json``, in SI units, any argument of ``plain``; None: nothing
+    parts: Iterable[Section | str] = ()  # for people, in this order
     status: int = 0  # exit status of the process
 
     def show(self, *, as_json: bool) -> None:
-        """Print it in one of the two ways."""
+        """Print it as JSON or as text."""
         if as_json:
             print_json(self.content)
             return
@@ -50,13 +50,13 @@ class Answer:
 
 
 def print_json(content: Any) -> None:
-    """Print an object as JSON; nothing comes of None."""
+    """Print an object as JSON; None prints nothing."""
     if content is not None:
         print(json.dumps(plain(content), indent=2))
 
 
 def _table(section: Section) -> Table:
-    """Return rows as a table: names and sentences begin on the left, numbers end on the right."""
+    """Return rows as a table: names and sentences to the left, numbers to the right."""
     shown = Table(
         box=SIMPLE_HEAD, show_edge=False, pad_edge=False, show_header=bool(section.header)
     )

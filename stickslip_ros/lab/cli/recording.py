@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""``stickslip info``, ``recover`` and ``plot``: what is in a recording, or left of it."""
+"""``stickslip info``, ``recover`` and ``plot``: describe, recover and draw a recording."""
 
 import argparse
 from collections.abc import Iterator
@@ -20,7 +20,7 @@ from stickslip_ros.units import NS_PER_S, with_unit
 
 
 def info_verb(arguments: argparse.Namespace) -> Answer:
-    """Read a recording."""
+    """Describe a recording."""
     recording = Recording(arguments.file)
     return Answer(describe_recording(recording), sections_of(recording))
 
@@ -42,7 +42,7 @@ def describe_recording(recording: Recording) -> dict[str, Any]:
 
 def plot_verb(arguments: argparse.Namespace) -> Answer:
     """Draw a recording."""
-    # Matplotlib and numba, which the other verbs of this module do without.
+    # Matplotlib and numba are slow, and the other verbs of this module do not need them.
     from stickslip_ros.lab.runs import plotting, recorded, run_figure  # noqa: PLC0415
     from stickslip_ros.lab.runs.recorded_run import Run  # noqa: PLC0415
 
@@ -66,17 +66,17 @@ def plot_verb(arguments: argparse.Namespace) -> Answer:
     title = f'{plot.start_s:.9g} s to {plot.end_s:.9g} s'
     parts = [Section(title, rows, ('quantity', 'samples', 'smallest', 'largest'))]
     if plot.events:
-        alike = (list(group) for _, group in groupby(plot.events, key=lambda each: each[1:]))
+        runs = (list(group) for _, group in groupby(plot.events, key=lambda each: each[1:]))
         events = [
             (f'{first.time_s:.6f} s', first.command, first.result, 1 + len(others))
-            for first, *others in alike
+            for first, *others in runs
         ]
         parts.append(Section('events', events, ('first at', 'command', 'result', 'in a row')))
     return Answer(content, [*parts, f'picture {picture}'])
 
 
 def recover_verb(arguments: argparse.Namespace) -> Answer:
-    """Copy what can be read of a recording into a finished one."""
+    """Copy the readable part of a recording into a finished recording."""
     if arguments.output:
         make_folder(arguments.output.parent)
     recoveries, written = recover(arguments.file, arguments.output)

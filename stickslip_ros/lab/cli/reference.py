@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""``stickslip parameters`` and ``interface``: what files and pages are written from the code."""
+"""``stickslip parameters`` and ``interface``: files and pages generated from the code."""
 
 import argparse
 from collections.abc import Iterable, Iterator, Sequence

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""``stickslip replay``: a recording, or a measured voltage, through the virtual stand again."""
+"""``stickslip replay``: run a recording or a measured voltage on the virtual stand."""
 
 import argparse
 import dataclasses
@@ -15,7 +15,7 @@ from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.cli.chosen import chosen_values
 from stickslip_ros.lab.cli.experiment import shown_tables
 from stickslip_ros.lab.cli.printing import CHECK_FAILED, Answer
-from stickslip_ros.lab.experiments.reading import DriveSource, played
+from stickslip_ros.lab.experiments.reading import played
 from stickslip_ros.lab.runs.replay import Replay, read_drive_input, replay, replay_input
 from stickslip_ros.lab.tables.experiment import Reading
 from stickslip_ros.parameters import Parameters
@@ -27,7 +27,7 @@ from stickslip_ros.units import MN, NM
 
 
 def replay_verb(arguments: argparse.Namespace) -> Answer:
-    """Replay, into a file that is thrown away if none is given."""
+    """Replay into the output, or into a temporary file."""
     kept = arguments.output
     if kept:
         prepare_output(kept, is_new=True)
@@ -55,11 +55,11 @@ def _replay(arguments: argparse.Namespace, output: Path) -> Replay:
                 arguments.file, output, changes, from_rest=arguments.from_rest, progress=show
             )
         if arguments.output is None:
-            raise WrongKind('--output', 'nothing', 'a file', 'give the recording to write with -o')
+            raise WrongKind('--output', 'nothing', 'a file', 'name the recording to write with -o')
         stand = Parameters().updated(changes)
         given = read_drive_input(arguments.file, stand, reading)
-        voltage = played(given, stand, DriveSource())
-        for line in voltage.said:
+        voltage = played(given, stand)
+        for line in voltage.notes:
             print(f'drive   {line}', file=sys.stderr)
         time_s, voltage_v = voltage.rows.T
         as_played = dataclasses.replace(given, time_s=time_s, voltage_v=voltage_v)
@@ -82,7 +82,7 @@ def _parts(result: Replay, output: str) -> Iterator[Section | str]:
     if result.identical:
         yield 'every message is identical, byte for byte'
     elif result.changed:
-        yield f'see what changed: stickslip compare {result.source} {output}'
+        yield f'compare them with: stickslip compare {result.source} {output}'
     elif result.difference is not None:
         where = result.difference
         yield (

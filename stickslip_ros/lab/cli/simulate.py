@@ -1,13 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""
-``stickslip simulate``, ``sweep`` and ``zero-amplitude``: runs without ROS.
-
-The first runs the whole stand once, the second makes a table of every combination of values, the
-third looks for one stroke; the last two do without sensors.
-
-"""
+"""``stickslip simulate``, ``sweep`` and ``zero-amplitude``: runs without ROS."""
 
 import argparse
 from collections.abc import Sequence
@@ -40,13 +34,13 @@ from stickslip_ros.progress import shown_progress
 from stickslip_ros.sections import Section
 from stickslip_ros.units import NM, display_unit, unit_of
 
-_SLOW_DRAWS = 20  # stands of a band of a 0-amplitude, which takes 60 runs of each
+_SLOW_DRAWS = 20  # stands for a band of the 0-amplitude, with 60 runs each
 _BANDS = 'force_mean_n', 'force_net_n', 'step_length_m'
-"""Numbers of a run that have bands."""
+"""Numbers of a run with bands."""
 
 
 def simulate_verb(arguments: argparse.Namespace) -> Answer:
-    """Run the stand, record it if asked."""
+    """Run the stand; record it if asked."""
     parameters, waveform = chosen_parameters(arguments), arguments.waveform
     if waveform is not None:
         try:
@@ -54,12 +48,12 @@ def simulate_verb(arguments: argparse.Namespace) -> Answer:
         except RecordingError as error:
             if '--map' not in str(error):
                 raise
-            hint = 'of stickslip import, whose -o FILE simulate reads'
+            hint = 'of stickslip import, and simulate its -o FILE'
             raise StickSlipError(f'{error} {hint}') from None
         waveform = np.column_stack((cycle.time_s, cycle.voltage_v))
     if arguments.output:
         if arguments.output.suffix.lower() not in {'', '.mcap'}:
-            hint = 'write .mcap, then make a table of it with stickslip export'
+            hint = 'write .mcap, then convert it with stickslip export'
             raise WrongKind('--output', str(arguments.output), 'an .mcap file', hint)
         prepare_output(arguments.output, is_new=True)
     given = {**chosen_for(simulate, arguments), 'waveform': waveform}
@@ -69,10 +63,8 @@ def simulate_verb(arguments: argparse.Namespace) -> Answer:
     bands = list[Section]()
     if draws := chosen_draws(arguments, BAND_DRAWS):
         if arguments.waveform is not None:
-            hint = 'give --amplitude or --voltage'
-            raise WrongKind(
-                '--waveform', str(arguments.waveform), 'a saw-tooth, with --draws', hint
-            )
+            what, hint = 'a saw-tooth, which --draws needs', 'give --amplitude or --voltage'
+            raise WrongKind('--waveform', str(arguments.waveform), what, hint)
         bands.append(_bands(draws, arguments, result.voltage_v, result.frequency_hz))
     held = 'the runner is fixed to the load cell, so its steps end; --no-load-cell frees it'
     note = [held] if parameters.load_cell.contact == 'attached' else []

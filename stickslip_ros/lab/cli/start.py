@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""``stickslip``: heeds Ctrl-C, and completes what is typed, before it imports what takes long."""
+"""Start ``stickslip``: handle Ctrl-C and completion before slow imports."""
 
 import gc
 import os
@@ -9,14 +9,14 @@ import sys
 
 from stickslip_ros.process.signals import run
 
-# ruff: noqa: PLC0415 - that is what this module is for
+# ruff: noqa: PLC0415 - slow imports come last
 
 _SELDOM = 20_000
-"""New objects after which a verb looks for garbage: a start makes 200 000 that stay."""
+"""New objects between two garbage collections: a start makes 200 000 that stay."""
 
 
 def stickslip() -> int:
-    """Run a verb, or complete what is typed of one; return its exit status."""
+    """Run a verb, or complete its command line; return the exit status."""
     if '_ARGCOMPLETE' in os.environ:
         from stickslip_ros.lab.cli.main import complete
 
@@ -26,7 +26,7 @@ def stickslip() -> int:
 
 def _run_verb() -> int:
     gc.set_threshold(_SELDOM)
-    # Its threads spin while they wait, and take the cores from those of a fit.
+    # Waiting threads of OpenBLAS spin, and would take the cores from those of a fit.
     os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
     from stickslip_ros.lab.cli.main import main
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Force curves against each other: of sweeps, experiments and the model, by preload and stroke."""
+"""Compare force curves of sweeps, experiments and the model by preload and stroke."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -25,7 +25,6 @@ from stickslip_ros.lab.experiments.options import ReadingOptions
 from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.lab.experiments.reading import of_points
 from stickslip_ros.lab.runs.batch import Progress, pool_of
-from stickslip_ros.lab.runs.journal import Row
 from stickslip_ros.lab.runs.sweep import bare_name
 from stickslip_ros.lab.runs.sweep_table import RUN_COLUMNS, read_table
 from stickslip_ros.lab.runs.zero_amplitude import WITHOUT_CELL
@@ -40,34 +39,34 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 MODEL, SWEEP = 'model', 'sweep'
-"""The first is also the word that stands for the drive in place of a file."""
+"""Kinds of a side; MODEL also stands for the drive in place of a file."""
 PRELOAD_COLUMN, FREQUENCY_COLUMN, FORCE_COLUMN = 'preload_n', 'frequency_hz', 'force_n'
 NO_SETTINGS = {each for name in (AMPLITUDE_COLUMN, *NUMBERS) for each in (name, sigma_name(name))}
 RENAMED = {'force_mean_n': FORCE_COLUMN}
-"""Columns of a sweep that have another name in an experiment."""
-_SAME = 1e-9  # relative difference up to which two typed numbers are the same
+"""Columns of a sweep with another name in an experiment."""
+_SAME = 1e-9  # largest relative difference of equal typed numbers
 
 
 @dataclass(frozen=True, eq=False)
 class PointTable:
-    """Points of one force curve or of several: columns under the names of an experiment file."""
+    """Points of force curves: columns under the names of an experiment file."""
 
     side: Side
     columns: dict[str, list[Scalar]]
 
     @property
     def axis(self) -> str:
-        """Along which its points lie: strokes, or preloads of numbers without a stroke."""
+        """Column of the axis: strokes, or preloads of numbers without a stroke."""
         return AMPLITUDE_COLUMN if AMPLITUDE_COLUMN in self.columns else PRELOAD_COLUMN
 
     @property
     def quantities(self) -> list[str]:
-        """What was measured."""
+        """Measured quantities."""
         return [name for name in NUMBERS if name in self.columns]
 
     @property
     def settings(self) -> dict[str, list[Scalar]]:
-        """Preload, frequency if known, and what else was varied, by column."""
+        """Preload, frequency if known, and other varied parameters, by column."""
         return {name: each for name, each in self.columns.items() if name not in NO_SETTINGS}
 
     def values(self, name: str, rows: Iterable[int]) -> Array:
@@ -107,7 +106,14 @@ def of_sweep(table: 'Path | DataFrame') -> PointTable:
     """Return the points of the table of a sweep."""
     rows, described = read_table(table)
     origin = str(table) if isinstance(table, Path) else DATA_FRAME
-    return _of_rows(rows, origin, SWEEP, described)
+    columns = {
+        RENAMED.get(name, name): [row[name] for row in rows]
+        for name in rows[0]
+        if name not in RUN_COLUMNS
+    }
+    # A free runner makes steps and no force; a held runner that is steady the other way round.
+    del columns['step_length_m' if any(columns[FORCE_COLUMN]) else FORCE_COLUMN]
+    return _point_table(columns, origin, SWEEP, described, sum(not row['steady'] for row in rows))
 
 
 def of_model(
@@ -117,11 +123,10 @@ def of_model(
     progress: bool | Progress,
 ) -> PointTable:
     """
-    Return what the drive shows at the points of a table, runs of the same settings made once.
+    Return the points of the drive at the settings of a table; equal runs are made once.
 
-    The table sets the preload and what it has columns for; the frequency is for one without.
-    Raises StickSlipError if the stand cannot make one of the points, or a parameter is both set
-    and a column.
+    The columns of the table set preload and parameters, the options a frequency without a column.
+    Raises StickSlipError if the stand cannot make a point, or a parameter is set and a column.
 
     """
     names = [name for name in table.settings if name not in {PRELOAD_COLUMN, FREQUENCY_COLUMN}]
@@ -129,7 +134,7 @@ def of_model(
     for name in map(bare_name, names):
         if name in changed:
             problem = f'is set, and a column of {table.side.origin} too'
-            raise Incomparable(name, problem, 'take --set or the column away')
+            raise Incomparable(name, problem, 'leave out --set or the column')
     if FORCE_COLUMN not in table.columns and 'step_length_m' in table.columns:
         parameters = parameters.updated(WITHOUT_CELL)
     frequency_hz, origin = options.frequency_hz, table.side.origin
@@ -142,15 +147,15 @@ def of_model(
         columns.setdefault(one.seen[0].quantity, []).append(float(each.values[0]))
     unsteady = np.reshape([not each.is_steady for [each] in found], (-1, table.side.rows))
     described = {'stickslip_ros': stickslip_ros.__version__, **parameters.flat()}
-    return _pointed(columns, MODEL, MODEL, described, int(np.sum(unsteady.any(axis=0))))
+    return _point_table(columns, MODEL, MODEL, described, int(np.sum(unsteady.any(axis=0))))
 
 
 def compare(a: PointTable, b: PointTable) -> tuple[Compared, ...]:
-    """Compare what both tables have: same settings, B interpolated onto A's strokes."""
+    """Compare the quantities of both tables at equal settings, B interpolated to A's strokes."""
     names = [name for name in a.quantities if name in b.quantities]
     if not names:
         problem = f'has {", ".join(b.quantities)}, {a.side.origin} has {", ".join(a.quantities)}'
-        hint = 'a held runner has a force, a free one steps'
+        hint = 'compare two with a force (held runner), or two with steps (free runner)'
         raise Incomparable(b.side.origin, problem, hint)
     if a.axis != b.axis:
         hint = 'give both with strokes, amplitude_m, or both without'
@@ -176,28 +181,14 @@ def compare(a: PointTable, b: PointTable) -> tuple[Compared, ...]:
     return tuple(quantities)
 
 
-def _of_rows(
-    rows: Sequence[Row], origin: str, kind: str, described: dict[str, Scalar] | None
-) -> PointTable:
-    """Return the points of rows as a sweep makes them; a column counts more than a description."""
-    columns = {
-        RENAMED.get(name, name): [row[name] for row in rows]
-        for name in rows[0]
-        if name not in RUN_COLUMNS
-    }
-    # A free runner makes steps and no force; of a held one that is steady it is the other way.
-    del columns['step_length_m' if any(columns[FORCE_COLUMN]) else FORCE_COLUMN]
-    return _pointed(columns, origin, kind, described, sum(not row['steady'] for row in rows))
-
-
-def _pointed(
+def _point_table(
     columns: dict[str, list[Scalar]],
     origin: str,
     kind: str,
     described: dict[str, Scalar] | None,
     unsteady: int,
 ) -> PointTable:
-    """Return columns as points, with what is known of their stand and runs."""
+    """Return columns as points, with their known settings; a column replaces a description."""
     rows = len(columns[PRELOAD_COLUMN])
     in_columns = {'stand.preload', *map(bare_name, columns)}
     known = {name: each for name, each in (described or {}).items() if name not in in_columns}
@@ -215,7 +206,7 @@ def _pointed(
 
 
 def _is_same(one: Scalar, other: Scalar) -> bool:
-    """Return whether two values are the same, but for the rounding of typed numbers."""
+    """Return whether two values are equal apart from the rounding of typed numbers."""
     if isinstance(one, (bool, str)) or isinstance(other, (bool, str)):
         return one == other
     return abs(one - other) <= _SAME * max(abs(one), abs(other))
@@ -226,7 +217,7 @@ def _is_constant(column: Sequence[Scalar]) -> bool:
 
 
 def _constants(columns: Mapping[str, Sequence[Scalar]]) -> dict[str, Scalar]:
-    """Return the settings that have one value only."""
+    """Return the settings with one value only."""
     return {
         bare_name(name): each[0]
         for name, each in columns.items()
@@ -235,7 +226,7 @@ def _constants(columns: Mapping[str, Sequence[Scalar]]) -> dict[str, Scalar]:
 
 
 def _varied(a: PointTable, b: PointTable) -> list[str]:
-    """Return the settings, beside the preload, by which rows are matched."""
+    """Return the settings besides the preload by which rows are matched."""
     varied = [
         name
         for table in (a, b)
@@ -245,7 +236,7 @@ def _varied(a: PointTable, b: PointTable) -> list[str]:
     for name in varied:
         for table, other in ((a, b), (b, a)):
             if name not in table.columns:
-                problem = f'varies {name}, of which {table.side.origin} says nothing'
+                problem = f'varies {name}, which {table.side.origin} does not have'
                 raise Incomparable(other.side.origin, problem, 'keep one value of it')
     return list(dict.fromkeys(varied))
 
@@ -269,7 +260,7 @@ def _part(a: PointTable, b: PointTable, at: dict[str, Scalar], name: str) -> Par
 
 
 def _averaged(table: PointTable, name: str, rows: Sequence[int]) -> tuple[Array, Array]:
-    """Return rising strokes and a column; what was measured several times is its mean."""
+    """Return rising strokes and the means of a column there."""
     nodes_m, index = np.unique(table.values(table.axis, rows), return_inverse=True)
     return nodes_m, np.bincount(index, table.values(name, rows)) / np.bincount(index)
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Compares two files, or a file and the model: recognises them and chooses the way."""
+"""Compare two files, or a file and the model, over time or by amplitude."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -51,25 +51,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class CompareOptions(ReadingOptions):
-    """How two experiments are read, and how their times and positions are matched."""
+    """Options of reading two experiments and of matching their times and positions."""
 
     shift_s: float | None = None
-    """Time added to the times of B, s."""
+    """Time to add to the times of B, s."""
     align: bool = False
     """Estimate that shift by cross-correlation."""
     offset: bool = False
-    """Move the position of B onto that of A, as its zero is arbitrary."""
-
-    @property
-    def read_s(self) -> tuple[float, float] | None:
-        """The stretch of A to read: all of it, if the clocks are aligned."""
-        return None if self.align else self.window_s
-
-    @property
-    def read_of_b_s(self) -> tuple[float, float] | None:
-        """The same of B, in its own times."""
-        late_s = self.shift_s or 0.0
-        return self.read_s and (self.read_s[0] - late_s, self.read_s[1] - late_s)
+    """Shift the position of B to that of A, as its zero is arbitrary."""
 
 
 def compare(
@@ -92,13 +81,13 @@ def compare(
         Another one; parameters run the model at the points of A, or under the voltage that drove
         A; without it a recording is compared with the experiment that it carries.
     options : CompareOptions, optional
-        How both are read, and how their times and positions are matched.
+        Options of reading both and of matching their times and positions.
     draws : sequence of Parameters
         Stands as likely as B, ``Fit.draws(100)``; bands show their spread.
     report : callable, optional
-        Called with each ``MeasuredTable`` when it has been read, before anything is computed.
+        Called with each ``MeasuredTable`` after reading, before anything is computed.
     progress : bool or callable
-        Whether to show how far it has come; or what is called with runs done and in all.
+        Whether to show the progress; or a function, called with runs done and their number.
 
     Raises
     ------
@@ -107,10 +96,11 @@ def compare(
 
     """
     given = listed_sources(a)
+    window_s = None if options.align else options.window_s  # to align needs all of both
     reading = options.reading(report, is_run=isinstance(b, Parameters))
     reading.check_count(len(given) + (b is not None and not isinstance(b, Parameters)))
     first = (
-        _load(given[0], reading, options.read_s)
+        _load(given[0], reading, window_s)
         if len(given) == 1
         else by_amplitude.of_experiment(read_joined(given, reading))
     )
@@ -118,12 +108,14 @@ def compare(
         _check_timeless(first, options)
     if not isinstance(b, Parameters):
         if draws:
-            hint = 'give parameters as B, or leave them away'
-            raise Incomparable('draws', 'are of no model', hint)
+            hint = 'give parameters as B, or leave them out'
+            raise Incomparable('draws', 'need the model as B', hint)
         if b is None:
             return _compared(first, _attached(given[0], reading), options)
         [other] = listed_sources(b)
-        return _compared(first, _load(other, reading, options.read_of_b_s, len(given)), options)
+        if window_s is not None and options.shift_s is not None:  # in B's own times
+            window_s = window_s[0] - options.shift_s, window_s[1] - options.shift_s
+        return _compared(first, _load(other, reading, window_s, len(given)), options)
     shown_by: Callable[[Parameters], TimeRun | PointTable]
     if isinstance(first, TimeRun):
         _check_unmoved(first, options)
@@ -132,7 +124,7 @@ def compare(
         shown_by = partial(in_time.of_model, experiment)
     else:
         if options.commands is not None:
-            hint = 'leave --commands away'
+            hint = 'leave out --commands'
             raise Incomparable(first.side.origin, 'is by amplitude: no voltage drove it', hint)
         shown_by = partial(
             by_amplitude.of_model, first, options=options, progress=False if draws else progress
@@ -143,34 +135,34 @@ def compare(
 
 
 def _check_unmoved(a: TimeRun, options: CompareOptions) -> None:
-    """Refuse a shift, a frequency or steps of the model under the voltage that drove A."""
+    """Refuse a shift, a frequency or steps for the model under the voltage that drove A."""
     if options.align or options.shift_s is not None:
-        hint = 'leave --shift and --align away: the clock is found by the falls'
-        raise Incomparable(a.side.origin, 'is compared with what drove it', hint)
+        hint = 'leave out --shift and --align: the falls of the voltage give the clock'
+        raise Incomparable(a.side.origin, 'is compared with a model under its own voltage', hint)
     usual = CompareOptions()
     if (options.frequency_hz, options.steps) != (usual.frequency_hz, usual.steps):
-        problem = 'is over time, where the voltage says frequency and steps'
-        raise Incomparable(a.side.origin, problem, 'leave --frequency and --steps away')
+        problem = 'is over time: its voltage gives frequency and steps'
+        raise Incomparable(a.side.origin, problem, 'leave out --frequency and --steps')
 
 
 def _check_timeless(a: PointTable, options: CompareOptions) -> None:
-    """Refuse options of times for points."""
+    """Refuse options of time for points."""
     if options.align or options.offset or options.shift_s is not None or options.window_s:
-        hint = 'leave --shift, --align, --offset and --window away'
-        raise Incomparable(a.side.origin, 'is by amplitude and knows no time', hint)
+        hint = 'leave out --shift, --align, --offset and --window'
+        raise Incomparable(a.side.origin, 'is by amplitude and has no times', hint)
 
 
 def _compared(
     a: PointTable | TimeRun, b: PointTable | TimeRun, options: CompareOptions
 ) -> ComparisonReport:
-    """Compare two that are over time, or two by amplitude."""
+    """Compare two runs over time, or two tables by amplitude."""
     if isinstance(a, PointTable) and isinstance(b, PointTable):
         return ComparisonReport(a.side, b.side, a.axis, by_amplitude.compare(a, b))
     if isinstance(a, PointTable) or isinstance(b, PointTable):
         raise Incomparable(
             b.side.origin,
             f'is a {b.side.kind}, {a.side.origin} a {a.side.kind}',
-            'compare two over time, or two by amplitude and preload',
+            'compare two files over time, or two by amplitude and preload',
         )
     if options.align:
         b = b.moved(in_time.align(a, b))
@@ -192,7 +184,7 @@ def _with_bands(
     draws: Sequence[Parameters],
     progress: bool | Progress,
 ) -> ComparisonReport:
-    """Return the comparison with a stand, with bands of what draws and noise show."""
+    """Return the comparison with a stand, with bands from draws and noise."""
     report = compared_with(stand)
     if not draws:
         return report
@@ -220,7 +212,7 @@ def _load(
     window_s: tuple[float, float] | None,
     number: int = 0,
 ) -> PointTable | TimeRun:
-    """Read a file by what is in it, not by its name; of a recording a window is enough."""
+    """Read a file by its content, not by its name; of a recording only the window."""
     if recorded := recording_of(given, reading.topics):
         recording, topics = recorded
         if window_s is not None:
@@ -232,7 +224,7 @@ def _load(
 
 
 def _attached(given: 'Path | DataFrame | Run', reading: Reading) -> PointTable | TimeRun:
-    """Return the experiment that a recording carries."""
+    """Return the experiment attached to a recording."""
     hint = 'name B, or the word model'
     path = given if isinstance(given, Path) else DATA_FRAME
     try:
@@ -240,11 +232,11 @@ def _attached(given: 'Path | DataFrame | Run', reading: Reading) -> PointTable |
     except StickSlipError as error:
         recorded, why = None, f' ({error})'
     if recorded is None:
-        raise RecordingError(path, f'stands alone and is no recording{why}', hint)
+        raise RecordingError(path, f'has no B and is no recording{why}', hint)
     recording, path = recorded[0], recorded[0].path
     if EXPERIMENT_FILE not in recording.attachments:
-        hint = 'name what to compare it with as B'
-        raise RecordingError(path, f'carries no {EXPERIMENT_FILE}', hint)
+        hint = 'give a file or the word model as B'
+        raise RecordingError(path, f'has no attached {EXPERIMENT_FILE}', hint)
     content = recording.attachments[EXPERIMENT_FILE][1]
     return _of_experiment(parse_experiment(content, f'{path} {EXPERIMENT_FILE}', reading))
 

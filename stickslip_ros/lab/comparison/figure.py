@@ -38,16 +38,16 @@ ALONG = {
     AMPLITUDE_COLUMN: (NM, 'stroke of the feet (nm)'),
     PRELOAD_COLUMN: (1.0, 'preload (N)'),
 }
-"""What stands on the axis of the points: factor of SI and label."""
-_PIXELS = 800  # points per curve are no more than such a picture can show
+"""Axes of the points: factor of SI and label."""
+_PIXELS = 800  # most points per curve
 LEGEND_MAX = 10
-_NAME_MAX = 40  # characters of a file name in a legend; of a longer one it shows the end
+_NAME_MAX = 40  # most characters of a file name in a legend; the end of a longer name is shown
 BARS_MAX = 200  # error bars of more points hide the points
 
 
 @styled()
 def draw_comparison(comparison: Comparison, quantities: Sequence[Compared]) -> Figure:
-    """Draw quantities of a comparison below each other, each with its difference below it."""
+    """Draw quantities below each other, each with its difference below it."""
     figure = new_figure(8.0, 3.5 + 2.5 * len(quantities))
     ratios, axes = (2.0, 1.0) * len(quantities), {each.parts[0].axis for each in quantities}
     panels = figure.subplots(len(ratios), 1, sharex=len(axes) == 1, height_ratios=ratios)
@@ -126,7 +126,7 @@ def _draw_part(
 
 
 def _fill_bands(axes: Axes, x: Array, part: Part, factor: float) -> None:
-    """Shade where differences are expected from what is not known of B, and noise."""
+    """Shade the differences expected from the unknowns of B and noise."""
     order = np.argsort(x, kind='stable')
     order = order[:: 1 + len(order) // _PIXELS]
     band = part.band or {}

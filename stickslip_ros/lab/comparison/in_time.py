@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Runs against each other: quantity by quantity in the time that both cover."""
+"""Compare runs quantity by quantity in their common time."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -41,15 +41,15 @@ from stickslip_ros.recording.run_file import PARAMETERS_FILE, RUN_RECORD, TIME_O
 from stickslip_ros.recording.series import Series
 
 _RECORDING, _MODEL = 'recording', 'model'
-STANDS_STILL = 0.05  # share of what was seen to move below which a model is said to stand still
+STANDS_STILL = 0.05  # least range of a model, per range of the readings
 _POSITION, _VOLTAGE = 'position_m', 'voltage_v'
 NOT_COMPARED = {'wall_start', TIME_ORIGIN, 'seed', 'dt_s'}
-"""Metadata that differ by chance, or that the parameters repeat."""
-RAMPS_MIN = 10  # fewer make no steps to speak of
-DECIDES = 0.9  # coefficient above which one quantity decides alone about a shift
-PERIOD_SLACK = 0.1  # ramps follow each other in the median of their periods, within this share
+"""Metadata that differ by chance or repeat the parameters."""
+RAMPS_MIN = 10  # ramps of a run with steps
+DECIDES = 0.9  # least coefficient of a quantity that decides the shift alone
+PERIOD_SLACK = 0.1  # largest deviation of the period of a ramp from the median, as a share
 _SAMPLES_MAX = 1 << 20
-TIED = 1e-9  # coefficients this near are the same; of these lags the smallest counts
+TIED = 1e-9  # largest difference of equal coefficients; the smallest of their lags counts
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,15 +58,15 @@ class TimeRun:
 
     side: Side
     series: dict[str, Series]
-    alignment: Alignment | None = None  # by which its times are those of another run
+    alignment: Alignment | None = None  # to the times of another run
 
     @property
     def quantities(self) -> list[str]:
-        """What was measured."""
+        """Measured quantities."""
         return [name for name in MEASURED[OVER_TIME] if name in self.series]
 
     def within(self, start_s: float, end_s: float) -> 'TimeRun':
-        """Return a stretch of the run."""
+        """Return a part of the run."""
         series = {name: each.window(start_s, end_s) for name, each in self.series.items()}
         series = {name: each for name, each in series.items() if len(each)}
         rows = max(map(len, series.values()), default=0)
@@ -82,12 +82,7 @@ class TimeRun:
 
 
 def of_recording(recording: Recording, topics: Mapping[str, str]) -> TimeRun:
-    """
-    Return what a recording holds over time, and what it says of itself.
-
-    One of another program holds what ``topics`` say, if they say anything.
-
-    """
+    """Return series and settings of a recording; topics map those of another program."""
     is_mapped = topics and RUN_RECORD not in recording.metadata
     series = mapped_series(recording, topics) if is_mapped else recorded_series(recording)
     run = recording.metadata.get(RUN_RECORD, {})
@@ -102,7 +97,7 @@ def of_recording(recording: Recording, topics: Mapping[str, str]) -> TimeRun:
 
 
 def of_experiment(experiment: MeasuredTable) -> TimeRun:
-    """Return the run that an experiment over time holds."""
+    """Return the run of an experiment over time."""
     time_s, series = experiment.columns['time_s'], {}
     for name, values in experiment.columns.items():
         known, unit = ~np.isnan(values), TIME_COLUMNS[name].unit
@@ -114,7 +109,7 @@ def of_experiment(experiment: MeasuredTable) -> TimeRun:
 
 
 def of_model(experiment: Experiment, stand: Parameters) -> TimeRun:
-    """Return what a model shows under the voltage of an experiment, in the times of its sensor."""
+    """Return the run of a model under the voltage of an experiment, in the times of its sensor."""
     stand = stand.updated(dict(experiment.settings))
     late_s = lateness_in(experiment, stand)
     [found] = predict(stand, [experiment], shifts_s=(late_s,))
@@ -126,26 +121,24 @@ def of_model(experiment: Experiment, stand: Parameters) -> TimeRun:
         series[each.quantity] = Series(each.time_s + begins_s, values, each.unit, _MODEL)
     rows = max(len(each) for each in series.values())
     described = {'stickslip_ros': stickslip_ros.__version__, **stand.flat()}
-    notes = (*experiment.drive.said, *experiment.notes)
+    notes = (*experiment.drive.notes, *experiment.notes)
     for each in experiment.seen:
         moved = float(np.ptp(series[each.quantity].value))
         if moved < STANDS_STILL * float(np.ptp(each.values)):
             share = moved / float(np.ptp(each.values))
-            notes += (f'the {each.quantity} of the model moves {share:.2g} of the range of A',)
+            notes += (f'the range of {each.quantity} of the model is {share:.2g} of that of A',)
     side = Side(_MODEL, _MODEL, rows, described, stand.changed(), notes)
-    alignment = (
-        Alignment(late_s, 'estimated', decided_by='falls of the voltage') if late_s else None
-    )
-    return TimeRun(side, series, alignment)
+    alignment = Alignment(late_s, 'estimated', decided_by='falls of the voltage')
+    return TimeRun(side, series, alignment if late_s else None)
 
 
 def align(a: TimeRun, b: TimeRun) -> Alignment:
-    """Estimate by how much B must be shifted; Incomparable if they share nothing that changes."""
+    """Estimate the shift of B; raise Incomparable without a common quantity that changes."""
     pairs = {name: (_finite(a.series[name]), _finite(b.series[name])) for name in _shared(a, b)}
     pairs = {name: pair for name, pair in pairs.items() if min(map(len, pair)) > 1}
     if not pairs:
         hint = 'give --shift instead of --align'
-        raise Incomparable('the lag', 'cannot be found in single samples', hint)
+        raise Incomparable('the shift', 'needs more than one sample of a quantity', hint)
     if _VOLTAGE in pairs and all(np.ptp(each.value) > 0.0 for each in pairs[_VOLTAGE]):
         one, other = pairs[_VOLTAGE]
         clock = clock_shift(one.time_s, one.value, other.time_s, other.value)
@@ -168,19 +161,14 @@ def align(a: TimeRun, b: TimeRun) -> Alignment:
         return replace(found[best], decided_by=best)
     both = replace(estimate_alignment(list(pairs.values())), decided_by=', '.join(found))
     if (both.correlation or 0.0) < TRUSTED:
-        problem = f'cannot be found: the best correlation is {both.correlation:.3f}'
-        hint = f'give --shift, or records that agree (above {TRUSTED:g})'
-        raise Incomparable('the lag', problem, hint)
+        problem = f'has a best correlation of {both.correlation:.3f}, below {TRUSTED:g}'
+        hint = 'give --shift, or two records of the same motion'
+        raise Incomparable('the shift', problem, hint)
     return both
 
 
 def compare(a: TimeRun, b: TimeRun, *, offset: bool = False) -> tuple[Compared, ...]:
-    """
-    Compare every quantity that both runs have, at A's times within both.
-
-    The zero of a position is arbitrary: with ``offset`` that of B is moved onto A's.
-
-    """
+    """Compare all common quantities at A's times; ``offset`` moves B's position to A's zero."""
     found = []
     for name in _shared(a, b):
         series_a, series_b = a.series[name], b.series[name]
@@ -192,14 +180,14 @@ def compare(a: TimeRun, b: TimeRun, *, offset: bool = False) -> tuple[Compared, 
             ranges = [f'{first_s:.6g} s to {last_s:.6g} s' for first_s, last_s in spans_s]
             raise Incomparable(
                 f'{name} of {b.side.origin}',
-                f'is there from {ranges[1]}, that of {a.side.origin} from {ranges[0]}',
-                'move B with --shift or --align',
+                f'covers {ranges[1]}, that of {a.side.origin} {ranges[0]}',
+                'shift B with --shift or --align',
             )
         inside = series_a.window(start_s, end_s)
         values_b = np.interp(inside.time_s, series_b.time_s, series_b.value)
         usable = np.isfinite(inside.value) & np.isfinite(values_b)
         if not usable.any():
-            problem = f'is a number at no time in both {a.side.origin} and {b.side.origin}'
+            problem = f'has no numbers at common times in {a.side.origin} and {b.side.origin}'
             raise Incomparable(name, problem, 'compare another run')
         time_s = inside.time_s[usable]
         known = [run.series[each] for run in (a, b) if (each := sigma_name(name)) in run.series]
@@ -214,10 +202,10 @@ def compare(a: TimeRun, b: TimeRun, *, offset: bool = False) -> tuple[Compared, 
 
 def steps_of(run: TimeRun) -> StepStatistics | None:
     """
-    Return the steps of the second half of a run, from ramp to ramp of its voltage.
+    Return the steps in the second half of a run, from ramp to ramp of its voltage.
 
-    Rises between 40 and 60 % of the range of the voltage are ramps if they last longer than the
-    falls, else falls are: there the runner is slow too. None of fewer than ten ramps.
+    The ramps are the rises between 40 and 60 % of the voltage range, or the falls if these last
+    longer: there the runner is slow too. None with fewer than ten ramps.
 
     """
     if not {_VOLTAGE, _POSITION} <= run.series.keys():
@@ -239,8 +227,8 @@ def steps_of(run: TimeRun) -> StepStatistics | None:
     times_s = time_s[before] + passed * (time_s[after] - time_s[before])
     places_m = np.interp(times_s, position.time_s, position.value)
     periods_s = np.diff(times_s)
-    is_alike = np.abs(periods_s / np.median(periods_s) - 1.0) <= PERIOD_SLACK
-    steps_m = np.diff(places_m)[is_alike]
+    is_regular = np.abs(periods_s / np.median(periods_s) - 1.0) <= PERIOD_SLACK
+    steps_m = np.diff(places_m)[is_regular]
     steps_m = steps_m[len(steps_m) // 2 :]
     return StepStatistics(len(steps_m), float(np.mean(steps_m)), *scatter_of(steps_m))
 
@@ -261,12 +249,11 @@ def _shared(a: TimeRun, b: TimeRun) -> list[str]:
 
 def estimate_alignment(pairs: Sequence[tuple[Series, Series]]) -> Alignment:
     """
-    Estimate the shift that lays B onto A, of quantities of both: finite, two samples or more.
+    Estimate the shift of B to A from finite quantities of both, two samples or more.
 
-    All are interpolated onto even times. For each whole number of samples with enough overlap
-    Pearson's coefficient of each quantity is taken over the overlap; the best shift has the
-    largest mean over the quantities. A parabola through it and its neighbours refines it. Raises
-    Incomparable if no quantity changes in both.
+    All are interpolated to even times. The best whole number of samples has the largest mean of
+    Pearson's coefficients over the quantities, each over the overlap. A parabola through it and
+    its neighbours refines it. Raises Incomparable if no quantity changes in both.
 
     """
     runs = [[pair[side] for pair in pairs] for side in (0, 1)]
@@ -298,15 +285,15 @@ def estimate_alignment(pairs: Sequence[tuple[Series, Series]]) -> Alignment:
 
 
 def _scores(a: Array, b: Array) -> Array:
-    """Return the mean coefficient of each lag, -1 where the overlap is too short."""
+    """Return the mean coefficient at each lag; -1 with too short an overlap."""
     found = [
         coefficients(one - one.mean(), other - other.mean())
         for one, other in zip(a, b, strict=True)
         if np.ptp(one) > 0.0 and np.ptp(other) > 0.0
     ]
     if not found:
-        hint = 'record something that moves, or give --shift'
-        raise Incomparable('the lag', 'cannot be found: nothing changes in both', hint)
+        hint = 'record a motion, or give --shift'
+        raise Incomparable('the shift', 'needs a quantity that changes in both', hint)
     overlap = overlaps(a.shape[1], b.shape[1])[2]
     is_enough = overlap >= OVERLAP_MIN * min(a.shape[1], b.shape[1])
     return np.where(is_enough, np.mean(found, axis=0), -1.0)

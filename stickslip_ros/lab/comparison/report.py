@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The report of a comparison: numbers that say and draw themselves."""
+"""The report of a comparison: its text and its figure."""
 
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
 
 class ComparisonReport(Plottable, Comparison):
-    """What ``compare`` returns."""
+    """The result of ``compare``."""
 
     def sections(self) -> Iterator[Section]:
-        """Yield what was found, what was compared, and the numbers of each quantity."""
+        """Yield the findings, the two sides, and the numbers of each quantity."""
         return sections(self, self._draw)
 
     def _draw(self, quantities: Sequence[Compared] = ()) -> 'Figure':

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a comparison comes to: numbers, all of B minus A in SI units, as docs/howto/compare.md."""
+"""Results of a comparison: numbers of B minus A in SI units, see docs/howto/compare.md."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,15 +18,15 @@ from stickslip_ros.sections import plain
 from stickslip_ros.units import unit_of
 
 AMPLITUDE_COLUMN, TIME_COLUMN = 'amplitude_m', 'time_s'
-"""The two axes along which things are compared."""
-FLANK = (0.1, 0.5)  # shares of the largest force between which a force curve rises almost straight
+"""The two axes of a comparison."""
+FLANK = (0.1, 0.5)  # shares of the largest force between which a force curve is almost straight
 FLANK_POINTS_MIN = 2
-ROUNDING = 1e-12  # relative spread up to which values are one constant with rounding
+ROUNDING = 1e-12  # largest relative spread of a constant
 
 
 @dataclass(frozen=True)
 class ChiSquare:
-    """The difference measured by its uncertainty."""
+    """The difference in units of its uncertainty."""
 
     chi_square: float
     degrees_of_freedom: int
@@ -38,30 +38,24 @@ class ChiSquare:
 
 @dataclass(frozen=True)
 class Agreement:
-    """
-    How far B is from A.
-
-    There is no correlation if A or B is constant, no relative RMS if A is, no chi-square unless
-    uncertainties are known, and no shares of A within bands unless B has some.
-
-    """
+    """Numbers of the difference of B and A."""
 
     points: int
     bias: float
     rms: float
     largest: float
     largest_at: dict[str, Scalar]
-    correlation: float | None
-    relative_rms: float | None
-    chi_square: ChiSquare | None
-    within_68: float | None = None
+    correlation: float | None  # None if A or B is constant
+    relative_rms: float | None  # None if A is constant
+    chi_square: ChiSquare | None  # None without uncertainties
+    within_68: float | None = None  # share of A within the bands of B, if there are any
     within_95: float | None = None
     width_95: float | None = None  # mean
 
 
 @dataclass(frozen=True)
 class Threshold:
-    """0-amplitude, if there is a flank, and largest force of a force curve, off its own points."""
+    """0-amplitude (with a flank only) and largest force of a force curve."""
 
     zero_amplitude_m: float | None
     saturation: float
@@ -70,11 +64,11 @@ class Threshold:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """Points of a quantity, at least one, all finite: of one preload, or of a whole run."""
+    """Finite points of a quantity, at least one: of one preload, or of a whole run."""
 
-    at: dict[str, Scalar]  # preload, and what else varies; empty for a run
-    axis: str  # AMPLITUDE_COLUMN, TIME_COLUMN, or that of preloads
-    # amplitudes, times or preloads of A's points, A, and B interpolated onto these, shape (n,)
+    at: dict[str, Scalar]  # preload and other settings that vary; empty for a run
+    axis: str  # AMPLITUDE_COLUMN, TIME_COLUMN, or the column of preloads
+    # amplitudes, times or preloads of A's points, A, and B interpolated to these, shape (n,)
     x: Array
     a: Array
     b: Array
@@ -91,11 +85,11 @@ class Part:
 
     @cached_property
     def agreement(self) -> Agreement:
-        """How far B is from A here."""
+        """Difference of B and A in this part."""
         return agreement_of([self])
 
     def to_json(self) -> dict[str, Any]:
-        """Return what JSON can say; of runs, which have many, not the points themselves."""
+        """Return an object for JSON, without the many points of a run."""
         points = {self.axis: self.x, 'a': self.a, 'b': self.b, 'sigma': self.sigma}
         points |= self.band or {}
         return {
@@ -108,7 +102,7 @@ class Part:
 
 
 def agreement_of(parts: Sequence[Part]) -> Agreement:
-    """Return how far B is from A in all points of at least one part."""
+    """Return the difference of B and A over all points of at least one part."""
     a = np.concatenate([part.a for part in parts])
     b = np.concatenate([part.b for part in parts])
     difference = b - a
@@ -130,7 +124,7 @@ def agreement_of(parts: Sequence[Part]) -> Agreement:
 
 
 def _within_bands(a: Array, found: Sequence[dict[str, Array]]) -> dict[str, float]:
-    """Return which share of A lies within bands, and how wide they are; nothing without them."""
+    """Return the shares of A within bands, and their width; nothing without bands."""
     if not found:
         return {}
     ends = {name: np.concatenate([each[name] for each in found]) for name in found[0]}
@@ -142,7 +136,7 @@ def _within_bands(a: Array, found: Sequence[dict[str, Array]]) -> dict[str, floa
 
 
 def correlation_of(a: Array, b: Array) -> float | None:
-    """Return Pearson's coefficient; None if one of the two is constant."""
+    """Return Pearson's coefficient; None if A or B is constant."""
     if _is_constant(a) or _is_constant(b):
         return None
     # Scaled first: squares of nanometres of nanometres would lose digits.
@@ -152,7 +146,7 @@ def correlation_of(a: Array, b: Array) -> float | None:
 
 
 def threshold_of(amplitude_m: Array, force_n: Array) -> Threshold:
-    """Read 0-amplitude and saturation off a force curve: points of one preload, shape (n,)."""
+    """Return 0-amplitude and saturation of a force curve of one preload, shapes (n,)."""
     top = int(np.argmax(force_n))
     largest_n = float(force_n[top])
     on_flank = (force_n >= FLANK[0] * largest_n) & (force_n <= FLANK[1] * largest_n)
@@ -192,12 +186,12 @@ class StepStatistics:
 
     count: int
     mean_m: float
-    scatter_m: float  # standard deviation; noise of the position is in it
-    correlation_m: float  # way over which their correlation falls to 1/e; 0 of equal steps
+    scatter_m: float  # standard deviation, with the noise of the position
+    correlation_m: float  # distance over which their correlation falls to 1/e; 0: equal steps
 
 
 class Incomparable(StickSlipError):
-    """Two inputs, each valid, cannot be compared."""
+    """Two valid inputs cannot be compared."""
 
     def __init__(self, what: object, problem: str, hint: str) -> None:
         super().__init__(f'{what} {problem}; {hint}')
@@ -205,30 +199,23 @@ class Incomparable(StickSlipError):
 
 @dataclass(frozen=True)
 class Side:
-    """
-    One of the two: its file or ``model``, what kind of thing that is, and what it says of itself.
+    """A or B: a file or the model, with its known settings."""
 
-    Described is everything that is known: parameters, seed, versions, columns with one value.
-    Changed are the parameters that differ from the default, None if the file does not say. Rows
-    are those of a table, or samples of the finest quantity of a run.
-
-    """
-
-    origin: str
+    origin: str  # file, or ``model``
     kind: str
-    rows: int
-    described: dict[str, Scalar]
-    changed: dict[str, Scalar] | None
+    rows: int  # of a table; of a run samples of the finest quantity
+    described: dict[str, Scalar]  # parameters, seed, versions, columns with one value
+    changed: dict[str, Scalar] | None  # parameters that differ from the default; None: unknown
     notes: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
-        """Return what JSON can say, but not all that is known."""
+        """Return an object for JSON, without the description."""
         return {name: value for name, value in vars(self).items() if name != 'described'}
 
 
 @dataclass(frozen=True)
 class NamedDifference:
-    """A parameter, seed or version that A and B both name and do not share."""
+    """A parameter, seed or version with different values in A and B."""
 
     name: str
     a: Scalar
@@ -237,21 +224,15 @@ class NamedDifference:
 
 @dataclass(frozen=True)
 class Alignment:
-    """
-    What was added to the times of B, as ``given`` or as ``estimated``.
-
-    Of an estimate: the coefficient there of what decided, the spacing of the samples that were
-    compared or, of voltages, the standard error of the shift; and why it may be another one.
-
-    """
+    """The shift added to the times of B."""
 
     shift_s: float
-    method: str
-    correlation: float | None = None
-    sample_s: float | None = None
-    error_s: float | None = None
+    method: str  # ``given`` or ``estimated``
+    correlation: float | None = None  # of the quantity that decided
+    sample_s: float | None = None  # spacing of the samples compared
+    error_s: float | None = None  # standard error, if voltages were compared
     decided_by: str = ''
-    doubts: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()  # reasons for another shift
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,12 +241,12 @@ class Compared:
 
     name: str  # with its unit
     parts: tuple[Part, ...]
-    left_out: int  # points of A that have no part
-    offset: float = 0.0  # what was found and added to all values of B
+    left_out: int  # points of A without a part
+    offset: float = 0.0  # added to all values of B
 
     @cached_property
     def agreement(self) -> Agreement:
-        """How far B is from A over all parts."""
+        """Difference of B and A over all parts."""
         return agreement_of(self.parts)
 
     @property
@@ -274,7 +255,7 @@ class Compared:
         return unit_of(self.name)
 
     def to_json(self) -> dict[str, Any]:
-        """Return what JSON can say."""
+        """Return an object for JSON."""
         return {
             'name': self.name,
             'agreement': self.agreement,
@@ -287,21 +268,20 @@ class Compared:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Comparison:
-    """The whole, along one of the two axes; without an alignment times were taken as they are."""
+    """All quantities of a comparison along one axis."""
 
     a: Side
     b: Side
     axis: str
     quantities: tuple[Compared, ...]
-    alignment: Alignment | None = None
-    window_s: tuple[float, float] | None = None  # of A, what counted
-    steps: tuple[StepStatistics, StepStatistics] | None = (
-        None  # of A and B, if both have a periodic voltage
-    )
+    alignment: Alignment | None = None  # None: times as they are
+    window_s: tuple[float, float] | None = None  # part of A that was used
+    # of A and B, if both have a periodic voltage
+    steps: tuple[StepStatistics, StepStatistics] | None = None
 
     @property
     def differences(self) -> tuple[NamedDifference, ...]:
-        """Settings that both state, with different values, in the order of A."""
+        """Common settings with different values, in the order of A."""
         return tuple(
             NamedDifference(name, value, self.b.described[name])
             for name, value in self.a.described.items()
@@ -309,7 +289,7 @@ class Comparison:
         )
 
     def to_json(self) -> Any:
-        """Return what JSON can say."""
+        """Return an object for JSON."""
         return plain(
             {
                 'a': self.a.to_json(),

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A comparison in sections: sentences and tables, the same on a screen and on a page."""
+"""Sentences and tables of a comparison, the same on a screen and on a page."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
@@ -34,11 +34,11 @@ NAMES: Mapping[str, str] = {
     'foot_m': 'foot displacement',
 }
 _NONE = '–'
-_UNSAID = 'not in the file'
+_UNKNOWN = 'not in the file'
 _SAME_SETTINGS = (
-    'None. Compared are those that both state: parameters, seed, versions, columns with one value.'
+    'None. Parameters, seed, versions and columns with one value count if both files have them.'
 )
-_OWN = 'own'  # stands for the unit of the quantity
+_OWN = 'own'  # the unit of the quantity
 _NUMBERS = (
     ('points', 'points', 'd', ''),
     ('bias (mean)', 'bias', '.5g', _OWN),
@@ -57,35 +57,31 @@ _NUMBERS = (
     ('A within the 95 % band', 'within_95', '.3g', '%'),
     ('width of the 95 % band', 'width_95', '.4g', _OWN),
 )
-"""Rows of a table: what docs/howto/compare.md calls it, its field, its form, its unit."""
+"""Rows of a table: name in docs/howto/compare.md, field, format, unit."""
 
 
 def sections(
     comparison: Comparison, draw: Callable[[Sequence[Compared]], Any]
 ) -> Iterator[Section]:
-    """Yield what was found, what was compared, and the numbers of each quantity, to be drawn."""
+    """Yield the findings, the two sides, and the numbers and figure of each quantity."""
     a, b = comparison.a, comparison.b
     yield Section(f'comparison of {a.origin} and {b.origin}', notes=sentences(comparison))
     sides: list[tuple[str, ...]] = [
         ('is a', a.kind, b.kind),
         ('rows', f'{a.rows}', f'{b.rows}'),
         *(
-            (words, *(str(each.described.get(name, _UNSAID)) for each in (a, b)))
+            (words, *(str(each.described.get(name, _UNKNOWN)) for each in (a, b)))
             for words, name in (('version', 'stickslip_ros'), ('seed', 'sim.seed'))
         ),
         ('parameters that are not the default', _changed(a), _changed(b)),
     ]
     if a.notes or b.notes:
         sides.append(('notes', '\n'.join(a.notes), '\n'.join(b.notes)))
-    yield Section('what was compared', sides, ('', f'A: {a.origin}', f'B: {b.origin}'))
+    yield Section('the two sides', sides, ('', f'A: {a.origin}', f'B: {b.origin}'))
     differing = [(each.name, each.a, each.b) for each in comparison.differences]
     header = ('name', 'A', 'B') if differing else ()
-    yield Section(
-        'settings of A and B that differ',
-        differing,
-        header,
-        () if differing else (_SAME_SETTINGS,),
-    )
+    notes = () if differing else (_SAME_SETTINGS,)
+    yield Section('settings of A and B that differ', differing, header, notes)
     for quantity in comparison.quantities:
         yield _numbers(quantity)._replace(draw=partial(draw, [quantity]))
         pairs = [
@@ -113,7 +109,7 @@ def title(quantity: Compared) -> str:
 
 
 def place(at: Mapping[str, Scalar]) -> str:
-    """Return where a part is, ``0.5 N`` or ``0.5 N, contact.friction 0.3``."""
+    """Return the settings of a part, ``0.5 N`` or ``0.5 N, contact.friction 0.3``."""
     parts = [f'{at[PRELOAD_COLUMN]:g} N'] if PRELOAD_COLUMN in at else []
     for name, value in at.items():
         if name in {PRELOAD_COLUMN, AMPLITUDE_COLUMN, TIME_COLUMN}:
@@ -128,30 +124,30 @@ def place(at: Mapping[str, Scalar]) -> str:
 
 
 def sentences(comparison: Comparison) -> list[str]:
-    """Return what was found, in sentences that state numbers and nothing else."""
-    said, alignment = list[str](), comparison.alignment
+    """Return the findings as sentences."""
+    lines, alignment = list[str](), comparison.alignment
     if alignment is not None:
         text = f'The times of B were shifted by {alignment.shift_s:.9g} s, as {alignment.method}'
         if alignment.correlation is not None:
-            known = [NAMES.get(name, name) for name in alignment.decided_by.split(', ')]
-            text += (
-                f' from {" and ".join(known)}, whose correlation is {alignment.correlation:.6f}'
+            known = ' and '.join(
+                NAMES.get(name, name) for name in alignment.decided_by.split(', ')
             )
+            text += f' from {known}, with a correlation of {alignment.correlation:.6f}'
         elif alignment.decided_by:
             text += f' from the {alignment.decided_by}'
         if alignment.error_s is not None:
             text += f', with a standard error of {alignment.error_s:.2g} s'
         if alignment.sample_s is not None:
             text += f', at a spacing of {alignment.sample_s:.4g} s'
-        said.append(f'{text}.')
-        said += [f'Doubtful: {each}.' for each in alignment.doubts]
+        lines.append(f'{text}.')
+        lines += [f'Doubtful: {each}.' for each in alignment.doubts]
     if comparison.window_s is not None:
-        said.append('Of A {:.9g} s to {:.9g} s counts.'.format(*comparison.window_s))
-    return said + [each for quantity in comparison.quantities for each in _found(quantity)]
+        lines.append('The window of A is {:.9g} s to {:.9g} s.'.format(*comparison.window_s))
+    return lines + [each for quantity in comparison.quantities for each in _findings(quantity)]
 
 
 def _numbers(quantity: Compared) -> Section:
-    """Return the numbers of a quantity, a column for each part and one for all of them."""
+    """Return the numbers of a quantity, a column for each part and a column for all."""
     columns = [(place(part.at) or 'whole run', part.agreement, part.at) for part in quantity.parts]
     if len(columns) > 1:
         columns.append(('all', quantity.agreement, {}))
@@ -162,7 +158,7 @@ def _numbers(quantity: Compared) -> Section:
         cells = []
         for _, agreement, known in columns:
             chi, cell = agreement.chi_square, {**vars(agreement)}
-            if field == 'largest_at':  # of a place, what is not known already
+            if field == 'largest_at':  # without the settings of the column
                 worst = agreement.largest_at.items()
                 cells.append(place({name: each for name, each in worst if name not in known}))
             else:
@@ -175,7 +171,7 @@ def _numbers(quantity: Compared) -> Section:
 
 
 def _thresholds(pairs: Sequence[tuple[str, Threshold, Threshold]]) -> Iterator[Section]:
-    """Yield what is read off force curves."""
+    """Yield the tables of thresholds of force curves."""
     zeros, tops = [], []
     for name, a, b in pairs:
         zero_a_m, zero_b_m = a.zero_amplitude_m, b.zero_amplitude_m
@@ -194,7 +190,7 @@ def _thresholds(pairs: Sequence[tuple[str, Threshold, Threshold]]) -> Iterator[S
 
 def _changed(side: Side) -> str:
     if side.changed is None:
-        return _UNSAID
+        return _UNKNOWN
     return '\n'.join(f'{name} = {value}' for name, value in side.changed.items()) or 'none'
 
 
@@ -202,11 +198,11 @@ def _number(value: float | None, form: str, factor: float) -> str:
     return _NONE if value is None else f'{factor * value:{form}}'
 
 
-def _found(quantity: Compared) -> Iterator[str]:
+def _findings(quantity: Compared) -> Iterator[str]:
     name, unit, agreement = title(quantity), quantity.unit, quantity.agreement
     if quantity.offset:
         yield (
-            f'The {name} of B was moved by {with_unit(quantity.offset, unit)}, the median of '
+            f'The {name} of B was shifted by {with_unit(quantity.offset, unit)}, the median of '
             'A − B, because its zero is arbitrary.'
         )
     count = f'{agreement.points} points' if agreement.points > 1 else '1 point'
@@ -215,7 +211,7 @@ def _found(quantity: Compared) -> Iterator[str]:
     elif abs(agreement.largest) <= ROUNDING * max(
         float(np.max(np.abs(part.a))) for part in quantity.parts
     ):
-        yield f'The {name} of B equals that of A at all {count}, but for rounding.'
+        yield f'The {name} of B equals that of A at all {count}, apart from rounding.'
     else:
         side = 'above' if agreement.bias > 0.0 else 'below'
         share = agreement.relative_rms
@@ -231,14 +227,13 @@ def _found(quantity: Compared) -> Iterator[str]:
         )
     if quantity.left_out:
         yield (
-            f'{quantity.left_out} points of the {name} of A have no counterpart in B, or are '
-            'no numbers, and are left out.'
+            f'{quantity.left_out} points of the {name} of A are left out: they are not finite, or '
+            'have no counterpart in B.'
         )
     chi = agreement.chi_square
     if chi is not None:
         yield (
             f'Chi-square of the {name} is {chi.chi_square:.4g} for {chi.degrees_of_freedom} '
-            'degrees of freedom. If the stated uncertainties were independent and normal and '
-            'nothing else differed, a value at least so large would come up with probability '
-            f'{chi.p_value:.3g}.'
+            'degrees of freedom. If A and B differed only by independent normal errors of the '
+            f'given size, a value at least as large would have the probability {chi.p_value:.3g}.'
         )

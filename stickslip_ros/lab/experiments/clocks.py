@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Two clocks laid onto each other by what both saw: the shift, how sure it is, and its rivals."""
+"""The shift between two clocks that recorded the same quantity, its error and its rivals."""
 
 import math
 from dataclasses import dataclass
@@ -14,76 +14,62 @@ from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.waveform.monitor import GAUSSIAN
 
 OUTLIERS = 6.0
-"""Deviations of normal noise, by the median, beyond which a value is an outlier: 2 of 1e9 are."""
-NEIGHBOURS = 3  # neighbours on either side that a lone outlier stands out from
+"""Robust standard deviations beyond which a value is an outlier: 2 of 1e9 of normal noise are."""
+NEIGHBOURS = 3  # on either side, with which a sample is compared
 MOST_OF_B = 0.05, 0.95
-"""Quantiles of B; what lies beyond them by more than they are apart is cut for the first look."""
+"""Quantiles of B; values further beyond than they are apart are cut in the first look."""
 OVERLAP_MIN = 0.5
 """Share of the shorter record that must overlap: a short overlap correlates by chance."""
 NO_SPREAD = 1e-9  # variance, relative to that of the whole record, below which it is constant
 PER_SAMPLE = 4  # steps of the coarse search in a period of the slower record
 GRID_MOST = 1 << 19
-_PEAKS, _DIGITS = 6, 2  # of the correlation that are looked at closely; of equals the small shifts
-_NEWTON_STEPS, _TRIMS = 12, 3  # steps of Gauss and Newton at most; fits without outliers in each
-CLOSE = 0.01  # steps shorter than this share of the standard error change nothing
+_PEAKS, _DIGITS = 6, 2  # peaks that are refined; digits of the coefficient, equals by small shift
+_NEWTON_STEPS, _TRIMS = 12, 3  # Gauss-Newton steps at most; fits without outliers in each
+CLOSE = 0.01  # share of the standard error below which a step ends the search
 FALLS = 30.0
-"""Slopes beyond so many medians of all are falls: what lies within one tells of its noise only."""
-_ALIKE = 4.0
-"""Unexplained share of the variance, relative to the best shift's, at which a rival is told."""
+"""Slopes beyond so many medians are falls; samples within them show noise only."""
+_RIVAL = 4.0
+"""Most unexplained variance of a rival, relative to the best shift's."""
 TRUSTED = 0.8
-"""Coefficient below which two records hardly look alike."""
+"""Least coefficient of two records of the same quantity."""
 
 
 @dataclass(frozen=True)
 class ClockShift:
-    """By how much the clock of B is behind that of A: what is added to B's times."""
+    """The time to add to B's clock, so that it agrees with A's."""
 
     shift_s: float
     error_s: float  # standard error
     coefficient: float  # of correlation at this shift
     rival_s: float  # the next best shift; nan if there is none
     rival: float  # its coefficient
-    outliers: int  # samples of B that lie beyond noise
+    outliers: int  # samples of B
 
     def doubts(self) -> list[str]:
-        """Return why the shift may be another one, in words."""
-        said = []
+        """Return the reasons for another shift, as sentences."""
+        reasons = []
         if self.coefficient < TRUSTED:
-            said.append(
-                f'the records hardly look alike, correlation {self.coefficient:.3f}; give the '
-                'shift'
-            )
-        if 1.0 - self.rival**2 < _ALIKE * (1.0 - self.coefficient**2):
-            said.append(
+            text = f'the correlation of the records is {self.coefficient:.3f}'
+            reasons.append(f'{text}, below {TRUSTED:g}; give the shift')
+        if 1.0 - self.rival**2 < _RIVAL * (1.0 - self.coefficient**2):
+            reasons.append(
                 f'a shift of {self.rival_s:.6f} s is nearly as good, correlation {self.rival:.5f} '
                 f'against {self.coefficient:.5f} at {self.shift_s:.6f} s; give the shift'
             )
-        return said
+        return reasons
 
 
 def clock_shift(
     times_a_s: ArrayLike, a: ArrayLike, times_b_s: ArrayLike, b: ArrayLike
 ) -> ClockShift:
     """
-    Return the shift that lays samples B onto a course A of the same quantity.
+    Return the shift of samples B, shapes (m,), to a course A, shapes (n,), of the same quantity.
 
-    A is joined by straight lines: corners of a wave, as they were commanded or recognised, or
-    samples; best the corners, for falls are what tells time. Gain and zero of B are free. The
-    coarse shifts are peaks of Pearson's coefficient over the overlap. At each, with e(t) what B
-    is above g A(t + d) + z, least squares in g, z and d give d = sum(e A')/sum(A'^2) closer, the
-    slope A' freed of A and of its mean. Outliers by the median of |e| are left out.
-
-    Parameters
-    ----------
-    times_a_s, a : array_like, shape (n,)
-        Corners or samples, times rising, s.
-    times_b_s, b : array_like, shape (m,)
-        Samples, times rising, s.
-
-    Raises
-    ------
-    OutOfRange
-        If one of them does not change, or lasts for fewer than four samples.
+    Times rise. Straight lines join A: corners of a wave, best for the sake of its falls, or
+    samples. Gain and zero of B are free. The coarse shifts are peaks of Pearson's coefficient over
+    the overlap. At each, with e(t) = B - g A(t + d) - z, least squares in g, z and d give
+    d = sum(e A')/sum(A'^2), the slope A' freed of A and of its mean. Outliers by the median of |e|
+    are left out. Raises OutOfRange if A or B is constant or has fewer than four samples.
 
     """
     (ta, ya), (tb, yb) = (
@@ -94,15 +80,15 @@ def clock_shift(
     tb, yb = tb[known], yb[known]
     for name, values in (('A', ya), ('B', yb)):
         if len(values) < 4 or not np.ptp(values) > 0.0:
-            hint = 'record something that moves, or give the shift'
+            hint = 'record a motion, or give the shift'
             raise OutOfRange(f'record {name}', len(values), 'samples', 'without change', hint)
     lone = lone_outliers(yb)
     tb, yb = tb[~lone], yb[~lone]
     found = [
         refined_shift(ta, ya, tb, yb, shift_s) for shift_s in correlation_peaks(ta, ya, tb, yb)
     ]
-    alike = 1.0 - _ALIKE * (1.0 - max((each[0] for each in found), default=0.0) ** 2)
-    found.sort(key=lambda each: (-min(each[0] ** 2, alike), abs(each[1])))
+    as_good = 1.0 - _RIVAL * (1.0 - max((each[0] for each in found), default=0.0) ** 2)
+    found.sort(key=lambda each: (-min(each[0] ** 2, as_good), abs(each[1])))
     coefficient, shift_s, error_s, off = found[0]
     apart_s = float(np.median(np.diff(tb)))
     others = [each for each in found[1:] if abs(each[1] - shift_s) > apart_s]
@@ -112,11 +98,11 @@ def clock_shift(
 
 def lone_outliers(values: ArrayLike, outliers: float = OUTLIERS) -> NDArray[np.bool_]:
     """
-    Return which samples, shape (n,), stand alone far beyond their neighbours.
+    Return a mask of isolated samples far beyond their neighbours, shape (n,).
 
-    A step is no outlier: its samples have neighbours on their side. Beyond means by so many
-    standard deviations of the noise, or ranges of the neighbours, whichever is more; one of the
-    neighbours may be an outlier as well.
+    The limit is so many standard deviations of the noise, or ranges of the neighbours, whichever
+    is more. A step is no outlier: its samples have neighbours on their side. One neighbour may be
+    an outlier too.
 
     """
     y = np.asarray(values, np.float64)
@@ -130,11 +116,11 @@ def lone_outliers(values: ArrayLike, outliers: float = OUTLIERS) -> NDArray[np.b
 
 
 def correlation_peaks(ta: Array, ya: Array, tb: Array, yb: Array) -> list[float]:
-    """Return shifts at which two records correlate best, one for each peak."""
+    """Return the shifts of the highest peaks of the correlation of two records."""
     step_s = max(np.median(np.diff(tb)) / PER_SAMPLE, max(np.ptp(ta), np.ptp(tb)) / GRID_MOST)
     grids = [np.arange(times[0], times[-1], step_s) for times in (ta, tb)]
     low, high = np.quantile(yb, MOST_OF_B)
-    yb = np.clip(yb, 2.0 * low - high, 2.0 * high - low)  # what reaches far weighs much
+    yb = np.clip(yb, 2.0 * low - high, 2.0 * high - low)  # large values would weigh most
     on_a, on_b = np.interp(grids[0], ta, ya), np.interp(grids[1], tb, yb)
     scores = coefficients(on_a - on_a.mean(), on_b - on_b.mean())
     lasts = overlaps(len(on_a), len(on_b))[2]

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What the commands of a recording of this package say: the voltage they ask for, and the load."""
+"""Voltage and load that the commands of a recording of this package ask for."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -23,47 +23,33 @@ from stickslip_ros.recording.requests import recorded_requests
 from stickslip_ros.units import NANO
 
 JUMP_S = 1e-9
-"""What a jump of the commanded voltage takes: less than any amplifier, more than no time."""
+"""Duration of a jump of the commanded voltage: shorter than any amplifier's."""
 AGREES_SHARE, AGREES_MOSTLY = 0.01, 0.98
-"""Share of the range by which the voltage of the piezo may be off the commanded one, and the share
-of the samples that must be so near; the others lie within falls."""
+"""Largest difference of commanded and measured voltage, as a share of the range, and the share of
+samples that must be within it; the others lie within falls."""
 _PLAYED = 'sawtooth', 'steps', 'waveform', 'voltage'
 _MOVES = 'jog', 'position', 'joint', 'trajectory', 'enable_amplifier', 'reset'
-"""What changes the voltage as no table of it says."""
-_PRESENT = level(math.nan)  # what a stop holds
+"""Commands that change the voltage without a table of it."""
+_PRESENT = level(math.nan)  # the voltage held by a stop
 _CHANGES = 'load', 'preload', 'reset', 'zero_position', 'tare_force', 'fault', 'clear_faults'
-"""What changes the stand, or what a sensor shows."""
+"""Commands that change the stand or the reading of a sensor."""
 
 
-class Asked(NamedTuple):
-    """A wave that was asked for, from a time on, s; None where the voltage is not known."""
+class CommandedWave(NamedTuple):
+    """A commanded wave, from a time on; None if its voltage is not known."""
 
     since_s: float
     wave: Wave | None
-    said: str
-
-    def repeats_at(self, time_s: float) -> bool:
-        """Return whether it is a table that still repeats, for whose end another table waits."""
-        wave = self.wave
-        return (
-            wave is not None
-            and repeats(wave)
-            and time_s < self.since_s + wave.cycles * wave.period_s
-        )
+    text: str
 
 
 class Commanded(NamedTuple):
-    """
-    What commands say of a stretch of a recording.
+    """Voltage, load and settings commanded during a part of a recording."""
 
-    The voltage is None where they do not say: of a jog or a closed loop, of a run that began
-    before the recording, and where the piezo had another.
-
-    """
-
+    # None after a jog, a closed loop or a start before the recording, or if the piezo's differs
     voltage: Voltage | None
     load_n: float = 0.0  # external force on the runner
-    settings: Mapping[str, Scalar] = MappingProxyType({})  # parameters that they have changed
+    settings: Mapping[str, Scalar] = MappingProxyType({})  # parameters that were changed
 
 
 NOTHING_ASKED = Commanded(None)
@@ -73,49 +59,43 @@ def commanded(
     recording: Recording, stand: Parameters, samples: tuple[Array, Array], end_s: float
 ) -> Commanded:
     """
-    Return what the commands of a recording say of a stretch of it.
+    Return the commands of a recording during a part of it that ends at ``end_s``.
 
-    Parameters
-    ----------
-    recording : Recording
-        The whole of it: what was asked for before the stretch may still hold.
-    stand : Parameters
-        The stand of the recording.
-    samples : (times, voltages), arrays of shape (n,)
-        Those of the piezo in the stretch, s and V.
-    end_s : float
-        Where the stretch ends, s.
-
-    Raises
-    ------
-    RecordingError
-        If load, preload, faults or the zero of a sensor are changed within it.
+    The recording is whole, as earlier commands may still hold; ``samples`` are times, s, and
+    voltages, V, of the piezo in the part, both of shape (n,). Raises RecordingError if load,
+    preload, faults or the zero of a sensor change within it.
 
     """
     begins_s, rests_v = (float(each[0]) for each in samples)
     if begins_s < 2.0 / stand.trace.sample_rate:  # the first sample of a run, which began at rest
         begins_s, rests_v = 0.0, stand.amplifier.voltage_initial
-    asked = list[Asked]()
+    asked = list[CommandedWave]()
     load_n, settings = 0.0, dict[str, Scalar]()
     for at_ns, request in recorded_requests(recording):
         at_s, name = at_ns * NANO, request.name
         if at_s >= end_s:
             break
         if name in _CHANGES and at_s > begins_s:
-            problem = f'holds the command {name} at {at_s:.6g} s, which no run of a model follows'
-            hint = 'name a stretch without it: --window LENGTH@START'
+            problem = f'holds the command {name} at {at_s:.6g} s, which a model cannot follow'
+            hint = 'choose a window without it: --window LENGTH@START'
             raise RecordingError(recording.path, problem, hint)
         try:
             value = check_request(request, stand)
         except StickSlipError:
             continue  # the drive has refused it, too
         if name in _MOVES:
-            asked.append(Asked(at_s, None, ''))
+            asked.append(CommandedWave(at_s, None, ''))
         elif name == 'stop' and asked and asked[-1].wave:
-            asked.append(Asked(at_s, _PRESENT, name))
+            asked.append(CommandedWave(at_s, _PRESENT, name))
         elif name in _PLAYED and value is not None:
-            waits = len(value.rows) > 0 and bool(asked) and asked[-1].repeats_at(at_s)
-            asked.append(Asked(at_s, None if waits else value, f'{name} {numbers_of(request)}'))
+            before = asked[-1].wave if asked and len(value.rows) else None
+            waits = (  # for the end of a table that still repeats
+                before is not None
+                and repeats(before)
+                and at_s < asked[-1].since_s + before.cycles * before.period_s
+            )
+            text = f'{name} {numbers_of(request)}'
+            asked.append(CommandedWave(at_s, None if waits else value, text))
         load_n = {'load': value, 'reset': 0.0}.get(name, load_n)
         if name == 'preload':
             settings['stand.preload'] = value
@@ -123,31 +103,33 @@ def commanded(
     return Commanded(voltage, load_n, settings)
 
 
-def _played(asked: Sequence[Asked], begins_s: float, rests_v: float) -> list[Asked]:
-    """Return what was asked for in a stretch; at first what came before it, or a rest."""
+def _played(
+    asked: Sequence[CommandedWave], begins_s: float, rests_v: float
+) -> list[CommandedWave]:
+    """Return the waves from a time on; the first began before, or is a rest."""
     before = [each for each in asked if each.since_s < begins_s]
     if not before or before[-1].wave is _PRESENT:
-        before = [Asked(begins_s - JUMP_S, level(rests_v), '')]
+        before = [CommandedWave(begins_s - JUMP_S, level(rests_v), '')]
     return [before[-1], *(each for each in asked if each.since_s >= begins_s)]
 
 
 def _voltage(
-    played: Sequence[Asked], samples: tuple[Array, Array], begins_s: float, end_s: float
+    played: Sequence[CommandedWave], samples: tuple[Array, Array], begins_s: float, end_s: float
 ) -> Voltage | None:
-    """Return the voltage of waves, where they are known and the samples agree."""
+    """Return the voltage of waves if all are known and the samples agree."""
     if not all(each.wave for each in played):
         return None
     rows = _corners(played, begins_s, end_s)
     off_v = np.abs(np.interp(samples[0], *rows.T) - samples[1])
     if np.mean(off_v <= AGREES_SHARE * np.ptp(rows[:, VOLTAGE])) < AGREES_MOSTLY:
         return None
-    said = [f'{each.since_s:.6f} s on: {each.said}' for each in played if each.said]
+    texts = [f'{each.since_s:.6f} s on: {each.text}' for each in played if each.text]
     rows[:, TIME] -= begins_s
-    return Voltage(rows, ('as it was commanded', *said), begins_s)
+    return Voltage(rows, ('as commanded', *texts), begins_s)
 
 
-def _corners(asked: Sequence[Asked], begins_s: float, end_s: float) -> Array:
-    """Return the corners of waves, each of which replaces the one before, shape (n, 2)."""
+def _corners(asked: Sequence[CommandedWave], begins_s: float, end_s: float) -> Array:
+    """Return the corners of waves that follow each other, shape (n, 2)."""
     ends = [*(each.since_s for each in asked[1:]), end_s]
     found = list[Array]()
     for (since_s, wave, _), until_s in zip(asked, ends, strict=True):
@@ -160,7 +142,7 @@ def _corners(asked: Sequence[Asked], begins_s: float, end_s: float) -> Array:
     rows: Array = np.concatenate(found)
     rows[:, TIME] = np.maximum.accumulate(rows[:, TIME])
     time_s = rows[:, TIME]
-    is_same = np.diff(time_s) < JUMP_S  # a jump; of what meets in it the first and last count
+    is_same = np.diff(time_s) < JUMP_S  # a jump: its first and last corner count
     rows = rows[~(np.append(False, is_same) & np.append(is_same, False))]
     jumps = np.flatnonzero(np.diff(rows[:, TIME]) < JUMP_S)
     rows[jumps + 1, TIME] = rows[jumps, TIME] + JUMP_S
@@ -168,7 +150,7 @@ def _corners(asked: Sequence[Asked], begins_s: float, end_s: float) -> Array:
 
 
 def _corners_of(wave: Wave, start_s: float, end_s: float) -> Array:
-    """Return the corners of a wave between two times of its own; two at one time are a jump."""
+    """Return the corners of a wave between two of its times; two at the same time are a jump."""
     cycle = (
         wave.rows
         if len(wave.rows)

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""An experiment: how a stand was set, what drove it, what was seen there, and how surely."""
+"""An experiment: settings of a stand, its drive, the readings and their errors."""
 
 import math
 from collections.abc import Mapping
@@ -16,59 +16,46 @@ from stickslip_ros.parameters import Scalar
 from stickslip_ros.units import unit_of
 
 OF_TRACES = ('position_m', 'force_n', 'foot_position_m')
-"""Quantities that may be seen over time."""
+"""Quantities that may be measured over time."""
 NOISE_FACTOR = 1.4826 / math.sqrt(6.0)
 """Standard deviation of noise per median of its absolute second differences."""
-_WHITE_ALIKE = -2.0 / 3.0  # correlation of neighbouring second differences of white noise
-_SAME = 1e-12  # share of the largest reading by which two that are the same may differ
-_FINEST = 1e-6  # share of the range of readings that no sensor tells, and no model computes
-_WITHIN_MIN = 2  # readings of a window that are too few
+_WHITE_CORRELATION = -2.0 / 3.0  # of neighbouring second differences of white noise
+_SAME = 1e-12  # share of the largest reading by which equal readings may differ
+_FINEST = 1e-6  # least rounding, as a share of the range of the readings
+_WITHIN_MIN = 2  # a window needs more readings
 _ROUNDING = 1.0 / math.sqrt(12.0)
 """Standard deviation of rounding, as a share of the smallest step of the readings."""
 
 
 class SawtoothSteps(NamedTuple):
-    """A saw-tooth from rest, after which numbers were read."""
+    """A saw-tooth from rest, with numbers read at its end."""
 
     amplitude_m: float  # stroke of the feet
     frequency_hz: float  # steps per second, below 0 backwards
-    steps: int = 0  # that were made when they were read; 0: until they were steady
-    is_steady: bool = True  # whether they were read when they did not change any more
+    steps: int = 0  # before the reading; 0: until the numbers are steady
+    is_steady: bool = True  # whether the numbers were steady when read
 
 
 class ZeroAmplitudeRuns(NamedTuple):
-    """Saw-teeth of many strokes, without a load cell, whose step lengths tell the 0-amplitude."""
+    """Saw-teeth of many strokes without a load cell; their step lengths give the 0-amplitude."""
 
     frequency_hz: float
     steps: int = 120  # of each
 
 
 class VoltageStep(NamedTuple):
-    """A step of the voltage, down, from rest, after which the runner rings."""
+    """A downward step of the voltage from rest; the runner rings after it."""
 
-    amplitude_m: float  # stroke of the feet; within some 0.1 nm nothing slips
+    amplitude_m: float  # stroke of the feet; below about 0.1 nm nothing slips
 
 
 @dataclass(frozen=True, eq=False)
 class Voltage:
-    """
-    The voltage at the amplifier's input over time.
+    """The voltage at the amplifier's input over time; before it the stand rests."""
 
-    Attributes
-    ----------
-    rows : array, shape (n, 2)
-        Times from 0 on, s, and voltages, V; straight lines join them. The stand rests at the first
-        voltage before.
-    said : tuple of str
-        Where it comes from, and what was recognised in it.
-    begins_s : float
-        Time of the first corner in the clock of the recording, s.
-
-    """
-
-    rows: Array
-    said: tuple[str, ...] = ()
-    begins_s: float = 0.0
+    rows: Array  # corners: times from 0 on, s, and voltages, V, shape (n, 2)
+    notes: tuple[str, ...] = ()  # its origin, and the waves recognised in it
+    begins_s: float = 0.0  # first corner in the clock of the recording
 
     @property
     def lasts_s(self) -> float:
@@ -83,63 +70,37 @@ QUANTITIES: Mapping[type[Drive], tuple[str, ...]] = {
     VoltageStep: ('ringing_hz', 'decay_s'),
     Voltage: OF_TRACES,
 }
-"""What may be seen, by what drove: quantities over time of a voltage, numbers of all others."""
+"""Quantities by drive: a voltage gives quantities over time, all others give numbers."""
 NUMBERS = {
     quantity: drive
     for drive, quantities in QUANTITIES.items()
     for quantity in quantities
     if drive is not Voltage
 }
-"""What may be read as one number, and what drives it."""
+"""Quantities that are one number, and their drives."""
 
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """
-    A quantity that was seen: over time, or one number.
+    """A measured quantity: a trace over time, or one number."""
 
-    Attributes
-    ----------
-    quantity : str
-        One of QUANTITIES.
-    values : array, shape (n,)
-        In SI units; a number is an array of one.
-    time_s : array, shape (n,) or (0,)
-        Times since the voltage began, s, rising; none of a number.
-    sigma : float or None
-        Standard error of a value; None where nobody knows it.
-    left_out : int
-        Readings that were left out as outliers.
-    slow_s : float
-        Time constant of the sensor's low-pass, first order; 0 is none.
-    drift_per_s : float
-        What its zero may drift by, units of the values per second; by default nothing is too much,
-        and a motion that is even over time tells nothing.
-    noise_lasts_s : float
-        Time over which noise is alike, as that of white noise before a low-pass; 0 is white.
-    low_pass_hz : float
-        Low-pass of the sensor that was undone: the values are those before it; 0 is none.
-    cyclic_m, fringe_m : float
-        What an interferometer may be wrong by, over and over in each fringe, and the motion from
-        one fringe to the next, m; 0 is none.
-
-    """
-
-    quantity: str
-    values: Array
+    quantity: str  # of QUANTITIES
+    values: Array  # SI units, shape (n,); a number has shape (1,)
+    # times since the voltage began, rising, shape (n,); a number has none
     time_s: Array = field(default_factory=lambda: np.empty(0))
-    sigma: float | None = None
-    left_out: int = 0
-    slow_s: float = 0.0
+    sigma: float | None = None  # standard error of a value; None: unknown
+    left_out: int = 0  # outliers that were dropped
+    slow_s: float = 0.0  # time constant of the sensor's first-order low-pass; 0: none
+    # largest drift of the zero, units of the values per second; with inf a uniform motion is lost
     drift_per_s: float = math.inf
-    noise_lasts_s: float = 0.0
-    low_pass_hz: float = 0.0
-    cyclic_m: float = 0.0
-    fringe_m: float = 0.0
+    noise_lasts_s: float = 0.0  # correlation time of the noise; 0: white
+    low_pass_hz: float = 0.0  # sensor low-pass that was undone; 0: none
+    cyclic_m: float = 0.0  # largest cyclic error of an interferometer; 0: none
+    fringe_m: float = 0.0  # motion from one fringe to the next
 
     @property
     def is_trace(self) -> bool:
-        """Whether it was seen over time."""
+        """Whether it is a quantity over time."""
         return len(self.time_s) > 0
 
     @property
@@ -150,21 +111,18 @@ class Seen:
     @property
     def noise(self) -> float:
         """
-        Standard error of a value: as given, else read off the second differences.
+        Standard error of a value: as given, else from the second differences.
 
-        Their median sees noise and rounding, not the motion, as long as a runner is smooth on most
-        of the samples.
+        Their median shows noise and rounding if the motion is smooth over most of the samples.
 
         """
-        if self.sigma is not None:
-            return self.sigma
-        return noise_of(self.values)
+        return noise_of(self.values) if self.sigma is None else self.sigma
 
     def within(self, origin: str, start_s: float, end_s: float) -> 'Seen':
-        """Return what was seen over time in a stretch, s; refuse one that holds too little."""
+        """Return the readings of a window; refuse a window with too few."""
         inside = (self.time_s >= start_s) & (self.time_s <= end_s)
         if inside.sum() <= _WITHIN_MIN:
-            limit = f'a stretch with {inside.sum()} samples of the {self.quantity} of {origin}, '
+            limit = f'a window with {inside.sum()} samples of the {self.quantity} of {origin}, '
             limit += f'which goes from {self.time_s[0]:.6g} to {self.time_s[-1]:.6g} s'
             asked = f'{start_s:.6g} to {end_s:.6g}'
             raise OutOfRange('window', asked, 's', limit, 'move it, or lengthen it')
@@ -173,45 +131,26 @@ class Seen:
 
 @dataclass(frozen=True, eq=False)
 class Experiment:
-    """
-    What was done to a stand, and what was seen.
+    """An experiment on a stand: its settings, its drive and the readings."""
 
-    Attributes
-    ----------
-    origin : str
-        Where it was recorded: a file, a row of a table.
-    settings : mapping of str to Scalar
-        Parameters that were set for it, as ``{'stand.preload': 0.35}``: they are the same whatever
-        the stand is.
-    drive : SawtoothSteps, ZeroAmplitudeRuns, VoltageStep or Voltage
-        What drove it.
-    seen : tuple of Seen
-        What was seen. Zero, drift, delay and low-pass of a sensor that sees over time are unknown.
-    load_n : float
-        Constant external force on the runner along +x, N.
-
-    """
-
-    origin: str
-    settings: Mapping[str, Scalar]
+    origin: str  # a file, or a row of a table
+    settings: Mapping[str, Scalar]  # parameters set for it, whatever the stand is
     drive: Drive
-    seen: tuple[Seen, ...]
-    load_n: float = 0.0
-    notes: tuple[str, ...] = field(default=())
+    seen: tuple[Seen, ...]  # zero, drift, delay and low-pass of the sensor of a trace are unknown
+    load_n: float = 0.0  # constant external force on the runner along +x
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse what cannot have been seen."""
+        """Refuse quantities that do not belong to the drive."""
         known = QUANTITIES[type(self.drive)]
         for each in self.seen:
             if each.quantity not in known:
-                hint = 'leave it away'
-                raise WrongKind(
-                    f'quantity of {self.origin}', each.quantity, f'one of {", ".join(known)}', hint
-                )
+                what, wanted = f'quantity of {self.origin}', f'one of {", ".join(known)}'
+                raise WrongKind(what, each.quantity, wanted, 'leave it out')
             if each.is_trace != isinstance(self.drive, Voltage):
-                hint = 'give values over time where a voltage drove, else one number'
+                hint = 'give values over time for a voltage, else one number'
                 what = f'{each.quantity} of {self.origin}'
-                raise WrongKind(what, len(each.time_s), 'as many times as fit its drive', hint)
+                raise WrongKind(what, len(each.time_s), 'the number of times of its drive', hint)
 
     @property
     def end_s(self) -> float:
@@ -220,21 +159,21 @@ class Experiment:
 
     @property
     def lasts_s(self) -> float:
-        """Length of a run, s: to the last corner and the last reading; 0 of steps."""
+        """Length of a run, to the last corner and the last reading; 0 for steps."""
         return max(self.drive.lasts_s, self.end_s) if isinstance(self.drive, Voltage) else 0.0
 
     def within(self, start_s: float, end_s: float) -> 'Experiment':
-        """Return what was seen in a stretch; the drive begins where it began."""
+        """Return the readings of a window; the drive still begins where it began."""
         seen = (each.within(self.origin, start_s, end_s) for each in self.seen if each.is_trace)
         return replace(self, seen=tuple(seen))
 
 
 def keeps_noise(values: Array, share: float) -> bool:
     """
-    Return whether each value keeps a share of its noise from the one before, or none.
+    Return whether the noise of each value has a share of the noise of the value before.
 
-    Second differences of noise that is white are alike by -2/3, of what a low-pass with the share
-    a makes of it by (a^2 - 3a + 4)/(2a - 6), which goes to -1/2. Theirs are read off medians, for
+    Neighbouring second differences of white noise have the correlation -2/3; behind a low-pass
+    that keeps the share a, (a^2 - 3a + 4)/(2a - 6), which goes to -1/2. Medians estimate it, as
     the motion is not smooth everywhere.
 
     """
@@ -245,16 +184,16 @@ def keeps_noise(values: Array, share: float) -> bool:
     )
     if not together + against > 0.0:
         return False
-    alike = float((together - against) / (together + against))
+    correlation = float((together - against) / (together + against))
     behind = (share**2 - 3.0 * share + 4.0) / (2.0 * share - 6.0)
-    return alike > 0.5 * (_WHITE_ALIKE + behind)
+    return correlation > 0.5 * (_WHITE_CORRELATION + behind)
 
 
 def noise_of(values: Array, keeps: float = 0.0) -> float:
     """
-    Return the standard deviation of noise in values, at least of their rounding.
+    Return the standard deviation of noise in values, at least that of their rounding.
 
-    ``keeps`` is the share of its noise that each has from the one before; 0 is white.
+    ``keeps`` is the share of its noise that each value has from the value before; 0: white.
 
     """
     if len(values) < 5:

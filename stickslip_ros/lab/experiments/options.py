@@ -19,28 +19,28 @@ class ReadingOptions:
 
     headers: Mapping[str, str] = field(default_factory=dict)
     """
-    Column of a table, or topic and field of a recording, that holds a quantity, and its unit.
+    Column of a table, or topic and field of a recording, with a quantity, and its unit.
 
     For example ``{'force_n': 'Force (mN)'}`` or ``{'position_m': '/rig/encoder.point.x'}``.
 
     """
     preloads_n: Sequence[float] = ()
-    """Preload of files that name none: one of all, or one of each, N."""
+    """Preload of files without a preload: one value for all, or one for each, N."""
     commands: 'Table | None' = None
-    """Table of times and voltages that drove the recordings, if they are known."""
+    """Table of the times and voltages that drove the recordings, if known."""
     window_s: tuple[float, float] | None = None
-    """Start and end of the stretch that counts, s."""
+    """Start and end of the part to use, s."""
     frequency_hz: float = 1000.0
-    """Steps per second of points that name none, Hz."""
+    """Steps per second of points without a frequency, Hz."""
     steps: int = 0
-    """Steps from rest after which numbers are read; 0 waits for the steady state."""
+    """Steps from rest before the numbers are read; 0 waits for the steady state."""
     outliers: float = 6.0
     """Drop isolated readings more than this many robust standard deviations off; 0 keeps all."""
     workers: int = 0
-    """Threads; 0 is one per core."""
+    """Threads; 0: one per core."""
 
     def reading(
         self, report: Callable[[MeasuredTable], None] | None = None, *, is_run: bool = True
     ) -> Reading:
-        """Return how tables are read; ``is_run`` says whether a stand is run as they say."""
+        """Return options of reading tables; with ``is_run`` tables over time need a preload."""
         return Reading(self.headers, self.preloads_n, report, is_run)

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a stand would show in an experiment: the one place where a model meets data."""
+"""Predict the readings of a stand in an experiment: the only place where a model meets data."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -36,43 +36,31 @@ from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import stop_if_asked
 
 Run: TypeAlias = tuple[Parameters, Drive, float, float]
-"""What makes a run: stand, drive, load (N), time of the last sample (s; 0 of numbers)."""
+"""A run: stand, drive, load (N), time of the last sample (s; 0 for numbers)."""
 
 SAMPLE_S = 5e-6
 """Spacing of a trace: a runner of a few grams rings at 5 to 15 kHz on its contacts."""
 _SAMPLES_MAX = 4_000_000
-_AT_ONCE = 20_000  # samples after which it is asked whether somebody wants to stop
+_AT_ONCE = 20_000  # samples between two checks for a stop
 _COLUMNS = {'position_m': POSITION, 'force_n': FORCE, 'foot_position_m': FOOT}
 """Columns of a trace, by quantity."""
 _SETTLED = 10.0  # time constants after which a low-pass has settled
 _FIELDS = {'force_n': 'force_mean_n'}
-"""Fields of a run of steps that have another name than the quantity."""
+"""Fields of a run of steps whose name is not that of the quantity."""
 
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """
-    What a stand would show where something was seen.
+    """Predicted readings of a quantity."""
 
-    Attributes
-    ----------
-    values : array, shape (n,)
-        The quantity.
-    rate, curvature : array, shape (n,) or (0,)
-        Its derivatives with time, what a late and what a slow sensor misses; none of a number.
-        The second is that of a sensor that is twice as slow: both span a change of its slowness.
-    is_steady : bool
-        Whether a number did not change any more when it was read.
-    otherwise : callable
-        Returns the values, shape (n,), of a slow sensor whose low-pass is one of the readings, not
-        of the motion. Of a thousand predictions of a fit four are asked for them.
-
-    """
-
-    values: Array
+    values: Array  # shape (n,)
+    # derivatives with time, the errors of a late and of a slow sensor, shape (n,) or (0,);
+    # the second is that of a sensor twice as slow: both span a change of its time constant
     rate: Array
     curvature: Array
-    is_steady: bool = True
+    is_steady: bool = True  # whether a number was steady when read
+    # gives the values, shape (n,), with a low-pass of the readings instead of the motion; rarely
+    # needed
     otherwise: Callable[[], Array] | None = None
 
 
@@ -85,25 +73,12 @@ def predict(
     progress: Progress | None = None,
 ) -> list[list[Prediction]]:
     """
-    Return what a stand would show in experiments, for each what was seen there.
+    Return the predicted readings of a stand, for each experiment and each quantity.
 
-    Parameters
-    ----------
-    stand : Parameters
-        The stand; what an experiment has set counts more.
-    experiments : sequence of Experiment
-        What was done and seen; equal runs are made once.
-    shifts_s : sequence of float
-        What the clocks of the sensors are late, s, for each experiment; by default 0.
-    pool : Pool, optional
-        Threads for the runs; by default there is one.
-    progress : callable, optional
-        Receives how many runs of how many have been made in a pool.
-
-    Raises
-    ------
-    StickSlipError
-        If a stand cannot be, or cannot do what drove it.
+    The settings of an experiment replace those of the stand. ``shifts_s`` are the delays of the
+    sensor clocks, one for each experiment. Equal runs are made once, in the pool if there is one;
+    ``progress`` receives the runs done and their number. Raises StickSlipError if a stand is
+    impossible or cannot follow the drive.
 
     """
     return predict_all([stand], experiments, [shifts_s], pool=pool, progress=progress)[0]
@@ -117,7 +92,7 @@ def predict_all(
     pool: Pool | None = None,
     progress: Progress | None = None,
 ) -> list[list[list[Prediction]]]:
-    """Do what ``predict`` does for several stands, whose runs go beside each other."""
+    """Do the same as ``predict`` for several stands, with their runs side by side."""
     shifts = [each or (0.0,) * len(experiments) for each in shifts_s]
     runs: list[Run] = [
         (stand.updated(dict(one.settings)), one.drive, one.load_n, one.lasts_s)
@@ -126,9 +101,12 @@ def predict_all(
     ]
     for (stand, *_), one in zip(runs, cycle(experiments), strict=False):
         if stand.load_cell.contact == 'absent' and any(x.quantity == 'force_n' for x in one.seen):
-            limit, hint = 'without the force that was seen', 'set load_cell.contact=attached'
+            limit, hint = 'without the measured force', 'set load_cell.contact=attached'
             raise OutOfRange('load_cell.contact', 'absent', '', limit, hint)
-    kept = {run: _kept(run) for run in runs}
+    # the result of a run is kept in a list, which is empty before the run has been made
+    kept = {
+        run: (_traces_kept if isinstance(run[1], Voltage) else _numbers_kept)(*run) for run in runs
+    }
     new = [run for run, results in kept.items() if not results]
     if pool is None:
         made = together(map(_course, new))
@@ -148,25 +126,20 @@ def predict_all(
     ]
 
 
-def _kept(run: Run) -> list[Any]:
-    """Return where the result of a run is kept: an empty list before it has been made."""
-    return (_traces_kept if isinstance(run[1], Voltage) else _numbers_kept)(*run)
-
-
 @lru_cache(maxsize=4096)
 def _numbers_kept(*_run: Any) -> list[Any]:
-    """Keep runs that come to numbers: searches and slopes ask for the same again."""
+    """Keep the numbers of runs: searches and slopes need the same again."""
     return []
 
 
 @lru_cache(maxsize=32)
 def _traces_kept(*_run: Any) -> list[Any]:
-    """Keep traces, of which each has megabytes."""
+    """Keep few traces: each has megabytes."""
     return []
 
 
 def _course(run: Run) -> Course[Any]:
-    """Return the course of a run, to its trace or to what the numbers are read off."""
+    """Return the course of a run, which ends at its trace or its numbers."""
     stand, drive, load_n, end_s = run
     if isinstance(drive, SawtoothSteps):
         return drive_course(stand, *drive[:3], load_n=load_n)
@@ -188,17 +161,12 @@ def _ring_down_course(stand: Parameters, step: VoltageStep, load_n: float) -> Co
 def trace_course(
     stand: Parameters, voltage: Voltage, load_n: float, end_s: float
 ) -> Course[Array]:
-    """
-    Return the course of a voltage, from rest at its first value.
-
-    It ends at a trace, shape (samples, 5), that begins at 0 and has a row every SAMPLE_S.
-
-    """
+    """Return the course of a voltage from rest, to a trace: a row every SAMPLE_S, shape (n, 5)."""
     rows = voltage.rows
     samples = int(np.ceil(end_s / SAMPLE_S)) + 3
     if samples > _SAMPLES_MAX:
         limit = f'above {_SAMPLES_MAX * SAMPLE_S:g} s'
-        raise OutOfRange('length of a run', end_s, 's', limit, 'take windows of it')
+        raise OutOfRange('length of a run', end_s, 's', limit, 'choose a shorter window')
     wave = check_request(Request('waveform', tuple(rows.ravel().tolist())), stand)
     there = stand.updated({'amplifier.voltage_initial': float(rows[0, 1])})
     plants = plant_of(there)
@@ -213,7 +181,7 @@ def trace_course(
 
 
 def _look(result: Any, seen: Seen, shift_s: float) -> Prediction:
-    """Return what a sensor would show of the result of a run."""
+    """Return the readings of a sensor for the result of a run."""
     if not seen.is_trace:
         number = np.array([getattr(result, _FIELDS.get(seen.quantity, seen.quantity))])
         none = np.empty(0)
@@ -241,10 +209,10 @@ def low_passed(samples: Array, slow_s: float) -> Array:
 
 def low_passed_readings(samples: Array, time_s: Array, slow_s: float) -> Array:
     """
-    Return the readings of samples at times behind a low-pass that takes a step at each reading.
+    Return readings of samples behind a low-pass of the readings, which steps at each of them.
 
-    It sees a fall as soon as the next reading, when in between it was; a low-pass of the motion
-    sees how long ago. Where readings are missing, it takes those that are due there too.
+    A low-pass of the motion depends on the moment of a fall between two readings; this one does
+    not. It also steps at missing readings.
 
     """
     apart_s = np.diff(time_s)
@@ -263,7 +231,7 @@ def at_times(samples: Array, time_s: Array) -> tuple[Array, Array, Array]:
     """
     Return values and two derivatives of samples at times, by cubics through four of them.
 
-    Before the first sample and behind the last the curve stands still.
+    Beyond the first and the last sample the curve is constant.
 
     """
     last = len(samples) - 1

@@ -4,9 +4,9 @@
 """Experiments out of files: recordings of any rig, tables over time, tables by amplitude."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy import signal
@@ -49,31 +49,20 @@ from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_file import TOPICS_RECORD
 from stickslip_ros.recording.series import Series
 
-if TYPE_CHECKING:
-    from stickslip_ros.lab.tables.formats import Table
-
-_VOLTAGE, _FOOT = 'voltage_v', 'foot_m'
+_VOLTAGE = 'voltage_v'
 _JITTER, _SAMPLED_SHARE = 0.2, 0.8
-"""Times are samples if so large a share of their distances is so near to the middle one."""
-_NEXT = 1.5  # periods within which a sample follows the one before
-_SAMPLES_MIN = 32  # readings below which nothing is read off a trace
-MOVES_MIN = 1.2  # scatter of readings per noise, of which 1 is noise alone
+"""Times count as sampled if 80 % of the intervals are within 20 % of the median."""
+_NEXT = 1.5  # periods within which the next sample follows
+_SAMPLES_MIN = 32  # fewer readings make no trace
+MOVES_MIN = 1.2  # least scatter of readings that move, per noise
 LONGEST_S = 2.0
-"""Length of a recording that is run as a whole; of a longer one a window must be named."""
+"""Longest recording simulated in full; longer ones need a window."""
 LEAD_S = 0.05
-"""What is run before a window, from rest: a few steps, after which contacts remember no more."""
+"""Simulated time before a window, from rest: a few steps, after which contacts forget the rest."""
 _OF_FREE = ('step_length_m', 'zero_amplitude_m')
-"""Numbers of a runner without a load cell; others are so where no force was measured."""
+"""Numbers of a runner without a load cell; all others too, if no force was measured."""
 _OWN = ('stand.', 'load_cell.contact', 'load_cell.gap')
-"""Names of parameters that say how a stand of this package was set for a recording."""
-
-
-@dataclass(frozen=True)
-class DriveSource:
-    """Commands and window of a recording's voltage."""
-
-    commands: 'Table | None' = None  # times and voltages, exactly
-    window_s: tuple[float, float] | None = None  # stretch of recordings that counts, in their time
+"""Names of the parameters of this package that were set for a recording."""
 
 
 def read_experiments(
@@ -83,33 +72,20 @@ def read_experiments(
     report: Callable[[MeasuredTable], None] | None = None,
 ) -> list[Experiment]:
     """
-    Return the experiments that files, frames, runs and experiments hold.
+    Return the experiments in files, frames, runs and experiments, one of these or a sequence.
 
-    Parameters
-    ----------
-    given : path-like, DataFrame, Run, Experiment, or sequence of them
-        A recording or a table over time is one experiment, each row of a table by amplitude one.
-    stand : Parameters
-        Slew rate and range of its amplifier help to recognise a voltage.
-    options : ReadingOptions
-        How they are read.
-    report : callable, optional
-        Called with each ``MeasuredTable`` when it has been read.
-
-    Raises
-    ------
-    StickSlipError
-        If there is no voltage or nothing that was seen, or the voltage is none that can be played.
+    A recording or a table over time is one experiment, as is each row of a table by amplitude. The
+    amplifier of the stand helps to recognise a voltage. Raises StickSlipError without a voltage or
+    readings, or if the voltage cannot be played.
 
     """
     if options.steps < 0:
-        hint = 'give a number, or 0 for steady numbers'
+        hint = 'give a number above 0, or 0 to wait for the steady state'
         raise OutOfRange('steps', options.steps, '', 'below 0', hint)
     outliers = options.outliers
     if outliers < 0.0:
         raise OutOfRange('outliers', outliers, '', 'below 0', 'give 6, or 0 to keep all')
     reading, listed = options.reading(report), listed_sources(given)
-    source = DriveSource(options.commands, window_s=options.window_s)
     reading.check_count(len(listed))
     found = list[Experiment]()
     for number, each in enumerate(listed):
@@ -117,63 +93,47 @@ def read_experiments(
             found.append(each)
             continue
         if recorded := recording_of(each, reading.topics):
-            one = _of_recording(*recorded, stand, reading.preload_n(number), source)
+            one = _of_recording(*recorded, stand, reading.preload_n(number), options)
         else:
             table = read_experiment(each, reading, number=number)
             if table.kind == BY_AMPLITUDE:
                 for quantity in NUMBERS:
                     if quantity in table.columns and not np.any(table.columns[quantity]):
                         hint = f'check the column {quantity}'
-                        raise RecordingError(table.origin, f'has no {quantity} other than 0', hint)
+                        raise RecordingError(table.origin, f'has only 0 as {quantity}', hint)
                 found += of_points(
                     table.origin, table.columns, options.frequency_hz, options.steps
                 )
                 continue
-            one = _of_table(table, stand, reading.preload_n(number), source)
+            one = _of_table(table, stand, reading.preload_n(number), options)
         found.append(without_outliers(one, outliers) if outliers else one)
     return found
 
 
-def voltage_of(
-    time_s: Array,
-    voltage_v: Array,
-    stand: Parameters,
-    source: DriveSource,
-    hint: str = GIVE_COMMANDS,
+def _recognised(
+    time_s: Array, voltage_v: Array, stand: Parameters, hint: str = GIVE_COMMANDS
 ) -> Voltage:
-    """
-    Return the voltage that drove a stand: as commanded, or as it is recognised in samples.
-
-    The hint ends a refusal of samples.
-
-    Raises
-    ------
-    StickSlipError
-        If the samples are no wave that can be played, or the commands no table of a voltage.
-
-    """
-    if source.commands is not None:
-        [commands] = listed_sources(source.commands)
-        table = read_experiment(commands, kind=OVER_TIME, measured=(_VOLTAGE,))
-        rows = np.column_stack((table.columns['time_s'], table.columns[_VOLTAGE]))
-        rows[:, 0] -= rows[0, 0]
-        return Voltage(rows, (f'commands of {table.origin}',))
+    """Return the voltage recognised in samples; NotRecognised ends in the hint."""
     found = recognise(time_s, voltage_v, stand)
     corners_s, corners_v = found.corners(hint)
     rows = np.column_stack((corners_s - corners_s[0], corners_v))
     return Voltage(rows, tuple(found.lines()), begins_s=float(corners_s[0]))
 
 
-def played(given: DriveInput, stand: Parameters, source: DriveSource) -> Voltage:
+def _of_commands(commands: Any) -> Voltage:
+    """Return the voltage in a table of commands."""
+    [file] = listed_sources(commands)
+    table = read_experiment(file, kind=OVER_TIME, measured=(_VOLTAGE,))
+    rows = np.column_stack((table.columns['time_s'], table.columns[_VOLTAGE]))
+    rows[:, 0] -= rows[0, 0]
+    return Voltage(rows, (f'commands of {table.origin}',))
+
+
+def played(given: DriveInput, stand: Parameters) -> Voltage:
     """
-    Return how a measured voltage is played: samples as the wave that is recognised in them.
+    Return the voltage to play: the wave recognised in samples, or corners as they are.
 
-    A table whose times are not even holds corners, which are played as they are.
-
-    Raises
-    ------
-    StickSlipError
-        If samples are no wave that can be played.
+    Uneven times are those of corners. Raises StickSlipError if samples show no wave to play.
 
     """
     spacing_s = np.diff(given.time_s)
@@ -181,8 +141,8 @@ def played(given: DriveInput, stand: Parameters, source: DriveSource) -> Voltage
         np.mean(np.abs(spacing_s / np.median(spacing_s) - 1.0) < _JITTER) > _SAMPLED_SHARE
     )
     if is_sampled and given.is_voltage:
-        hint = 'give a table of its corners, whose times are not even'
-        return voltage_of(given.time_s, given.voltage_v, stand, source, hint)
+        hint = 'give a table of its corners, at uneven times'
+        return _recognised(given.time_s, given.voltage_v, stand, hint)
     return Voltage(np.column_stack((given.time_s, given.voltage_v)))
 
 
@@ -191,13 +151,13 @@ def _of_recording(
     topics: Mapping[str, str],
     stand: Parameters,
     preload_n: float | None,
-    source: DriveSource,
+    options: ReadingOptions,
 ) -> Experiment:
     """Return the experiment of a recording, of this package or, mapped, of another program."""
     settings, asked_for = dict[str, Scalar](), None
     if recording.is_ours:
         own = recorded_stand(recording)
-        series, seen = _own_series(recording, own, source)
+        series, seen = _own_series(recording, own, options)
         settings = {name: each for name, each in own.flat().items() if name.startswith(_OWN)}
         asked_for = partial(commanded, recording, own) if _is_of_drive(recording) else None
     elif topics:
@@ -208,27 +168,27 @@ def _of_recording(
             if quantity in series and len(series[quantity]) >= _SAMPLES_MIN
         )
     else:
-        hint = 'say which topic is what: --map voltage_v=TOPIC.FIELD --map position_m=TOPIC.FIELD'
+        hint = 'map its topics: --map voltage_v=TOPIC.FIELD --map position_m=TOPIC.FIELD'
         raise RecordingError(recording.path, f'holds {", ".join(recording.types)}', hint)
     voltage = series.get(_VOLTAGE)
     pair = None if voltage is None else (voltage.time_s, voltage.value)
     return experiment_over_time(
-        str(recording.path), pair, seen, stand, preload_n, source, settings, asked_for
+        str(recording.path), pair, seen, stand, preload_n, options, settings, asked_for
     )
 
 
 def _is_of_drive(recording: Recording) -> bool:
-    """Return whether it shows the drive itself; a twin records what it sees of a rig."""
+    """Return whether it shows the drive itself; a twin records readings of a rig."""
     return TOPICS_RECORD in recording.metadata
 
 
 def _own_series(
-    recording: Recording, own: Parameters, source: DriveSource
+    recording: Recording, own: Parameters, options: ReadingOptions
 ) -> tuple[dict[str, Series], tuple[Seen, ...]]:
-    """Return what is in a recording of this package, and what its sensors, known, have seen."""
+    """Return the series of a recording of this package, and the readings of its known sensors."""
     stretch = recording
-    if source.window_s is not None and source.commands is None:
-        start_s, end_s = source.window_s
+    if options.window_s is not None and options.commands is None:
+        start_s, end_s = options.window_s
         stretch = recording.within(start_s - LEAD_S, end_s)
     series = recorded_series(stretch)
     if own.load_cell.contact == 'absent':  # its force is 0 by definition
@@ -253,25 +213,20 @@ def _own_series(
 
 def _before_low_pass(shown: Seen, low_pass_hz: float, rate_hz: float) -> Seen:
     """
-    Return what a sensor of this package saw before its low-pass, whose formula is known.
+    Undo the low-pass of a sensor of this package: before it the noise is white.
 
-    Noise is white there; behind it neighbouring readings have it in common. The first sample of a
-    row says nothing, for what came before it is not known.
+    The first of consecutive samples is lost, as the sample before it is unknown.
 
     """
     gain = low_pass_gain(low_pass_hz, rate_hz)  # y' = y + gain (x - y)
     follows = np.diff(shown.time_s) * rate_hz < _NEXT
     before = shown.values[:-1] + np.diff(shown.values) / gain
-    return replace(
-        shown,
-        values=before[follows],
-        time_s=shown.time_s[1:][follows],
-        low_pass_hz=low_pass_hz,
-    )
+    time_s = shown.time_s[1:][follows]
+    return replace(shown, values=before[follows], time_s=time_s, low_pass_hz=low_pass_hz)
 
 
 def behind_low_pass(shown: Seen, values: Array) -> Array:
-    """Return values at the times of readings as the sensor shows them behind its low-pass."""
+    """Return values at the times of readings behind the low-pass of their sensor."""
     if not shown.low_pass_hz:
         return values
     rate_hz = 1.0 / float(np.median(np.diff(shown.time_s)))
@@ -280,7 +235,7 @@ def behind_low_pass(shown: Seen, values: Array) -> Array:
 
 
 def _of_table(
-    table: MeasuredTable, stand: Parameters, preload_n: float | None, source: DriveSource
+    table: MeasuredTable, stand: Parameters, preload_n: float | None, options: ReadingOptions
 ) -> Experiment:
     """Return the experiment of a table over time."""
     columns, time_s, seen = table.columns, table.columns['time_s'], list[Seen]()
@@ -293,7 +248,7 @@ def _of_table(
     if _VOLTAGE in columns:
         known = np.isfinite(columns[_VOLTAGE])
         pair = time_s[known], columns[_VOLTAGE][known]
-    return experiment_over_time(table.origin, pair, tuple(seen), stand, preload_n, source, {})
+    return experiment_over_time(table.origin, pair, tuple(seen), stand, preload_n, options, {})
 
 
 def experiment_over_time(
@@ -302,86 +257,70 @@ def experiment_over_time(
     seen: tuple[Seen, ...],
     stand: Parameters,
     preload_n: float | None,
-    source: DriveSource,
+    options: ReadingOptions,
     settings: Mapping[str, Scalar],
     asked_for: Callable[[tuple[Array, Array], float], Commanded] | None = None,
 ) -> Experiment:
     """
-    Return the experiment of samples of a voltage and of what was seen, on one clock.
+    Return the experiment of samples of a voltage and of readings over time, on one clock.
 
-    Parameters
-    ----------
-    origin : str
-        Where it was recorded.
-    voltage : (times, voltages), arrays of shape (n,), or None
-        Samples, s and V; None where commands are known.
-    seen : tuple of Seen
-        What was seen over time.
-    stand : Parameters
-        Slew rate and range of its amplifier help to recognise the voltage.
-    preload_n : float or None
-        Preload, N; None if it is that of the stand.
-    source : DriveSource
-        What is known of the voltage, and the window.
-    settings : mapping of str to Scalar
-        Parameters that were set for it.
-    asked_for : callable, optional
-        Returns what was asked for from the first of some samples of the voltage to an end, s.
-
-    Raises
-    ------
-    StickSlipError
-        If nothing drove it or nothing moved, or the voltage is none that can be played.
+    Of the options, commands and window count. The voltage is times, s, and volts, both of shape
+    (n,); None with commands. Without ``preload_n`` the preload of the stand holds; ``settings``
+    were set too. ``asked_for`` returns the commands between the first of some samples of the
+    voltage and an end, s. Raises StickSlipError if nothing drove it, nothing moved, or the voltage
+    cannot be played.
 
     """
+    commands, window_s = options.commands, options.window_s
     if not seen:
         hint = f'name one of {", ".join(OF_TRACES)}: --map position_m=TOPIC.FIELD'
         raise RecordingError(origin, 'shows neither a motion nor a force over time', hint)
-    if voltage is None and source.commands is None:
+    if voltage is None and commands is None:
         hint = 'name its voltage, --map voltage_v=TOPIC.FIELD, or give --commands'
-        raise RecordingError(origin, 'does not say what drove it', hint)
-    if source.window_s is not None and source.commands is None and voltage is not None:
-        start_s, end_s = source.window_s
+        raise RecordingError(origin, 'does not hold the voltage that drove it', hint)
+    if window_s is not None and commands is None and voltage is not None:
+        start_s, end_s = window_s
         start_s -= LEAD_S
         inside = (voltage[0] >= start_s) & (voltage[0] <= end_s)
         voltage = voltage[0][inside], voltage[1][inside]
         seen = tuple(each.within(origin, start_s, end_s) for each in seen)
     begins_s = float(voltage[0][0] if voltage is not None else seen[0].time_s[0])
     ends_s = max(float(each.time_s[-1]) for each in seen)
-    lasts_s = (source.window_s[1] if source.window_s else ends_s) - begins_s
+    lasts_s = (window_s[1] if window_s else ends_s) - begins_s
     if lasts_s > LONGEST_S:
-        limit = f'above {LONGEST_S:g} s, of which all is run for each stand that is tried'
-        hint = 'name a stretch of some waves: --window 0.3s@2s'
+        limit = f'above {LONGEST_S:g} s, the longest simulated in full'
+        hint = 'choose a window of some waves: --window 0.3s@2s'
         raise OutOfRange(f'length of {origin}', lasts_s, 's', limit, hint)
     still = [each for each in seen if float(np.std(each.values)) <= MOVES_MIN * each.noise]
     if len(still) == len(seen):
-        hint = 'check which topic or column it is, and that the runner moved'
-        raise RecordingError(origin, f'has a {still[0].quantity} that shows noise alone', hint)
-    notes = tuple(f'{origin}: {each.quantity} shows noise alone and is left out' for each in still)
+        hint = 'check its topic or column, and that the runner moved'
+        raise RecordingError(origin, f'has only noise in its {still[0].quantity}', hint)
+    notes = tuple(f'{origin}: {each.quantity} is only noise and is left out' for each in still)
     seen = tuple(each for each in seen if each not in still)
-    first_s = float(seen[0].time_s[0])
-    time_s, voltage_v = voltage or (np.array([first_s]), np.zeros(1))
-    told = NOTHING_ASKED
-    if asked_for is not None and voltage is not None and source.commands is None:
-        told = asked_for(voltage, source.window_s[1] if source.window_s else ends_s)
-    drive = told.voltage or voltage_of(time_s, voltage_v, stand, source)
-    begins_s = float(time_s[0]) if source.commands is not None else drive.begins_s
-    own = {**settings, **told.settings}
+    time_s, voltage_v = voltage or (seen[0].time_s[:1], np.zeros(1))
+    asked = NOTHING_ASKED
+    if asked_for is not None and voltage is not None and commands is None:
+        asked = asked_for(voltage, window_s[1] if window_s else ends_s)
+    drive = asked.voltage or (
+        _recognised(time_s, voltage_v, stand) if commands is None else _of_commands(commands)
+    )
+    begins_s = drive.begins_s if commands is None else float(time_s[0])
+    own = {**settings, **asked.settings}
     if preload_n is not None:
         own['stand.preload'] = preload_n
     if not settings and not any(each.quantity == 'force_n' for each in seen):
         own |= WITHOUT_CELL
     if 'stand.preload' not in own and isinstance(stand.stand.preload, ReplaceableDefault):
-        text = f'the preload is not said, that of the stand, {stand.stand.preload:g} N, is taken'
-        notes += (f'{origin}: {text}: name it with --preload',)
-    is_cut = source.window_s is not None and begins_s < source.window_s[0] - 0.9 * LEAD_S
+        text = f'no preload is given, and the {stand.stand.preload:g} N of the stand are used'
+        notes += (f'{origin}: {text}; give it with --preload',)
+    is_cut = window_s is not None and begins_s < window_s[0] - 0.9 * LEAD_S
     if is_cut and any(each.quantity == 'force_n' for each in seen):
         text = f'the run begins {1e3 * LEAD_S:g} ms before the window, at rest'
-        notes += (f'{origin}: {text}: force that earlier steps have built up is not in it',)
+        notes += (f'{origin}: {text}, without the force of earlier steps',)
     late = tuple(replace(each, time_s=each.time_s - begins_s) for each in seen)
-    one = Experiment(origin, own, drive, late, told.load_n, notes)
-    if source.window_s is not None:
-        one = one.within(*(each_s - begins_s for each_s in source.window_s))
+    one = Experiment(origin, own, drive, late, asked.load_n, notes)
+    if window_s is not None:
+        one = one.within(*(each_s - begins_s for each_s in window_s))
     if stand.updated(own).load_cell.contact == 'absent' and one.seen[0].quantity == 'position_m':
         check_limits(origin, one.seen[0], drive, begins_s, stand.actuator.gain)
     return one
@@ -395,20 +334,10 @@ def of_points(
     varied: Sequence[str] = (),
 ) -> list[Experiment]:
     """
-    Return the experiments of points: one for each number of each row.
+    Return one experiment for each number of each row, in the order of NUMBERS.
 
-    Parameters
-    ----------
-    origin : str
-        Where the points come from.
-    columns : mapping of str to values
-        Columns as in POINT_COLUMNS; the experiments follow the order of NUMBERS.
-    frequency_hz : float
-        Steps per second where there is no such column.
-    steps : int
-        Cycles from rest after which numbers were read; 0: when they were steady.
-    varied : sequence of str
-        Columns of parameters that were set.
+    ``columns`` are those of POINT_COLUMNS, and ``varied`` columns of parameters. ``frequency_hz``
+    holds without such a column; ``steps`` are the cycles before a reading, 0 until steady.
 
     """
     found = list[Experiment]()
@@ -435,7 +364,7 @@ def of_points(
 
 
 def without_outliers(one: Experiment, factor: float) -> Experiment:
-    """Leave out and count lone readings that are far from those around them."""
+    """Drop and count isolated readings that are far off their neighbours."""
     seen = []
     for each in one.seen:
         out = lone_outliers(each.values, factor)

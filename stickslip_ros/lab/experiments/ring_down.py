@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The ring-down: frequency and decay of a runner that rings on its contacts after a step."""
+"""The ring-down of a runner on its contacts after a step: frequency and decay."""
 
 import math
 from typing import NamedTuple
@@ -14,15 +14,15 @@ from stickslip_ros.lab.experiments.experiment import Voltage, VoltageStep
 from stickslip_ros.parameters import Parameters
 
 _REST_S, _SEEN_S = 1e-4, 2e-3  # before the step, and after it: 10 to 30 periods of a runner
-LEAST_M = 1e-18  # of a runner that does not move
-FINE = 1e-12  # relative change at which a search ends: slopes are differences of what it finds
+LEAST_M = 1e-18  # range of a runner at rest
+FINE = 1e-12  # relative change that ends a search: slopes are differences of its results
 
 
 class RingDown(NamedTuple):
-    """What a ring-down shows."""
+    """Frequency and decay time of a ring-down."""
 
     ringing_hz: float
-    decay_s: float  # in which it falls to 1/e
+    decay_s: float  # to 1/e
 
 
 def voltage_of_step(step: VoltageStep, stand: Parameters) -> Voltage:
@@ -35,15 +35,7 @@ def voltage_of_step(step: VoltageStep, stand: Parameters) -> Voltage:
 
 
 def ring_down(time_s: Array, position_m: Array) -> RingDown:
-    """
-    Return frequency and decay of the damped cosine that is nearest to a motion.
-
-    Parameters
-    ----------
-    time_s, position_m : array, shape (n,)
-        Even times from the end of a step on, and positions; a rest and a drift of theirs are free.
-
-    """
+    """Fit a damped cosine to positions at even times, shape (n,); rest and drift are free."""
     since_s, sample_s = time_s - time_s[0], float(time_s[1] - time_s[0])
 
     def missed(place: Array) -> Array:
@@ -53,7 +45,7 @@ def ring_down(time_s: Array, position_m: Array) -> RingDown:
         return np.asarray(scaled - basis @ (basis.T @ scaled))
 
     scaled = (position_m - position_m.mean()) / max(float(np.ptp(position_m)), LEAST_M)
-    # The velocity has neither rest nor drift: its spectrum says where to look.
+    # The velocity has neither rest nor drift: its spectrum gives the first frequency.
     power = np.abs(np.fft.rfft(np.diff(scaled) * np.hanning(len(scaled) - 1), 8 * len(scaled)))
     rate = 2.0 * math.pi * max(int(np.argmax(power)), 1) / (8 * len(scaled) * sample_s)
     lasts_s = float(since_s[-1])
@@ -66,7 +58,7 @@ def ring_down(time_s: Array, position_m: Array) -> RingDown:
             xtol=FINE,
             ftol=FINE,
         )
-        for share in (0.01, 0.1)  # of a rate that decays: it may be far from the first
+        for share in (0.01, 0.1)  # first decay per rate: the true one may be far off
     ]
     best = min(ends, key=lambda end: float(end.cost))
     return RingDown(math.exp(best.x[0]) / (2.0 * math.pi), math.exp(-best.x[1]))

@@ -1,12 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""
-How late the clock of a sensor is, and how slow the sensor.
-
-The runner jerks where the voltage falls, whatever it is; a model's motion tells the rest.
-
-"""
+"""Delay of a sensor's clock, by the falls of the voltage, and its low-pass, by a model."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -20,38 +15,38 @@ from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
 from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.parameters import Parameters
 
-LATE_MAX_S = 0.05  # beyond which a clock is not looked for
+LATE_MAX_S = 0.05  # largest delay that is searched
 FALL_S, FALL_V = 5e-5, 1.0
-"""A corner follows a fall if the voltage has changed by so much within so short a time."""
-RUNG_S = 1.6e-4  # after a fall, in which a runner of a few grams rings
+"""Longest duration and least height of a fall."""
+RUNG_S = 1.6e-4  # ringing of a runner of a few grams after a fall
 _CLEAR = 1.3
-"""Times by which the best lag must beat that of two clocks that agree, to be believed."""
+"""Least ratio of the best lag's energy to that at 0 or of a rival."""
 ALIKE_JERKS = 35.0 / 18.0
 """Sum of the squared autocorrelation of second differences of noise, 1, -2/3, 1/6: so many of them
 count as one."""
-CHANCE_MAX = 1e-4  # that noise shows so much at one of the lags, to be believed
+CHANCE_MAX = 1e-4  # largest chance of as much energy from noise, over all lags
 ENOUGH_FALLS = 0.5
-"""Share of the falls that lie within the readings of a clock on time, which others must have too:
-before a window there may be more falls than in it."""
-ALIKE_FALLS = 0.9  # share of the largest energy that a shorter lag may have
-LATE_MIN_S = 1e-4  # what is less is left to the model's motion
+"""Least share of the falls of a clock on time that lie within the readings at another lag: before
+a window there may be more falls than in it."""
+ALIKE_FALLS = 0.9  # share of the largest energy from which a shorter lag is preferred
+LATE_MIN_S = 1e-4  # smaller delays are left to the model
 _AROUND_S, _STEPS_S = 2e-4, (2e-5, 4e-6)
-"""How far around a lateness is looked with a model, and in which steps, coarse and fine."""
+"""Range of the search for a delay with a model, and its steps, coarse and fine."""
 _SLOW_S = (0.0, 4e-6, 8e-6, 1.6e-5, 3.2e-5, 6.4e-5, 1.28e-4, 2.56e-4, 5.12e-4)
-"""Time constants of a sensor's low-pass that are tried with a model: 0 is none, 0.5 ms 310 Hz."""
+"""Time constants of a sensor's low-pass to try with a model: 0 is none, 0.5 ms 310 Hz."""
 _SURELY_SLOW = 20.0
-"""Fall of the squared differences, per mean of one, from which a low-pass is believed."""
+"""Least fall of the squared differences, per mean of one, for a low-pass."""
 
 
 class Lateness(NamedTuple):
-    """What the clock of a sensor is late, and how clearly that is seen."""
+    """The delay of a sensor's clock, and the evidence for it."""
 
     late_s: float
-    energy: float  # of what follows a fall on average, in variances of the noise of that average
+    energy: float  # of the average motion after a fall, in variances of its noise
     energy_at_0: float
     rival_s: float  # the next best lag
     rival_energy: float
-    chance: float  # that noise has such an energy
+    chance: float  # of such an energy from noise
 
     @property
     def is_clear(self) -> bool:
@@ -66,7 +61,7 @@ class Lateness(NamedTuple):
 
 
 def falls_of(voltage: Voltage) -> tuple[Array, Array]:
-    """Return when a voltage has fallen, or risen as fast, and by how much, V."""
+    """Return times, s, and heights, V, of the falls and fast rises of a voltage, shapes (n,)."""
     length_s, rise_v = np.diff(voltage.rows, axis=0).T
     is_fall = (length_s <= FALL_S) & (np.abs(rise_v) >= FALL_V)
     return voltage.rows[1:, 0][is_fall], rise_v[is_fall]
@@ -74,15 +69,13 @@ def falls_of(voltage: Voltage) -> tuple[Array, Array]:
 
 def lateness_of(seen: Seen, voltage: Voltage) -> Lateness | None:
     """
-    Return by how much what was seen is late against the voltage; None without falls to go by.
+    Return the delay of readings against the voltage, to a sample; None without falls.
 
-    Where the voltage falls, the feet jerk, and the runner rings after it in the same way after
-    each fall: the second differences of its readings, averaged over the falls, have the largest
-    energy within RUNG_S where the clocks agree, and the average takes noise away. Of lags that are
-    alike the shortest counts. Nothing is assumed of the stand, nor that a larger fall makes a
-    larger jerk: a runner that slips hardly feels how far. To a sample; a fit finds the rest.
-    Of 32 rigs with 5 nm of noise and a clock up to 4 ms late all were found, by the mean of the
-    absolute differences 21.
+    At a fall the feet jerk, and the runner rings in the same way after each fall: the second
+    differences of its readings, averaged over the falls, have the largest energy within RUNG_S if
+    the clocks agree. Of similar lags the shortest counts. Nothing is assumed about the stand, nor
+    that a larger fall makes a larger jerk. All of 32 rigs with 5 nm of noise and a clock up to
+    4 ms late were found, 21 by the mean of the absolute differences.
 
     """
     time_s, values = seen.time_s, seen.values
@@ -106,11 +99,10 @@ def lateness_of(seen: Seen, voltage: Voltage) -> Lateness | None:
     after = max(round(RUNG_S / sample_s), 1)
     energy = np.convolve(sums**2 / variances, np.ones(after))[after - 1 :]
     around = max(round(LATE_MIN_S / sample_s), 1)
-    alike = np.flatnonzero(energy >= ALIKE_FALLS * energy.max())  # a wave that repeats has several
-    least = int(alike[np.argmin(np.abs(lags[alike]))])
+    similar = np.flatnonzero(energy >= ALIKE_FALLS * energy.max())  # several of a periodic wave
+    least = int(similar[np.argmin(np.abs(lags[similar]))])
     best = int(np.argmax(np.where(np.abs(lags - lags[least]) <= around, energy, -np.inf)))
-    is_apart = np.abs(lags - lags[best]) > around
-    rival = int(np.argmax(np.where(is_apart, energy, -np.inf)))
+    rival = int(np.argmax(np.where(np.abs(lags - lags[best]) > around, energy, -np.inf)))
     return Lateness(
         float(lags[best] * sample_s),
         float(energy[best]),
@@ -122,7 +114,7 @@ def lateness_of(seen: Seen, voltage: Voltage) -> Lateness | None:
 
 
 def lateness_in(experiment: Experiment, stand: Parameters) -> float:
-    """Return how late the clock of what was seen is, s: by the falls, then by a model's motion."""
+    """Return the delay of the sensor of an experiment, s: by the falls, then by a model."""
     if not isinstance(experiment.drive, Voltage):
         return 0.0
     found = lateness_of(experiment.seen[0], experiment.drive)
@@ -137,9 +129,9 @@ def sensor_near(
     slow_s: Sequence[float] = _SLOW_S,
 ) -> tuple[float, float]:
     """
-    Return with which lateness and slowness, s, a model moves most alike from reading to reading.
+    Return delay and time constant of a sensor, s, with which a model's motion agrees best.
 
-    The differences from one reading to the next do not see steps that are too long or too short.
+    Differences of neighbouring readings are compared: they hardly depend on the step length.
 
     """
     seen = experiment.seen[0]

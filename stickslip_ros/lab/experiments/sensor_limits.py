@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Positions that are not those of the runner: of a sensor at its limit, or that counts around."""
+"""Refuse positions of a sensor that is at its limit, or that wraps around."""
 
 import math
 from dataclasses import replace
@@ -14,25 +14,21 @@ from stickslip_ros.lab.experiments.experiment import Seen, Voltage, rounding_of
 from stickslip_ros.lab.experiments.sensor_clock import falls_of, lateness_of
 
 _FALLS_MIN, _READINGS_MIN = 3, 8
-"""Falls of the voltage over which a free runner stands still, and readings for each."""
-_DIGITS_MIN = 4.0  # stroke of the feet, in last digits of the sensor, that it must show
+"""Falls of the voltage without a motion of a free runner, and readings for each."""
+_DIGITS_MIN = 4.0  # least stroke of the feet that must show, in last digits of the sensor
 _OTHERS, _TRAVEL_MIN = 0.125, 1.5
-"""Shares of the jumps below which all other changes lie, and beyond which the runner went."""
+"""Largest of the other changes, and least travel, as shares of a jump."""
 
 
 def check_limits(
     origin: str, seen: Seen, drive: Voltage, begins_s: float, gain_m_per_v: float
 ) -> None:
     """
-    Refuse the position of a free runner that stays exactly where it is, or jumps back by a period.
+    Refuse the position of a free runner that stays exactly constant, or jumps back by a period.
 
-    Each ramp carries a free runner along, whatever the stand: it cannot stand still while the
-    voltage falls again and again. One that counts around jumps by its whole range, seldom.
-
-    Raises
-    ------
-    RecordingError
-        If it shows so plainly; of what is doubtful a fit says whether it holds.
+    Each ramp carries a free runner along, whatever the stand: it cannot rest while the voltage
+    falls repeatedly. A sensor that wraps around jumps rarely, by its whole range. Raises
+    RecordingError in plain cases only; the checks of a fit find the others.
 
     """
     kept = ~lone_outliers(seen.values)
@@ -54,7 +50,7 @@ def check_limits(
             f'voltage, {begins_s + time_s[first]:.6g} to {begins_s + time_s[last]:.6g} s: its '
             'sensor is at a limit, or has stopped'
         )
-        hint = 'name a stretch without that: --window LENGTH@START'
+        hint = 'choose a window without these: --window LENGTH@START'
         raise RecordingError(origin, problem, hint)
     steps_m = np.diff(place_m)
     period_m = float(np.abs(steps_m).max())
@@ -69,5 +65,5 @@ def check_limits(
         and travel_m > _TRAVEL_MIN * period_m
     ):
         problem = f'has a {seen.quantity} that jumps {count} times by about {period_m:.4g} m'
-        hint = 'its sensor counts around: add that up, as numpy.unwrap does with its period'
+        hint = 'its sensor wraps around: unwrap it, as numpy.unwrap does with a period'
         raise RecordingError(origin, problem, hint)

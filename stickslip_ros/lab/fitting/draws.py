@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Stands as likely as what a fit knows of one: draws, from a fit or from its file."""
+"""Draws of a fit, or of its file: stands from its distribution of parameters."""
 
 import json
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from stickslip_ros.lab.fitting.free import Coordinate
 from stickslip_ros.lab.fitting.statistics import UNDETERMINED, vague
 from stickslip_ros.parameters import Parameters
 
-_DRAWS = 100  # where nobody says how many
+_DRAWS = 100  # by default
 DRAWS_MAX = 10_000
 
 
@@ -31,19 +31,9 @@ def drawn(
     """
     Return stands from the normal distribution of coordinates.
 
-    Parameters
-    ----------
-    stand, free : Parameters, sequence of Coordinate
-        The fitted stand, and which of its parameters were free.
-    place, covariance : array, shapes (free,) and (free, free)
-        Minimum and covariance of the coordinates; what has no variance stays as it is.
-    count, seed : int
-        Number of stands, and seed of the chance.
-
-    Raises
-    ------
-    OutOfRange
-        If the number is none, or a parameter is known to less than a factor of e.
+    The minimum has the shape (free,), the covariance (free, free); coordinates without a variance
+    stay constant. Raises OutOfRange for an impossible number, or if a parameter is known to less
+    than a factor of e.
 
     """
     if not 1 <= count <= DRAWS_MAX:
@@ -55,8 +45,8 @@ def drawn(
     ):
         if is_vague:
             what = f'standard error of ln({one.name})' if one.is_log else f'error of {one.name}'
-            limit = f'above {UNDETERMINED:g}: it is not determined, and no stand is as likely'
-            hint = 'fit a recording under another preload too; fit --plan 5 says what tells most'
+            limit = f'above {UNDETERMINED:g}: the parameter is not determined, and has no draws'
+            hint = 'fit a recording under another preload too; fit --plan 5 lists the best'
             raise OutOfRange(what, float(error), '', limit, hint)
     chance = np.random.default_rng(seed)
     places = np.tile(place, (count, 1))
@@ -72,35 +62,27 @@ def drawn(
 
 
 def read_stand(path: Path) -> Parameters:
-    """Return the fitted stand of such a file as ``read_draws`` reads."""
+    """Return the fitted stand of a file of ``stickslip fit -o fitted.json``."""
     return _read(path)[0]
 
 
 def read_draws(path: Path, count: int = _DRAWS, seed: int = 1) -> list[Parameters]:
     """
-    Return draws of the fit that was written to a file, ``stickslip fit -o fitted.json``.
+    Return draws of the fit in a file of ``stickslip fit -o fitted.json``.
 
-    What the fit did not determine stays as it was found in all of them.
-
-    Raises
-    ------
-    RecordingError
-        If it is no such file, or of a fit that does not hold.
-    OutOfRange
-        If the number of draws is none.
+    Parameters that were not determined stay constant. Raises RecordingError for another file or a
+    fit that failed its checks, OutOfRange for an impossible number.
 
     """
     stand, free, place, covariance, holds = _read(path)
     if not holds:
-        hint = (
-            'free what is missing there and fit again, or run it alone with --params fitted.yaml'
-        )
-        raise RecordingError(path, 'is of a fit that does not hold', hint)
+        hint = 'free the missing parameters and fit again, or use --params fitted.yaml alone'
+        raise RecordingError(path, 'is of a fit that failed its checks', hint)
     return drawn(stand, free, place, covariance, count, seed)
 
 
 def read_note(path: Path) -> str:
-    """Return what such a file says of bands of its draws."""
+    """Return the note on bands in the file of a fit."""
     return str(json.loads(path.read_bytes()).get('bands', ''))
 
 
@@ -108,23 +90,23 @@ def _read(path: Path) -> tuple[Parameters, list[Coordinate], Array, Array, bool]
     """Return stand, free parameters, minimum, its covariance, and whether the fit holds."""
     hint = 'give the .json of stickslip fit -o'
     try:
-        said = json.loads(read_bytes(path, hint))
+        content = json.loads(read_bytes(path, hint))
         free = [
             Coordinate(each['name'], each['unit'], each['start'], each['lower'], each['upper'])
-            for each in said['estimates']
+            for each in content['estimates']
         ]
-        stand = Parameters().updated(said['parameters'])
-        place = np.array(said['coordinates'], dtype=np.float64)
-        rows = said['covariance_of_coordinates']
+        stand = Parameters().updated(content['parameters'])
+        place = np.array(content['coordinates'], dtype=np.float64)
+        rows = content['covariance_of_coordinates']
         covariance = np.array(
             [[np.nan if each is None else each for each in row] for row in rows], dtype=np.float64
         )
-        holds = bool(said['holds'])
+        holds = bool(content['holds'])
         fits = place.shape == (len(free),) and covariance.shape == (len(free), len(free))
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise RecordingError(path, f'is no fit ({type(error).__name__})', hint) from None
     except StickSlipError as error:
         raise RecordingError(path, f'holds no stand: {error}', hint) from None
     if not fits:
-        raise RecordingError(path, 'is no fit: its covariance does not belong to it', hint)
+        raise RecordingError(path, 'is no fit: its covariance has another shape', hint)
     return stand, free, place, covariance, holds

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The picture of a fit: what was measured, A, the fitted model, B, and what it misses."""
+"""The figure of a fit: measurement A, fitted model B, and their difference."""
 
 from itertools import groupby
 from pathlib import PurePath
@@ -23,12 +23,12 @@ from stickslip_ros.lab.experiments.experiment import NUMBERS, Voltage
 from stickslip_ros.lab.fitting.result import FitResult
 from stickslip_ros.parameters import Scalar
 
-_OF_AXIS = (AMPLITUDE_COLUMN, PRELOAD_COLUMN)  # the first that numbers have
-_COUNTED = ('steps', 'is_steady')  # what does not distinguish curves
+_OF_AXIS = (AMPLITUDE_COLUMN, PRELOAD_COLUMN)  # the first column that numbers have
+_COUNTED = ('steps', 'is_steady')  # settings that do not distinguish curves
 
 
 def draw_fit(fit: FitResult) -> Figure:
-    """Draw a fit: each trace, without zero and drift of its sensor, and each kind of number."""
+    """Draw each trace, without zero and drift of its sensor, and each kind of number of a fit."""
     quantities = list[Compared]()
     for one, each, sensor in fit.sensors:
         model = fit.predicted[fit.experiments.index(one)][one.seen.index(each)].values

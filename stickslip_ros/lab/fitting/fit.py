@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A fit of the drive to experiments: the best of many searches, and how good it is."""
+"""Fit the drive to experiments: the best of many searches, with its errors."""
 
 import math
 import time
@@ -44,14 +44,14 @@ if TYPE_CHECKING:
     from stickslip_ros.lab.tables.formats import Table
 
 STARTS_MAX = 1000
-WIDENED_MAX = 4  # times that a search goes on beyond bounds that nobody has given
+WIDENED_MAX = 4  # most continuations of a search beyond default bounds
 AROUND = 1.0
-"""Coordinates around the start in which other searches of traces begin: 2.7 times, mostly."""
+"""Distance from the start of other searches of traces, in coordinates: a factor of e, mostly."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FitOptions(ReadingOptions):
-    """How a fit reads its experiments, weighs them and searches."""
+    """Options of reading experiments, weighing them and searching."""
 
     shape_m: float = 5e-10
     """Error of the model's motion in each moment of a cycle, m."""
@@ -64,7 +64,7 @@ class FitOptions(ReadingOptions):
 
     @property
     def allowance(self) -> Allowance:
-        """Return what the model may be wrong by."""
+        """Allowed errors of the model."""
         return Allowance(self.shape_m, self.step_share)
 
 
@@ -83,19 +83,19 @@ def fit(
     Parameters
     ----------
     experiments : path-like, Run, DataFrame, Experiment or sequence of them
-        Recordings and tables over time, with a voltage and what was seen; and tables of forces or
-        step lengths by amplitude, as docs/howto/fit.md says.
+        Recordings and tables over time, with a voltage and readings; and tables of forces or step
+        lengths by amplitude, see docs/howto/fit.md.
     free : str, Free, or sequence of them
         Parameters to fit: ``'contact.friction'``, or ``Free('contact.friction', start=0.3)``.
     parameters : Parameters, optional
         The stand; by default that of the paper.
     options : FitOptions, optional
-        How experiments are read, weighed and searched.
+        Options of reading, weighing and searching.
     report : callable, optional
-        Called with each ``MeasuredTable`` when it has been read, before anything is computed.
+        Called with each ``MeasuredTable`` after reading, before anything is computed.
     progress : bool or callable
-        Whether to show how far it has come; or a function, called with the runs made so far, and
-        0, as the total is not known in advance.
+        Whether to show the progress; or a function, called with the runs made so far, and 0, as
+        the total is not known in advance.
 
     Raises
     ------
@@ -122,12 +122,7 @@ def fit_experiments(
     is_warm: bool = False,
     progress: Show | None = None,
 ) -> Fit:
-    """
-    Do what ``fit`` does to experiments, and to what ``choose_free`` returns.
-
-    If it ``is_warm``, the present values are near: little is allowed at once.
-
-    """
+    """Fit coordinates of ``choose_free`` to experiments; ``is_warm``: the start is near."""
     started_s = time.perf_counter()
     if not 1 <= options.starts <= STARTS_MAX:
         limit = f'not from 1 to {STARTS_MAX}'
@@ -186,7 +181,7 @@ def fit_experiments(
 
 
 class _Count:
-    """Tells how far the searches of a fit have come."""
+    """Reports the progress of the searches."""
 
     def __init__(self, starts: int, progress: Show | None) -> None:
         self._starts, self._show = starts, progress
@@ -199,12 +194,12 @@ class _Count:
             self._show(self._runs, 0, f'{self._searches} of {self._starts} searches ended')
 
     def search(self, done: int, _: int) -> None:
-        """Take note of the searches that have ended."""
+        """Set the number of searches that have ended."""
         self._searches = done
 
 
 def _searches(problem: Problem, options: FitOptions, count: _Count) -> list[Minimum]:
-    """Search from the present values, and from a Latin hypercube: of traces, not far from them."""
+    """Search from the start and from a Latin hypercube in the bounds, of traces near the start."""
     places = [problem.start]
     if options.starts > 1:
         shares = qmc.LatinHypercube(d=len(problem.free), seed=options.seed).random(
@@ -225,7 +220,7 @@ def _searches(problem: Problem, options: FitOptions, count: _Count) -> list[Mini
 def _refined(
     problem: Problem, here: Minimum, allowance: Allowance, outliers: float
 ) -> tuple[Problem, list[Minimum], bool]:
-    """Search on with cycles enough, and beyond bounds that nobody has given."""
+    """Continue a search with enough cycles, and beyond default bounds."""
     problem, refined, steady = refine(problem, here)
     for _ in range(WIDENED_MAX):
         here = refined[-1] if refined else here
@@ -238,7 +233,7 @@ def _refined(
             break
         problem, more, steady = refine(wider, beyond)
         refined += [beyond, *more]
-        if problem.has_traces:  # what the bound left over passed for noise, or for the sensor
+        if problem.has_traces:  # the residual at the bound was taken for noise, or for the sensor
             there = refined[-1].place
             problem, more = with_its_noise(problem, there, allowance, outliers)
             refined += more

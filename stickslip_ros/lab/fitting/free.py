@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Which parameters a fit may change, between which bounds, and in which coordinate."""
+"""The free parameters of a fit, with their bounds and coordinates."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -13,7 +13,7 @@ from stickslip_ros.parameters import Parameters, Scalar, spec_of
 from stickslip_ros.parameters.typed import to_si_list
 
 FITTED_GROUPS = ('contact', 'friction_law', 'runner', 'load_cell', 'actuator', 'amplifier')
-"""Groups whose quantities a fit may change; all others are no properties of the stand."""
+"""Groups of parameters that a fit may change: properties of the stand."""
 DECADE = 10.0
 """Default bounds are this factor below and above the start and the default of the model."""
 FROM_ZERO = (
@@ -23,7 +23,7 @@ FROM_ZERO = (
     'actuator.hysteresis',
     'actuator.creep',
 )
-"""Quantities whose 0 is the limit of small values; of others it means "none" or "derived"."""
+"""Quantities with 0 as the limit of small values; for others 0 means "none" or "derived"."""
 TYPICAL: Mapping[str, float] = {
     'runner.damping': 20.0,
     'actuator.hysteresis': 0.05,
@@ -33,10 +33,10 @@ TYPICAL: Mapping[str, float] = {
     'actuator.gain_tolerance': 0.01,
     'amplifier.bandwidth': 2e5,
 }
-"""Starts of what a stand does not have by default: assumed, of the size that data sheets state."""
+"""Starts of parameters that are 0 by default: assumed, of the size in data sheets."""
 PREFACTOR, RMS_HEIGHT = 'contact.prefactor', 'contact.rms_height'
 OF_A_FALL = 'actuator.resonance', 'actuator.damping_ratio', 'amplifier.bandwidth'
-"""What shows in the microseconds after a fall; one of them cannot be told without the others."""
+"""Parameters that act in the microseconds after a fall, and can only be found together."""
 
 
 Known: TypeAlias = tuple[float, float]
@@ -50,14 +50,14 @@ class Free:
     name: str
     """Name of the parameter, ``contact.friction``."""
     start: float | str | None = None
-    """Value from which the first search starts; by default that of the stand."""
+    """Start of the first search; by default the value of the stand."""
     low: float | str | None = None
     """Lower bound; by default a decade below the start, and a search may go beyond it."""
     high: float | str | None = None
     """Upper bound; by default a decade above the start, and a search may go beyond it."""
     known: Known | str | None = None
     """
-    Value measured otherwise, and its relative standard error.
+    Value from another measurement, and its relative standard error.
 
     A pair of numbers, ``(3e-3, 0.01)``, or typed, ``3g+-1%``.
 
@@ -73,7 +73,7 @@ class Coordinate:
     """
     A coordinate of a search: a free parameter, its start and its bounds, both allowed.
 
-    Bounds that were not given are ``movable``: a search that ends on one goes on beyond it.
+    Default bounds are ``movable``: a search that ends on a bound continues beyond it.
 
     """
 
@@ -99,16 +99,16 @@ class Coordinate:
         return math.log(value) if self.is_log else value / (self.upper - self.lower)
 
     def to_value(self, coordinate: float) -> float:
-        """Return the value of a coordinate, inside the bounds in spite of rounding."""
+        """Return the value of a coordinate, within the bounds despite rounding."""
         value = self.unbounded_value(coordinate)
         return min(max(value, self.lower), self.upper)
 
     def unbounded_value(self, coordinate: float) -> float:
-        """Return the value of a coordinate, wherever it is."""
+        """Return the value of a coordinate, also beyond the bounds."""
         return math.exp(coordinate) if self.is_log else coordinate * (self.upper - self.lower)
 
     def widened(self, value: float, share: float) -> 'Coordinate':
-        """Return it with the bound moved on which a value sits, within a share of the range."""
+        """Move the bound on which a value sits, within a share of the range."""
         spec, z = spec_of(self.name), self.to_coordinate(value)
         low, high = self.coordinates
         lower, upper = self.lower, self.upper
@@ -121,7 +121,7 @@ class Coordinate:
         return replace(self, lower=lower, upper=upper)
 
     def is_limited(self, value: float) -> bool:
-        """Return whether the bound beside a value is a limit of the model too."""
+        """Return whether the bound next to a value is also a limit of the model."""
         spec = spec_of(self.name)
         bound = min(self.lower, self.upper, key=lambda end: abs(end - value))
         return bound in {spec.minimum, spec.maximum}
@@ -135,9 +135,9 @@ def choose_free(
     parameters: Parameters, free: FreeParameters
 ) -> tuple[Parameters, tuple[Coordinate, ...], tuple[str, ...]]:
     """
-    Return the stand of a fit, its coordinates, and notes about what was changed for it.
+    Return the stand of a fit, its coordinates, and notes about changes of the stand.
 
-    Raises StickSlipError if a parameter cannot be fitted, or a start or a bound does not fit.
+    Raises StickSlipError if a parameter cannot be fitted, or a start or a bound is impossible.
 
     """
     chosen = listed_free(free)
@@ -151,8 +151,8 @@ def choose_free(
     off = [name for name in OF_A_FALL if name not in names and not flat[name]]
     if off and not set(OF_A_FALL).isdisjoint(names):
         note = (
-            f'{" and ".join(off)} taken as none: what shows just after a fall then counts as '
-            f'the others; free {", ".join(OF_A_FALL)} together, or set what is known'
+            f'{" and ".join(off)} not modelled: the others take over its effect just after a '
+            f'fall; free {", ".join(OF_A_FALL)} together, or set the known values'
         )
         notes = (*notes, note)
     starts = {one.name: one.start for one in coordinates}
@@ -160,13 +160,13 @@ def choose_free(
 
 
 def listed_free(free: FreeParameters) -> list[Free]:
-    """Return free parameters as a list; a name alone is enough."""
+    """Return free parameters, or their names, as a list."""
     listed = [free] if isinstance(free, str | Free) else free
     return [Free(each) if isinstance(each, str) else each for each in listed]
 
 
 def known_of(free: FreeParameters) -> dict[str, Known]:
-    """Return values that were measured otherwise, and errors; StickSlipError if one is no pair."""
+    """Return known values and their relative errors; raise StickSlipError if malformed."""
     found = {}
     for one in listed_free(free):
         if (given := one.known) is None:
@@ -195,7 +195,7 @@ def _check_names(names: Sequence[str]) -> None:
             hint = 'set it with --set, and compare fits'
             raise WrongKind('free parameter', name, 'a quantity (it is no float)', hint)
         if name.partition('.')[0] not in FITTED_GROUPS:
-            limit = 'no property of the drive that a force tells of'
+            limit = 'not a property of the drive'
             hint = f'free quantities of {", ".join(FITTED_GROUPS)}'
             raise OutOfRange('free parameter', name, '', limit, hint)
         if names.count(name) > 1:
@@ -205,7 +205,7 @@ def _check_names(names: Sequence[str]) -> None:
 def _let_roughness_act(
     parameters: Parameters, names: Sequence[str]
 ) -> tuple[Parameters, tuple[str, ...]]:
-    """Take the roughness from its rms height where that is free: a prefactor would hide it."""
+    """Set the prefactor to 0 if the rms height is free, as it would hide it."""
     prefactor = parameters.contact.prefactor
     if RMS_HEIGHT not in names or parameters.contact.profile == 'rough_line':
         return parameters, ()
@@ -223,11 +223,11 @@ def _let_roughness_act(
 
 
 def _coordinate(free: Free, present: Scalar) -> Coordinate:
-    """Return the coordinate of a free parameter; by default it starts from its present value."""
+    """Return the coordinate of a free parameter; by default it starts at its present value."""
     name, spec = free.name, spec_of(free.name)
     start = float(spec.check(name, present if free.start is None else free.start))
     if free.low is None and free.high is None and not start > 0.0:
-        limit = 'a start without a scale'
+        limit = 'not above 0, and gives no scale for its bounds'
         hint = f'give --start {name}=VALUE or --bounds {name}=LOW:HIGH'
         raise OutOfRange(name, start, spec.unit, limit, hint)
     known = float(spec.default) or start  # 0 has no logarithm: a search moves its bound there

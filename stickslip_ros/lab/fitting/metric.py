@@ -2,16 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-How much a miss counts: noise, what is unknown of the sensor, and what the model may be wrong by.
+The metric of residuals: noise, unknowns of the sensor, and allowed errors of the model.
 
 A residual r of n samples has the covariance V = N + B B'. N is that of the noise: s^2 on its
-diagonal, and alike over the time of a low-pass behind which it was read. Each column of B is
-something else that may be in the data, as large as it may be: zero and drift of a sensor, its
-delay and its low-pass (first and second derivative of the prediction), what a low-pass of its
-readings differs by from one of the motion, the cyclic error of an interferometer that is known to
-have one, an error of the model's shape that repeats in all cycles of a wave, and one of the length
-of a step. Chi-square alone (B with zero and drift only) gives intervals that are too narrow: 52 %
-of those of 95 % held the true gain in recordings of drives with what the model lacks.
+diagonal, correlated over the time of a low-pass before the readings. Each column of B is another
+possible error, in its largest size: zero and drift of a sensor, its delay and its low-pass (first
+and second derivative of the prediction), the difference between a low-pass of the readings and of
+the motion, the known cyclic error of an interferometer, an error of the model's shape that repeats
+in all cycles of a wave, and an error of the length of a step. Chi-square alone (B with zero and
+drift only) gives intervals that are too narrow: 52 % of those of 95 % held the true gain in
+recordings of drives with effects that the model lacks.
 
 """
 
@@ -28,31 +28,31 @@ from stickslip_ros.lab.experiments.experiment import Seen
 from stickslip_ros.lab.experiments.predict import Prediction
 
 _FREE = 30.0
-"""Size of a zero or a drift in ranges of the readings: none is too large."""
+"""Size of a zero or a drift in ranges of the readings: no value is too large."""
 DELAY_S, SLOW_SHARE = 2e-5, 0.3
-"""What a sensor may be late and slow beyond what is known of it: a time, and a share of the time
-constant of its low-pass. Without that share sensors of 500 Hz, taken for 560 Hz at first, stayed
-so: friction came out 12 to 20 standard errors off, and nothing told."""
+"""Unknown delay of a sensor, and unknown share of the time constant of its low-pass. Without that
+share sensors of 500 Hz, taken for 560 Hz at first, stayed so: friction came out 12 to 20 standard
+errors off without a warning."""
 CORRELATED_S = 3e-4
-"""Time over which an error of the shape is the same: a few periods of a runner that rings."""
+"""Correlation time of an error of the shape: a few periods of a ringing runner."""
 BIN_S = 4e-5
-"""Width of a bin of a cycle, within which it is one number."""
+"""Width of a bin of a cycle, with one number for the error of the shape."""
 BINS_MAX = 1200
 """Bins of all waves of a recording; in longer ones they are wider."""
 EDGE_S, EDGE_RATIO = 5e-5, 5.0
-"""A fall or rise of a saw-tooth lasts at most so long, and is so much steeper than the ramps."""
+"""Longest fall or rise of a saw-tooth, and its least slope per slope of the ramps."""
 SENSOR = 4  # columns of zero, drift, delay, low-pass, which come first
-READING_M = 5e-10  # least error of a reading, where the shape may be wrong by as much or more
+READING_M = 5e-10  # least error of a reading, unless the shape is allowed a smaller error
 SAME_CYCLE = 0.02
-"""Share by which length and voltage of cycles of one wave may differ."""
+"""Largest difference in length and voltage of cycles of a wave, as a share."""
 
 
 class Allowance(NamedTuple):
     """
-    What the model may be wrong by, one standard deviation; what is stated with each interval.
+    Allowed errors of the model, one standard deviation, as stated with each interval.
 
-    On 23 realistic rigs of a foreign code the defaults let 97 % of the intervals of 95 % hold the
-    truth, those of each parameter at least 93 %.
+    On 23 realistic rigs of a foreign code 97 % of the intervals of 95 % held the truth with the
+    defaults, for each parameter at least 93 %.
 
     """
 
@@ -62,21 +62,21 @@ class Allowance(NamedTuple):
     @property
     def reading_m(self) -> float:
         """
-        Least error of a reading, whatever its noise: no shape is right from one to the next.
+        Least error of a reading, whatever its noise, as the shape is never exact.
 
-        After a fall all moves within microseconds: a drive without a load cell, read by its own
-        sensor with 0.12 nm of noise, was else fitted with a friction 3.3 standard errors off.
+        After a fall all motions take microseconds: else a drive without a load cell, read by its
+        own sensor with 0.12 nm of noise, gave a friction 3.3 standard errors off.
 
         """
         return min(self.shape_m, READING_M)
 
     def times(self, factor: float) -> 'Allowance':
-        """Return it so many times as large."""
+        """Return a multiple of the allowance."""
         return Allowance(*(factor * each for each in self))
 
 
 class Cycle(NamedTuple):
-    """A cycle of a voltage: when it begins, how long it is, and whether it ends in a fall."""
+    """A cycle of a voltage: its start, its length, and whether it ends in a fall."""
 
     start_s: float
     length_s: float
@@ -85,14 +85,9 @@ class Cycle(NamedTuple):
 
 def waves_of(rows: Array) -> list[list[Cycle]]:
     """
-    Return the cycles of a voltage, those of one wave together.
+    Return the cycles of a voltage, grouped by wave; corners are times and voltages, shape (n, 2).
 
-    Parameters
-    ----------
-    rows : array, shape (n, 2)
-        Corners: times, s, not falling, and voltages, V.
-
-    A cycle begins where a ramp begins: after a fall, a turn, or where a hold begins.
+    A cycle begins with a ramp: after a fall or a turn, or with a hold.
 
     """
     time_s, voltage_v = rows.T
@@ -127,48 +122,27 @@ def _rounded(value: float) -> int:
 
 @dataclass(frozen=True, eq=False)
 class Metric:
-    """
-    What a residual over time counts: noise, and columns of what else it may be.
+    """The metric of a residual over time: its noise, and columns of other errors."""
 
-    Attributes
-    ----------
-    places : sparse array, shape (n, m)
-        Where something may be: zero, drift, delay, low-pass, fringes, bins of cycles, steps.
-    root : sparse array, shape (m, m)
-        Cholesky factor of how large these may be, and how alike: B is ``places @ root``.
-    white : sparse array, shape (n, n)
-        Inverse of the Cholesky factor of N: what makes the noise white, of deviation 1.
-    inner : tuple
-        Cholesky factor of 1 + B'B, of whitened columns.
-    columns : int
-        Columns of the sensor, which come first.
-
-    """
-
+    # columns of zero, drift, delay, low-pass, fringes, bins of cycles, steps, shape (n, m)
     places: 'sparse.csr_array'
+    # Cholesky factor of their covariance, shape (m, m): B is ``places @ root``
     root: 'sparse.csr_array'
+    # inverse of the Cholesky factor of N, shape (n, n): it makes the noise white, of deviation 1
     white: 'sparse.csr_array'
-    inner: tuple[Array, bool]
-    columns: int = SENSOR
+    inner: tuple[Array, bool]  # Cholesky factor of 1 + B'B, of whitened columns
+    columns: int = SENSOR  # of the sensor, which come first
 
     def taken(self, residual: Array) -> Array:
-        """Return how much of each column of B is most likely in a residual."""
+        """Return the most likely amount of each column of B in a residual."""
         within = self.places.T @ (self.white.T @ (self.white @ residual))
         return np.asarray(linalg.cho_solve(self.inner, self.root.T @ within))
 
     def whitened(self, residuals: Array) -> Array:
         """
-        Return numbers whose sum of squares is that of a residual in this metric, r' V^-1 r.
+        Return numbers with the sum of squares r' V^-1 r: rests per noise and amounts of columns.
 
-        Parameters
-        ----------
-        residuals : array, shape (n,) or (n, k)
-            One residual, or k of them.
-
-        Returns
-        -------
-        array, shape (n + m,) or (n + m, k)
-            What the columns leave of it per noise, and what they take.
+        A residual of the shape (n,) gives (n + m,), and (n, k) gives (n + m, k).
 
         """
         taken = self.taken(residuals)
@@ -177,9 +151,9 @@ class Metric:
 
     def of_sensor(self, residual: Array) -> tuple[Array, Array]:
         """
-        Return zero, drift (1/s), delay (s) and low-pass (s^2), and a residual without them.
+        Return zero, drift (1/s), delay (s) and low-pass (s^2), and the residual without them.
 
-        The residual is a prediction less what a sensor showed that is late, or slow.
+        The residual is a prediction less the readings of a late or slow sensor.
 
         """
         sizes = (self.root @ self.taken(residual))[: self.columns]
@@ -189,9 +163,9 @@ class Metric:
 
 def slower(slow_s: float, late_s: float, curved_s2: float) -> tuple[float, float]:
     """
-    Return lateness and time constant of a sensor, s, from what its two columns hold.
+    Return delay and time constant of a sensor, s, from the amounts of its two columns.
 
-    With ``slow_s`` in the prediction, 1 - c1 s + c2 s^2 is left of exp(-d s) (1 + t0 s)/(1 + t s).
+    With ``slow_s`` in the prediction, 1 - c1 s + c2 s^2 remains of exp(-d s) (1 + t0 s)/(1 + t s).
 
     """
     then_s = math.sqrt(max(slow_s**2 + 2.0 * curved_s2 - late_s**2, 0.0))
@@ -207,20 +181,11 @@ def metric_of(
     scale: float = 1.0,
 ) -> Metric:
     """
-    Return the metric of what was seen over time.
+    Return the metric of readings over time.
 
-    Parameters
-    ----------
-    seen, predicted : Seen, Prediction
-        Times and readings, and what the model says there.
-    waves : sequence of waves
-        Cycles of the voltage, see ``waves_of``, in the clock of the readings.
-    noise : float
-        Standard deviation of a reading.
-    allowance : Allowance or None
-        What the model may be wrong by; None is nothing but the sensor.
-    scale : float
-        What one metre of shape is in the unit of the readings, as N/m of a load cell.
+    ``waves`` are those of ``waves_of`` in the clock of the readings, and ``noise`` is the standard
+    deviation of a reading. Without an allowance the sensor alone may err. ``scale`` is the unit of
+    the readings per metre of shape, as N/m of a load cell.
 
     """
     time_s = seen.time_s
@@ -258,7 +223,7 @@ def metric_of(
 
 
 def _whitening(time_s: Array, noise: float, lasts_s: float) -> 'sparse.csr_array':
-    """Return what makes noise white, that of a low-pass: each reading less what it keeps."""
+    """Return the matrix that whitens noise: of a low-pass, each reading less its memory."""
     if not lasts_s:
         return sparse.diags_array(np.full(len(time_s), 1.0 / noise), format='csr')
     keeps = np.exp(-np.maximum(np.diff(time_s), 1e-3 * lasts_s) / lasts_s)
@@ -275,7 +240,7 @@ def _of_wave(
     scale: float,
     bin_s: float,
 ) -> list[tuple['sparse.csr_array', Array]]:
-    """Return where and how much the model may be wrong in a wave: in its shape, in its steps."""
+    """Return columns and sizes of the model's errors in a wave: of its shape, of its steps."""
     starts_s = np.array([cycle.start_s for cycle in wave])
     number = np.searchsorted(starts_s, time_s, side='right') - 1
     length_s = max(cycle.length_s for cycle in wave)

@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-What a fitted stand may lack: each parameter that was not freed, tried by its slope.
+Parameters missing from a fit: test each parameter that was not freed by its slope.
 
-Rao's score test: how far chi-square would fall if one more parameter were free, to first order and
-with all the others following. A part that is off is tried by switching it on; it may only be
-there, so that the test is one-sided.
+Rao's score test: the fall of chi-square with one more free parameter, to first order and with all
+the others following. A part that is off is switched on for the test, which is then one-sided.
 
 """
 
@@ -38,39 +37,39 @@ _TRIED = (
     'amplifier.bandwidth',
     'actuator.gain_tolerance',
 )
-"""What may be missing. Where it is off, a usual amount of it is switched on: a little damping told
+"""Parameters that may be missing. A part that is off gets a usual value: a little damping showed
 less of 20 N s/m than a resonance that was not there."""
 _BESIDE: Mapping[str, Mapping[str, float]] = {
     'actuator.resonance': {'actuator.damping_ratio': 0.1}
 }
-"""What is changed with it: a resonance that rings for long looks like no other."""
-_SHARE = 3e-3  # by which a value that is there is changed
-_RANK = 1e-5  # singular value, per largest, below which free parameters are not told apart
-_TELLING = 10.0  # fall of chi-square from which a parameter is named
+"""Parameters changed together: a resonance that rings for long has no rival."""
+_SHARE = 3e-3  # relative change of a value
+_RANK = 1e-5  # least singular value, per largest, of independent free parameters
+_TELLING = 10.0  # least fall of chi-square of a missing parameter
 TELLING_SHARE = 0.05
-"""The same as a share of what noise does not explain: chi-square above the number of readings."""
+"""The same as a share of chi-square above the number of readings, which noise does not explain."""
 
 
 class Missing(NamedTuple):
-    """A parameter that would make a fit better if it were free."""
+    """A parameter that would improve a fit if free."""
 
     name: str
     chi_square: float  # before, of noise and sensor alone
     expected: float  # after, to first order
-    moves: tuple[float, ...]  # how far the coordinates of the free parameters would move
+    moves: tuple[float, ...]  # changes of the coordinates of the free parameters
 
 
 class Trial(NamedTuple):
     """A second fit with more parameters free."""
 
-    names: tuple[str, ...]  # which
+    names: tuple[str, ...]
     chi_square: float  # of the first fit, of noise and sensor alone
-    found: float  # of this one
-    values: tuple[float, ...]  # of the free parameters of the first, here
+    found: float  # of this fit
+    values: tuple[float, ...]  # of the free parameters of the first fit
 
 
 def missing_from(problem: Problem, place: Array) -> tuple[Missing, ...]:
-    """Return what would make a fit better by more than chance, the most telling first."""
+    """Return the missing parameters that improve a fit by more than chance, the best first."""
     if not problem.has_traces:
         return ()
     stand = problem.stand(place)
@@ -99,7 +98,7 @@ def missing_from(problem: Problem, place: Array) -> tuple[Missing, ...]:
 
 
 def _tried(stand: Parameters, free: Collection[str]) -> dict[str, Parameters]:
-    """Return stands with a little more of what is not free, or with what is off, by its name."""
+    """Return stands with a fixed parameter changed a little, or switched on, by its name."""
     flat, found = stand.flat(), dict[str, Parameters]()
     for name in _TRIED:
         value = float(flat[name])
@@ -108,6 +107,6 @@ def _tried(stand: Parameters, free: Collection[str]) -> dict[str, Parameters]:
         changes = {name: value * (1.0 + _SHARE)}
         if not value:
             changes = {name: TYPICAL[name], **_BESIDE.get(name, {})}
-        with suppress(StickSlipError):  # a stand that cannot be lacks nothing
+        with suppress(StickSlipError):  # an impossible stand is no candidate
             found[name] = stand.updated(changes)
     return found

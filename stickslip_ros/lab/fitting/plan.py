@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-What to measure next: which measurements would make the parameters of a fit surest.
+Plan the measurements that would reduce the errors of a fit most.
 
-Each candidate is predicted by the fitted stand; its slopes J, whitened as those of the fit, add
-J'J to what is known. That which makes the volume of the errors smallest (D-optimal) comes first,
-then the next beside it. Nothing is measured: what is expected is as true as the fit.
+The fitted stand predicts each candidate; its slopes J, whitened as those of the fit, add J'J to
+the information. The candidate with the smallest volume of the errors (D-optimal) comes first, then
+the best together with it. The expected errors are as true as the fit.
 
 """
 
@@ -31,14 +31,14 @@ STROKES = (0.4, 0.7, 1.0)  # shares of the range of the amplifier
 FREQUENCIES_HZ = (200.0, 600.0)
 TRIANGLES = (0.1, 0.4)  # shares of that range, 250 Hz
 TRIANGLE_HZ, TRIANGLE_CYCLES, SAWTOOTH_STEPS = 250.0, 4, 12
-REST_S = 3e-3  # before and after a wave: the runner rings down there
+REST_S = 3e-3  # before and after a wave, for the ring-down
 WEIGHED, WEIGHED_SHARE = 'runner.mass', 0.01
-"""A parameter that can be known otherwise, and how surely."""
+"""A parameter that can be weighed, and its relative error."""
 MOST = 20
 
 
 class Candidate(NamedTuple):
-    """A measurement that could be made: in words, as lines of ``stickslip command``, itself."""
+    """A possible measurement: in words, as lines of ``stickslip command``, and itself."""
 
     words: str
     commands: tuple[str, ...]
@@ -47,46 +47,21 @@ class Candidate(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """
-    Measurements to make, the best first.
+    """Planned measurements, the best first."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        The free parameters.
-    errors_now : array, shape (free,)
-        Their standard errors, relative where the coordinate is a logarithm.
-    chosen : tuple of Candidate
-        What to measure.
-    errors : array, shape (chosen, free)
-        What is expected after each.
-
-    """
-
-    names: tuple[str, ...]
-    errors_now: Array
+    names: tuple[str, ...]  # of the free parameters
+    errors_now: Array  # standard errors of the coordinates, mostly relative, shape (free,)
     chosen: tuple[Candidate, ...]
-    errors: Array
+    errors: Array  # expected after each measurement, shape (chosen, free)
 
 
 def plan(fit: FitResult, count: int = 5, candidates: Sequence[Candidate] | None = None) -> Plan:
     """
-    Return which measurements would make the parameters of a fit surest.
+    Return the measurements that would reduce the errors of a fit most, each once.
 
-    Parameters
-    ----------
-    fit : Fit
-        What is known.
-    count : int
-        How many to choose, each once.
-    candidates : sequence of Candidate, optional
-        What could be measured; by default readings as those of the fit, under other preloads,
-        voltages and frequencies, small triangles, and a runner that is weighed.
-
-    Raises
-    ------
-    OutOfRange
-        If the number is none, or the fit determines nothing.
+    The default candidates are readings as those of the fit under other preloads, voltages and
+    frequencies, small triangles, and a weighed runner. Raises OutOfRange for an impossible number,
+    or if the fit determines no parameter.
 
     """
     if not 1 <= count <= MOST:
@@ -94,8 +69,8 @@ def plan(fit: FitResult, count: int = 5, candidates: Sequence[Candidate] | None 
         raise OutOfRange('number of measurements', count, '', limit, 'take 5')
     known = np.flatnonzero(np.isfinite(np.diag(fit.uncertainty.covariance_z)))
     if not len(known):
-        hint = 'free parameters that the measurements tell of'
-        raise OutOfRange('parameters that are determined', 0, '', 'too few', hint)
+        hint = 'free parameters that the measurements depend on'
+        raise OutOfRange('determined parameters', 0, '', 'too few', hint)
     inside = np.ix_(known, known)
     information = np.linalg.inv(fit.uncertainty.covariance_z[inside])
     given = candidates_of(fit) if candidates is None else candidates
@@ -114,7 +89,7 @@ def plan(fit: FitResult, count: int = 5, candidates: Sequence[Candidate] | None 
 
 
 def candidates_of(fit: FitResult) -> list[Candidate]:
-    """Return measurements that could be made as those of a fit were."""
+    """Return possible measurements like those of a fit."""
     stand, found = fit.parameters, list[Candidate]()
     top_v = stand.amplifier.voltage_max - stand.amplifier.voltage_min
     for preload_n in _PRELOADS_N:
@@ -141,7 +116,7 @@ def candidates_of(fit: FitResult) -> list[Candidate]:
 def _experiment(
     fit: FitResult, stand: Parameters, preload_n: float, volts: float, hertz: float
 ) -> Experiment:
-    """Return what would be seen under a wave, of negative volts a triangle, as in the fit."""
+    """Return an experiment like those of the fit under a saw-tooth, or a triangle below 0 V."""
     like, _ = _like(fit)
     settings: dict[str, Scalar] = {**like.settings, 'stand.preload': preload_n}
     if isinstance(like.drive, SawtoothSteps):
@@ -162,16 +137,16 @@ def _experiment(
 
 
 def _like(fit: FitResult) -> tuple[Experiment, float]:
-    """Return what candidates are read like, and its standard error."""
+    """Return the experiment that candidates imitate, and its standard error."""
     for one, (error, *_) in zip(fit.experiments, fit.problem.noise.values, strict=True):
         if isinstance(one.drive, SawtoothSteps | Voltage):
             return one, error
     hint = 'fit a recording, forces or step lengths'
-    raise OutOfRange('readings to plan by', 0, '', 'too few', hint)
+    raise OutOfRange('readings for a plan', 0, '', 'too few', hint)
 
 
 def information_of(fit: FitResult, candidate: Candidate) -> Array:
-    """Return what a candidate would tell of the coordinates, shape (free, free)."""
+    """Return the information of a candidate on the coordinates, shape (free, free)."""
     problem, place = fit.problem, fit.found.place
     if candidate.experiment is None:
         number = [one.name for one in fit.estimates].index(WEIGHED)
@@ -181,7 +156,7 @@ def information_of(fit: FitResult, candidate: Candidate) -> Array:
     stand = problem.stand(place)
     try:
         [found] = predict(stand, [candidate.experiment])
-    except StickSlipError:  # a stand that cannot do so learns nothing from it
+    except StickSlipError:  # an impossible measurement has no information
         return np.zeros((len(place), len(place)))
     seen = tuple(
         dataclasses.replace(each, values=model.values)

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A fit to be made: experiments, and the stand as a function of its free parameters."""
+"""The problem of a fit: experiments, and the stand as a function of its free parameters."""
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
@@ -33,83 +33,55 @@ number of cycles are smooth in every parameter but for 8e-9 of themselves, so th
 noise of 1e-5 of them; the truncation is 1e-5 of a slope for central differences and 2e-3 for
 one-sided ones, where the force goes with the 13th power of a parameter, the steepest found."""
 BOUND_SHARE = 1e-3
-"""Share of the range, in coordinates, within which a parameter sits on its bound."""
+"""Distance of a parameter on its bound, as a share of the range in coordinates."""
 _STEPS_MIN, _STEPS_MAX = 100, 6400
-"""Cycles of a run; doubled from the one up to the other, until the number is steady."""
-STEADY_SHARE = 0.01  # share of a standard error by which twice as many cycles may change a number
+"""Fewest and most cycles of a run; doubled until the number is steady."""
+STEADY_SHARE = 0.01  # change of a steady number by twice as many cycles, per standard error
 STEADY_NUMBER = 1e-5
-"""The same as a share of the largest number, where standard errors are not known."""
+"""The same as a share of the largest number, without standard errors."""
 UNKNOWN_SHARE = 0.02
-"""Standard error of numbers beside traces, of the largest, until their residuals tell it."""
+"""First standard error of numbers fitted with traces, per largest number."""
 FINEST = 5e-11
-"""Least noise of a trace, m or N: no sensor tells a sixth of an atom within microseconds."""
+"""Least noise of a trace, m or N: no sensor resolves a sixth of an atom within microseconds."""
 SCALE_MAX = 100.0
-"""Factor between what is seen to move per volt and what feet do, from which a unit is wrong: it is
-0.1 to 1 of a runner that slips and sticks, and 1000 where nm were taken for um."""
-_APART, _MOSTLY = 16, 0.75  # readings over which motions are looked at, and the quantile of these
-SMALLEST_SHARE = 1e-7  # share of the largest number below which no change of it counts
+"""Factor between the measured motion per volt and that of the feet that shows a wrong unit: 0.1 to
+1 for a runner that slips and sticks, and 1000 for nm taken as um."""
+_APART, _MOSTLY = 16, 0.75  # readings between two places of a motion, and the quantile of motions
+SMALLEST_SHARE = 1e-7  # least change of a number that counts, per largest number
 
 Predicted: TypeAlias = list[list[Prediction]]
-"""What a stand would show, for each experiment and what was seen there."""
+"""Predictions of a stand, for each experiment and each quantity."""
 
 
 def silent() -> None:
-    """Tell nobody."""
+    """Report no progress."""
 
 
 @dataclass(frozen=True, eq=False)
 class StandardErrors:
-    """
-    Standard errors of what was seen, in the order of the experiments.
+    """Standard errors of readings, in the order of the experiments."""
 
-    Attributes
-    ----------
-    known : bool
-        Whether they are known beforehand, or those of traces can be read off; if not, all numbers
-        have one unknown error, of which only ratios count.
-    values : tuple of tuples of float
-        Of each experiment, of each quantity.
-
-    """
-
+    # whether they are given, or estimated from traces; else all numbers share an unknown error,
+    # and only ratios count
     known: bool
-    values: tuple[tuple[float, ...], ...]
+    values: tuple[tuple[float, ...], ...]  # of each quantity of each experiment
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """
-    A fit to be made.
-
-    Attributes
-    ----------
-    parameters, free : Parameters, tuple of Coordinate
-        The stand, and which of its parameters may change.
-    experiments : tuple of Experiment
-        What was seen. The steps of each run are fixed, so that its numbers are smooth.
-    noise : StandardErrors
-        How surely.
-    allowance : Allowance or None
-        What the model may be wrong by.
-    shifts_s : tuple of float
-        What the clocks of the sensors are late.
-    known : mapping of str to (float, float)
-        Values of free parameters that were found elsewhere, and their relative standard errors.
-    metrics : tuple of Metric
-        Of what was seen over time, in order; they follow from a stand, see ``measured_at``.
-
-    """
+    """The problem of a fit."""
 
     parameters: Parameters
     free: tuple[Coordinate, ...]
-    experiments: tuple[Experiment, ...]
+    experiments: tuple[Experiment, ...]  # with a fixed number of steps, for smooth numbers
     noise: StandardErrors
-    allowance: Allowance | None = None
-    shifts_s: tuple[float, ...] = ()
+    allowance: Allowance | None = None  # errors of the model
+    shifts_s: tuple[float, ...] = ()  # delays of the sensor clocks
+    # free parameters with values from elsewhere, and their relative standard errors
     known: Mapping[str, tuple[float, float]] = dataclasses.field(default_factory=dict)
-    metrics: tuple[Metric, ...] = ()
+    metrics: tuple[Metric, ...] = ()  # of the traces in order, for a stand, see ``measured_at``
     pool: Pool | None = None
-    tick: Callable[[], None] = silent  # called whenever a run has been made
+    tick: Callable[[], None] = silent  # called after each run
 
     @property
     def start(self) -> Array:
@@ -124,7 +96,7 @@ class Problem:
 
     @property
     def seen(self) -> list[tuple[int, Experiment, Seen, float]]:
-        """All that was seen: number of the experiment, itself, quantity, standard error."""
+        """All readings: number of the experiment, itself, quantity, standard error."""
         return [
             (number, one, each, noise)
             for number, (one, errors) in enumerate(
@@ -135,22 +107,22 @@ class Problem:
 
     @property
     def count(self) -> int:
-        """Number of values that were seen, and of parameters known beforehand."""
+        """Number of readings, and of parameters known beforehand."""
         return sum(len(each.values) for _, _, each, _ in self.seen) + len(self.known)
 
     @property
     def unknowns(self) -> int:
-        """Zeros and drifts, which are solved for beside the free parameters."""
+        """Zeros and drifts, which are fitted too."""
         return 2 * len(self.metrics)
 
     @property
     def has_traces(self) -> bool:
-        """Whether something was seen over time."""
+        """Whether there are readings over time."""
         return any(isinstance(one.drive, Voltage) for one in self.experiments)
 
     @property
     def signal(self) -> float:
-        """Root of the sum of squares of all that was seen, per standard error."""
+        """Root of the sum of squares of all readings, per standard error."""
         squares = (
             np.sum(((each.values - (each.is_trace) * each.values.mean()) / noise) ** 2)
             for _, _, each, noise in self.seen
@@ -158,13 +130,13 @@ class Problem:
         return float(np.sqrt(sum(squares)))
 
     def at_bound(self, coordinates: Array) -> NDArray[np.bool_]:
-        """Return which parameters sit on one of their bounds, shape (free,)."""
+        """Return a mask of the parameters on a bound, shape (free,)."""
         lower, upper = self.bounds
         near = BOUND_SHARE * (upper - lower)
         return np.asarray((coordinates - lower <= near) | (upper - coordinates <= near))
 
     def widened(self, values: Sequence[float]) -> 'Problem':
-        """Return the problem with those bounds moved on which parameters sit, if they may be."""
+        """Return the problem with the movable bounds moved on which parameters sit."""
         pairs = zip(self.free, values, strict=True)
         free = tuple(one.widened(value, BOUND_SHARE) for one, value in pairs)
         return dataclasses.replace(self, free=free)
@@ -186,9 +158,9 @@ class Problem:
 
     def predicted(self, stands: Sequence[Parameters]) -> list[Predicted]:
         """
-        Return what stands would show; all their runs go beside each other.
+        Return the predictions of stands, with all runs side by side.
 
-        Strokes of steps were made, whatever gain a search tries: its amplifier can make them.
+        Whatever gain a search tries, its amplifier reaches the strokes that were made.
 
         """
         if any(one.name == _GAIN for one in self.free):
@@ -206,7 +178,7 @@ class Problem:
         return found
 
     def measured_at(self, predicted: Predicted, noise: StandardErrors | None = None) -> 'Problem':
-        """Return the problem with the metrics that follow from a prediction."""
+        """Return the problem with the metrics of a prediction."""
         noise = noise or self.noise
         metrics = [
             metric_of(
@@ -223,15 +195,15 @@ class Problem:
         return dataclasses.replace(self, metrics=tuple(metrics), noise=noise)
 
     def shift_s(self, number: int) -> float:
-        """Return what the clock of an experiment is late, s."""
+        """Return the delay of the clock of an experiment, s."""
         return self.shifts_s[number] if self.shifts_s else 0.0
 
     def whitened(self, found: Predicted, less: Predicted | None, coordinates: Array) -> Array:
         """
-        Return numbers whose sum of squares is chi-square, shape (values and unknowns,).
+        Return numbers with the sum of squares chi-square, shape (values and unknowns,).
 
-        They are of a prediction less what was seen, or less another prediction. Of parameters that
-        are known, those of the coordinates.
+        They belong to a prediction less the readings, or less another prediction, and to the
+        coordinates of known parameters.
 
         """
         parts, metrics = list[Array](), iter(self.metrics)
@@ -261,7 +233,7 @@ class Problem:
         """
         Return the slopes of the residuals, shape (residuals, free), by differences.
 
-        A search does with steps to one side; central ones are for the errors of a fit.
+        One-sided differences suffice for a search; the errors of a fit need central ones.
 
         """
         ends = list[Array]()
@@ -281,7 +253,7 @@ class Problem:
         return np.column_stack(columns)
 
     def steady_at(self, coordinates: Array) -> tuple['Problem', bool]:
-        """Return the problem with as many cycles as a stand needs, and whether they suffice."""
+        """Return the problem with enough cycles for a stand, and whether they suffice."""
         chosen = [
             k for k, one in enumerate(self.experiments) if isinstance(one.drive, SawtoothSteps)
         ]
@@ -293,11 +265,11 @@ class Problem:
             stand = [self.stand(coordinates)]
             [now], [then] = problem.predicted(stand), longer.predicted(stand)
             short = {k for k in chosen if problem.is_short(k, now[k], then[k])}
-            alike = {problem.settings(k) for k in short}
+            settings = {problem.settings(k) for k in short}
             more = [
                 k
                 for k in chosen
-                if problem.settings(k) in alike
+                if problem.settings(k) in settings
                 and problem.steps(k).steps < _STEPS_MAX
                 and problem.steps(k).is_steady
             ]
@@ -306,18 +278,18 @@ class Problem:
             problem = problem.with_cycles({k: 2 * problem.steps(k).steps for k in more})
 
     def steps(self, number: int) -> SawtoothSteps:
-        """Return what drove an experiment of steps."""
+        """Return the drive of an experiment of steps."""
         drive = self.experiments[number].drive
         assert isinstance(drive, SawtoothSteps)
         return drive
 
     def settings(self, number: int) -> tuple[object, ...]:
-        """Return what distinguishes an experiment of steps from others."""
+        """Return the settings of an experiment of steps."""
         one = self.experiments[number]
         return (*one.settings.items(), *self.steps(number)[:2], one.load_n)
 
     def with_cycles(self, cycles: Mapping[int, int]) -> 'Problem':
-        """Return the problem with other numbers of cycles in some experiments of steps."""
+        """Return the problem with other numbers of cycles in experiments of steps."""
         experiments = list(self.experiments)
         for number, count in cycles.items():
             drive = self.steps(number)._replace(steps=count)
@@ -325,7 +297,7 @@ class Problem:
         return dataclasses.replace(self, experiments=tuple(experiments))
 
     def is_short(self, number: int, now: list[Prediction], then: list[Prediction]) -> bool:
-        """Return whether twice as many cycles change a number by more than matters."""
+        """Return whether twice as many cycles change a number too much."""
         one = self.experiments[number]
         for at, each in enumerate(one.seen):
             largest = largest_of(self.experiments, each.quantity)
@@ -338,7 +310,7 @@ class Problem:
 
 
 def _with_room(stand: Parameters, stroke_m: float) -> Parameters:
-    """Return a stand whose amplifier reaches as far as a stroke needs."""
+    """Return a stand with an amplifier that reaches a stroke."""
     highest_v = stand.amplifier.voltage_min + (1.0 + _ROOM) * stroke_m / stand.actuator.gain
     if highest_v <= stand.amplifier.voltage_max:
         return stand
@@ -346,7 +318,7 @@ def _with_room(stand: Parameters, stroke_m: float) -> Parameters:
 
 
 def largest_of(experiments: Sequence[Experiment], quantity: str) -> float:
-    """Return the largest of the numbers that were seen of a quantity."""
+    """Return the largest number measured of a quantity."""
     return max(
         abs(float(each.values[0]))
         for one in experiments
@@ -357,10 +329,10 @@ def largest_of(experiments: Sequence[Experiment], quantity: str) -> float:
 
 def noise_at_first(experiments: Sequence[Experiment]) -> StandardErrors:
     """
-    Return standard errors as they are given, or as they are read off traces.
+    Return standard errors as given, or estimated from traces.
 
-    Numbers without one have an unknown one in common. Beside traces that is a share of the largest
-    at first; where there are only numbers, chi-square scales it.
+    Numbers without an error share an unknown one: together with traces a share of the largest
+    number at first; without traces chi-square scales it.
 
     """
     seen = [each for one in experiments for each in one.seen]
@@ -383,7 +355,7 @@ def shifted(voltage: Voltage, shift_s: float) -> Array:
 
 
 def _check_scale(one: Experiment, stand: Parameters) -> None:
-    """Refuse motions that are so far from what feet do per volt that a unit must be wrong."""
+    """Refuse motions too far from those of the feet per volt: a unit must be wrong."""
     if not isinstance(one.drive, Voltage):
         return
     for each in one.seen:
@@ -399,8 +371,8 @@ def _check_scale(one: Experiment, stand: Parameters) -> None:
         per_volt, gain = moves / volts, stand.actuator.gain
         if not gain / SCALE_MAX < per_volt < gain * SCALE_MAX:
             problem = (
-                f'has a {each.quantity} that moves {per_volt:.2g} m per volt, the feet '
-                f'of the stand {gain:.2g} m'
+                f'has a {each.quantity} that moves {per_volt:.2g} m per volt, more than '
+                f'{SCALE_MAX:g} times off the {gain:.2g} m of the feet'
             )
             hint = f'check the units of position and voltage, or give --start {_GAIN}=VALUE'
             raise RecordingError(one.origin, problem, hint)
@@ -413,17 +385,15 @@ def pose(
     known: Mapping[str, tuple[float, float]] | None = None,
     tick: Callable[[], None] = silent,
 ) -> Problem:
-    """Return the problem of a fit, with cycles enough for its starting values."""
+    """Return the problem of a fit, with enough cycles for its starting values."""
     noise = noise_at_first(experiments)
     problem = Problem(parameters, free, tuple(experiments), noise, known=known or {}, tick=tick)
     least, what = len(free), 'one for each free parameter'
     if not noise.known:
         least, what = least + 1, f'{what} and one for the standard error of the points'
     if problem.count < least:
-        limit = f'below {least}, {what}'
-        raise OutOfRange(
-            'number of points', problem.count, '', limit, 'measure more, or free less'
-        )
+        hint = 'measure more, or free fewer parameters'
+        raise OutOfRange('number of points', problem.count, '', f'below {least}, {what}', hint)
     for one in experiments:
         _check_scale(one, parameters)
         there = parameters.updated(dict(one.settings))

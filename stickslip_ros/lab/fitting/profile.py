@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Chi-square over a grid of what curves too much for slopes, the other parameters following.
+Chi-square over a grid of strongly curved parameters; the others follow.
 
 After a fall a piezo rings and an amplifier settles within microseconds, which sensors of tens of
-kilohertz see as one number: resonance and bandwidth lie in a narrow valley that is no straight
-line. At each place of the grid the others follow by their slopes at the minimum.
+kilohertz see as one number: resonance and bandwidth lie in a narrow, curved valley. At each place
+of the grid the others follow by their slopes at the minimum.
 
 """
 
@@ -20,36 +20,21 @@ from stickslip_ros.drive.long_step import LANES
 from stickslip_ros.lab.fitting.problem import Problem
 
 GRID = {'actuator.resonance': (5e4, 6e5, 26), 'amplifier.bandwidth': (6e4, 1.2e6, 7)}
-"""Lowest and highest value of what is tried, and how many."""
-_APART = 0.3  # coordinates between places from which one searches on
-_RANK = 1e-8  # singular value, per largest, below which the others are not told apart
+"""Lowest and highest value of the grid, and its number of values."""
+_APART = 0.3  # least distance of starts of further searches, in coordinates
+_RANK = 1e-8  # least singular value, per largest, of the other parameters
 
 
 @dataclass(frozen=True, eq=False)
 class ChiSquareGrid:
-    """
-    What a grid shows.
+    """Chi-square on a grid of some free parameters."""
 
-    Attributes
-    ----------
-    numbers : tuple of int
-        Which free parameters the grid is of.
-    places : array, shape (m, free)
-        Coordinates, those of the others as they follow.
-    chi_square : array, shape (m,)
-        There, to first order in the others.
-    errors : array, shape (free,)
-        Standard errors of the others at one place; 0 of what the grid is of.
-
-    """
-
-    numbers: tuple[int, ...]
-    places: Array
-    chi_square: Array
-    errors: Array
+    places: Array  # coordinates, with the others as they follow, shape (m, free)
+    chi_square: Array  # to first order in the others, shape (m,)
+    errors: Array  # standard errors of the others at a place, 0 for the grid, shape (free,)
 
     def best(self, count: int) -> list[Array]:
-        """Return the best places that lie apart, the best first."""
+        """Return distant places, the best first."""
         kept = list[Array]()
         for place in self.places[np.argsort(self.chi_square)]:
             if all(np.max(np.abs(place - each)) > _APART for each in kept):
@@ -57,7 +42,7 @@ class ChiSquareGrid:
         return kept[:count]
 
     def range_of(self, number: int, rise: float) -> tuple[float, float]:
-        """Return between which coordinates chi-square stays within a rise of its least value."""
+        """Return the range of a coordinate with chi-square within a rise of its least value."""
         left = rise - (self.chi_square - self.chi_square.min())
         inside = self.places[left >= 0.0, number]
         around = self.errors[number] * np.sqrt(left[left >= 0.0])
@@ -65,7 +50,7 @@ class ChiSquareGrid:
 
 
 def profile(problem: Problem, place: Array) -> ChiSquareGrid | None:
-    """Return what the grid shows around a place, whose metrics the problem has; None without."""
+    """Return the grid around a place with the metrics of the problem; None without a grid."""
     axes = {
         number: np.log(np.geomspace(*GRID[one.name]))
         for number, one in enumerate(problem.free)
@@ -96,4 +81,4 @@ def profile(problem: Problem, place: Array) -> ChiSquareGrid | None:
             follows[others] -= inverse @ along
             places.append(np.clip(follows, lower, upper))
             missed.append(float(residual @ residual - along @ along))
-    return ChiSquareGrid(tuple(axes), np.array(places), np.array(missed), errors)
+    return ChiSquareGrid(np.array(places), np.array(missed), errors)

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a fit says: sections, warnings, the object for JSON, and a ROS parameter file."""
+"""The report of a fit: sections, warnings, the object for JSON, and a ROS parameter file."""
 
 import json
 import math
@@ -33,62 +33,60 @@ JSON, YAML, HTML = ('.json',), ('.yaml', '.yml'), ('.html', '.htm')
 CORRELATED = 0.95
 CONDITION_MAX = 30.0
 """Condition number from which parameters are collinear (Belsley, Kuh, Welsch 1980)."""
-EXPLAINED = 0.5  # share of it that the best parameter may leave, to be a cause
-OPPOSITE = -0.3  # correlation of model and readings below which they go opposite ways
-_ALIKE = 0.05  # share by which a parameter of another minimum differs to be told
-_CHECK = 'check the preload, the units of the columns, their clocks, and what drove the recording'
-_DOES_NOT_HOLD = (
-    'DO NOT USE THESE VALUES: the fit does not hold, so that no error is told; see below.'
-)
-SHOWN = 0.1  # part of a combination from which a parameter is named
+EXPLAINED = 0.5  # largest share of chi-square that the cause of a misfit leaves
+OPPOSITE = -0.3  # largest correlation of model and readings of opposite sign
+_SIMILAR = 0.05  # largest relative difference of equal parameters of two minima
+_CHECK = 'check preload, units of the columns, clocks, and the voltage of the recording'
+_FAILED = 'The fit failed its checks, so no errors are given: see the warnings below.'
+SHOWN = 0.1  # least part of a parameter in a combination that is named
 
 
 class Fit(Plottable, FitResult):
     """
-    What a fit comes to.
+    The result of a fit.
 
     Attributes
     ----------
     problem : Problem
-        What was fitted, with the cycles of each run.
+        The problem, with the cycles of each run.
     searches, refined : tuple of Minimum
-        Where each search ended, and those that went on from the best with more cycles.
+        Ends of the searches, and of those continued from the best with more cycles.
     others : tuple of Minimum
         Other minima that traces do not rule out.
     steady : bool
-        Whether all runs had cycles enough.
+        Whether all runs had enough cycles.
     uncertainty : Uncertainty
-        Slopes at the minimum and what follows from them.
+        Slopes at the minimum and their consequences.
     predicted : list of lists of Prediction
-        What the fitted stand shows, for each experiment and what was seen there.
+        Predictions of the fitted stand, for each experiment and each quantity.
     missing : tuple of Missing
-        What the stand may lack, the most telling first.
+        Parameters that the stand may lack, the best first.
     trial : Trial or None
-        A second fit with resonance and bandwidth free too, where something is missing.
+        A second fit with resonance and bandwidth free too, if a parameter is missing.
     wall_s : float
-        Time it took.
+        Duration, s.
     notes : tuple of str
-        What was changed in the stand for it.
+        Changes of the stand for the fit.
 
     """
 
     def sections(self) -> Iterator[Section]:
-        """Yield the estimates, their quality, what was seen, correlations, what is missing."""
+        """Yield estimates, quality, readings over time, correlations, missing parameters."""
         header = 'parameter', 'estimate', 'std error', '95 % low', '95 % high', 'unit'
         estimates = [_row(one, holds=self.holds) for one in self.estimates]
         title = f'fit of {", ".join(one.name for one in self.estimates)}'
-        yield Section(title, estimates, header, self._said(), self._draw)
+        yield Section(title, estimates, header, self._notes(), self._draw)
         yield Section('quality', list(_quality(self)))
         if traces := [_trace_row(*each) for each in self.sensors]:
             header_of = 'recording', 'quantity', 'readings', 'noise', 'missed', 'unit', 'late (us)'
-            yield Section('what was seen over time', traces, header_of)
+            yield Section('readings over time', traces, header_of)
             drove = [
-                (PurePath(one.origin).name, said)
+                (PurePath(one.origin).name, note)
                 for one in self.experiments
                 if isinstance(one.drive, Voltage)
-                for said in one.drive.said
+                for note in one.drive.notes
             ]
-            yield Section('what drove it', drove)
+            yield Section('driving voltage', drove)
         if len(self.estimates) > 1:
             names = [one.name for one in self.estimates]
             rows = [
@@ -99,31 +97,31 @@ class Fit(Plottable, FitResult):
             ]
             yield Section('correlation', rows, ('', *range(1, len(names) + 1)))
         if self.missing:
-            title = 'what the stand may lack: chi-square per reading, noise and sensor alone'
+            title = 'possibly missing parameters: chi-square per reading, noise and sensor alone'
             rows = [
                 (each.name, *(f'{value / self.readings:.4g}' for value in each[1:3]))
                 for each in self.missing
             ]
-            yield Section(title, rows, ('parameter', 'now', 'if it were free'))
+            yield Section(title, rows, ('parameter', 'now', 'if free'))
 
     def _draw(self) -> 'Figure':
         from stickslip_ros.lab.fitting.figure import draw_fit  # noqa: PLC0415 - takes long
 
         return draw_fit(self)
 
-    def _said(self) -> list[str]:
+    def _notes(self) -> list[str]:
         notes = (f'Note: {note}.' for note in self.notes)
         warnings = (f'Warning: {warning}.' for warning in warnings_of(self))
-        basis = f'Errors: {basis_of(self)}.' if self.holds else _DOES_NOT_HOLD
+        basis = f'Errors: {basis_of(self)}.' if self.holds else _FAILED
         return [basis, *notes, *warnings]
 
     def __repr__(self) -> str:
         estimates = (_estimate(one, holds=self.holds) for one in self.estimates)
-        return '\n'.join([*estimates, *self._said()])
+        return '\n'.join([*estimates, *self._notes()])
 
 
 def warnings_of(fit: FitResult) -> tuple[str, ...]:
-    """Return sentences about what is doubtful in a fit; none if nothing is."""
+    """Return sentences about the doubts of a fit."""
     lacks = fit.missing[0].name if fit.missing else ''
     return (
         *(text for one in fit.experiments for text in one.notes),
@@ -139,7 +137,7 @@ def warnings_of(fit: FitResult) -> tuple[str, ...]:
 
 
 def as_object(fit: FitResult) -> Any:
-    """Return a fit as JSON can hold it: None stands for what is infinite or not a number."""
+    """Return a fit as an object for JSON: None stands for infinity and not a number."""
     doubt = fit.uncertainty
     return plain(
         {
@@ -180,14 +178,14 @@ def as_object(fit: FitResult) -> Any:
 
 
 def check_output(path: Path) -> None:
-    """Refuse a file of another kind, or that cannot be written, before the work."""
+    """Refuse a file of another kind, or a file that cannot be written, before the work."""
     if path.suffix.lower() not in {*JSON, *YAML, *HTML}:
         raise WrongKind('output', str(path), 'a .json, .yaml or .html file', 'end its name so')
     prepare_output(path)
 
 
 def write_fit(path: Path, fit: Fit, content: dict[str, Any], origin: str, command: str) -> None:
-    """Write a page, what ``as_object`` says as JSON, or the stand as a ROS parameter file."""
+    """Write a page, the object of ``as_object`` as JSON, or the stand as a ROS parameter file."""
     path.parent.mkdir(parents=True, exist_ok=True)
     if path.suffix.lower() in HTML:
         fit.save(path, command)
@@ -198,7 +196,7 @@ def write_fit(path: Path, fit: Fit, content: dict[str, Any], origin: str, comman
         made = f'Fitted to {origin} by stickslip fit, version {stickslip_ros.__version__}.\n'
         had = {name for one in fit.experiments for name in one.settings}
         if others := sorted(had - fit.settings_of_all.keys()):
-            made += f'The experiments differ in {", ".join(others)}, not taken over from them.\n'
+            made += f'The experiments differ in {", ".join(others)}: the stand keeps its own.\n'
         text = dump_yaml(fit.parameters, f'{made}{fit}')
     path.write_text(text, encoding='utf-8')
 
@@ -209,16 +207,16 @@ def _search_warnings(fit: FitResult) -> Iterator[str]:
     if not fit.steady:
         drives = [one.drive for one in fit.experiments if isinstance(one.drive, SawtoothSteps)]
         is_counted = not all(drive.is_steady for drive in drives)
-        depends = ': their forces hold for so many steps from rest only' if is_counted else ''
+        depends = ': their forces are those after this number of steps' if is_counted else ''
         most = max(drive.steps for drive in drives)
         yield f'some runs are not steady after {most} steps{depends}'
     if fit.others:
         other = fit.others[0]
         there = ', '.join(_elsewhere(fit, fit.problem.values(other.place)))
         yield (
-            f'{len(fit.others)} other minima are not ruled out at 95 %, the next is chi-square '
-            f'{other.chi_square - fit.chi_square:.2g} above: {there or "near this one"}; the '
-            'intervals reach all of them'
+            f'{len(fit.others)} other minima are not ruled out at 95 %, the next with a '
+            f'chi-square {other.chi_square - fit.chi_square:.2g} above: '
+            f'{there or "near this one"}; the intervals cover all of them'
         )
     elif fit.rivals:
         yield (
@@ -233,40 +231,40 @@ def _search_warnings(fit: FitResult) -> Iterator[str]:
                 yield (
                     f'{one.origin}: the model misses {each.quantity} by '
                     f'{factor * sensor["rms"]:.2g} {unit}, its noise is '
-                    f'{factor * sensor["noise"]:.2g} {unit}, and none of the parameters that '
-                    'were tried explains it: the intervals rest on the allowance'
+                    f'{factor * sensor["noise"]:.2g} {unit}, and no tested parameter explains '
+                    'it: the intervals rest on the allowance'
                 )
 
 
 def _misfit_warnings(fit: FitResult) -> Iterator[str]:
-    """Yield why nothing of a fit may be believed, and what to do about it."""
+    """Yield the reasons against a fit, with remedies."""
     readings, is_unlikely = fit.readings, fit.p_value is not None and fit.p_value < P_VALUE_MIN
     if is_unlikely:
         yield from _divided_monitors(fit)
         yield (
             f'p-value {fit.p_value:.2g}: the model misses the points by more than their standard '
-            'errors; either these are too small or the model is wrong: neither values nor '
-            'intervals hold'
+            'errors; either these are too small or the model is wrong: values and intervals are '
+            'not reliable'
         )
     worst = fit.missing[0] if fit.missing else None
     if worst and fit.is_another and fit.trial and fit.trial.found < worst.expected:
         yield _other_drive(fit, fit.trial)
     elif worst and not fit.holds:
         yield (
-            f'the stand lacks something: freeing {worst.name} would lower chi-square per reading '
+            f'the model is incomplete: freeing {worst.name} would lower chi-square per reading '
             f'from {worst.chi_square / readings:.3g} to {worst.expected / readings:.3g}; until '
-            'then no interval holds'
+            'then no interval is reliable'
         )
     elif fit.problem.has_traces and is_unlikely:
-        yield f'no parameter that was tried explains what the model misses: {_CHECK}'
+        yield f'no tested parameter explains the misfit: {_CHECK}'
     if worst and fit.is_missing_much and worst.expected > EXPLAINED * worst.chi_square:
-        yield f'no parameter explains half of what the model misses: {_CHECK}'
+        yield f'no parameter explains half of the misfit: {_CHECK}'
     if is_unlikely:
         yield from _opposite_ways(fit)
     for one, drift_m_per_s in fit.drifts:
         yield (
-            f'{one.origin}: the fit takes most of the motion for a drift of the sensor, '
-            f'{1e6 * drift_m_per_s:.3g} um/s: no value holds; {_CHECK}'
+            f'{one.origin}: the fit explains most of the motion as a drift of the sensor, '
+            f'{1e6 * drift_m_per_s:.3g} um/s: no value is reliable; {_CHECK}'
         )
 
 
@@ -285,24 +283,24 @@ def _divided_monitors(fit: FitResult) -> Iterator[str]:
 
 
 def _other_drive(fit: FitResult, trial: Trial) -> str:
-    """Return what a trial with more free parameters finds instead."""
+    """Return a warning about a trial with more free parameters and another result."""
     there = ', '.join(_elsewhere(fit, trial.values))
     return (
-        f'the stand lacks something: with {", ".join(trial.names)} free too, chi-square per '
+        f'the model is incomplete: with {", ".join(trial.names)} free too, chi-square per '
         f'reading falls from {trial.chi_square / fit.readings:.3g} to '
-        f'{trial.found / fit.readings:.3g}, and another drive is found: {there}; free them'
+        f'{trial.found / fit.readings:.3g}, with other values: {there}; free them'
     )
 
 
 def _elsewhere(fit: FitResult, values: Sequence[float]) -> Iterator[str]:
-    """Yield the parameters that have other values elsewhere."""
+    """Yield the parameters with other values at another minimum."""
     for one, value in zip(fit.estimates, values, strict=True):
-        if not math.isclose(value, one.value, rel_tol=_ALIKE):
+        if not math.isclose(value, one.value, rel_tol=_SIMILAR):
             yield f'{one.name} {value:.4g}'
 
 
 def _opposite_ways(fit: FitResult) -> Iterator[str]:
-    """Yield what goes against the stand at the start: the fitted one may stand still."""
+    """Yield quantities of opposite sign to the stand at the start: the fitted stand may rest."""
     [began] = fit.problem.predicted([fit.problem.stand(fit.problem.start)])
     for number, one, each, _ in fit.problem.seen:
         model = began[number][one.seen.index(each)].values
@@ -310,9 +308,9 @@ def _opposite_ways(fit: FitResult) -> Iterator[str]:
             together = float(np.corrcoef(model, each.values)[0, 1])
             if together < OPPOSITE:
                 yield (
-                    f'{one.origin}: {each.quantity} goes against the model (correlation '
-                    f'{together:.2f}): if its sensor counts the other way, change the sign of '
-                    'the readings; else check what drove it'
+                    f'{one.origin}: {each.quantity} has the opposite sign of the model '
+                    f'(correlation {together:.2f}): if its sensor counts the other way, change '
+                    'the sign of the readings; else check the driving voltage'
                 )
 
 
@@ -326,12 +324,12 @@ def _estimate_warnings(one: Estimate, lacks: str, *, holds: bool) -> Iterator[st
             wider = f'give wider --bounds {one.name}=LOW:HIGH'
             yield f'{where}: no estimate, no intervals; {remedy if lacks else wider}'
     elif one.inert:
-        yield f'{one.name} changes nothing of what was seen; the others hold for this value of it'
+        yield f'{one.name} has no effect on the readings; the others hold for this value of it'
     elif one.undetermined and holds:
         yield (
-            f'{one.name} is not determined by what was seen: others make up for a change of it; '
-            f'{one.value:.3g} is one value of many; measure under another preload too '
-            '(--plan 5 says what tells most), or set it and do not free it'
+            f'{one.name} is not determined by the readings: others compensate a change of it, and '
+            f'{one.value:.3g} is an example; measure under another preload too (--plan 5 lists '
+            'the best measurements), or set it instead of freeing it'
         )
     elif abs(one.value) < one.standard_error < math.inf:
         yield f'{one.name} has a standard error above its value'
@@ -357,7 +355,7 @@ def _trade_warnings(fit: FitResult) -> Iterator[str]:
 
 
 def _points(fit: FitResult) -> list[dict[str, Any]]:
-    """Return the numbers that were fitted, one object each."""
+    """Return an object for each fitted number."""
     rows = list[dict[str, Any]]()
     for number, one, each, noise in fit.problem.seen:
         if isinstance(one.drive, Voltage):
@@ -379,20 +377,20 @@ def _points(fit: FitResult) -> list[dict[str, Any]]:
 
 
 def _of_bands(fit: FitResult) -> str:
-    """Return what is to be known of bands of draws; nothing of most fits."""
+    """Return a note on bands of draws; for most fits none."""
     preloads = {one.settings.get('stand.preload') for one in fit.experiments}
     names = {one.name for one in fit.estimates}
     is_curved = 'contact.friction' in names and not names.isdisjoint((PREFACTOR, RMS_HEIGHT))
     if not (fit.problem.has_traces and len(preloads) == 1 and is_curved):
         return ''
     return (
-        'the fit is of one preload, which tells friction and roughness along a curve that draws '
-        'leave: bands may be up to twice as wide as need be; a second preload mends that'
+        'the fit has one preload, so friction and roughness lie on a curve that draws leave: '
+        'bands may be up to twice too wide; add a second preload'
     )
 
 
 def _traces(fit: FitResult) -> list[dict[str, Any]]:
-    """Return what was seen over time and how the sensors are, one object each."""
+    """Return an object for each trace, with its sensor."""
     return [
         {
             'origin': one.origin,
@@ -401,7 +399,7 @@ def _traces(fit: FitResult) -> list[dict[str, Any]]:
             'readings': len(each.values),
             'left_out': each.left_out,
             **sensor,
-            'driven_by': list(one.drive.said),
+            'driven_by': list(one.drive.notes),
         }
         for one, each, sensor in fit.sensors
         if isinstance(one.drive, Voltage)
@@ -410,7 +408,7 @@ def _traces(fit: FitResult) -> list[dict[str, Any]]:
 
 def _estimate(one: Estimate, *, holds: bool) -> str:
     if not holds:
-        return f'{one.name}: {one.value:.6g} {one.unit}'.rstrip() + ', which does not hold'
+        return f'{one.name}: {one.value:.6g} {one.unit}'.rstrip() + ', not reliable'
     if not math.isfinite(one.standard_error):
         return f'{one.name}: {one.value:.6g} {one.unit}'.rstrip() + ', not determined'
     value = f'{one.name}: {one.value:.6g} ± {one.standard_error:.2g} {one.unit}'.rstrip()
@@ -433,11 +431,11 @@ def _trace_row(one: Experiment, each: Seen, sensor: dict[str, float]) -> tuple[s
 
 
 def basis_of(fit: FitResult) -> str:
-    """Return a sentence that says what the errors rest on."""
+    """Return a sentence on the basis of the errors."""
     allowance, doubt = fit.problem.allowance, fit.uncertainty
     if allowance is not None:
         return (
-            f'noise of the readings, and an allowance for what the model is wrong by: '
+            f'noise of the readings, and an allowance for errors of the model: '
             f'{1e9 * allowance.shape_m:g} nm in each moment of a cycle, '
             f'{100.0 * allowance.step_share:g} % of a step'
         )
@@ -463,7 +461,7 @@ def _quality(fit: FitResult) -> Iterator[tuple[str, object]]:
     yield 'condition number', f'{doubt.condition:.3g}'
     yield 'singular values', ' '.join(f'{value:.3g}' for value in doubt.singular_values)
     if fit.problem.has_traces:
-        kinds = f'the best followed to their ends, {fit.rivals} to other minima that fit as well'
+        kinds = f'the best continued, {fit.rivals} to other minima that fit as well'
     else:
         worse = len(fit.searches) - fit.same - fit.rivals
         kinds = f'{fit.same} to this minimum, {fit.rivals} to others that fit as well, '

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a fit comes to: the best of many searches, and how good it is."""
+"""The result of a fit: the best of many searches, and its quality."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,36 +19,31 @@ from stickslip_ros.lab.fitting.statistics import Estimate, Uncertainty, estimate
 from stickslip_ros.parameters import Parameters, Scalar
 
 _SAME_CHANGE = 0.01
-"""Change of chi-square, per its scale, within which two searches found the same minimum."""
+"""Largest difference of chi-square, per its scale, of two searches in the same minimum."""
 _SAME_SHARE = 1e-10
 """The same as a share of the sum of squares of the data, for data without noise."""
 RULED_OUT_BY = 3.84
-"""Chi-square, per its scale, by which a minimum must be worse to be ruled out at 95 %."""
+"""Excess of chi-square, per its scale, that rules out a minimum at 95 %."""
 P_VALUE_MIN = 0.01
 _FALL = 21.1
-"""Fall of chi-square by three more free parameters that comes about by a chance of 1e-4."""
+"""Fall of chi-square by three more free parameters with a chance of 1e-4."""
 MISSED_MOST = 1.5
-"""Chi-square per reading, of noise and sensor alone, from which what a stand lacks is warned of:
-beyond it an allowance for errors of the model does not cover them."""
+"""Most chi-square per reading, of noise and sensor alone, that an allowance for errors of the
+model covers."""
 
 _DRIFT_M_PER_S, _DRIFT_SHARE = 1e-6, 0.5
-"""Drift of a position that no sensor has, if it also makes up this share of the range of what was
-seen: there the drift stands for a motion that the model does not make."""
+"""Least drift of a position, and its share of the range of the readings, that no sensor has: it
+replaces a motion that the model does not make."""
 
 
 @dataclass(frozen=True)
 class Minimum:
-    """
-    Where a search ended, whether it converged, and how many stands it tried.
+    """The end of a search."""
 
-    There are no coordinates if the search came to a stand that cannot be.
-
-    """
-
-    coordinates: tuple[float, ...]
+    coordinates: tuple[float, ...]  # none if the search met an impossible stand
     chi_square: float
     converged: bool
-    evaluations: int
+    evaluations: int  # stands tried
 
     @property
     def place(self) -> Array:
@@ -63,7 +58,7 @@ def best_of(searches: Sequence[Minimum]) -> Minimum:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FitResult:
-    """The numbers of a ``Fit``, which says what they are."""
+    """The numbers of a ``Fit``, which describes them."""
 
     problem: Problem
     searches: tuple[Minimum, ...]
@@ -84,12 +79,12 @@ class FitResult:
 
     @property
     def parameters(self) -> Parameters:
-        """The fitted stand, with the preload and the load cell that all experiments had."""
+        """The fitted stand, with the common preload and load cell of the experiments."""
         return self.problem.stand(self.found.place).updated(self.settings_of_all)
 
     @property
     def settings_of_all(self) -> dict[str, Scalar]:
-        """Parameters of the stand that no experiment had otherwise than the others."""
+        """Settings with the same value in all experiments."""
         first, *others = (one.settings.items() for one in self.experiments)
         return dict(set(first).intersection(*others))
 
@@ -100,18 +95,18 @@ class FitResult:
 
     def draws(self, count: int, seed: int = 1) -> list[Parameters]:
         """
-        Return stands that are as likely as what is known of this one.
+        Return stands from the distribution of the fitted parameters.
 
         Parameters
         ----------
         count, seed : int
-            Their number, and the seed of the chance.
+            Number of stands, and seed of the random numbers.
 
         Returns
         -------
         list of Parameters
-            From the normal distribution of the coordinates (of a logarithm mostly) at the minimum;
-            what is not determined stays as it was found.
+            From the normal distribution of the coordinates (mostly logarithms) at the minimum;
+            parameters that are not determined stay constant.
 
         """
         free, place = self.problem.free, self.found.place
@@ -119,7 +114,7 @@ class FitResult:
 
     @property
     def covariance(self) -> Array:
-        """In the units of the parameters, shape (free, free); not a number where there is none."""
+        """Covariance in the units of the parameters, shape (free, free); nan if unknown."""
         slopes = np.array(
             [np.nan if one.undetermined else one.slope(one.value) for one in self.estimates]
         )
@@ -127,7 +122,7 @@ class FitResult:
 
     @property
     def experiments(self) -> tuple[Experiment, ...]:
-        """What was fitted, without outliers."""
+        """Fitted experiments, without outliers."""
         return self.problem.experiments
 
     @property
@@ -151,12 +146,12 @@ class FitResult:
 
     @property
     def is_missing_much(self) -> bool:
-        """Whether more is left than an allowance covers, and a parameter explains some."""
+        """Whether a missing parameter explains more than an allowance covers."""
         return bool(self.missing and self.missing[0].chi_square > MISSED_MOST * self.readings)
 
     @property
     def is_another(self) -> bool:
-        """Whether the trial fits, misses less, and has found another drive."""
+        """Whether the richer model fits better with different parameters."""
         trial, place = self.trial, self.found.place
         if trial is None or trial.found > min(
             trial.chi_square - _FALL, MISSED_MOST * self.readings
@@ -166,7 +161,7 @@ class FitResult:
 
     @property
     def is_biased(self) -> bool:
-        """Whether a parameter that surely is missing would move others beyond their errors."""
+        """Whether a missing parameter would surely move others beyond their errors."""
         place = self.found.place
         return any(
             each.chi_square - each.expected > _FALL
@@ -176,7 +171,7 @@ class FitResult:
 
     @property
     def holds(self) -> bool:
-        """Whether the intervals may be believed: the search ended, and the model misses little."""
+        """Whether the intervals are reliable: the search converged, and the model fits."""
         is_unlikely = self.p_value is not None and self.p_value < P_VALUE_MIN
         is_doubtful = is_unlikely or self.is_missing_much or self.is_another or self.is_biased
         is_cut = any(one.at_bound and not one.is_limited(one.value) for one in self.estimates)
@@ -184,7 +179,7 @@ class FitResult:
 
     @property
     def noise_n(self) -> float | None:
-        """Standard error of a force from the residuals; None where it is known."""
+        """Standard error of a force from the residuals; None if known."""
         noise = self.problem.noise
         if noise.known:
             return None
@@ -198,7 +193,7 @@ class FitResult:
 
     @property
     def rivals(self) -> int:
-        """Minima, or searches that ended in them, that are not ruled out beside this one."""
+        """Other minima, or searches that ended in them, that are not ruled out."""
         if self.problem.has_traces:
             return len(self.others)
         not_out = self._searches_within(RULED_OUT_BY * self.uncertainty.variance_scale)
@@ -231,7 +226,7 @@ class FitResult:
 
     @cached_property
     def drifts(self) -> list[tuple[Experiment, float]]:
-        """Recordings most of whose motion is a drift of the sensor in this fit, m/s."""
+        """Recordings with most of the motion explained as drift of the sensor, m/s."""
         found = []
         for one, each, sensor in self.sensors:
             drift_m_per_s = abs(sensor['drift_per_s'])
@@ -243,7 +238,7 @@ class FitResult:
 
     @property
     def readings(self) -> int:
-        """How many values were seen."""
+        """Number of readings."""
         return sum(len(each.values) for _, _, each, _ in self.problem.seen)
 
     def _searches_within(self, most: float) -> int:

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""One search for a minimum, from a place; and on from there, with more cycles."""
+"""Search a minimum from a place, and continue with more cycles or along a valley."""
 
 import dataclasses
 import math
@@ -15,18 +15,18 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.fitting.problem import Problem
 from stickslip_ros.lab.fitting.result import Minimum, best_of
 
-_EVALUATIONS_MAX = 60  # steps of a search, from which it is said not to have converged
+_EVALUATIONS_MAX = 60  # most steps of a search that converges
 LOOSE_EVALUATIONS_MAX = 25
 TOLERANCE = 1e-6
-"""Relative change of sum of squares, or of coordinates, at which a search ends: a thousandth of
-a standard error."""
-ROUNDS = 6  # searches with ever more cycles, until they suffice at the minimum
-FOLLOWED_MAX = 3  # minima of the first searches from which one goes on
+"""Relative change of sum of squares, or of coordinates, that ends a search: a thousandth of a
+standard error."""
+ROUNDS = 6  # most searches with more cycles, until they suffice at the minimum
+FOLLOWED_MAX = 3  # most minima of the first searches that are continued
 VALLEY, BLIND = 100.0, 1e4
-"""Condition numbers from which parameters make a valley, and from which nothing shows its way."""
-_WALKS = 6  # places in a valley, each lower than the one before
-_LOWER = 0.3  # of chi-square, by which it must be
-APART = 0.05  # coordinates from which two minima are different ones
+"""Least condition number of a valley, and the largest that still shows its direction."""
+_WALKS = 6  # most places in a valley, each lower than the place before
+_LOWER = 0.3  # least fall of chi-square to the next place
+APART = 0.05  # least distance of two minima, in coordinates
 
 
 def search(problem: Problem, start: Array, most: int = _EVALUATIONS_MAX) -> Minimum:
@@ -55,7 +55,7 @@ def search(problem: Problem, start: Array, most: int = _EVALUATIONS_MAX) -> Mini
 
 
 def search_or_nothing(problem: Problem, start: Array) -> Minimum:
-    """Search, and find nothing at a stand that cannot be, unless it is the user's own."""
+    """Search; return an empty minimum at an impossible stand, unless it is the user's own."""
     most = _EVALUATIONS_MAX if problem.allowance is None else LOOSE_EVALUATIONS_MAX
     try:
         return search(problem, start, most)
@@ -66,7 +66,7 @@ def search_or_nothing(problem: Problem, start: Array) -> Minimum:
 
 
 def refine(problem: Problem, best: Minimum) -> tuple[Problem, list[Minimum], bool]:
-    """Search on from a minimum with more cycles, as long as its runs need them."""
+    """Continue from a minimum with more cycles as long as its runs need them."""
     refined: list[Minimum] = []
     here = best.place
     for _ in range(ROUNDS):
@@ -81,11 +81,11 @@ def refine(problem: Problem, best: Minimum) -> tuple[Problem, list[Minimum], boo
 
 def along_valley(problem: Problem, here: Minimum) -> tuple[Problem, list[Minimum]]:
     """
-    Search on from a standard error to both sides of a minimum, as long as that leads down.
+    Continue from a standard error to both sides of a minimum as long as chi-square falls.
 
-    Friction, roughness, mass and damping under one preload lie in a valley that curves, and whose
-    floor is rough by some tenths of chi-square: a search ends on its way. Nine parameters of the
-    realistic stand stopped 10 above the least chi-square, with a roughness 4 standard errors off.
+    Friction, roughness, mass and damping under one preload lie in a curved valley with a rough
+    floor, by some tenths of chi-square, and a search may end before its minimum. Nine parameters
+    of the realistic stand stopped 10 above it, with a roughness 4 standard errors off.
 
     """
     found, start = list[Minimum](), here
@@ -111,7 +111,7 @@ def along_valley(problem: Problem, here: Minimum) -> tuple[Problem, list[Minimum
 
 
 def distinct(searches: Sequence[Minimum], most: int = FOLLOWED_MAX) -> list[Minimum]:
-    """Return the first minima that lie apart, the best first."""
+    """Return distant minima, the best first."""
     kept = list[Minimum]()
     for each in sorted(searches, key=lambda found: found.chi_square):
         is_new = all(np.max(np.abs(each.place - one.place)) > APART for one in kept)

@@ -18,98 +18,79 @@ from stickslip_ros.parameters import spec_of
 
 Flags = NDArray[np.bool_]
 
-QUANTILE_95 = 1.96  # standard deviations to both sides that hold 95 %
-_APART = 2.0  # standard errors from which a minimum that is not ruled out is another one
+QUANTILE_95 = 1.96  # half width of a 95 % interval in standard deviations
+_APART = 2.0  # least distance of another minimum in standard errors
 LEVEL = 0.95  # confidence of the intervals
 EFFECT = 1e-5
-"""Share of the forces that one e-fold, or the whole range, must change: the noise of a slope."""
+"""Least effect of an e-fold, or the whole range, per force: the noise of a slope."""
 RANK = 1e-5
-"""Singular value, per largest, below which columns of unit length are dependent: the noise."""
+"""Least singular value, per largest, of independent columns of unit length: the noise."""
 UNDETERMINED = 1.0
-"""Standard error of a coordinate, an e-fold or the whole range, from which its parameter is not
-determined: slopes say nothing of what is so far away."""
-_SHARE = 1e-3  # part of an undetermined combination from which a parameter belongs to it
+"""Largest standard error of a coordinate, an e-fold or the whole range, of a determined parameter:
+slopes do not reach further."""
+_SHARE = 1e-3  # least part of a parameter in an undetermined combination
 
 
 @dataclass(frozen=True)
 class Estimate(Coordinate):
-    """
-    A free parameter with its value and 95 % interval, which is even about its coordinate.
-
-    The standard error is infinite, and there is no interval, where the forces do not determine it:
-    the value sits on a bound, is inert, which is to change no force, or is undetermined, which is
-    to be traded for others, or known to less than a factor of e or its whole range; or a bound
-    that is no limit of the model holds another parameter.
-
-    """
+    """A free parameter with its value and 95 % interval, symmetric about its coordinate."""
 
     value: float
+    # infinite, without an interval, if one of the flags below is set, or if another parameter sits
+    # on a bound that is no limit of the model
     standard_error: float
     low: float
     high: float
     at_bound: bool
-    inert: bool
-    undetermined: bool
+    inert: bool  # without effect on the forces
+    undetermined: bool  # exchangeable with others, or known to less than a factor of e
 
 
 @dataclass(frozen=True, eq=False)
 class Uncertainty:
-    """How well a minimum determines its parameters."""
+    """Errors of the parameters at a minimum."""
 
     dof: int  # degrees of freedom: points less free parameters
-    # what the covariance was multiplied with: 1 where the standard errors of the points are known,
-    # chi-square per degree of freedom where they are not
+    # factor of the covariance: 1 with known standard errors of the points, else chi-square per
+    # degree of freedom
     variance_scale: float
-    # half width of the intervals in standard errors: of the normal distribution where the standard
-    # errors of the points are known, of the t distribution where they are not
+    # half width of the intervals in standard errors: of the normal distribution with known errors
+    # of the points, else of the t distribution
     quantile: float
-    # covariance of the coordinates; infinite variance where nothing is known, shape (free, free)
-    covariance_z: Array
-    at_bound: Flags  # which parameters sit on a bound, shape (free,)
-    inert: Flags  # which change no force
-    undetermined: Flags  # which belong to a combination that changes none
-    # of the slopes of the residuals with columns of unit length, without the parameters on a bound
-    # and those that change nothing
+    covariance_z: Array  # of the coordinates, with infinite variances, shape (free, free)
+    at_bound: Flags  # parameters on a bound, shape (free,)
+    inert: Flags  # parameters without effect
+    undetermined: Flags  # parameters in a combination without effect
+    # of the slopes of the residuals with columns of unit length, of all other parameters
     singular_values: tuple[float, ...]
-    # the combination of coordinates that belongs to the smallest of them
-    weakest: tuple[float, ...]
+    weakest: tuple[float, ...]  # combination of coordinates of the smallest of them
 
     @property
     def errors_z(self) -> Array:
-        """Standard errors of the coordinates; infinite where nothing is known."""
+        """Standard errors of the coordinates; infinite if unknown."""
         return np.sqrt(np.diag(self.covariance_z))
 
     @property
     def correlation(self) -> Array:
-        """Shape (free, free); not a number where a parameter has no standard error."""
+        """Correlation, shape (free, free); nan for a parameter without a standard error."""
         errors = self.errors_z
         errors = np.where(np.isfinite(errors) & (errors > 0.0), errors, np.nan)
         return np.asarray(self.covariance_z / np.outer(errors, errors))
 
     @property
     def condition(self) -> float:
-        """Condition number: 1 if parameters act independently of each other."""
+        """Condition number: 1 if parameters act independently."""
         values = self.singular_values
         if not values:
             return 1.0
         return values[0] / values[-1] if values[-1] > 0.0 else float('inf')
 
     def is_apart(self, place: Array, other: Array) -> bool:
-        """Return whether another place is further away than the errors of this one."""
+        """Return whether another place lies beyond the errors of this place."""
         return bool(np.any(np.abs(other - place) > _APART * self.errors_z))
 
     def reaching(self, place: Array, others: Array, rises: Array) -> 'Uncertainty':
-        """
-        Return it with intervals about a place that reach those of other minima.
-
-        Parameters
-        ----------
-        place : array, shape (free,)
-            Coordinates of the minimum.
-        others, rises : array, shapes (n, free) and (n,)
-            Those of the others, and by how much chi-square is larger there.
-
-        """
+        """Widen the intervals to other minima, shape (n, free), by their rises of chi-square."""
         if not len(others):
             return self
         left = np.sqrt(np.maximum(1.0 - rises / QUANTILE_95**2, 0.0))
@@ -119,7 +100,7 @@ class Uncertainty:
 
 
 def uncertainty(problem: Problem, coordinates: Array, chi_square: float) -> Uncertainty:
-    """Return what the slopes at the coordinates of a minimum say about its parameters."""
+    """Return the errors of the parameters from the slopes at a minimum."""
     jacobian = problem.slopes(coordinates, central=True)
     is_known, free = problem.noise.known, len(problem.free)
     dof = problem.count - problem.unknowns - free
@@ -131,7 +112,7 @@ def uncertainty(problem: Problem, coordinates: Array, chi_square: float) -> Unce
     weakest = np.zeros(free)
     if len(active):
         unit = jacobian[:, active] / lengths[active]
-        # Of the triangle alone: of a trace the other matrix would have a row for each reading.
+        # The triangle alone: the other matrix would have a row for each reading of a trace.
         _, values, directions = np.linalg.svd(np.linalg.qr(unit, mode='r'), full_matrices=True)
         values = np.concatenate((values, np.zeros(len(directions) - len(values))))
         row = directions[-1]
@@ -165,10 +146,10 @@ def uncertainty(problem: Problem, coordinates: Array, chi_square: float) -> Unce
 
 def widen(problem: Problem, coordinates: Array, covariance_z: Array) -> Array:
     """
-    Return a covariance that is as wide as what a grid does not rule out, if that is wider.
+    Widen a covariance to the places of a grid that are not ruled out.
 
-    What follows the grid curves with it: a damping ratio of 0.07, freed beside resonance and
-    bandwidth, was else 3.5 standard errors off.
+    Parameters that follow the grid curve with it: a damping ratio of 0.07, freed with resonance
+    and bandwidth, was 3.5 standard errors off otherwise.
 
     """
     grid = profile(problem, coordinates)
@@ -179,13 +160,13 @@ def widen(problem: Problem, coordinates: Array, covariance_z: Array) -> Array:
 
 
 def reaching(covariance_z: Array, reach: Array) -> Array:
-    """Return a covariance whose intervals of 95 % reach so far; what has no variance stays."""
+    """Widen a covariance so that its 95 % intervals reach so far; infinite variances stay."""
     factors = np.maximum(reach / (QUANTILE_95 * np.sqrt(np.diag(covariance_z))), 1.0)
     return np.asarray(covariance_z * np.outer(factors, factors))
 
 
 def vague(covariance_z: Array) -> Flags:
-    """Return which coordinates have an error that is too large for an estimate, but finite."""
+    """Return a mask of the coordinates with an error too large for an estimate, but finite."""
     variances = np.diag(covariance_z)
     return np.asarray(np.isfinite(variances) & (variances > UNDETERMINED**2))
 
@@ -199,7 +180,7 @@ def estimates_of(problem: Problem, coordinates: Array, doubt: Uncertainty) -> tu
         value, spec = free.to_value(z), spec_of(free.name)
         low = high = np.nan
         if np.isfinite(error_z):
-            # The interval is even about the coordinate; what the parameter cannot be is cut off.
+            # The interval is symmetric about the coordinate, and cut at the limits of the model.
             ends_z = z + doubt.quantile * error_z * np.array((-1.0, 1.0))
             with np.errstate(over='ignore'):
                 ends = np.exp(ends_z) if free.is_log else free.unbounded_value(1.0) * ends_z
@@ -223,7 +204,7 @@ def estimates_of(problem: Problem, coordinates: Array, doubt: Uncertainty) -> tu
 def covariance_of(
     values: Array, directions: Array, lengths: Array, scale: float
 ) -> tuple[Array, Flags]:
-    """Return the covariance of active coordinates, and which of them are not determined."""
+    """Return the covariance of active coordinates, and a mask of those not determined."""
     if not len(values):
         return np.empty((0, 0)), np.zeros(0, dtype=np.bool_)
     blind = values <= RANK * values[0]

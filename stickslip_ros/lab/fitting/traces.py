@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""How traces are fitted: allowing ever less, with noise, clocks and slow sensors as they show."""
+"""Fit traces with a decreasing allowance, and with estimated noise, clocks and slow sensors."""
 
 import math
 from collections.abc import Sequence
@@ -35,27 +35,25 @@ from stickslip_ros.lab.fitting.search import (
 from stickslip_ros.lab.runs.batch import run_batch
 
 LOOSE = Allowance(2e-8, 0.3), Allowance(4e-9, 0.05)
-"""What the model may be wrong by in the first searches of traces. Steps that are a little too
-short add up to a large miss, and a search that is to mend it at once ends elsewhere: from places
-up to 1.6 times off in five parameters 6 of 6 searches so found the truth, of those up to 3.3 times
-off 9 of 12."""
-CLOSE_S = 5e-7  # change of a clock that asks for another search
+"""Allowed errors of the model in the first searches of traces. Steps that are a little too short
+add up to a large misfit, and a search without an allowance ends elsewhere: from starts up to 1.6
+times off in five parameters 6 of 6 searches found the truth, from up to 3.3 times off 9 of 12."""
+CLOSE_S = 5e-7  # least change of a clock for another search
 ROUNDS_OF_NOISE = 5
 TRIED_SLOW_S = (2.5e-5, 8e-5, 2.5e-4)
-"""Time constants of sensors that are tried from the start where others leave too much: 6 kHz to
-640 Hz. A low-pass hides the ringing of the runner, and a search without it ends elsewhere."""
-SAID_SLOW_S = 2e-5  # from which a slow sensor is said: 8 kHz, where a runner rings
+"""Time constants of sensors to try from the start if others leave too much: 6 kHz to 640 Hz. A
+low-pass hides the ringing of the runner, and a search without it ends elsewhere."""
+SAID_SLOW_S = 2e-5  # least time constant of a sensor that is reported: 8 kHz, where a runner rings
 _COARSE = 2.0
-"""Rounding counts so many times as an error of readings: noise that is less does not spread it
-over digits, and readings of a slow motion have the same error one after another. Of 8 rigs with
-1 nm of noise and digits of 5 nm two did not hold and one was off by 3.4 standard errors."""
+"""Factor of rounding as an error of readings: smaller noise does not dither the rounding, and
+consecutive readings of a slow motion have the same error. Of 8 rigs with 1 nm of noise and digits
+of 5 nm two failed their checks and one was off by 3.4 standard errors."""
 UNEXPLAINED = 10.0
-"""Chi-square per reading above 1, per root of the readings, from which that is too much: noise
-comes to 4."""
+"""Most chi-square per reading above 1, per root of the readings: noise comes to 4."""
 
 
 def with_clocks(problem: Problem) -> tuple[Problem, tuple[str, ...]]:
-    """Return the problem with what the clocks of the sensors are late, by the falls they show."""
+    """Return the problem with the delays of the sensor clocks by the falls of the voltage."""
     shifts, notes = list[float](), list[str]()
     for one in problem.experiments:
         found = None
@@ -83,12 +81,11 @@ def tightened(
     tries_sensors: bool = True,
 ) -> tuple[Problem, list[Minimum], tuple[Minimum, ...], tuple[str, ...]]:
     """
-    Return where searches end that allow ever less, other minima, and the problem with its noise.
+    Tighten the allowance stepwise; return the minima and the problem with its estimated noise.
 
-    From each of the first minima one search goes on to one that knows noise and sensor only. The
-    best of these says how large the noise is, which readings are outliers, and where the last
-    search begins, which allows what is stated. The others are tried there too: allowing for
-    errors of the model may well leave two minima.
+    A search continues from each of the first minima down to no allowance. The best gives the
+    noise, the outliers and the start of the last search, with the stated allowance. The others are
+    continued with it too, as an allowance for errors of the model may leave two minima.
 
     """
     chains = run_batch(
@@ -98,7 +95,7 @@ def tightened(
     missed = min(chain[1][-1].chi_square for chain in chains)
     if tries_sensors and missed > unexplained * problem.count:
         sensors = [(problem.shifts_s, slow_s) for slow_s in TRIED_SLOW_S]
-        sensors += [(_latest(problem), slow_s) for slow_s in (0.0, TRIED_SLOW_S[0])]
+        sensors += [(_delays_by_falls(problem), slow_s) for slow_s in (0.0, TRIED_SLOW_S[0])]
         with_sensor = partial(_with_sensor, replace(problem, pool=None))
         chains += run_batch(with_sensor, sensors, workers=workers)
     chains.sort(key=lambda chain: chain[1][-1].chi_square)
@@ -126,24 +123,25 @@ def tightened(
     for _, one, each, noise in problem.seen:
         if each.low_pass_hz:
             notes.append(
-                f'{one.origin}: {each.quantity} is taken as it was before the low-pass of its '
-                f'sensor, {each.low_pass_hz:g} Hz'
+                f'{one.origin}: the low-pass of the sensor of {each.quantity}, '
+                f'{each.low_pass_hz:g} Hz, was undone'
             )
         if each.cyclic_m:
             notes.append(
-                f'{one.origin}: what repeats in each fringe of {1e9 * each.fringe_m:.4g} nm is '
-                f'taken as cyclic error of the interferometer, {1e9 * each.cyclic_m:.2g} nm'
+                f'{one.origin}: a motion that repeats in each fringe of '
+                f'{1e9 * each.fringe_m:.4g} nm counts as cyclic error of the interferometer, '
+                f'{1e9 * each.cyclic_m:.2g} nm'
             )
         if each.is_trace and each.unit == 'm' and noise < allowance.reading_m:
             notes.append(
-                f'{one.origin}: {each.quantity} shows a noise of {1e9 * noise:.2g} nm; a reading '
-                f'counts as {1e9 * allowance.reading_m:.2g} nm, for the model may be wrong by that'
+                f'{one.origin}: {each.quantity} has a noise of {1e9 * noise:.2g} nm; the error of '
+                f'a reading is {1e9 * allowance.reading_m:.2g} nm, that allowed for the model'
             )
         coarse = _COARSE * rounding_of(each.values) if each.is_trace and not each.sigma else 0.0
         if each.unit == 'm' and allowance.reading_m < noise <= coarse:
             notes.append(
-                f'{one.origin}: {each.quantity} is rounded by more than its noise: a reading '
-                f'counts as {1e9 * noise:.2g} nm, for those one after another have like errors'
+                f'{one.origin}: {each.quantity} is rounded by more than its noise: the error of a '
+                f'reading is {1e9 * noise:.2g} nm, as consecutive readings share it'
             )
         if each.slow_s > SAID_SLOW_S:
             text = (
@@ -160,7 +158,7 @@ def tightened(
 def with_its_noise(
     problem: Problem, place: Array, allowance: Allowance, outliers: float
 ) -> tuple[Problem, list[Minimum]]:
-    """Search on from a place, with noise, clocks and outliers as each search leaves them."""
+    """Continue from a place with noise, clocks and outliers estimated after each search."""
     found = list[Minimum]()
     for _ in range(ROUNDS_OF_NOISE):
         before_s = _sensors_of(problem)
@@ -175,7 +173,7 @@ def with_its_noise(
 
 
 def to_plain(problem: Problem, loose: Minimum) -> tuple[Problem, list[Minimum]]:
-    """Search on from a loose minimum with a smaller allowance, then with none; clocks follow."""
+    """Continue from a loose minimum with a smaller allowance, then without; clocks follow."""
     problem, found = _on_time(problem, loose.place), [loose]
     for stage in (LOOSE[1], None):
         problem = replace(problem, allowance=stage, metrics=())
@@ -184,26 +182,26 @@ def to_plain(problem: Problem, loose: Minimum) -> tuple[Problem, list[Minimum]]:
 
 
 def _on_time(problem: Problem, place: Array) -> Problem:
-    """Return the problem with sensors that let the motion from sample to sample agree best."""
+    """Return the problem with the sensors that fit the motion from sample to sample best."""
     stand, shifts, experiments = problem.stand(place), list[float](), list[Experiment]()
     for number, one in enumerate(problem.experiments):
-        late_s, told = 0.0, one
+        late_s = 0.0
         if isinstance(one.drive, Voltage):
             late_s, slow_s = sensor_near(one, stand, problem.shift_s(number))
             first, *others = one.seen
-            told = replace(one, seen=(replace(first, slow_s=slow_s), *others))
+            one = replace(one, seen=(replace(first, slow_s=slow_s), *others))  # noqa: PLW2901
         shifts.append(late_s)
-        experiments.append(told)
+        experiments.append(one)
     return replace(problem, experiments=tuple(experiments), shifts_s=tuple(shifts), metrics=())
 
 
 def _sensors_of(problem: Problem) -> list[float]:
-    """Return what the clocks are late, and the time constants of the sensors, s."""
+    """Return the delays of the clocks and the time constants of the sensors, s."""
     return [*problem.shifts_s, *(each.slow_s for _, _, each, _ in problem.seen)]
 
 
-def _latest(problem: Problem) -> tuple[float, ...]:
-    """Return what the clocks are late by the falls, s, be it clear or not."""
+def _delays_by_falls(problem: Problem) -> tuple[float, ...]:
+    """Return the delays of the clocks by the falls, s, clear or not."""
     found = (
         lateness_of(one.seen[0], one.drive) if isinstance(one.drive, Voltage) else None
         for one in problem.experiments
@@ -214,7 +212,7 @@ def _latest(problem: Problem) -> tuple[float, ...]:
 def _with_sensor(
     problem: Problem, sensor: tuple[tuple[float, ...], float]
 ) -> tuple[Problem, list[Minimum]]:
-    """Search from the present values with clocks that are late and one low-pass of all sensors."""
+    """Search from the start with given delays and a common low-pass of all sensors."""
     shifts_s, slow_s = sensor
     experiments = (
         replace(one, seen=tuple(replace(each, slow_s=slow_s) for each in one.seen))
@@ -226,7 +224,7 @@ def _with_sensor(
 
 
 def _with_noise(problem: Problem, place: Array, outliers: float) -> Problem:
-    """Return the problem with noise, clocks and outliers as the residuals at a place tell them."""
+    """Return the problem with noise, clocks and outliers from the residuals at a place."""
     [predicted] = problem.predicted([problem.stand(place)])
     problem = problem.measured_at(predicted)
     metrics, shifts = iter(problem.metrics), list(problem.shifts_s)
@@ -266,7 +264,7 @@ def _with_noise(problem: Problem, place: Array, outliers: float) -> Problem:
             noises.append(max(each.sigma or shown or noise, FINEST))
         experiments.append(replace(one, seen=tuple(seen)))
         errors.append(tuple(noises))
-    for number, one in enumerate(experiments):  # numbers that do not tell their error
+    for number, one in enumerate(experiments):  # numbers without a given error
         errors[number] = tuple(
             noise
             if each.is_trace or each.sigma is not None

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A second fit with what a recording hints at: whether the first one has found another drive."""
+"""A trial fit with resonance and bandwidth free: the first fit may have missed them."""
 
 from dataclasses import replace
 
@@ -14,11 +14,11 @@ from stickslip_ros.lab.fitting.traces import LOOSE, to_plain, with_clocks
 
 def trial_of(problem: Problem, missing: tuple[Missing, ...]) -> Trial | None:
     """
-    Return what a fit finds with resonance and bandwidth free; None where nothing is missing.
+    Fit again with resonance and bandwidth free; return None if no parameter is missing.
 
-    A ringing piezo loosens the contacts at each fall. A stand without it makes up for that by a
+    A ringing piezo loosens the contacts at each fall. A stand without it compensates this by a
     tenth of the friction, or by a slow sensor, and no slope leads back from there: a search from
-    the start does.
+    the start is needed.
 
     """
     together = [name for name in OF_A_FALL if name not in {one.name for one in problem.free}]

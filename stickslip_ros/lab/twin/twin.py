@@ -18,10 +18,10 @@ import numpy as np
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.experiments.experiment import OF_TRACES, Experiment, Seen, Voltage, noise_of
+from stickslip_ros.lab.experiments.options import ReadingOptions
 from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.lab.experiments.reading import (
     MOVES_MIN,
-    DriveSource,
     experiment_over_time,
     without_outliers,
 )
@@ -79,7 +79,7 @@ class Twin:
             for one in free
         )
         self._known = {one.name: (one.start, settings.prior) for one in free if own[one.name]}
-        self._source = DriveSource(window_s=(0.0, settings.window))
+        self._options = ReadingOptions(window_s=(0.0, settings.window))
         self._late_s, self._slow_s = 0.0, 0.0  # of the first sensor
         self._noise: float | None = None
         self._due_ns: int | None = None
@@ -128,7 +128,7 @@ class Twin:
             if len(times_s) >= _SAMPLES_MIN
         )
         name, drive = f'rig at {window.start_ns * 1e-9:.3f} s', (time_s, voltage_v)
-        one = experiment_over_time(name, drive, seen, self.stand, None, self._source, {})
+        one = experiment_over_time(name, drive, seen, self.stand, None, self._options, {})
         return without_outliers(one, FitOptions().outliers)
 
     def is_due(self, look: Look) -> bool:

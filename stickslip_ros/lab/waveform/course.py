@@ -22,30 +22,30 @@ from stickslip_ros.lab.waveform.finder import (
 from stickslip_ros.lab.waveform.wave_piece import WavePiece
 
 NEAR_MOST = 64
-"""Samples on either side of a boundary among which two pieces may both explain the samples."""
+"""Most samples on either side of a boundary that both pieces may explain."""
 JUMP_COST = 25.0
 """Cost of a jump, in squares of standard deviations: a wave jumps only within its falls."""
 ALIKE_COST = 9.0
-"""Cost, above that of the best meeting point, up to which others are as good: 3 deviations."""
+"""Cost above the best meeting point of others that are as good: 3 deviations."""
 JUMP_UNSURE = 0.02
-"""Share of a jump by which the voltage may change between two samples beside it. The moment of the
-jump between its samples is not seen, so the height is unsure by as much."""
-MISSING_MOST = 3.5  # periods between samples that are played as they are
+"""Most change of the voltage between two samples beside a jump, as a share of it. The moment of
+the jump between its samples is unknown, so the height is unsure by as much."""
+MISSING_MOST = 3.5  # most periods between samples that are played as they are
 
 
 @dataclass(frozen=True)
 class Meeting:
-    """The point at which a piece ends and the next begins."""
+    """The point between a piece and the next."""
 
     time_s: float
     unsure_s: float  # error of the time, where the voltage jumps
-    jump_v: float  # height of the jump; 0 where both pieces meet
-    others_s: tuple[float, ...]  # times that are as good
+    jump_v: float  # height of the jump; 0 if both pieces meet
+    others_s: tuple[float, ...]  # equally good times
 
 
 @dataclass(frozen=True, eq=False)
 class CoursePart:
-    """A stretch of the course: a piece between two meetings, or samples as they are."""
+    """A part of the course: a piece between two meetings, or samples as they are."""
 
     first: int  # samples [first, last)
     last: int
@@ -58,11 +58,11 @@ class CoursePart:
 
 def settled(pieces: Sequence[WavePiece], finder: Finder) -> list[WavePiece]:
     """
-    Return pieces with holds without slope, and saw-teeth with a base.
+    Return pieces with level holds and bases of saw-teeth.
 
-    A slope of less than four standard errors counts as 0. Where no sample lies at the ends of a
-    cycle, the base of a saw-tooth is free within bounds. A hold within these bounds is the base or
-    the top; otherwise the base is in the middle, within the rails.
+    A slope of less than four standard errors counts as 0. Without a sample at the ends of a cycle,
+    the base of a saw-tooth is free within bounds. A hold within these bounds is the base or the
+    top; otherwise the base is in the middle, within the rails.
 
     """
     found, holds_v = list[WavePiece](), list[float]()
@@ -95,7 +95,7 @@ def settled(pieces: Sequence[WavePiece], finder: Finder) -> list[WavePiece]:
 
 def meeting(a: WavePiece, b: WavePiece, finder: Finder) -> Meeting:
     """
-    Return where two pieces meet: between the last sample of A alone and the first of B alone.
+    Return the meeting of two pieces, between the last sample of A alone and the first of B alone.
 
     Candidates are corners of both pieces and their crossings. Each costs the squares of the
     deviations of the samples, and more where the voltage jumps.
@@ -139,7 +139,7 @@ def parts_of(pieces: Sequence[WavePiece], finder: Finder) -> list[CoursePart]:
     """
     Return the parts of a course, one after another, from the first sample to the last.
 
-    A line of few samples that ends in a jump is left out: any few samples make a line.
+    A line of few samples that ends in a jump is dropped: any few samples make a line.
 
     """
     known = dict[tuple[WavePiece, WavePiece], Meeting]()
@@ -174,10 +174,10 @@ def parts_of(pieces: Sequence[WavePiece], finder: Finder) -> list[CoursePart]:
 
 def _as_sampled(first: int, last: int, finder: Finder) -> CoursePart:
     """
-    Return samples as they are, from the one before to the one behind them.
+    Return samples as they are, with a neighbour on either side.
 
-    Where the voltage jumps from a sample to the next, and changes little before and after, it has
-    fallen at the slew rate, halfway between both.
+    A jump between two samples, with little change before and after, is a fall at the slew rate
+    halfway between both.
 
     """
     stretch = slice(max(first - 1, 0), last + 1)
@@ -201,7 +201,7 @@ def _as_sampled(first: int, last: int, finder: Finder) -> CoursePart:
 
 
 def joined(parts: Sequence[CoursePart], slew_v_per_s: float) -> Array:
-    """Return the corners of a course, shape (n, 2), s and V; between parts it falls or rises."""
+    """Return the corners of a course, shape (n, 2), s and V, with falls between its parts."""
     found = [parts[0].rows]
     for part in parts[1:]:
         (time_s, from_v), rows = found[-1][-1], part.rows

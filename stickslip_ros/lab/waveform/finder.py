@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Find the pieces of a wave in samples: from the left, each as long as it explains them."""
+"""Find the pieces of a wave in samples from the left, each as long as it explains them."""
 
 import math
 from dataclasses import replace
@@ -15,9 +15,9 @@ from stickslip_ros.lab.waveform.monitor import GAUSSIAN, Monitor
 from stickslip_ros.lab.waveform.wave_piece import WavePiece
 
 OUT = 4.5
-"""Standard deviations beyond which a piece does not explain a sample: 7 of a million lie there."""
+"""Standard deviations within which a piece explains a sample: 7 of a million lie beyond."""
 LINE_MIN, SAW_MIN = 3, 8
-"""Samples of the shortest line, and of the shortest piece whose scatter is trusted."""
+"""Samples of the shortest line, and of the shortest piece with a trusted scatter."""
 LINE_SURE = 5
 """Samples of a line that counts beside a jump: fewer fit by chance."""
 _CLEAR = 24.0
@@ -28,20 +28,20 @@ LOUD, UNLIKE = 2.0, 0.01
 NOISE_AGREES = 1.6
 """Factor by which a scatter may exceed the noise."""
 STRAYS = 0.1
-"""Share of samples, as those within falls, that may lie off two cycles of a saw-tooth."""
+"""Share of samples, such as those within falls, that may lie off two cycles of a saw-tooth."""
 STRAYS_IN_A_ROW = 2
-"""Most samples in a row that are strays; more are a stretch of their own."""
+"""Most strays in a row; more are a part of their own."""
 SAW_CYCLES_MIN = 1.6
 """Cycles of the shortest saw-tooth: any two lines may make fewer."""
 FALL_TAIL = 3.0
-"""Time of a fall and of what rings and settles after it, in falls at the slew rate."""
+"""Time of a fall with its ringing, in falls at the slew rate."""
 SMOOTH_SHARE = 0.01
 """Largest distance of a smooth sample from the straight line between its neighbours, as a share of
 the range: the voltage between them is as near to the line."""
 WEAK, WEAK_MOST = 128, 32
-"""Lines shorter than WEAK samples follow each other WEAK_MOST times: a curve, if it is smooth."""
+"""WEAK_MOST lines in a row, each shorter than WEAK samples, are a curve if they are smooth."""
 ENDS, ENDS_FROM = (0.02, 0.98), 50
-"""Quantiles between which samples are no strays, where there are so many."""
+"""Quantiles beyond which samples may be strays, and the number of samples for this."""
 _GAIN = 25.0
 """Variances of the noise by which two pieces must lower the sum of squares against one."""
 PIECES_MOST = 10_000  # a minute of a processor
@@ -59,13 +59,13 @@ class Finder:
 
     @property
     def smooth_v(self) -> float:
-        """Largest distance of a sample from its neighbours, V; infinite where falls are seen."""
+        """Largest distance of a sample from its neighbours; infinite if the samples show falls."""
         share_v = SMOOTH_SHARE * float(np.ptp(self.volts_v))
         return math.inf if self.shows_falls else max(share_v, OUT * self.noise_v)
 
     def pieces(self) -> list[WavePiece]:
         """
-        Return the pieces in their order; between them may be samples that follow none.
+        Return the pieces in order, perhaps with other samples between them.
 
         If saw-teeth scatter more than the noise, by a hum, the search is repeated with more noise.
 
@@ -94,8 +94,8 @@ class Finder:
             lost = 0 if best.last - best.first >= LINE_SURE else lost
             first = best.last + lost // 4
             if len(found) > PIECES_MOST:
-                limit = f'behind {PIECES_MOST} lines and saw-teeth, the most that are looked for'
-                hint = 'give the commands, or cut out the stretch that counts'
+                limit = f'after {PIECES_MOST} lines and saw-teeth, the most that are searched'
+                hint = 'give the commands, or choose a shorter window'
                 raise OutOfRange('time', float(self.times_s[first - 1]), 's', limit, hint)
             weak = weak + 1 if best.last - best.first < WEAK and not best.height_v else 0
             if weak > WEAK_MOST:
@@ -108,7 +108,7 @@ class Finder:
         return math.hypot(self.noise_v, self.jitter_s * piece.slope_v_per_s)
 
     def tolerance_v(self, piece: WavePiece) -> float:
-        """Return the largest distance of a sample from the piece that explains it, V."""
+        """Return the largest distance of a sample from its piece, V."""
         return OUT * max(self.noise_of(piece), min(piece.scatter_v, self.most_v(piece)))
 
     def most_v(self, piece: WavePiece) -> float:
@@ -127,7 +127,7 @@ class Finder:
     def misfits(
         self, piece: WavePiece, first: int, last: int, limit_v: float
     ) -> NDArray[np.bool_]:
-        """Return which of a stretch of samples a piece does not explain within a limit."""
+        """Return a mask of the samples that a piece does not explain within a limit."""
         volts_v = self.volts_v[first:last]
         off = np.abs(piece.rest_v(self.times_s[first:last], volts_v)) > limit_v
         if piece.height_v:  # all samples lie between a base and a top
@@ -138,7 +138,7 @@ class Finder:
         return np.asarray(off)
 
     def fitted(self, piece: WavePiece) -> WavePiece | None:
-        """Return the least squares of a piece to its samples, without strays."""
+        """Return the least-squares fit of a piece to its samples, without strays."""
         times_s, volts_v = self.times_s[piece.samples], self.volts_v[piece.samples]
         for _ in range(REFITS):
             rest_v = np.abs(piece.rest_v(times_s, volts_v))
@@ -153,7 +153,7 @@ class Finder:
         return piece
 
     def _line(self, first: int) -> WavePiece | None:
-        """Return the line that begins at a sample."""
+        """Return the line from a sample on; None if it explains too few."""
         times_s, volts_v = (x[first : first + LINE_MIN] for x in (self.times_s, self.volts_v))
         start = WavePiece(first, first + LINE_MIN, self.slew_v_per_s, times_s[0], volts_v[0])
         line = start.least_squares(times_s, volts_v)
@@ -162,7 +162,7 @@ class Finder:
         return self._extended(replace(line, scatter_v=0.0))
 
     def _sawtooth(self, line: WavePiece) -> WavePiece | None:
-        """Return the saw-tooth that a line and the next line, behind a fall, belong to."""
+        """Return the saw-tooth of a line and the next line, after a fall; None without one."""
         starts = range(line.last, min(line.last + 1 + STRAYS_IN_A_ROW, len(self.times_s)))
         other = next(filter(None, map(self._line, starts)), None)
         if other is None:
@@ -187,7 +187,7 @@ class Finder:
         return found if lasts_s * abs(found.frequency_hz) >= SAW_CYCLES_MIN else None
 
     def _extended(self, piece: WavePiece) -> WavePiece:
-        """Return a piece fitted to all it explains behind it, twice as many samples a time."""
+        """Return a piece fitted to all samples it explains, twice as many at a time."""
         while piece.last < len(self.times_s):
             count = piece.last - piece.first
             last = min(len(self.times_s), piece.last + count)
@@ -209,7 +209,7 @@ class Finder:
         return piece
 
     def _holds(self, off: NDArray[np.bool_], piece: WavePiece) -> int:
-        """Return how many samples a piece explains; single samples may lie off, in its falls."""
+        """Return the number of samples a piece explains; single samples may lie off, in falls."""
         if piece.height_v:
             fall_s = FALL_TAIL * piece.height_v / self.slew_v_per_s
             run = 2 + int(fall_s / self.period_s)
@@ -218,7 +218,7 @@ class Finder:
         return int(np.argmax(off)) if off.any() else len(off)
 
     def _polished(self, pieces: list[WavePiece]) -> list[WavePiece]:
-        """Return the fewest pieces that explain the samples, and meet where they do so best."""
+        """Return the fewest pieces that explain the samples, with the best boundaries."""
         settled = set[tuple[WavePiece, ...]]()
         for _ in range(REFITS):
             index = 0
@@ -235,7 +235,7 @@ class Finder:
         return pieces
 
     def _one(self, a: WavePiece, b: WavePiece) -> WavePiece | None:
-        """Return the piece that explains the samples of two as well as both do, or None."""
+        """Return a piece that explains the samples of two equally well, or None."""
         long, short = (a, b) if a.last - a.first > b.last - b.first else (b, a)
         rest_v = long.rest_v(self.times_s[short.samples], self.volts_v[short.samples])
         is_off = float(np.median(np.abs(rest_v))) >= 2.0 * self.tolerance_v(long)
@@ -250,33 +250,26 @@ class Finder:
         return one if costs[2] < costs[0] + costs[1] + _GAIN else None
 
     def _met(self, a: WavePiece, b: WavePiece) -> tuple[WavePiece, WavePiece]:
-        """Return two pieces that meet where they explain the samples best."""
-        split, _ = self._split(a, b)
+        """Return two pieces divided at the sample that lets them explain all samples best."""
+        costs = [self._cost(each, a.first, b.last) for each in (a, b)]
+        total = costs[0] + costs[1][-1] - costs[1]  # all up to a sample on a, those behind it on b
+        low, high = LINE_MIN - 1, len(total) - LINE_MIN
+        split = a.first + low + int(np.argmin(total[low:high])) + 1 if low < high else a.last
         if (a.last, b.first) == (split, split):
             return a, b
         new_a, new_b = self.fitted(replace(a, last=split)), self.fitted(replace(b, first=split))
         return (new_a, new_b) if new_a and new_b else (a, b)
 
     def _cost(self, piece: WavePiece, first: int, last: int) -> Array:
-        """Return the running sum of squared deviations of a stretch, in variances of the noise."""
+        """Return the running sum of squared deviations of samples, in variances of the noise."""
         limit_v = self.tolerance_v(piece)
         off = self.misfits(piece, first, last, limit_v)
         rest_v = piece.rest_v(self.times_s[first:last], self.volts_v[first:last])
         return np.cumsum((OUT * np.where(off, 1.0, rest_v / limit_v)) ** 2)
 
-    def _split(self, a: WavePiece, b: WavePiece) -> tuple[int, float]:
-        """Return the first sample of B at the best division of all samples, and its cost."""
-        costs = [self._cost(each, a.first, b.last) for each in (a, b)]
-        total = costs[0] + costs[1][-1] - costs[1]  # all up to a sample on a, those behind it on b
-        low, high = LINE_MIN - 1, len(total) - LINE_MIN
-        if high <= low:
-            return a.last, math.inf
-        best = low + int(np.argmin(total[low:high]))
-        return a.first + best + 1, float(total[best])
-
 
 def off_course_v(times_s: Array, volts_v: Array, rows: Array, near_s: float) -> Array:
-    """Return how far samples lie off a course, corners of shape (n, 2), within a time, V."""
+    """Return distances of samples from a course, corners of shape (n, 2), within a time, V."""
     corners_s = np.concatenate(([-math.inf], rows[:, 0], [math.inf]))
     behind = np.searchsorted(rows[:, 0], times_s) + 1
     low_s, high_s = times_s - near_s, times_s + near_s
@@ -289,7 +282,7 @@ def off_course_v(times_s: Array, volts_v: Array, rows: Array, near_s: float) -> 
 
 
 def off_neighbours_v(times_s: Array, volts_v: Array) -> Array:
-    """Return how far each sample lies off the straight line between its neighbours, V."""
+    """Return the distance of each sample from the straight line between its neighbours, V."""
     off_v = np.zeros(len(volts_v))
     share = (times_s[1:-1] - times_s[:-2]) / (times_s[2:] - times_s[:-2])
     off_v[1:-1] = np.abs(volts_v[1:-1] - volts_v[:-2] - share * (volts_v[2:] - volts_v[:-2]))

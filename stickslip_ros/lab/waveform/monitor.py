@@ -13,35 +13,35 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, WrongKind
 
 RATE_MOST_HZ = 4e5
-"""Faster samples are thinned to this rate: more of them say nothing new of straight lines."""
+"""Faster samples are thinned to this rate: more of them add nothing to straight lines."""
 SEEN_FALL_SHARE = 1.0 / 3.0
 """Largest share of a fall between two samples of a monitor that shows the fall itself."""
 _SAMPLES_MIN = 12
-"""Fewer samples show no wave: a saw-tooth has four unknowns, and is tested by as many again."""
+"""Fewest samples of a wave: a saw-tooth has four unknowns, and as many again test it."""
 RAIL_SHARE = 0.01
 """Reach of noise beyond a rail, as a share of the range; share of samples that may lie further."""
 GAUSSIAN = 1.4826
-"""Standard deviation of normal noise whose median deviation from the median is one."""
+"""Standard deviation of normal noise per median absolute deviation."""
 NOISE_MOST, NOISE_LEAST = 0.015, 2e-4
-"""Noise as a share of the range of the samples. Above, a wave cannot be told from it; below are
-the steps of a converter of 11 bits and what an amplifier overshoots."""
+"""Most and least noise, as shares of the range of the samples. More hides a wave; the least is
+that of an 11-bit converter and of an amplifier's overshoot."""
 QUIET_SHARE = 0.05
-"""Share of short windows that hold neither corner nor fall in a wave that is sampled well."""
+"""Share of short windows without corner or fall in a well-sampled wave."""
 QUIET_WINDOWS = ((6, 0.42), (4, 0.226))
-"""Samples of a window, and sqrt(chi2/dof) about a straight line that QUIET_SHARE of them keep."""
+"""Samples of a window, and the QUIET_SHARE quantile of sqrt(chi2/dof) about a straight line."""
 WINDOWS_MOST = 100_000
 
 
 @dataclass(frozen=True, eq=False)
 class Monitor:
-    """Samples of a voltage, one after another in time."""
+    """Samples of a voltage in the order of time."""
 
     times_s: Array  # rising, shape (n,)
     volts_v: Array  # shape (n,)
     period_s: float  # of the clock
     jitter_s: float  # standard deviation of the time stamps
     noise_v: float  # standard deviation of the volts about the wave
-    shows_falls: bool  # whether the samples are that fast
+    shows_falls: bool  # whether the samples are fast enough
     left_out: int  # samples not finite, repeated, or beyond the rails
     rails_v: tuple[float, float]  # of the amplifier
 
@@ -52,9 +52,9 @@ def monitor_of(
     """
     Return samples, shapes (n,), sorted and cleaned.
 
-    Samples are left out if they are not finite, have the time of another sample, or lie further
-    beyond the rails ``low_v`` and ``high_v`` than noise does. Raises WrongKind of arrays of
-    different lengths, OutOfRange of too few samples or too many beyond the rails.
+    Samples are dropped if they are not finite, repeat a time, or lie beyond the rails ``low_v``
+    and ``high_v`` by more than noise. Raises WrongKind for arrays of different lengths, OutOfRange
+    for too few samples or too many beyond the rails.
 
     """
     times, volts = np.asarray(times_s, np.float64), np.asarray(voltage_v, np.float64)
@@ -67,7 +67,7 @@ def monitor_of(
     inside = (volts >= low_v - margin_v) & (volts <= high_v + margin_v)
     if np.sum(~inside) > RAIL_SHARE * given:
         worst_v = float(volts[~inside][np.argmax(np.abs(volts[~inside] - low_v))])
-        limit = f'beyond the rails {low_v:g} and {high_v:g} V, as {np.sum(~inside)} samples are'
+        limit = f'beyond the rails {low_v:g} and {high_v:g} V, with {np.sum(~inside)} samples'
         hint = 'give the unit of the monitor, or set amplifier.voltage_min and voltage_max'
         raise OutOfRange('voltage', worst_v, 'V', limit, hint)
     times, first = np.unique(times[inside], return_index=True)
@@ -79,19 +79,17 @@ def monitor_of(
         every = 1 if shows_falls else max(1, math.floor(1.0 / (RATE_MOST_HZ * apart_s) + 0.5))
         times, volts = times[::every], volts[::every]
     if len(times) < _SAMPLES_MIN:
-        limit = f'fewer than the {_SAMPLES_MIN} that show a wave'
+        limit = f'below {_SAMPLES_MIN}, the fewest that show a wave'
         raise OutOfRange('number of samples', len(times), '', limit, 'record longer')
     if not np.ptp(volts) > 0.0:
-        raise OutOfRange(
-            'voltage', float(volts[0]), 'V', 'at all times', 'record a drive that runs'
-        )
+        hint = 'record the drive while it runs'
+        raise OutOfRange('voltage', float(volts[0]), 'V', 'at all times', hint)
     spacing_s = np.diff(times)
     period_s = float(np.median(spacing_s))
     jitter_s = GAUSSIAN * float(np.median(np.abs(spacing_s - period_s))) / math.sqrt(2.0)
     # drops and gaps last whole periods
     period_s = float(np.sum(spacing_s) / np.maximum(np.rint(spacing_s / period_s), 1.0).sum())
-    noise_v = _noise(times, volts)
-    rails_v = low_v, high_v
+    noise_v, rails_v = _noise(times, volts), (low_v, high_v)
     return Monitor(times, volts, period_s, jitter_s, noise_v, shows_falls, left_out, rails_v)
 
 

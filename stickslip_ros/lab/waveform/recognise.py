@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Recognise the wave in the samples of a monitor of an amplifier's voltage, or refuse it.
+Recognise the wave in samples of an amplifier's voltage, or refuse it.
 
 A fall of the amplifier takes microseconds. A monitor of some kilohertz shows it as a ramp of
 hundreds, and a runner follows such a ramp without a slip: samples must not be played as they are.
@@ -31,23 +31,23 @@ from stickslip_ros.parameters import Parameters
 
 HOLD, RAMP, SAWTOOTH, AS_SAMPLED = 'hold', 'ramp', 'saw-tooth', 'samples'
 CYCLE_SAMPLES_MIN = 10.0
-"""Samples in a cycle of the slowest monitor whose wave is recognised."""
-_LIMIT_ERROR = 0.02  # share by which a fitted frequency may be off, at that limit
+"""Fewest samples in a cycle of a wave that is recognised."""
+_LIMIT_ERROR = 0.02  # error of a fitted frequency at that limit, as a share
 GIVE_COMMANDS = 'give the commands with --commands (Python: commands)'
 _MISSED_MOST = 0.02
-"""Share of a segment's samples that its corners may miss, beside a few."""
+"""Share of a segment's samples that its corners may miss, besides a few."""
 WHOLE_CYCLES = 0.05
 """Cycles this near to a whole number are whole."""
 LOW_SHARE = 0.1
-"""Share of the amplifier's range below which the monitor may be divided without notice."""
+"""Share of the amplifier's range below which the monitor may be divided."""
 SURE_SCATTER = 100
-"""Samples of a hold whose scatter differs from the noise by a twentieth, as standard deviation."""
+"""Samples of a hold with a scatter known to a twentieth."""
 _QUOTED = 3  # refusals in a message
 
 
 @dataclass(frozen=True)
 class Segment:
-    """A stretch of the wave: one of HOLD, RAMP, SAWTOOTH, AS_SAMPLED."""
+    """A part of the wave: one of HOLD, RAMP, SAWTOOTH, AS_SAMPLED."""
 
     kind: str
     start_s: float
@@ -58,7 +58,7 @@ class Segment:
     scatter_v: float = 0.0  # standard deviation of the samples about it
     amplitude_v: float = 0.0  # height of a fall of a saw-tooth
     base_v: float = 0.0  # lower end of a saw-tooth
-    frequency_hz: float = 0.0  # negative where ramps fall slowly
+    frequency_hz: float = 0.0  # negative if the ramps fall slowly
     cycles: float = 0.0
 
     def __str__(self) -> str:
@@ -80,31 +80,19 @@ class Segment:
 
 @dataclass(frozen=True, eq=False)
 class RecognisedWave:
-    """
-    A wave that was recognised, whole or in part.
-
-    Attributes
-    ----------
-    segments : tuple of Segment
-        The recognised stretches, in their order.
-    refusals : tuple of str
-        Reasons against playing the wave; empty if it can be played.
-    notes : tuple of str
-        Assumptions, and samples left out or clipped.
-
-    """
+    """A wave that was recognised, whole or in part."""
 
     segments: tuple[Segment, ...]
-    refusals: tuple[str, ...]
-    notes: tuple[str, ...]
-    rows: Array  # corners, whether they may be played or not, shape (n, 2): s, V
+    refusals: tuple[str, ...]  # reasons against playing the wave; empty if it can be played
+    notes: tuple[str, ...]  # assumptions, and samples left out or clipped
+    rows: Array  # corners, played or not, shape (n, 2): s, V
 
     def corners(self, hint: str = GIVE_COMMANDS) -> tuple[Array, Array]:
         """
         Return times, s, and voltages, V, of the corners of the wave, both of shape (n,).
 
-        Straight lines join them; falls have the slew rate. A wave that was refused raises
-        NotRecognised, which ends in the hint.
+        Straight lines join them; falls have the slew rate. Raises NotRecognised, ending in the
+        hint, if the wave was refused.
 
         """
         if self.refusals:
@@ -117,35 +105,22 @@ class RecognisedWave:
 
 
 class NotRecognised(StickSlipError, ValueError):
-    """A voltage is no wave that can be played; ``refusals`` give the reasons."""
+    """A voltage cannot be played, for the reasons in ``refusals``."""
 
     def __init__(self, refusals: Sequence[str], hint: str) -> None:
         more = f'; and {len(refusals) - _QUOTED} more' if len(refusals) > _QUOTED else ''
         reasons = '; '.join(refusals[:_QUOTED]) + more
-        super().__init__(f'the voltage is not played: {reasons}; {hint}')
+        super().__init__(f'the voltage cannot be played: {reasons}; {hint}')
         self.refusals = tuple(refusals)
 
 
 def recognise(times_s: ArrayLike, voltage_v: ArrayLike, stand: Parameters) -> RecognisedWave:
     """
-    Recognise the wave in samples of a voltage.
+    Recognise the wave in samples of a voltage, shapes (n,), in any order.
 
-    Parameters
-    ----------
-    times_s, voltage_v : array_like, shape (n,)
-        Samples, s and V; in any order. Values that are not finite are left out.
-    stand : Parameters
-        Slew rate and range of the amplifier.
-
-    Returns
-    -------
-    RecognisedWave
-        Segments, corners, and refusals. An error of the monitor's gain cannot be seen.
-
-    Raises
-    ------
-    OutOfRange, WrongKind
-        If the samples are too few, too far beyond the rails, or of unequal number.
+    Values that are not finite are dropped; an error of the monitor's gain does not show. Raises
+    OutOfRange or WrongKind if there are too few samples, or too many beyond the rails, or if their
+    numbers differ.
 
     """
     amplifier = stand.amplifier
@@ -167,7 +142,7 @@ def recognise(times_s: ArrayLike, voltage_v: ArrayLike, stand: Parameters) -> Re
             'give the unit of the monitor, or set amplifier.voltage_min and voltage_max'
         )
     if all(each.kind == HOLD for each in segments):
-        refusals.append('nothing but holds was recognised; record the drive while it runs')
+        refusals.append('it consists of holds only; record the drive while it runs')
     notes = list(
         _notes(
             monitor, finder.noise_v, amplifier.frequency_max, int(np.sum(inside_v != rows[:, 1]))
@@ -183,7 +158,7 @@ def recognise(times_s: ArrayLike, voltage_v: ArrayLike, stand: Parameters) -> Re
 
 
 def _segment(part: CoursePart) -> Segment:
-    """Return a part of the course in the words of its kind."""
+    """Return the segment of a part of the course."""
     (start_s, start_v), (end_s, end_v) = part.rows[[0, -1]].tolist()
     piece = part.piece
     segment = Segment(AS_SAMPLED, start_s, end_s, start_v, end_v, part.last - part.first)
@@ -204,7 +179,7 @@ def _segment(part: CoursePart) -> Segment:
 
 
 def _too_slow(parts: Sequence[CoursePart], finder: Finder) -> list[str]:
-    """Return a refusal of the fastest cycles if they have too few samples, or nothing."""
+    """Return a refusal if the fastest cycles have too few samples."""
     rate_hz, fastest_hz = 1.0 / finder.period_s, 0.0
     for part in parts:
         frequency_hz = abs(part.piece.frequency_hz) if part.piece else 0.0
@@ -234,7 +209,7 @@ def _refusals(part: CoursePart, rows: Array, finder: Finder) -> Iterator[str]:
     if piece is None:
         if part.rough_v > finder.smooth_v:
             yield (
-                f'{len(times_s)} samples follow no line and no saw-tooth, and lie up to '
+                f'{len(times_s)} samples fit neither a line nor a saw-tooth, and lie up to '
                 f'{part.rough_v:.2f} V off their neighbours'
             )
         return
@@ -246,16 +221,16 @@ def _refusals(part: CoursePart, rows: Array, finder: Finder) -> Iterator[str]:
     is_hold = not piece.slope_v_per_s and len(times_s) >= SURE_SCATTER
     if is_hold and piece.scatter_v > NOISE_AGREES * finder.noise_v:
         yield (
-            f'its samples scatter by {piece.scatter_v:.2g} V, the noise is '
-            f'{finder.noise_v:.2g} V: a smaller wave is in it'
+            f'its samples scatter by {piece.scatter_v:.2g} V, above the noise of '
+            f'{finder.noise_v:.2g} V: it contains a smaller wave'
         )
     for joint in (each for each in (part.before, part.after) if each):
         unsure_v = abs(piece.slope_v_per_s) * joint.unsure_s
         most_v = max(finder.tolerance_v(piece), JUMP_UNSURE * joint.jump_v)
         if joint.jump_v and unsure_v > most_v:
             yield (
-                f'it jumps by {joint.jump_v:.2f} V between two samples, {unsure_v:.2f} V of it '
-                'are unsure: record the voltage faster'
+                f'it jumps by {joint.jump_v:.2f} V between two samples, with {unsure_v:.2f} V '
+                'unsure: record the voltage faster'
             )
         cycles = round(float(np.ptp(joint.others_s)) * abs(piece.frequency_hz))
         if cycles:
@@ -269,16 +244,16 @@ def _notes(
     rate_hz, gaps = 1.0 / monitor.period_s, np.diff(monitor.times_s) / monitor.period_s
     missing = round(float(gaps.sum())) - len(gaps)
     yield f'{len(monitor.times_s)} samples at {rate_hz:.2f} Hz, noise {noise_v:.2g} V'
-    yield 'an error of the gain of the monitor cannot be seen in its samples'
+    yield 'an error of the gain of the monitor does not show in its samples'
     if rate_hz < CYCLE_SAMPLES_MIN * frequency_max_hz:
         yield (
             f'waves above {rate_hz / CYCLE_SAMPLES_MIN:.4g} Hz would be mistaken for slower ones '
-            f'or for holds: of these, {GIVE_COMMANDS}'
+            f'or for holds: for these, {GIVE_COMMANDS}'
         )
     if monitor.left_out:
-        yield f'{monitor.left_out} samples left out: not finite, repeated, or off the rails'
+        yield f'{monitor.left_out} samples left out: not finite, repeated, or beyond the rails'
     if clipped:
         yield f'{clipped} corners clipped to the rails'
     if missing:
         longest = round(float(gaps.max())) - 1
-        yield f'{missing} samples missing, {longest} in a row: the wave is taken to go on'
+        yield f'{missing} samples missing, {longest} in a row: the wave is assumed to continue'

@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-A piece of a wave: a straight line, or a saw-tooth whose falls have the slew rate.
+A piece of a wave: a straight line, or a saw-tooth that falls at the slew rate.
 
-Within a saw-tooth a sample is the phase: whatever the rate of sampling, v = c + s t - H m with a
-whole number m of falls before it. A line is the saw-tooth that never falls, H = 0. With m known
-the rest is linear; and m is read off the sample itself, the whole number next to (c + s t - v)/H.
+Within a saw-tooth, whatever the sampling rate, v = c + s t - H m with the number m of falls before
+the sample. A line is a saw-tooth without falls, H = 0. With m known the fit is linear, and m is
+the whole number next to (c + s t - v)/H.
 
 """
 
@@ -18,8 +18,8 @@ import numpy as np
 from stickslip_ros.arrays import Array
 
 BENT = 1e-6
-"""Mean square by which numbers of falls differ from a straight line, below which they tell no
-height: rounding, as there is less than a thousandth of a fall."""
+"""Least mean square deviation of numbers of falls from a straight line that gives a height: less
+is rounding, below a thousandth of a fall."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class WavePiece:
     origin_s: float
     level_v: float
     slope_v_per_s: float = 0.0
-    height_v: float = 0.0  # of a fall that would take no time; 0 of a line
+    height_v: float = 0.0  # of a fall without duration; 0: a line
     scatter_v: float = 0.0  # standard deviation of the samples about it
     base_v: float = 0.0  # lower end of a saw-tooth
 
@@ -43,12 +43,12 @@ class WavePiece:
 
     @property
     def frequency_hz(self) -> float:
-        """Cycles per second, positive where ramps rise; 0 of a line."""
+        """Cycles per second, positive if ramps rise; 0 for a line."""
         return self.slope_v_per_s / self.height_v if self.height_v else 0.0
 
     @property
     def amplitude_v(self) -> float:
-        """Height of a fall: it lasts A/S while the ramp goes on, so A = H/(1 + |s|/S)."""
+        """Height of a fall: it lasts A/S while the ramp continues, so A = H/(1 + |s|/S)."""
         return self.height_v / (1.0 + abs(self.slope_v_per_s) / self.slew_v_per_s)
 
     @property
@@ -58,11 +58,11 @@ class WavePiece:
         return self.origin_s + (begin_v - self.level_v) / self.slope_v_per_s
 
     def line_v(self, times_s: Array) -> Array:
-        """Return the line that it follows without falls."""
+        """Return its line without falls."""
         return self.level_v + self.slope_v_per_s * (times_s - self.origin_s)
 
     def falls(self, times_s: Array, volts_v: Array) -> Array:
-        """Return how many falls lie before each sample."""
+        """Return the number of falls before each sample."""
         if not self.height_v:
             return np.zeros(len(times_s))
         return np.asarray(np.rint((self.line_v(times_s) - volts_v) / self.height_v))
@@ -72,7 +72,7 @@ class WavePiece:
         return volts_v - self.line_v(times_s) + self.height_v * self.falls(times_s, volts_v)
 
     def corners(self, start_s: float, end_s: float) -> Array:
-        """Return rows of time and voltage: both ends of a stretch and all corners between them."""
+        """Return times and voltages of both ends and all corners between them, shape (n, 2)."""
         ends_s = np.array((start_s, end_s))
         if not self.height_v:
             return np.column_stack((ends_s, self.line_v(ends_s)))
@@ -91,10 +91,10 @@ class WavePiece:
 
     def least_squares(self, times_s: Array, volts_v: Array) -> 'WavePiece | None':
         """
-        Return the piece with the level, slope and height of the least squares; None without one.
+        Return the piece with level, slope and height by least squares; None without a solution.
 
-        The straight lines of falls and volts are subtracted first: the rests give the height, then
-        level and slope follow (Frisch and Waugh).
+        The straight lines of falls and volts are subtracted first: the residuals give the height,
+        then level and slope follow (Frisch and Waugh).
 
         """
         count, falls = len(times_s), self.falls(times_s, volts_v)

@@ -68,8 +68,8 @@ FELL = 'this machine was too busy for real time: simulated time fell 1.2 s behin
     ('changes', 'verdict'),
     [
         ({'behind_s': 0.0}, 'simulated time kept up with the clock'),
-        ({'behind_s': 1.23}, f'{FELL}; no physics is left out'),
-        ({'dropped': 1}, 'NOT as it should be: look at steps, dropped messages and status above'),
+        ({'behind_s': 1.23}, f'{FELL}; no step is left out'),
+        ({'dropped': 1}, 'the demo failed: check steps, dropped messages and status above'),
     ],
 )
 def test_a_verdict_says_whether_simulated_time_kept_up(

@@ -32,7 +32,7 @@ def test_import_says_what_it_understood_and_writes_our_form(capsys: Any, table: 
     assert 'messung.csv: experiment by amplitude, 2 rows' in out
     assert "amplitude_m is 'Hub (nm)' in nm, times 1e-09; first row 6e-08 m" in out
     assert "force_n is 'Kraft (mN)' in mN, times 0.001; first row 0.0015 N" in out
-    assert "aside   'Temp (°C)'" in out
+    assert "unused  'Temp (°C)'" in out
     clean = Path('out/clean.csv')
     assert clean.read_text(encoding='utf-8') == (
         "# column 'Temp (°C)' was not read\n"
@@ -47,7 +47,7 @@ def test_import_without_output_only_tells(capsys: Any, table: Path):
     told = json.loads(capsys.readouterr().out)
     assert told['output'] == ''
     assert [each['file'] for each in told['files']] == ['messung.csv'] * 2
-    assert told['files'][0]['aside'] == ['Temp (°C)']
+    assert told['files'][0]['unused'] == ['Temp (°C)']
     assert [each['name'] for each in told['files'][0]['columns']] == ['amplitude_m', 'force_n']
     assert [path.name for path in table.parent.iterdir()] == ['messung.csv']
 
@@ -59,7 +59,7 @@ def test_compare_takes_one_file_per_preload_and_says_first_what_it_read(capsys: 
     assert out.startswith('comparison of messung.csv, messung.csv and model\n')
     assert re.search(r'^rows +4 ', out, re.MULTILINE)
     assert err.count("force_n is 'Kraft (mN)' in mN, times 0.001; first row 0.0015 N") == 2
-    assert "aside   'Temp (°C)'" in err
+    assert "unused  'Temp (°C)'" in err
 
 
 def test_a_given_column_is_played(capsys: Any, tmp_path: Path):

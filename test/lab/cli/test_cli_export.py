@@ -102,12 +102,12 @@ def test_what_is_exported_is_read_again(recorded_run: Run, tmp_path: Path, words
     ('words', 'told'),
     [
         (('-o', 'run.txt'), 'one of .csv, .parquet, .xlsx'),
-        (('-o', 'run.csv', '--window', '1ms@9s'), 'has nothing to write'),
+        (('-o', 'run.csv', '--window', '1ms@9s'), 'has no quantities to write'),
         (('-o', 'run.csv', '--rate', '0'), '--rate 0 Hz is not above 0 Hz'),
         (('-o', 'run.csv', '--map', 'force_n=/x.data'), 'has no topic and field'),
         (
             ('--readings', '-o', 'run.csv', '--map', 'force_n=/x.data'),
-            '--map names those of others; leave one of the two away',
+            '--map for those of others; leave out --readings or --map',
         ),
     ],
 )

@@ -59,7 +59,7 @@ def test_the_fitted_stand_runs_from_its_yaml_and_the_json_says_how_good_it_is(
     assert stand.changed() == result['parameters']
     written = yaml.read_text(encoding='utf-8')
     assert f'# contact.friction: {stand.contact.friction:.6g} ± ' in written
-    assert '# The experiments differ in stand.preload, not taken over from them.\n' in written
+    assert '# The experiments differ in stand.preload: the stand keeps its own.\n' in written
     assert picture.read_bytes().startswith(b'\x89PNG')
     shown = page.read_text(encoding='utf-8')
     assert f'<td>contact.friction</td><td>{stand.contact.friction:.6g}</td>' in shown
@@ -104,8 +104,8 @@ def test_a_fit_that_misses_its_points_ends_with_1_and_shows_no_errors(
     sure.write_text(text, encoding='utf-8')
     assert fit(sure, *FREE, '--starts', '1') == 1
     shown = capsys.readouterr().out
-    assert 'DO NOT USE THESE VALUES' in shown
-    assert 'neither values nor intervals hold' in shown
+    assert 'The fit failed its checks, so no errors are given' in shown
+    assert 'values and intervals are not reliable' in shown
 
 
 def test_without_standard_errors_the_basis_of_the_errors_is_said(experiment, capsys, tmp_path):

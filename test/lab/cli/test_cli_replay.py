@@ -73,7 +73,7 @@ def test_what_cannot_be_replayed_is_one_line_and_status_2(
 ):
     capsys.readouterr()
     assert main(['replay', 'measured.csv']) == 2
-    assert 'give the recording to write with -o' in capsys.readouterr().err
+    assert 'name the recording to write with -o' in capsys.readouterr().err
     assert main(['replay', str(run), '-o', str(run)]) == 2
     assert 'it exists and is not overwritten' in capsys.readouterr().err
     assert main(['replay', 'nowhere.mcap']) == 2

@@ -115,4 +115,4 @@ def test_a_wave_with_columns_that_nobody_knows_is_sent_to_import(tmp_path: Path,
     (tmp_path / 'wave.csv').write_text('time (ms),CH1 (V)\n0,0\n1,5\n', encoding='utf-8')
     assert main(['simulate', '--waveform', str(tmp_path / 'wave.csv')]) == 2
     refusal = capsys.readouterr().err
-    assert '--map voltage_v="CH1 (V)" of stickslip import, whose -o FILE simulate' in refusal
+    assert '--map voltage_v="CH1 (V)" of stickslip import, and simulate its -o FILE' in refusal

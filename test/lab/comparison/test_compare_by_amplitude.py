@@ -298,8 +298,8 @@ def test_a_free_runner_is_compared_by_its_steps(tmp_path):
         assert steps.agreement.bias == pytest.approx(-1e-9, rel=1e-6, abs=0.0)
         assert comparison.b.changed == {'load_cell.contact': 'absent'}
     forces = write_points(tmp_path / 'forces.csv', [(0.1, 1e-7, 0.02)], (*columns[:2], 'force_n'))
-    refused(forces, path, 'a held runner has a force, a free one steps')
-    with pytest.raises(StickSlipError, match='without the force that was seen'):
+    refused(forces, path, 'compare two with a force (held runner)')
+    with pytest.raises(StickSlipError, match='without the measured force'):
         compare(forces, free)
 
 
@@ -318,12 +318,12 @@ def test_what_does_not_fit_is_refused(tables, tmp_path, stand):
         other, folder / 'rough.csv', f'compute its points with: stickslip compare {other} model'
     )
     for moved in ({'shift_s': 1.0}, {'align': True}):
-        refused(other, 'model', 'is by amplitude and knows no time; leave --shift', **moved)
-    why = 'is by amplitude: no voltage drove it; leave --commands'
+        refused(other, 'model', 'is by amplitude and has no times; leave out --shift', **moved)
+    why = 'is by amplitude: no voltage drove it; leave out --commands'
     refused(other, 'model', why, commands=other)
     two = sweep_rows(stand, (0.3,), (60e-9,), contact__friction=(0.2, 0.3))
     write_table(two, tmp_path / 'two.csv', stand)
-    refused(other, tmp_path / 'two.csv', 'two.csv varies contact.friction, of which')
+    refused(other, tmp_path / 'two.csv', 'two.csv varies contact.friction, which')
     (tmp_path / 'runs.txt').write_text('hello')
     refused(
         tmp_path / 'runs.txt',
@@ -331,7 +331,7 @@ def test_what_does_not_fit_is_refused(tables, tmp_path, stand):
         'runs.txt: line 1: has no rows of numbers in its first 1 lines; save it as',
     )
     refused(tmp_path / 'none.csv', other, 'cannot be read (No such file')
-    refused(other, None, 'stands alone and is no recording')
+    refused(other, None, 'has no B and is no recording')
 
 
 @pytest.mark.parametrize(

@@ -119,7 +119,7 @@ def test_runs_that_share_no_time_are_refused(recorded_run, late):
     with pytest.raises(StickSlipError) as caught:
         compared(recorded_run[1], late, shift_s=5.0)
     assert 'position_m of' in str(caught.value)
-    assert 'move B with --shift or --align' in str(caught.value)
+    assert 'shift B with --shift or --align' in str(caught.value)
 
 
 def test_another_seed_and_preload_are_named_and_the_numbers_are_direct(recorded_run, tmp_path):
@@ -178,7 +178,7 @@ def test_what_is_no_number_is_left_out_and_counted(tmp_path):
     assert (position.agreement.points, position.left_out) == (4, 1)
     assert position.agreement.largest == pytest.approx(1e-9)
     dark = record_points(tmp_path / 'dark.mcap', [math.nan] * 5)
-    with pytest.raises(StickSlipError, match='position_m is a number at no time in both'):
+    with pytest.raises(StickSlipError, match='position_m has no numbers at common times in'):
         compared(a, dark)
 
 
@@ -196,7 +196,7 @@ def test_a_recording_alone_is_compared_with_the_experiment_that_it_carries(tmp_p
 
 
 def test_a_recording_alone_without_an_experiment_is_refused(recorded_run):
-    with pytest.raises(StickSlipError, match=r'carries no experiment\.csv; name what to compare'):
+    with pytest.raises(StickSlipError, match=r'has no attached experiment\.csv; give a file or'):
         compared(recorded_run[1])
 
 
@@ -211,7 +211,7 @@ def test_kinds_that_do_not_fit_are_refused(recorded_run, tmp_path):
     points = tmp_path / 'points.csv'
     points.write_text('preload_n,amplitude_m,force_n\n0.5,6e-8,0.02\n')
     for a, b in ((recorded_run[1], points), (points, recorded_run[1])):
-        with pytest.raises(StickSlipError, match='compare two over time, or two by amplitude'):
+        with pytest.raises(StickSlipError, match='two files over time, or two by amplitude'):
             compared(a, b)
     foot = tmp_path / 'foot.csv'
     foot.write_text('time_s,foot_m\n0,0\n1,1e-9\n')
@@ -255,7 +255,7 @@ def test_of_equal_periods_the_smallest_shift_counts():
 def test_where_nothing_changes_no_lag_is_found():
     time_s = np.arange(10, dtype=float)
     flat = Series(time_s, np.ones(10), 'V', 'flat')
-    with pytest.raises(StickSlipError, match='nothing changes in both; record something that'):
+    with pytest.raises(StickSlipError, match='quantity that changes in both; record a motion'):
         estimate_alignment([(flat, flat)])
 
 

@@ -126,7 +126,7 @@ def test_settings_that_differ_have_a_heading_and_their_absence_a_sentence(runs, 
     words = ' '.join(Page(pages['runs']).texts)
     assert runs.differences == ()
     assert 'settings of A and B that differ' in words
-    assert 'None. Compared are those that both state: parameters, seed, versions' in words
+    assert 'None. Parameters, seed, versions and columns with one value count' in words
 
 
 @pytest.mark.parametrize(

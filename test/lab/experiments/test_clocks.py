@@ -86,7 +86,7 @@ def test_records_that_do_not_look_alike_are_told():
     found = clock_shift(
         COURSE[:, 0], COURSE[:, 1], times_s, 150.0 + 40.0 * random.standard_normal(len(times_s))
     )
-    assert 'hardly look alike' in found.doubts()[0]
+    assert 'below 0.8; give the shift' in found.doubts()[0]
 
 
 def test_a_record_without_change_is_refused():

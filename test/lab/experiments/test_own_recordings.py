@@ -64,7 +64,7 @@ def experiment_of(path: Path, **known) -> Experiment:
 
 def said(one: Experiment) -> tuple[str, ...]:
     assert isinstance(one.drive, Voltage)
-    return one.drive.said
+    return one.drive.notes
 
 
 def misses(one: Experiment, stand: Parameters, late_s: float = 0.0) -> dict[str, float]:
@@ -92,7 +92,7 @@ STANDS: dict[str, dict[str, object]] = {
 def test_the_stand_of_a_recording_misses_nothing_but_the_noise_of_its_sensors(name, tmp_path):
     stand = Parameters().updated(STANDS[name])
     one = experiment_of(recorded(tmp_path / 'run.mcap', WAVES, stand))
-    assert said(one)[0] == 'as it was commanded'
+    assert said(one)[0] == 'as commanded'
     assert len(said(one)) == 1 + len(WAVES)
     found = misses(one, stand)
     assert ('force_n' in found) == (name != 'free')
@@ -157,7 +157,7 @@ def test_a_model_is_told_as_the_stand_that_was_run(tmp_path):
     found = compare(path, Parameters())
     assert found.b.changed == {'load_cell.contact': 'absent', 'stand.preload': 0.35}
     for given in (CompareOptions(frequency_hz=500.0), CompareOptions(steps=10)):
-        with pytest.raises(Incomparable, match='is over time, where the voltage says frequency'):
+        with pytest.raises(Incomparable, match='is over time: its voltage gives frequency'):
             compare(path, Parameters(), options=given)
 
 
@@ -165,7 +165,10 @@ def test_a_window_cuts_off_the_force_that_steps_before_it_have_built_up(tmp_path
     plan = ((0, Request('sawtooth', (213.3, 1000.0, 0.0))),)
     path = recorded(tmp_path / 'run.mcap', plan, Parameters(), 100)
     [note] = experiment_of(path, window_s=(0.07, 0.09)).notes
-    assert 'the run begins 50 ms before the window, at rest: force that earlier steps' in note
+    assert (
+        'the run begins 50 ms before the window, at rest, without the force of earlier steps'
+        in note
+    )
     assert experiment_of(path, window_s=(0.0, 0.09)).notes == ()
 
 
@@ -174,7 +177,7 @@ def test_a_recording_that_begins_before_its_first_command_begins_at_rest(tmp_pat
     plan = ((30, Request('sawtooth', (213.3, 1000.0, 15.0))),)
     one = experiment_of(recorded(tmp_path / 'run.mcap', plan, stand, 50, begins_ms=20))
     assert said(one) == (
-        'as it was commanded',
+        'as commanded',
         '0.030000 s on: sawtooth 213.3 V, 1000 Hz, 15 steps',
     )
     assert misses(one, stand)['position_m'] == pytest.approx(1.0, abs=0.12)
@@ -185,7 +188,7 @@ def test_a_voltage_that_jumps_at_once_is_not_where_the_stand_rests(tmp_path):
     plan = ((0, Request('sawtooth', (213.3, -1000.0, 5.0))), (0, Request('voltage', (150.0,))))
     for asked in plan:
         one = experiment_of(recorded(tmp_path / f'{asked[1].name}.mcap', [asked], stand, 20))
-        assert said(one)[0] == 'as it was commanded'
+        assert said(one)[0] == 'as commanded'
         assert misses(one, stand)['position_m'] == pytest.approx(1.0, abs=0.12)
 
 

@@ -233,7 +233,7 @@ def test_forces_that_are_not_steady_yet_are_fitted_where_their_steps_are_told(tr
     assert_same_values(fit, list(TRUTH.values()))
     assert [steps_of(one).steps for one in fit.experiments] == [30] * len(points)
     [warning] = warnings_of(fit)
-    assert warning.startswith('some runs are not steady after 30 steps: their forces hold')
+    assert warning.startswith('some runs are not steady after 30 steps: their forces are those')
 
 
 def test_on_a_given_bound_nothing_is_estimated_and_a_wrong_model_is_told_by_its_p_value(truth):
@@ -298,7 +298,7 @@ def test_a_parameter_that_changes_nothing_is_told(truth):
     fit = fitted(truth, noisy_points(truth, 1), names)
     assert fit.estimates[0].inert
     assert math.isfinite(fit.estimates[1].standard_error)
-    told = 'changes nothing of what was seen; the others hold for this value of it'
+    told = 'has no effect on the readings; the others hold for this value of it'
     assert f'friction_law.stribeck_velocity {told}' in warnings_of(fit)
 
 
@@ -308,7 +308,7 @@ def test_two_moduli_that_act_as_one_are_told(truth):
     assert not any(math.isfinite(one.standard_error) for one in fit.estimates)
     assert fit.uncertainty.condition > 1e4
     warned = ' '.join(warnings_of(fit))
-    assert 'contact.young_runner is not determined by what was seen: others' in warned
+    assert 'contact.young_runner is not determined by the readings: others' in warned
     assert 'the points hardly determine the combination' in warned
 
 
@@ -334,7 +334,10 @@ def test_too_few_points_are_refused(truth, known, count, least):
 @pytest.mark.parametrize(
     ('changes', 'message'),
     [
-        ({'load_cell.contact': 'absent'}, "load_cell.contact 'absent' is without the force that"),
+        (
+            {'load_cell.contact': 'absent'},
+            "load_cell.contact 'absent' is without the measured force",
+        ),
         ({'stand.preload_end': 0.3}, 'stand.preload_end 0.3 N is not 0 in a fit'),
         ({'amplifier.voltage_max': 200.0}, 'amplitude 1.4e-07 m is above the 1.06667e-07 m'),
     ],

@@ -42,7 +42,7 @@ def test_a_start_gets_a_decade_to_both_sides_inside_what_is_allowed():
 def test_a_piezo_that_rings_beside_an_amplifier_without_a_bandwidth_is_told():
     names = ['contact.friction', 'actuator.resonance', 'actuator.damping_ratio']
     _, _, [note] = choose_free(Parameters(), names)
-    assert note.startswith('amplifier.bandwidth taken as none')
+    assert note.startswith('amplifier.bandwidth not modelled')
     assert choose_free(Parameters(), [*names, 'amplifier.bandwidth'])[2] == ()
     known = Parameters().updated({'amplifier.bandwidth': 2e5})
     assert choose_free(known, names)[2] == ()
@@ -107,12 +107,15 @@ def test_only_quantities_of_the_drive_can_be_freed():
         ('contact.fricton', 'did you mean contact.friction'),
         ('contact.law', "free parameter 'contact.law' is not a quantity"),
         ('contact.line_points', 'is not a quantity'),
-        ('sim.dt', "'sim.dt' is no property of the drive"),
-        ('stand.preload', "'stand.preload' is no property of the drive"),
+        ('sim.dt', "'sim.dt' is not a property of the drive"),
+        ('stand.preload', "'stand.preload' is not a property of the drive"),
         ('trace.period', 'free quantities of contact, friction_law, runner'),
         ([], 'is not a list of parameters'),
         (['runner.mass', Free('runner.mass')], "'runner.mass' is freed twice"),
-        ('friction_law.viscous', 'friction_law.viscous 0 N s/m is a start without a scale'),
+        (
+            'friction_law.viscous',
+            'friction_law.viscous 0 N s/m is not above 0, and gives no scale',
+        ),
         (Free('runner.mass', start='much'), "'much' is not a number in kg"),
         (Free('runner.mass', low='2e-3', high='1e-3'), 'is not below the upper one'),
         (Free('runner.mass', low='1e-3', high=11.0), 'above the maximum 10 kg'),
@@ -184,7 +187,7 @@ def test_step_lengths_are_those_of_a_free_runner(tmp_path):
             'preload_n,amplitude_m,energy_j\n0.1,60e-9,1e-8\n',
             'line 1: there is no force_n or step_length_m',
         ),
-        (f'{HEADER}\n0.1,60e-9,0\n', 'has no force_n other than 0'),
+        (f'{HEADER}\n0.1,60e-9,0\n', 'has only 0 as force_n'),
         (f'{HEADER}\n0.1,60 nm,0.03\n', "line 2, column amplitude_m: '60 nm' is not a finite"),
     ],
 )

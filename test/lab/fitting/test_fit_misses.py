@@ -76,27 +76,27 @@ def test_a_ringing_piezo_that_passes_for_little_friction_is_found_by_a_trial(rin
     assert ringing.trial is not None
     assert ringing.trial.values[0] == pytest.approx(0.3, rel=0.15, abs=0.0)
     assert not ringing.holds
-    [warning] = [text for text in warnings_of(ringing) if 'the stand lacks something' in text]
+    [warning] = [text for text in warnings_of(ringing) if 'the model is incomplete' in text]
     assert 'with actuator.resonance, actuator.damping_ratio, amplifier.bandwidth free' in warning
-    assert 'another drive is found: contact.friction 0.2' in warning
+    assert 'with other values: contact.friction 0.2' in warning
 
 
 def test_a_fit_that_does_not_hold_shows_no_intervals_and_gives_no_draws(
     ringing: Fit, tmp_path: Path
 ):
-    assert repr(ringing).splitlines()[0].endswith(', which does not hold')
+    assert repr(ringing).splitlines()[0].endswith(', not reliable')
     first = next(ringing.sections())
     assert {row[2:5] for row in first.rows} == {('-', '-', '-')}
-    assert first.notes[0].startswith('DO NOT USE THESE VALUES')
+    assert first.notes[0].startswith('The fit failed its checks, so no errors are given')
     path = tmp_path / 'fitted.json'
     path.write_text(json.dumps(as_object(ringing)), encoding='utf-8')
-    with pytest.raises(StickSlipError, match='is of a fit that does not hold; free what'):
+    with pytest.raises(StickSlipError, match='is of a fit that failed its checks; free the'):
         read_draws(path)
 
 
 def test_a_grid_tells_how_far_what_follows_it_may_be():
     places = np.array([[0.0, 1.0], [1.0, 3.0], [2.0, 9.0]])
-    grid = ChiSquareGrid((0,), places, np.array([5.0, 6.0, 50.0]), np.array([0.0, 0.5]))
+    grid = ChiSquareGrid(places, np.array([5.0, 6.0, 50.0]), np.array([0.0, 0.5]))
     assert grid.range_of(0, 4.0) == (0.0, 1.0)
     assert grid.range_of(1, 4.0) == pytest.approx((0.0, 3.0 + 0.5 * np.sqrt(3.0)))
 
@@ -166,4 +166,4 @@ def test_a_value_that_is_held_wrong_and_moves_a_free_one_is_told():
     assert held.p_value > 0.01  # the allowance covers what is missed
     assert held.is_biased
     assert not held.holds
-    assert any('the stand lacks something' in text for text in warnings_of(held))
+    assert any('the model is incomplete' in text for text in warnings_of(held))

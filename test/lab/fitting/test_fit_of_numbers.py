@@ -153,7 +153,7 @@ def test_who_knows_a_0_amplitude_and_a_ring_down_learns_friction_mass_and_dampin
         found.parameters.updated({'stand.preload': 0.4}), 1000.0, steps=STEPS
     )
     assert points[0]['model'] == pytest.approx(of_model.zero_amplitude_m, rel=1e-9, abs=0.0)
-    with pytest.raises(StickSlipError, match='readings to plan by'):
+    with pytest.raises(StickSlipError, match='readings for a plan'):
         plan(found)
     options = CompareOptions(preloads_n=(rig.preload_n,))
     compared = compare(ringing, found.parameters, options=options)

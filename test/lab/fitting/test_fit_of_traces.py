@@ -91,7 +91,7 @@ def test_a_rig_with_another_sensor_and_a_late_clock_is_learned(learned: tuple[Ri
     assert 0.85 < found.reduced_chi_square < 1.15
     [[noise]] = found.problem.noise.values
     assert noise == pytest.approx(rig.noise_m, rel=0.05, abs=0.0)
-    assert not any('lacks' in text for text in warnings_of(found))
+    assert not any('incomplete' in text for text in warnings_of(found))
     [note] = found.notes
     assert 'the clock of position_m is about 1.3' in note
 
@@ -239,7 +239,7 @@ def test_a_low_pass_of_a_ramp_is_late_by_its_time_constant_and_rests_before(slow
 
 def test_what_no_parameter_explains_is_warned_of(learned: tuple[Rig, Fit]):
     _, found = learned
-    text = 'none of the parameters that were tried explains it'
+    text = 'no tested parameter explains it'
     assert not any(text in warning for warning in warnings_of(found))
     [[noise]] = found.problem.noise.values
     less = replace(found.problem.noise, values=((noise / 2.0,),))
@@ -276,7 +276,7 @@ def test_what_a_rig_has_and_the_stand_lacks_is_named_and_warned_of():
     free = ['contact.friction', 'actuator.gain']
     found = fit(experiment(rig, 3), free, parameters=stand, options=FitOptions(starts=2))
     assert found.missing[0].name == 'actuator.hysteresis'
-    [warning] = [text for text in warnings_of(found) if 'lacks something' in text]
+    [warning] = [text for text in warnings_of(found) if 'model is incomplete' in text]
     assert 'freeing actuator.hysteresis would lower chi-square per reading from' in warning
     names = ['contact.friction', 'actuator.gain', 'actuator.hysteresis']
     more = fit(experiment(rig, 3), names, parameters=stand, options=FitOptions(starts=2))
@@ -307,7 +307,7 @@ def test_draws_have_the_mean_and_the_spread_of_the_fit(learned: tuple[Rig, Fit],
     _, found = learned
     path = tmp_path / 'fitted.json'
     path.write_text(json.dumps(as_object(found)), encoding='utf-8')
-    assert read_note(path).endswith('twice as wide as need be; a second preload mends that')
+    assert read_note(path).endswith('twice too wide; add a second preload')
     draws = read_draws(path, 400)
     assert [each.flat() for each in draws] == [each.flat() for each in found.draws(400)]
     logs = np.log([[each.flat()[one.name] for one in found.estimates] for each in draws])
@@ -406,7 +406,7 @@ def test_a_late_clock_is_seen_at_the_falls_of_the_voltage(late_s: float, noise_m
 @pytest.mark.parametrize(
     ('columns', 'message'),
     [
-        (('position_m',), 'does not say what drove it; name its voltage, --map voltage_v='),
+        (('position_m',), 'does not hold the voltage that drove it; name its voltage, --map vol'),
         (('voltage_v',), 'shows neither a motion nor a force over time'),
     ],
 )

@@ -151,7 +151,7 @@ def test_names_can_be_kept_in_a_file(
     words = ['compare', str(recorded_run[1]), str(rig), '--map-file', str(names)]
     assert main([*words, '--align', '--offset', '--window', '15ms@1ms']) == 0
     out = capsys.readouterr().out
-    assert 'was moved by' in out
+    assert 'was shifted by' in out
     names.write_text('- force_n\n')
     assert main(words) == 2
     assert 'position_m: /rig/encoder.point.x' in capsys.readouterr().err

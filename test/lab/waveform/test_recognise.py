@@ -310,7 +310,7 @@ def test_a_constant_voltage_is_refused():
 def test_a_record_of_noise_alone_ends_in_a_line(monkeypatch):
     monkeypatch.setattr('stickslip_ros.lab.waveform.finder.PIECES_MOST', 100)
     noise_v = 0.1 * np.random.default_rng(23).standard_normal(20_000)
-    with pytest.raises(OutOfRange, match='behind 100 lines'):
+    with pytest.raises(OutOfRange, match='after 100 lines'):
         recognise(np.arange(20_000) / 5000.0, noise_v, STAND)
 
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The verbs of ``stickslip`` in groups, as help lists them."""
+"""The verbs of ``stickslip`` in the groups of its help."""
 
 from stickslip_ros.lab.cli.verbs.data import DATA
 from stickslip_ros.lab.cli.verbs.evidence import EVIDENCE

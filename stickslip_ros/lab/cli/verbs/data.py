@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Verbs that read what was measured or recorded."""
+"""Verbs that read measurements and recordings."""
 
 from stickslip_ros.lab.cli.options import (
     DRAWS,
@@ -30,35 +30,35 @@ RECORDING = 'an MCAP file, a bag directory, or a run in parts'
 DATA = (
     verb(
         'import',
-        'read tables of instruments, write them in our form',
+        'read tables of instruments, write them in SI units',
         'Read tables as instruments and spreadsheets write them (docs/howto/bring_your_data.md), '
-        'say what was understood, and write them as CSV with our columns in SI units. Several '
-        'tables by amplitude become one.',
+        'print the columns as read, and write them as CSV in SI units. Several tables by '
+        'amplitude become one.',
         file('tables', nargs='+'),
         *MAP,
         *options_of(READING, 'preloads_n'),
-        output('.csv to write (default: only say what was understood)'),
+        output('.csv to write (default: only print the columns)'),
         module='experiment',
     ),
     verb(
         'compare',
         'compare runs, sweeps, experiments and the model',
-        'Compare A with B, each a recording (MCAP file or bag, of any program: --map says which '
-        'topic is what), a table of a sweep (CSV, Parquet) or a table of an experiment '
-        '(docs/howto/bring_your_data.md). Tables are compared by amplitude and preload, '
-        'runs over time. The word model for B runs the drive at the points of A, or under the '
-        'voltage that drove A: --commands, or the wave read off a monitor with ten samples a '
-        'cycle or more. Without B, a recording is compared with the experiment that it carries.',
+        'Compare A with B, each a recording (MCAP file or bag, with --map of any program), a '
+        'table of a sweep (CSV, Parquet) or a table of an experiment '
+        '(docs/howto/bring_your_data.md). Tables are compared by amplitude and preload, runs '
+        'over time. The word model for B runs the drive at the points of A, or under the voltage '
+        'that drove A: --commands, or the wave recognised in a monitor with ten samples a cycle '
+        'or more. Without B, a recording is compared with its attached experiment.',
         option(
             'files',
-            'A: recording or table, or several experiments by amplitude; and last B: another '
-            'one, or the word model',
+            'A: recording or table, or several experiments by amplitude; then B: recording, '
+            'table, or the word model',
             metavar='FILE',
             nargs='+',
         ),
         *MAP,
         *options_of(READING, 'preloads_n'),
-        output('page to read or to print: .html'),
+        output('.html page to read or to print'),
         *FIGURE,
         either(*options_of(COMPARE, 'shift_s', 'align')),
         *options_of(COMPARE, 'offset'),
@@ -73,14 +73,14 @@ DATA = (
     verb(
         'fit',
         'fit the drive to recordings and tables, with error bars',
-        'Fit parameters of the drive to all that was measured, at once: recordings of any rig and '
-        'tables over time, with the voltage that drove it and the position or force that was '
-        'seen (--map says which topic is what), and tables of forces or step lengths by '
-        'amplitude (docs/howto/fit.md). The wave is read off a voltage monitor with ten samples a '
-        'cycle or more; else give --commands. Zero, drift, delay, low-pass of sensors are found '
-        'with the parameters; intervals allow for errors of the model. Quantities of '
-        'contact, friction_law, runner, load_cell, actuator, amplifier may be freed. Freeing '
-        'contact.rms_height sets contact.prefactor to 0, which would hide it.',
+        'Fit parameters of the drive to all measurements at once: recordings of any rig and '
+        'tables over time, with the driving voltage and the position or force (--map names their '
+        'topics), and tables of forces or step lengths by amplitude (docs/howto/fit.md). The '
+        'wave is recognised in a voltage monitor with ten samples a cycle or more; else give '
+        '--commands. Zero, drift, delay and low-pass of sensors are fitted too; intervals allow '
+        'for errors of the model. Quantities of contact, friction_law, runner, load_cell, '
+        'actuator, amplifier may be freed. Freeing contact.rms_height sets contact.prefactor to '
+        '0, which would hide it.',
         file('recordings, tables over time, tables by amplitude', nargs='+'),
         *MAP,
         *options_of(READING, 'preloads_n'),
@@ -102,13 +102,13 @@ DATA = (
         *options_of(FIT, 'shape_m', 'step_share', 'starts', 'seed'),
         option(
             '--plan',
-            'choose N measurements that would make the parameters surest',
+            'choose N measurements that would reduce the errors most',
             int,
             default=0,
         ),
         many(
             '-o --output',
-            '.json: everything; .html: a page; .yaml: the fitted stand for --params',
+            '.json: all results; .html: a page; .yaml: the fitted stand for --params',
             'FILE',
             to_path,
         ),
@@ -118,42 +118,42 @@ DATA = (
     verb(
         'info',
         'topics, counts, rates, gaps, parameters of a recording',
-        f'Say what is in {RECORDING}.',
+        f'Print topics, counts, rates, gaps and parameters of {RECORDING}.',
         file(RECORDING),
         module='recording',
     ),
     verb(
         'plot',
         'draw a recording against time',
-        'Draw a recording: the trace where there is one, else the topics at 1 kHz; below, and '
-        'dotted, the commands and the status bits. However many samples there are, no peak is '
-        'lost. Of a recording of another program --map says which topic is what.',
+        'Draw a recording: its trace, or without one its topics at 1 kHz; below them, dotted, '
+        'the commands and the status bits. No peak is lost, however many samples there are. For '
+        'a recording of another program --map names the topics.',
         file('the recording'),
         WINDOW,
         *MAP,
-        output('.png, .svg or .pdf (default: beside the recording, as PNG)'),
+        output('.png, .svg or .pdf (default: a PNG next to the recording)'),
         *LOOK,
         module='recording',
     ),
     verb(
         'draw',
         'draw the stand',
-        'Draw a stand to scale, as SVG. As URDF: frames and bodies for RViz and other programs. '
-        'docs/examples/film.py draws a recording as a film.',
+        'Draw a stand to scale, as SVG, or write its frames and bodies as URDF for RViz and other '
+        'programs. docs/examples/film.py draws a recording as a film.',
         output('.svg or .urdf to write', required=True),
         *PARAMETERS,
     ),
     verb(
         'export',
         'write the quantities of a recording as a table',
-        'Write what a recording holds over time as a table, a row for each time, with units in '
-        'the names of the columns: the trace where there is one, else the topics.',
+        'Write the trace of a recording, or without one its topics, as a table with a row for '
+        'each time and units in the names of the columns.',
         file(RECORDING),
         output('.csv, .parquet or .xlsx to write', required=True),
-        switch('--readings', 'position, force and voltage of the topics, not the trace'),
+        switch('--readings', 'write position, force and voltage of the topics, not the trace'),
         option(
             '--rate',
-            'rows per second: each is the mean of an interval, at its middle (default: all rows)',
+            'rows per second, each the mean of an interval, at its middle (default: all rows)',
             unit='Hz',
         ),
         WINDOW,
@@ -162,8 +162,8 @@ DATA = (
     verb(
         'recover',
         'make an unfinished, cut or damaged recording readable',
-        'Copy what can be read of an MCAP file or a bag into a finished, indexed one. The '
-        'original is only read; nothing is overwritten.',
+        'Copy the readable part of an MCAP file or a bag into a finished, indexed file. The '
+        'original is not changed, and no file is overwritten.',
         file(RECORDING),
         output('the copy (default: FILE.recovered.mcap)'),
         module='recording',
@@ -171,17 +171,17 @@ DATA = (
     verb(
         'replay',
         'run a recording again, or a measured voltage',
-        'Without --set, the requests of a recording give the same data again, byte for byte; the '
-        'exit status is 1 if they do not. With --set or --params they answer what another stand '
-        'would have done. A table of voltages or displacements of the feet over time (see '
-        'docs/howto/compare.md), or a recording of another program with --map, is played as a '
-        'waveform; in samples of a voltage the wave is recognised first, with its true falls.',
+        'Without --set, the requests of a recording give the same data again, byte for byte; if '
+        'not, the exit status is 1. With --set or --params another stand gets the same requests. '
+        'A table of voltages or displacements of the feet over time (see docs/howto/compare.md), '
+        'or a recording of another program with --map, is played as a waveform; in samples of a '
+        'voltage the wave is recognised first, with its true falls.',
         file('recording, or table of voltages'),
         *MAP,
         output('recording to write'),
         switch(
             '--from-rest',
-            'replay a recording that began in the middle of a run from rest: not the same run',
+            'replay a recording that began during a run from rest: the data will differ',
         ),
         *PARAMETERS,
     ),

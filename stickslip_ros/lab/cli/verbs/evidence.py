@@ -14,20 +14,19 @@ EVIDENCE = (
         'DIR/NAME.svg, and DIR/NAME.md with the caption. Names: fig2, fig6a, fig6b, fig7, slew, '
         'rounded.',
         folder('runs/figures'),
-        option('--only', 'default: all figures', metavar='NAMES'),
-        option(
-            '--points', 'points along an axis (default: what each figure needs)', int, default=0
-        ),
+        option('--only', 'figures to make (default: all)', metavar='NAMES'),
+        option('--points', 'points along an axis (default: those of each figure)', int, default=0),
         WORKERS,
         *PARAMETERS,
-        module='paper',
+        module='evidence',
     ),
     verb(
         'validate',
         'self-test: contact and drive against references',
-        'Compare what this installation computes with the references that ship with it: closed '
-        'forms, springs one by one, 3-D solutions, codes of others, print. Writes a page '
-        '(validation.html) and validation.csv. Exit status 1 if an answer is wrong.',
+        'Compare results of this installation with its references: closed forms, single springs, '
+        '3-D solutions, codes of others, printed values. Writes a page (validation.html) and '
+        'validation.csv. Exit status 1 if a result is wrong.',
         folder('runs/validation'),
+        module='evidence',
     ),
 )

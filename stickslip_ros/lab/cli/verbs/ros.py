@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Verbs that run nodes, watch them, or print what they declare."""
+"""Verbs that run or watch nodes, or print their interface."""
 
 from stickslip_ros.lab.cli.options import (
     MAP,
@@ -23,8 +23,8 @@ ROS = (
     verb(
         'drive',
         'run the ROS 2 node (needs rclpy)',
-        'Run the node until Ctrl-C. Further arguments go to ROS, '
-        'as in: stickslip drive --ros-args -r __ns:=/left',
+        'Run the node until Ctrl-C. Arguments after --ros-args go to ROS: '
+        'stickslip drive --ros-args -r __ns:=/left',
         *PARAMETERS,
         reports_compilation=True,
         takes_ros_arguments=True,
@@ -32,19 +32,20 @@ ROS = (
     verb(
         'twin',
         'a fitted stand that watches a rig (needs rclpy)',
-        'Run a fitted stand beside a rig, driven by what drives it, until Ctrl-C. It hears the '
-        'topics of --map, or the trace of a drive. Settings are parameters, as in: stickslip twin '
-        '--params fitted.yaml --ros-args -p twin.period:=20.0',
+        'Run a fitted stand next to a rig, driven by the same voltage, until Ctrl-C. It listens '
+        'to the topics of --map, or to the trace of a drive. Settings are parameters: stickslip '
+        'twin --params fitted.yaml --ros-args -p twin.period:=20.0',
         *PARAMETERS,
         *options_of(READING, 'headers'),
+        module='drive',
         takes_ros_arguments=True,
     ),
     verb(
         'demo',
         'node and operator over topics: record, draw (needs rclpy)',
-        'Start the node as a process of its own; from here, over topics: some steps of the free '
-        'runner, a direct-voltage ramp, steps against the load cell, under an external load too. '
-        'The demo decides on load_cell.contact and load_cell.gap. Writes DIR/demo.mcap and '
+        'Start the node as a process of its own and command it over topics: some steps of the '
+        'free runner, a direct-voltage ramp, steps against the load cell, also under an external '
+        'load. The demo sets load_cell.contact and load_cell.gap. Writes DIR/demo.mcap and '
         'DIR/demo.png.',
         folder(),
         *PARAMETERS,
@@ -54,12 +55,12 @@ ROS = (
         'send a command to a drive, wait for its end (needs rclpy)',
         'Send a command of the table of topics and services to a running drive, and wait for its '
         'end: stickslip command sawtooth 300V 500Hz 200, or by name: sawtooth amplitude=300V '
-        'frequency=500Hz steps=200. What the drive refuses is refused with its reason.',
+        'frequency=500Hz steps=200. If the drive refuses it, the reason is printed.',
         option('name', 'voltage, sawtooth, steps, position, load, stop, ...', metavar='NAME'),
-        option('numbers', 'its numbers, in their order or by name', metavar='NUMBER', nargs='*'),
-        option('--cycles', 'of a waveform: how often; 0 repeats', int, default=1),
+        option('numbers', 'its numbers, in order or by name', metavar='NUMBER', nargs='*'),
+        option('--cycles', 'cycles of a waveform; 0 repeats it', int, default=1),
         NAMESPACE,
-        option('--timeout', 'wait so long for a drive', unit='s', default=10.0),
+        option('--timeout', 'longest wait for a drive', unit='s', default=10.0),
         switch('--no-wait', 'do not wait for its end'),
     ),
     verb(
@@ -67,11 +68,11 @@ ROS = (
         'the front panel of a drive or a recording, in a browser',
         'Serve the front panel of a running drive, or of a recording, to a browser on this host, '
         'until Ctrl-C.',
-        file('a recording to play; none: attach to a drive', nargs='?'),
+        file('recording to play (default: attach to a drive)', nargs='?'),
         *MAP,
         WINDOW,
         NAMESPACE,
-        many('--beside', 'another drive, shown beside it', 'NAME', to_namespace),
+        many('--beside', 'namespace of another drive to show', 'NAME', to_namespace),
         option('--port', 'TCP port on 127.0.0.1; 0 takes a free one', int, default=8040),
     ),
     verb(

@@ -22,7 +22,7 @@ from stickslip_ros.lab.cli.options import (
 
 VALUES = 'VALUES'
 _SLEW = option(
-    '--slew', 'sets amplifier.slew_rate, as 150V/us', metavar='V/S', dest='amplifier.slew_rate'
+    '--slew', 'set amplifier.slew_rate, as 150V/us', metavar='V/S', dest='amplifier.slew_rate'
 )
 RUNNERS = either(
     WORKERS,
@@ -33,15 +33,15 @@ RUNNERS = either(
         default='',
     ),
 )
-FRESH = switch('--fresh', 'forget what FILE.journal holds')
+FRESH = switch('--fresh', 'discard FILE.journal')
 
 SIMULATE_IN_PYTHON = 'runs.sawtooth_run.simulate'
 
 SIMULATE = (
     verb(
         'contact',
-        'indentation, contact radius and presliding of one hemisphere',
-        'Solve the contact of one hemisphere under a constant normal force.',
+        'indentation, contact radius and presliding of a hemisphere',
+        'Solve the contact of a hemisphere under a constant normal force.',
         option('--normal-force', 'normal force F_n', unit='N', metavar='NEWTON', required=True),
         option(
             '--curve',
@@ -53,8 +53,8 @@ SIMULATE = (
     verb(
         'simulate',
         'drive the stand with a saw-tooth; force and step length',
-        'Drive the virtual stand with a saw-tooth or another wave, without ROS. Generated force '
-        'is k x, the force in the load-cell spring.',
+        'Drive the virtual stand with a saw-tooth or another wave, without ROS. The generated '
+        'force is k x, the force in the load-cell spring.',
         PRELOAD,
         either(
             *options_of(SIMULATE_IN_PYTHON, 'amplitude_m', 'voltage_v'),
@@ -74,14 +74,14 @@ SIMULATE = (
         'Run the drive alone, without sensors, at every combination of values. VALUES are a list, '
         '0.1N,0.5N, or a range start:stop:count with both ends, 0:160nm:33. A run ends when it is '
         'steady: mean force of a cycle (free runner: step length) within 0.02% of its limit, by '
-        'the last 40 steps; 200 to 5000 steps; --steps sets a number instead. Finished runs are '
-        'kept in FILE.journal: after Ctrl-C or a crash the same command goes on.',
-        option('--preload', 'varies stand.preload', metavar=VALUES),
+        'the last 40 steps; 200 to 5000 steps; --steps sets a number instead. FILE.journal keeps '
+        'finished runs: after Ctrl-C or a crash the same command continues.',
+        option('--preload', 'vary stand.preload', metavar=VALUES),
         option('--amplitude', 'peak-to-peak displacements', metavar=VALUES, required=True),
         option('--frequency', 'steps per second', metavar=VALUES, default='1kHz'),
         many(
             '--vary',
-            'vary any parameter; the first one is the slowest',
+            'vary any parameter; the first varies slowest',
             f'GROUP.NAME={VALUES}',
         ),
         *options_of('runs.sweep.sweep', 'steps'),
@@ -97,9 +97,9 @@ SIMULATE = (
         'zero-amplitude',
         'the amplitude below which a free runner makes no steps',
         "Find the 0-amplitude of a free runner in two ways. Edeler's: a straight line through the "
-        'step lengths at 17 amplitudes, from half-way between the first that steps and the '
+        'step lengths at 17 amplitudes, from half-way between the first with a step and the '
         'largest up to the largest, extrapolated to zero. Directly: the smallest amplitude with '
-        'a net step above 1e-10 m. The load cell is taken away, whatever load_cell.contact says.',
+        'a net step above 1e-10 m. The load cell is removed, whatever load_cell.contact is.',
         PRELOAD,
         _SLEW,
         *options_of('runs.zero_amplitude.zero_amplitude', 'frequency_hz', 'steps'),
@@ -109,18 +109,17 @@ SIMULATE = (
     ),
     verb(
         'optimise',
-        'find the periodic wave that does best',
-        'Find the closed wave of one rise and one fall that does best within range, slew rate and '
-        'current of the amplifier: a monotone spline through knots, or a named shape; each is '
-        'searched equally long in its own parameters. OBJECTIVE is speed, force, step, vibration, '
-        'energy or flatness (docs/howto/best_wave.md). Frequency and preload are free between two '
-        'limits if two are given. Evaluations are kept in FILE.journal: after Ctrl-C, which '
-        'writes the best wave so far, or a crash the same command goes on. Needs: pip install '
-        'cma.',
-        option('objective', 'what to optimise', metavar='OBJECTIVE'),
+        'find the best periodic wave',
+        'Find the best closed wave of one rise and one fall within range, slew rate and current '
+        'of the amplifier: a monotone spline through knots, or a named shape; each is searched '
+        'equally long in its own parameters. OBJECTIVE is speed, force, step, vibration, energy '
+        'or flatness (docs/howto/best_wave.md). Frequency and preload are free between two '
+        'limits. FILE.journal keeps the evaluations: after Ctrl-C, which writes the best wave so '
+        'far, or a crash the same command continues. Needs: pip install cma.',
+        option('objective', 'quantity to optimise', metavar='OBJECTIVE'),
         *options_of('design.objectives.WaveGoal', 'load_n', 'speed_m_per_s', 'backwards'),
         option('--frequency', 'cycles per second', metavar='LOW:HIGH', default='1kHz'),
-        option('--preload', 'stand.preload', metavar='LOW:HIGH'),
+        option('--preload', 'stand.preload, or its limits', metavar='LOW:HIGH'),
         *options_of('design.search.WaveSearch', 'knots', 'evaluations', 'seed'),
         DRAWS,
         output('.csv of the wave', required=True),
@@ -132,9 +131,9 @@ SIMULATE = (
     verb(
         'bode',
         'frequency response of the stuck drive, computed and measured',
-        'Find how voltage and load move the runner while it sticks to the feet: in closed form, '
-        'and measured with sines so small that the contacts hardly slip. Frequencies are a list, '
-        '100Hz,1kHz, or a range start:stop:count.',
+        'Find the motion of the stuck runner under voltage and load: in closed form, and measured '
+        'with sines so small that the contacts hardly slip. Frequencies are a list, 100Hz,1kHz, '
+        'or a range start:stop:count.',
         PRELOAD,
         *options_of('linear.linearise.linearise', 'at_voltage_v'),
         option('--frequency', 'default: 25 around the resonance', metavar=VALUES),
@@ -148,9 +147,9 @@ SIMULATE = (
         'compile',
         'compile the kernels now, so that the first run need not',
         'Compile the kernels of the drive and keep them on the disk, as part of an installation. '
-        'What root has compiled, every user of the machine may read. Exit status 1 if there is no '
-        'folder to keep them in.',
-        switch('--timings', 'print how many were compiled, and the time'),
+        'Kernels compiled by root serve all users of the machine. Exit status 1 without a folder '
+        'for them.',
+        switch('--timings', 'print the number of kernels and the time'),
         reports_compilation=True,
     ),
 )

@@ -1,22 +1,24 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""``stickslip figures``: the figures of the paper."""
+"""``stickslip figures`` and ``validate``: the paper's figures, and checks against references."""
 
 import argparse
 from typing import Any
 
 from stickslip_ros.files import make_folder
 from stickslip_ros.lab.cli.chosen import chosen_for, chosen_parameters
-from stickslip_ros.lab.cli.printing import Answer
+from stickslip_ros.lab.cli.printing import CHECK_FAILED, Answer
 from stickslip_ros.lab.paper.figure import write_figure
 from stickslip_ros.lab.paper.make import chosen_figures, make_tables
+from stickslip_ros.lab.validation.report import as_objects, sections, write_report
+from stickslip_ros.lab.validation.self_test import failed, validate
 from stickslip_ros.progress import shown_progress
 from stickslip_ros.sections import Section
 
 
 def figures_verb(arguments: argparse.Namespace) -> Answer:
-    """Run the drive, write the files."""
+    """Run the drive, and write the figures."""
     parameters = chosen_parameters(arguments)
     figures = chosen_figures(None if arguments.only is None else arguments.only.split(','))
     make_folder(arguments.output)
@@ -33,3 +35,16 @@ def figures_verb(arguments: argparse.Namespace) -> Answer:
     rows = [(figure.name, figure.title, len(tables[figure.name].rows)) for figure in figures]
     shown = Section('figures', rows, ('name', 'shows', 'rows'))
     return Answer(content, [shown, f'folder {arguments.output}'])
+
+
+def validate_verb(arguments: argparse.Namespace) -> Answer:
+    """Compare this installation with the references; write the report."""
+    make_folder(arguments.output)
+    with shown_progress('families', quiet=arguments.json) as progress:
+        outcomes = validate(progress=progress)
+        files = write_report(outcomes, arguments.output)
+    is_well = not failed(outcomes)
+    paths = [str(path) for path in files]
+    content = {'passed': is_well, 'checks': as_objects(outcomes), 'files': paths}
+    status = 0 if is_well else CHECK_FAILED
+    return Answer(content, [next(sections(outcomes)), *paths], status)
