@@ -66,6 +66,16 @@ def test_commands_are_carried_out_and_refusals_come_back(stand: Stand, link: Lin
     link.do({'do': 'command', 'name': 'voltage', 'values': [150]})
     wait(lambda told: note(told, 'voltage')['text'] == 'DONE')
 
+    def jogs(told: dict[str, Any]) -> bool:
+        """Renew a jog, as the page does; return whether the drive carries it out."""
+        link.do({'do': 'command', 'name': 'jog', 'values': [200]})
+        return bool(told['bits'] & Status.MOVING)
+
+    wait(jogs)
+    link.do({'do': 'command', 'name': 'jog', 'values': [0]})
+    wait(lambda told: note(told, 'jog')['text'].startswith('DONE'))
+    wait(lambda told: not told['bits'] & Status.MOVING)
+
 
 @pytest.mark.parametrize(
     ('line', 'why'),
