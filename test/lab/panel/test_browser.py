@@ -80,7 +80,7 @@ def operate(stage: SimpleNamespace) -> Iterator[Callable[[], Operator]]:
 
 def press(button: Locator) -> None:
     """Press a button while it is not grey: the drive of a busy machine may be silent."""
-    await_that(lambda: button.evaluate(PRESS), 'button that can be pressed')
+    wait_until(lambda: button.evaluate(PRESS), 'a button that can be pressed')
 
 
 def send(page: Page, button: str, control: str) -> None:
