@@ -236,4 +236,7 @@ def test_a_recording_with_a_load_cell_is_fitted_to_the_noise(tmp_path):
     assert found.holds
     [friction] = found.estimates
     assert abs(friction.value - 0.3) < 3.0 * friction.standard_error < 1e-3
-    assert any('before the low-pass of its sensor, 2000 Hz' in note for note in found.notes)
+    assert any(
+        note.endswith('low-pass of the sensor of force_n, 2000 Hz, was undone')
+        for note in found.notes
+    )

@@ -120,7 +120,7 @@ def test_a_style_is_typed_and_what_is_none_is_refused(
     for words, told in (
         (['--style', 'poster'], "style 'poster' is not known; use screen, paper or a file"),
         (['--style', 'none.mplstyle'], 'none.mplstyle'),
-        (['--width', '85'], '85 m is wider than a page; write 85mm, if millimetres are meant'),
+        (['--width', '85'], '85 m is wider than a page; write 85mm for millimetres'),
     ):
         assert main(['plot', str(recorded_run[1]), *words]) == 2
         assert told in capsys.readouterr().err
