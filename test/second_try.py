@@ -47,7 +47,7 @@ class SecondTry:
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtestloop(self, session: pytest.Session) -> Generator[None, object, object]:
-        """Try again when all tests have run, before their number decides on the exit status."""
+        """Try again after all tests, before pytest sets its exit status."""
         result = yield
         failed = self._failed()
         for test, reports in failed.items():

@@ -31,7 +31,7 @@ def wait_until(
     Parameters
     ----------
     condition : callable
-        Returns what is true in the end; may raise what ends the wait.
+        Returns a true value when the wait is over; may raise an error that ends it.
     what : str
         Name of what is waited for, for the error.
     progress : callable

@@ -129,7 +129,7 @@ def recover_file(source: Path, output: Path, *, is_part: bool = False) -> Recove
 
 
 def _messages_if_whole(path: Path) -> int | None:
-    """Return how many messages a file has of which every byte is as its checksums say, or None."""
+    """Return the number of messages of a file if all its checksums match, else None."""
     try:
         with open_whole(path, checks_data=True) as reader:
             messages = sum(len(piece.starts) for piece in reader.pieces())
@@ -142,7 +142,7 @@ def _messages_if_whole(path: Path) -> int | None:
 
 
 def _copy(stream: BinaryIO, target: BinaryIO, result: Recovery) -> bool:
-    """Copy record by record, up to where none begins; return whether there was any."""
+    """Copy record by record until no record begins; return whether there was any."""
     summary, header, at, size = Summary(), None, len(MAGIC), result.size_bytes
     with suppress(RecordingError), open_whole(Path(result.source)) as reader:
         summary = reader.get_summary()

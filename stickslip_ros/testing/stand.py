@@ -25,9 +25,9 @@ from stickslip_ros.testing.operator import LISTEN_DEPTH, TIMEOUT_S, Operator
 from stickslip_ros.units import NS_PER_S
 
 DOMAINS = range(1, 102)
-"""Those whose ports lie below the ones that Linux gives away by itself."""
+"""Domains whose ports lie below the ephemeral ports of Linux."""
 FIRST_PORT, PORTS_PER_DOMAIN = 7400, 250
-"""Where the standard of DDS puts the ports of a domain."""
+"""First port of domain 0, and number of ports of a domain, by the standard of DDS."""
 _SPIN_S = 0.02
 HEARD_MAX = LISTEN_DEPTH // 2
 """Blocks after which the operator handles its messages: a topic may have several in one block."""

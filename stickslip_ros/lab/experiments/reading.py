@@ -58,7 +58,7 @@ MOVES_MIN = 1.2  # least scatter of readings that move, per noise
 LONGEST_S = 2.0
 """Longest recording simulated in full; longer ones need a window."""
 LEAD_S = 0.05
-"""Simulated time before a window, from rest: a few steps, after which contacts forget the rest."""
+"""Simulated time before a window, from rest: contacts forget their start in a few steps."""
 _OF_FREE = ('step_length_m', 'zero_amplitude_m')
 """Numbers of a runner without a load cell; all others too, if no force was measured."""
 _OWN = ('stand.', 'load_cell.contact', 'load_cell.gap')
@@ -264,11 +264,11 @@ def experiment_over_time(
     """
     Return the experiment of samples of a voltage and of readings over time, on one clock.
 
-    Of the options, commands and window count. The voltage is times, s, and volts, both of shape
-    (n,); None with commands. Without ``preload_n`` the preload of the stand holds; ``settings``
-    were set too. ``asked_for`` returns the commands between the first of some samples of the
-    voltage and an end, s. Raises StickSlipError if nothing drove it, nothing moved, or the voltage
-    cannot be played.
+    Only ``commands`` and ``window_s`` of the options are used. The voltage is times, s, and volts,
+    both of shape (n,); None with commands. Without ``preload_n`` the preload of the stand holds;
+    ``settings`` were set too. ``asked_for`` returns the commands between the first of some samples
+    of the voltage and an end, s. Raises StickSlipError if nothing drove it, nothing moved, or the
+    voltage cannot be played.
 
     """
     commands, window_s = options.commands, options.window_s

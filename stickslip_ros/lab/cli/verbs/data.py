@@ -93,7 +93,7 @@ DATA = (
         *options_of(FREE, 'start', 'known'),
         many(
             '--bounds',
-            'bounds of a free parameter (default: a decade below and above its start)',
+            'bounds of a free parameter (default: a decade around its start and its default)',
             'NAME=LOW:HIGH',
         ),
         *options_of(
@@ -163,7 +163,7 @@ DATA = (
         'recover',
         'make an unfinished, cut or damaged recording readable',
         'Copy the readable part of an MCAP file or a bag into a finished, indexed file. The '
-        'original is not changed, and no file is overwritten.',
+        'files are not changed; a whole bag without metadata.yaml gets one.',
         file(RECORDING),
         output('the copy (default: FILE.recovered.mcap)'),
         module='recording',
