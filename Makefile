@@ -61,7 +61,7 @@ test-all: $(VENV)/kernels.stamp $(VENV)/tests.stamp ## the same with those that 
 	$(PYTEST) $(ARGS)
 
 test-ros: $(VENV)/kernels.stamp $(VENV)/tests.stamp ## run the tests that may differ between distributions
-	$(PYTEST) -m 'not slow' $(OF_ROS) $(ARGS)
+	$(PYTEST) $(OF_ROS) $(ARGS)
 
 test-pythons: ## the same on every supported Python of this machine, each in .venv-<version>
 	@status=0; for version in 3.10 3.11 3.12 3.13; do \

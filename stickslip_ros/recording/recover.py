@@ -6,7 +6,7 @@
 import json
 import os
 import shutil
-import zlib
+from bisect import bisect_right
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
 from io import BytesIO
@@ -15,6 +15,7 @@ from typing import BinaryIO, Final
 
 import numpy as np
 from mcap import records as r
+from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.stream_reader import StreamReader
 from mcap.summary import Summary
@@ -153,19 +154,25 @@ def _copy(stream: BinaryIO, target: BinaryIO, result: Recovery) -> bool:
     copy = _Copy(writer)
     for each in (*summary.schemas.values(), *summary.channels.values()):
         copy.add(each)
+    chunks = {each.chunk_start_offset: each for each in summary.chunk_indexes}
+    ends = sorted({*chunks, *(at + each.chunk_length for at, each in chunks.items()), size})
     while at < size:
         stop_if_asked()
-        end, record = size, None
+        content, record = b'', chunks.get(at)
         try:
             content = _content(stream, at, size)
-            end = at + len(content)
             record = _parse(content)
             if isinstance(record, r.DataEnd):
                 break
             copy.add(record)
+            end = at + len(content)
         except DAMAGE as error:
-            loss = Loss(at, end - at, str(error))
-            if isinstance(record, r.Chunk):
+            # A damaged length says nothing: the index, if there is one, knows where to go on.
+            end = ends[bisect_right(ends, at)] if chunks or not content else at + len(content)
+            kind = _KINDS.get(content[0]) if content else None
+            why = str(error) or 'it ends too early'
+            loss = Loss(at, end - at, f'{kind} damaged ({why})' if kind else why)
+            if isinstance(record, r.Chunk | r.ChunkIndex):
                 first_ns = record.message_start_time - copy.origin_ns
                 last_ns = record.message_end_time - copy.origin_ns
                 loss = replace(loss, first_ns=first_ns, last_ns=last_ns)
@@ -211,10 +218,21 @@ def _content(stream: BinaryIO, at: int, size: int) -> bytes:
 
 
 def _parse(content: bytes) -> r.McapRecord:
+    """
+    Return a record; ValueError if it is not whole.
+
+    It is whole if writing it gives the same bytes: then all lengths in it agree, and so does the
+    checksum of an attachment, unless that is 0, which means that there is none.
+
+    """
     record = next(StreamReader(BytesIO(content), skip_magic=True, emit_chunks=True).records)
-    said = int.from_bytes(content[-4:], 'little')
-    if isinstance(record, r.Attachment) and said not in {0, zlib.crc32(content[9:-4])}:
-        raise ValueError('an attachment whose checksum is wrong')
+    builder = RecordBuilder()
+    record.write(builder)
+    written = bytes(builder.end())  # type: ignore[no-untyped-call]
+    if isinstance(record, r.Attachment) and not any(content[-4:]):
+        content, written = content[:-4], written[:-4]
+    if written != content:
+        raise ValueError('a length, a checksum or the kind of record is wrong')
     return record
 
 

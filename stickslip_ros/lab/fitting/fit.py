@@ -58,8 +58,8 @@ class FitOptions(ReadingOptions):
     step_share: float = 3e-3
     """Error of the model's step length, as a share of it."""
     starts: int = 8
-    """Searches: from the present values, and from a Latin hypercube in the bounds or, for recordings,
-    near the present values."""
+    """Searches from the present values and a Latin hypercube in the bounds (recordings: near
+    the values)."""
     seed: int = 1
     """Seed of the hypercube."""
 
