@@ -158,10 +158,11 @@ def _copy(stream: BinaryIO, target: BinaryIO, result: Recovery) -> bool:
     ends = sorted({*chunks, *(at + each.chunk_length for at, each in chunks.items()), size})
     while at < size:
         stop_if_asked()
-        content, record = b'', chunks.get(at)
+        content = b''
+        described: r.McapRecord | None = chunks.get(at)
         try:
             content = _content(stream, at, size)
-            record = _parse(content)
+            described = record = _parse(content)
             if isinstance(record, r.DataEnd):
                 break
             copy.add(record)
@@ -172,9 +173,9 @@ def _copy(stream: BinaryIO, target: BinaryIO, result: Recovery) -> bool:
             kind = _KINDS.get(content[0]) if content else None
             why = str(error) or 'it ends too early'
             loss = Loss(at, end - at, f'{kind} damaged ({why})' if kind else why)
-            if isinstance(record, r.Chunk | r.ChunkIndex):
-                first_ns = record.message_start_time - copy.origin_ns
-                last_ns = record.message_end_time - copy.origin_ns
+            if isinstance(described, r.Chunk | r.ChunkIndex):
+                first_ns = described.message_start_time - copy.origin_ns
+                last_ns = described.message_end_time - copy.origin_ns
                 loss = replace(loss, first_ns=first_ns, last_ns=last_ns)
             result.losses.append(loss)
         at = end
