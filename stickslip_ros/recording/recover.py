@@ -155,7 +155,8 @@ def _copy(stream: BinaryIO, target: BinaryIO, result: Recovery) -> bool:
     for each in (*summary.schemas.values(), *summary.channels.values()):
         copy.add(each)
     chunks = {each.chunk_start_offset: each for each in summary.chunk_indexes}
-    ends = sorted({*chunks, *(at + each.chunk_length for at, each in chunks.items()), size})
+    places = {*chunks, *(start + each.chunk_length for start, each in chunks.items())}
+    ends = sorted({size, *(each for each in places if each < size)})
     while at < size:
         stop_if_asked()
         content = b''
@@ -168,8 +169,8 @@ def _copy(stream: BinaryIO, target: BinaryIO, result: Recovery) -> bool:
             copy.add(record)
             end = at + len(content)
         except DAMAGE as error:
-            # A damaged length says nothing: the index, if there is one, knows where to go on.
-            end = ends[bisect_right(ends, at)] if chunks or not content else at + len(content)
+            # A damaged length reaches over chunks of the index, or has no content.
+            end = min(ends[bisect_right(ends, at)], at + len(content) if content else size)
             kind = _KINDS.get(content[0]) if content else None
             why = str(error) or 'it ends too early'
             loss = Loss(at, end - at, f'{kind} damaged ({why})' if kind else why)

@@ -253,7 +253,8 @@ def test_damage_loses_what_it_hits_and_says_so(files: dict, place: Path, name: s
         assert gaps['/stand/position'] == topics.count('/stand/position') > 0
         assert recovery.last_ns == 19 * MS_NS
     if name == 'in an attachment':
-        assert Recording(place / 'output.mcap').attachments == {}
+        recording = Recording(place / 'output.mcap')
+        assert (recording.attachments, recording.metadata['stickslip_run']) == ({}, {'seed': '7'})
 
 
 def test_a_recovered_file_is_a_recording_that_says_what_became_of_it(whole: Path, place: Path):
