@@ -6,7 +6,7 @@
 DISTRO ?= jazzy
 PYTHON ?= python3
 ARGS   ?=
-WORKERS ?= 2
+WORKERS ?= 3
 
 ifeq ($(filter $(DISTRO),jazzy kilted),)
 $(error DISTRO is $(DISTRO); there are locks for jazzy and kilted)
