@@ -100,6 +100,7 @@ def test_the_controller_of_the_page_reaches_its_target(
     assert abs(float(capsys.readouterr().out.split()[0])) < 100.0
 
 
+@pytest.mark.slow
 def test_it_learns_to_come_to_a_target(learn: Any, capsys: pytest.CaptureFixture[str]):
     before_m, after_m = learn.main(generations=6)
     assert before_m > 20e-9

@@ -71,7 +71,10 @@ def run(folder: Path, *words: str, **files: str) -> tuple[int, list[str]]:
 
 
 XDIST = ('-p', 'xdist', '-n', '2', '--dist', 'loadfile')
-WORKERS = pytest.mark.parametrize('words', [(), XDIST], ids=['alone', 'xdist'])
+WORKERS = pytest.mark.parametrize(
+    'words',
+    [pytest.param((), marks=pytest.mark.slow, id='alone'), pytest.param(XDIST, id='xdist')],
+)
 
 
 @WORKERS

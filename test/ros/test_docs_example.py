@@ -83,6 +83,7 @@ def test_the_example_of_the_page_passes(project: Path):
     assert run_pytest(project).startswith('2 passed')
 
 
+@pytest.mark.slow
 def test_the_example_of_the_page_fails_where_its_controller_cannot_reach_the_target(project: Path):
     tests = project / 'test_controller.py'
     below_0_v = tests.read_text().replace('TARGET_M = 40e-9', 'TARGET_M = -40e-9')
@@ -139,6 +140,7 @@ def walk(commands: Iterable[list[str]]) -> None:
                 assert main(words) == 0, words
 
 
+@pytest.mark.slow  # a drive and six verbs
 def test_the_walk_leads_from_a_drive_to_the_comparison_with_a_measurement(
     ros_domain: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):

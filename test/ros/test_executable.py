@@ -186,7 +186,7 @@ def test_a_signal_during_imports_ends_an_executable_in_one_line(words: list[str]
 
 
 @pytest.mark.parametrize('records', [False, True])
-@pytest.mark.parametrize('seed', range(2))
+@pytest.mark.parametrize('seed', [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_signals_from_a_random_moment_on_leave_a_whole_recording(
     start: Callable, tmp_path: Path, seed: int, records: bool
 ):

@@ -147,6 +147,7 @@ def motion(friction: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return time_s, np.interp(time_s, *rows.T), found.values
 
 
+@pytest.mark.slow  # 16 s of windows in real time
 def test_a_rig_of_topics_that_pauses_and_begins_anew_has_a_twin_that_finds_what_has_changed(
     start_twin: Callable, operator: Operator
 ):

@@ -151,8 +151,18 @@ def stopped(
     return process.returncode, errors
 
 
+OFTEN = {'simulate', 'sweep', 'fit', 'drive', 'panel'}
+"""Verbs that `make test` stops; `make test-all` stops each."""
+
+
 @pytest.mark.usefixtures('compiled_kernels')
-@pytest.mark.parametrize('place', range(len(MOMENTS)), ids=[f'{words[0]}' for words, _ in MOMENTS])
+@pytest.mark.parametrize(
+    'place',
+    [
+        pytest.param(place, id=words[0], marks=() if words[0] in OFTEN else pytest.mark.slow)
+        for place, (words, _) in enumerate(MOMENTS)
+    ],
+)
 def test_a_stopped_verb_ends_in_one_line_and_leaves_whole_files(
     place: int, folder: Path, ros_domain: int
 ):

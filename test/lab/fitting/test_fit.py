@@ -204,7 +204,7 @@ def test_a_linear_coordinate_gives_the_same_estimate_and_error(truth, noisy):
     assert errors(fit) == pytest.approx(errors(noisy), rel=SAME_ERRORS, abs=0.0)
 
 
-@pytest.mark.parametrize('known', [True, False])
+@pytest.mark.parametrize('known', [pytest.param(True, marks=pytest.mark.slow), False])
 def test_the_truth_lies_in_the_intervals_as_often_as_they_promise(truth, known):
     assert binom.cdf(SETS_INSIDE - 1, SETS, 0.95) < 0.004
     inside = np.zeros(len(TRUTH))

@@ -94,6 +94,7 @@ def test_draws_of_files_are_refused():
         compare(frame(), frame(), draws=[STAND])
 
 
+@pytest.mark.slow  # the trials of a fit that does not hold
 def test_a_fit_tells_the_preload_that_nobody_said_and_an_encoder_that_counts_the_other_way():
     warnings = warnings_of(fitted(frame(sign=-1.0), ()))
     for text in (

@@ -124,7 +124,7 @@ def test_a_sensor_too_slow_for_the_ringing_is_told_and_its_intervals_are_wide():
     )
 
 
-@pytest.mark.parametrize('filters_readings', [True, False])
+@pytest.mark.parametrize('filters_readings', [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_errors_allow_for_a_low_pass_of_readings_and_for_one_of_the_motion(filters_readings: bool):
     rig = Rig(0.65, noise_m=7e-10, low_pass_hz=6.5e3, filters_readings=filters_readings)
     found = fit(experiment(rig, 3), list(NAMES), options=FitOptions(starts=1))
@@ -165,6 +165,7 @@ def test_what_a_bound_left_over_does_not_pass_for_noise_once_it_has_moved():
     assert noise == pytest.approx(rig.noise_m, rel=0.1, abs=0.0)
 
 
+@pytest.mark.slow  # a search of 11 s
 def test_a_sensor_of_500_hz_is_told_and_no_interval_misses_what_is_true():
     rig = Rig(
         preload_n=0.28,
@@ -270,6 +271,7 @@ def test_a_mass_that_was_weighed_makes_the_others_surer():
         assert other.standard_error < 0.5 * one.standard_error
 
 
+@pytest.mark.slow  # two fits from two starts each, and their trials
 def test_what_a_rig_has_and_the_stand_lacks_is_named_and_warned_of():
     rig = Rig(hysteresis=0.35)
     stand = Parameters().updated({'runner.damping': rig.damping_n_s_per_m})

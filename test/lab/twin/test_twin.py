@@ -28,6 +28,7 @@ SETTINGS = TwinParameters(window=0.1)
 ROWS = voltage((300.0, 500.0, 75), rest_s=0.0)
 RATE_HZ, MONITOR_HZ = 19.3e3, 5170.0  # at a multiple of the steps each cycle looks the same
 
+SLOW = pytest.mark.slow
 NAMES, WINDOWS = ('voltage_v', 'position_m'), 3
 OFF = 0.006
 """Share by which estimates may be off beside a drive of this package, as its page says: the
@@ -67,8 +68,8 @@ def test_the_twin_steps_as_the_rig_does_and_its_residual_is_noise():
 @pytest.mark.parametrize(
     ('field', 'factor', 'name', 'cause'),
     [
-        ('friction', 0.8, 'contact.friction', 'dirt, moisture or wear'),
-        ('mass_kg', 1.1, 'runner.mass', 'put on the runner'),
+        pytest.param('friction', 0.8, 'contact.friction', 'dirt, moisture or wear', marks=SLOW),
+        pytest.param('mass_kg', 1.1, 'runner.mass', 'put on the runner', marks=SLOW),
         ('gain_m_per_v', 0.97, 'actuator.gain', 'the piezo or its amplifier'),
     ],
 )
