@@ -39,6 +39,8 @@ def check_joints(parameters: Parameters, joints: Joints) -> Goal | None:
     """Return the goal of the runner, a position or else a velocity; None without either."""
     own = parameters.sim.joint_name
     names = joints.names or (own,)
+    if len(set(names)) < len(names):
+        raise WrongKind('joint names', names, 'a list of different names', 'name each joint once')
     if own not in names:
         raise UnknownName(
             'joint', ', '.join(names), f'that of this drive is {own}, sim.joint_name'

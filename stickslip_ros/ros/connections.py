@@ -199,7 +199,7 @@ def _check_profile(profile: QoSProfile) -> SetParametersResult:
 def offer_services(
     node: Node,
     get_session: Callable[[], Session],
-    on_refusal: Callable[[str, str], None],
+    on_refusal: Callable[[str, object], None],
     acts: Mapping[str, Act],
 ) -> list[Service]:
     """
@@ -217,7 +217,7 @@ def offer_services(
         except StickSlipError as error:
             response.success = False
             response.message = f'{name} refused: {error}'
-            on_refusal(name, response.message)
+            on_refusal(name, error)
         return response
 
     offered = []

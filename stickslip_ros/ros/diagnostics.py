@@ -5,15 +5,13 @@
 
 import math
 import shutil
-import threading
-from collections import deque
-from collections.abc import Callable
+from collections.abc import Mapping
 from contextlib import suppress
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
-from stickslip_ros.instrument.reports import Event
 from stickslip_ros.ros.connections import Connections
+from stickslip_ros.ros.guard import Guard
 from stickslip_ros.runtime.pacing import PaceReport
 from stickslip_ros.runtime.session import Session
 from stickslip_ros.runtime.worker import Faults
@@ -34,59 +32,6 @@ QUEUE_SHARE = 0.5
 """Share of the recorder's queue above which a report is a warning."""
 
 _OK, _WARN, _ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
-
-
-class Refusals:
-    """
-    Refusals: counted, and logged once per name and report.
-
-    ``on_line`` is called, in any thread, when there are lines for the log.
-
-    """
-
-    def __init__(self, on_line: Callable[[], object]) -> None:
-        self.messages = 0  # and calls that the node refused before they reached the drive
-        self.lines: deque[str] = deque()
-        self._on_line = on_line
-        self._reported = 0
-        self._held_back: dict[str, int] = {}
-        self._lock = threading.Lock()
-
-    def refuse(self, name: str, line: str) -> None:
-        """Count a message or a call that the node has refused."""
-        self.messages += 1
-        self._log(name, line)
-
-    def note(self, event: Event) -> None:
-        """Count a command that the drive has refused, or that has failed."""
-        start = f'{event.command} (command {event.number})'
-        self._log(event.command, f'{start} {event.result.name}: {event.message}')
-
-    def _log(self, name: str, line: str) -> None:
-        with self._lock:
-            is_first = name not in self._held_back
-            self._held_back[name] = 0 if is_first else self._held_back[name] + 1
-        if is_first:
-            self.lines.append(line)
-            self._on_line()
-
-    def begin_report(self) -> None:
-        """Log the number of refusals since the last call that were only counted."""
-        with self._lock:
-            held_back, self._held_back = self._held_back, {}
-        self.lines.extend(
-            f'{name}: {count} more refused or failed, counted in /diagnostics'
-            for name, count in held_back.items()
-            if count
-        )
-        if self.lines:
-            self._on_line()
-
-    def news(self, commands: int) -> int:
-        """Return the number of unreported refusals, with those of the drive itself."""
-        total = self.messages + commands
-        news, self._reported = max(0, total - self._reported), total
-        return news
 
 
 def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticStatus:
@@ -140,23 +85,21 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
     return _status(name, 'time', level, message, values)
 
 
-def drive_status(name: str, session: Session, refusals: Refusals) -> DiagnosticStatus:
+def drive_status(name: str, session: Session, guard: Guard) -> DiagnosticStatus:
     """Return the status of the drive, with its refusals."""
-    news = refusals.news(session.bench.refused)
+    news = guard.news(session.bench.refused)
     values = {
         'simulated_s': f'{session.bench.time_ns * NANO:.3f}',
         'status': f'0x{int(session.worker.status):08x}',
         'commands_refused': str(session.bench.refused),
-        'messages_refused': str(refusals.messages),
+        **guard.values(),
         'setpoints_replaced': str(session.bench.replaced),
     }
     if session.failure is not None:
         return _status(name, 'drive', _ERROR, f'stopped: {session.failure}', values)
     if late := long_block(session):
         return _status(name, 'drive', _ERROR, late, values)
-    if news:
-        return _status(name, 'drive', _WARN, f'{news} refused since the last report', values)
-    return _status(name, 'drive', _OK, 'running', values)
+    return verdict(name, 'drive', news, 'running', values)
 
 
 def long_block(session: Session) -> str:
@@ -170,8 +113,7 @@ def long_block(session: Session) -> str:
 def fault_status(name: str, faults: Faults) -> DiagnosticStatus:
     """Return the present faults as a status."""
     values = {fault: str(value) for fault, value in faults.items()}
-    message = ', '.join(faults) or 'none'
-    return _status(name, 'faults', _WARN if faults else _OK, message, values)
+    return verdict(name, 'faults', ', '.join(faults), 'none', values)
 
 
 def connection_status(name: str, connections: Connections) -> DiagnosticStatus:
@@ -185,8 +127,7 @@ def connection_status(name: str, connections: Connections) -> DiagnosticStatus:
         problems.append(f'{count} of incompatible quality of service since the configuration')
     if unsent:
         problems.append(f'{sum(unsent.values())} messages not sent since the configuration')
-    message = '; '.join(problems) or 'compatible'
-    return _status(name, 'connections', _WARN if problems else _OK, message, values)
+    return verdict(name, 'connections', '; '.join(problems), 'compatible', values)
 
 
 def recorder_status(name: str, session: Session) -> DiagnosticStatus:
@@ -224,10 +165,10 @@ def recorder_status(name: str, session: Session) -> DiagnosticStatus:
     return _status(name, 'recorder', _OK, 'recording', values)
 
 
-def idle_status(name: str, state: str, trouble: str) -> DiagnosticStatus:
+def idle_status(name: str, state: str, trouble: str, guard: Guard) -> DiagnosticStatus:
     """Return the status of a node without a running drive, with the cause if there is one."""
     level, message = (_ERROR, f'{state}; {trouble}') if trouble else (_OK, state)
-    return _status(name, 'drive', level, message, {})
+    return _status(name, 'drive', level, message, guard.values())
 
 
 def compiling_status(name: str, line: str) -> DiagnosticStatus:
@@ -235,11 +176,18 @@ def compiling_status(name: str, line: str) -> DiagnosticStatus:
     return _status(name, 'drive', _WARN, line, {})
 
 
+def verdict(
+    name: str, part: str, bad: str, good: str, values: Mapping[str, object]
+) -> DiagnosticStatus:
+    """Return the status of a part of a node: a warning of what is bad, or else what is good."""
+    return _status(name, part, _WARN if bad else _OK, bad or good, values)
+
+
 def _status(
-    name: str, part: str, level: bytes, message: str, values: dict[str, str]
+    name: str, part: str, level: bytes, message: str, values: Mapping[str, object]
 ) -> DiagnosticStatus:
     """Return the status of a part of a drive, by the full name of its node."""
-    pairs = [KeyValue(key=key, value=value) for key, value in values.items()]
+    pairs = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
     return DiagnosticStatus(
         level=level,
         name=f'{name.lstrip("/")}: {part}',

@@ -38,6 +38,7 @@ from stickslip_ros.recording.run_file import info_json
 from stickslip_ros.ros import diagnostics
 from stickslip_ros.ros.connections import Connections, offer_services
 from stickslip_ros.ros.executable import GarbageFreezer, describe_node, guard_services, run_node
+from stickslip_ros.ros.guard import GuardedNode
 from stickslip_ros.ros.parameter_bridge import (
     SIM_TIME,
     ReloadableNode,
@@ -78,7 +79,7 @@ def logs_failure(transition: Transition) -> Transition:
     return run
 
 
-class StickSlipDrive(ReloadableNode, LifecycleNode):
+class StickSlipDrive(ReloadableNode, GuardedNode, LifecycleNode):
     """
     The virtual test stand as a ROS 2 lifecycle node.
 
@@ -96,9 +97,6 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
         self._active: Session | None = None
         self._session: Session | None = None
         self._stuck: list[StillBusy] = []  # Kilted destroys a node whose parameters are refused
-        self._refusals = diagnostics.Refusals(
-            self.create_guard_condition(self._log_refusals).trigger
-        )
         self._is_putting_back = False
         guard_services(self)
         overrides = hand_over_overrides(self)
@@ -135,7 +133,7 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
             self._release()
             return self._refuse(f'not configured: {error}')
         acts = {'set_recording': self._set_recording, 'clear_faults': self._clear_faults}
-        refuse = self._refusals.refuse
+        refuse = self.guard.refuse
         self._offered_services = offer_services(self, lambda: self.session, refuse, acts)
         types = installed_types()
         if types is not None:
@@ -271,15 +269,13 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
         if session is not None:
             self._trouble = f'the drive has stopped: {session.failure}'
             self.get_logger().error(self._trouble)
-            self._send_diagnostics(
-                diagnostics.drive_status(self._full_name, session, self._refusals)
-            )
+            self._send_diagnostics(diagnostics.drive_status(self._full_name, session, self.guard))
         self._failed.trigger()
 
     def _on_end(self, event: Event) -> None:
         """Handle the end of a command, on the thread of the drive."""
         if event.result not in UNTROUBLED:
-            self._refusals.note(event)
+            self.guard.note(event)
         if self._action is not None:
             self._action.on_event(event)
 
@@ -290,25 +286,15 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
 
     def _on_message(self, topic: Topic, data: bytes) -> None:
         """Pass a message to the drive; a message without meaning counts as received."""
+        session = self.session
+        if topic.request == 'grant':
+            session.extend_grant(read_grant(topic, data))
+            return
+        request = None
         try:
-            session = self.session
-            if topic.request == 'grant':
-                session.extend_grant(read_grant(topic, data))
-                return
-            try:
-                request = receive_request(topic, data)
-            except StickSlipError:
-                session.receive(None)
-                raise
+            request = receive_request(topic, data)
+        finally:
             session.receive(request)
-        except StickSlipError as error:
-            self._refusals.refuse(topic.name, f'{topic.name} refused: {error}')
-
-    def _log_refusals(self) -> None:
-        """Log the refusals, in a thread that may wait for the log."""
-        lines = self._refusals.lines
-        while lines:
-            self.get_logger().warning(lines.popleft())
 
     def _after_parameters(self, changes: list[Parameter]) -> None:
         """Pass live parameters to the drive, except faults that ~/clear_faults has reset."""
@@ -347,11 +333,11 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
             self._send_diagnostics(diagnostics.recorder_status(self._full_name, self._session))
 
     def _publish_diagnostics(self) -> None:
-        self._refusals.begin_report()
+        self.guard.begin_report()
         session, name = self._active, self._full_name
         if session is None:
             state = self._state_machine.current_state[1]
-            self._send_diagnostics(diagnostics.idle_status(name, state, self._trouble))
+            self._send_diagnostics(diagnostics.idle_status(name, state, self._trouble, self.guard))
             return
         self._topics.check_graph()
         late = diagnostics.long_block(session)
@@ -364,7 +350,7 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
             self.get_logger().warning(pace.message)
         self._send_diagnostics(
             pace,
-            diagnostics.drive_status(name, session, self._refusals),
+            diagnostics.drive_status(name, session, self.guard),
             diagnostics.fault_status(name, session.worker.faults),
             diagnostics.recorder_status(name, session),
             diagnostics.connection_status(name, self._topics),

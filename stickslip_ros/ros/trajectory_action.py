@@ -166,7 +166,7 @@ class TrajectoryAction:
         node: LifecycleNode,
         types: tuple[Any, Any],
         get_session: Callable[[], Session],
-        on_refusal: Callable[[str, str], None],
+        on_refusal: Callable[[str, object], None],
     ) -> None:
         self._node = node
         self._type, self._point = types
@@ -221,8 +221,7 @@ class TrajectoryAction:
         return GoalResponse.ACCEPT
 
     def _refuse(self, error: StickSlipError) -> None:
-        name = TRAJECTORY_ACTION.name.removeprefix('~/')
-        self._on_refusal(name, f'{name} refused: {error}')
+        self._on_refusal(TRAJECTORY_ACTION.name.removeprefix('~/'), error)
 
     def _begin(self, goal: ServerGoalHandle) -> None:
         """Pass a goal to the drive, where it replaces the present motion; or abort it."""

@@ -101,6 +101,12 @@ def test_a_position_wins_and_what_is_empty_or_no_number_is_not_commanded(request
             OutOfRange,
             'joint effort 2 N is not what the drive can follow; command a position or a velocity',
         ),
+        (
+            joint((0.0, 1e-7), names=OWN * 2),
+            WrongKind,
+            "('runner_joint', 'runner_joint') is not a list of different names; name each joint",
+        ),
+        (joint((0.0,) * 3, names=('arm', *OWN, 'arm')), WrongKind, 'name each joint once'),
         (to(-INF), WrongKind, 'joint position -inf is not a finite number; send a number'),
         (at(INF), WrongKind, 'joint velocity inf is not a finite number; send a number'),
         (

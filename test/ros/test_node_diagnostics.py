@@ -92,7 +92,8 @@ def test_diagnostics_carry_time_drive_and_recorder(stand: Any):
     assert values_of(parts['time']).keys() == TIME_KEYS
     drive = values_of(parts['drive'])
     counts = ('commands_refused', 'messages_refused', 'setpoints_replaced')
-    assert drive.keys() == {'simulated_s', 'status', *counts}
+    assert drive.keys() == {'simulated_s', 'status', 'last_refused', *counts}
+    assert drive['last_refused'] == ''
     assert {drive[count] for count in counts} == {'0'}
     assert int(drive['status'], 16) == Status.SENSOR_PRESENT | Status.AMPLIFIER_ENABLED
     assert (parts['drive'].level, parts['drive'].message) == (DiagnosticStatus.OK, 'running')

@@ -82,7 +82,7 @@ def test_a_bad_grant_is_refused_and_counted(start_drive: Callable):
     operator = stand.operator
     operator.wait_for_topics()
     operator.command('grant', (-1.0, 0.0))
-    operator.spin_until(lambda: stand.drive._refusals.messages == 1, 'the refusal')
+    operator.spin_until(lambda: stand.drive.guard.count == 1, 'the refusal')
     assert time_ns_of(stand) == 0
     operator.command('grant', (BLOCK_S, 0))
     wait_for_time(stand, BLOCK_NS)

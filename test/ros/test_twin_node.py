@@ -23,6 +23,7 @@ from rclpy.publisher import Publisher
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import SetBool
 
+from stickslip_ros.interface.cdr import pack_float64_array
 from stickslip_ros.lab.cli.main import main
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
 from stickslip_ros.lab.experiments.predict import predict
@@ -244,3 +245,38 @@ def test_a_recording_of_a_drive_that_is_played_gives_the_fits_of_the_drive_to_th
         ['compare', 'model', '--window', '0.1s@0.1s'],
     ):
         assert main([words[0], recorded, *words[1:]]) == 0
+
+
+def block(time_s: Any, columns: str = 't[s],voltage[V],position[m]') -> bytes:
+    """Return a block of a trace at rest."""
+    table = np.zeros((len(time_s), columns.count(',') + 1))
+    table[:, 0] = time_s
+    return pack_float64_array(table, ('sample', columns))
+
+
+def test_odd_messages_on_a_trace_are_refused_told_and_survived(
+    start_twin: Callable, operator: Operator
+):
+    twin = start_twin({})
+    listener = Listener(operator, twin)
+    rig = operator.node.create_publisher(Float64MultiArray, '/trace', 100)
+    operator.spin_until(partial(has_listeners, rig, 2), 'a twin beside the operator')
+    good_s, other = np.arange(0.0, 0.05, 1e-3), 't[s],voltage[V],force[N]'
+    odd = [
+        Float64MultiArray(data=[1.0, 2.0, 3.0]),
+        block([]),
+        block(good_s + 0.05, other),
+        block(good_s + 0.05),  # the columns have changed again
+        block([0.1, 0.05, 0.0]),
+        block([0.1, np.nan, 0.3]),
+        block([0.1, 0.2, np.inf]),
+        block([0.05, 0.051, 3.15e7]),
+        block(good_s, 't[s],position[m],force[N]'),
+        b'\0\1\0\0not a message',
+    ]
+    for each in (block(good_s), *odd, block(good_s + 0.1)):
+        rig.publish(each)
+    count = str(len(odd))
+    listener.wait_for('rig', lambda said: numbers_of(said)['messages_refused'] == count)
+    assert 'trace refused: ' in numbers_of(listener.said['rig'])['last_refused']
+    assert twin._state_machine.current_state[1] == 'active'

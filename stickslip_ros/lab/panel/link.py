@@ -4,24 +4,23 @@
 """A client of one drive, in a thread of its own, that feeds the model of the panel."""
 
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from functools import partial
 from queue import SimpleQueue
 from threading import Event, Thread
 from time import monotonic
 from typing import Any
 
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PointStamped
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.srv import GetParameters, SetParameters
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.task import Future
 from std_msgs.msg import Float64MultiArray
 
-from stickslip_ros.errors import RecordingError, StickSlipError
+from stickslip_ros.errors import StickSlipError, WrongKind
 from stickslip_ros.instrument.commands import typed_command
 from stickslip_ros.instrument.reports import read_event
 from stickslip_ros.interface.cdr import unpack
@@ -33,7 +32,9 @@ from stickslip_ros.lab.panel.model import ACTIVE, PANEL, REBUILT, Model
 from stickslip_ros.message_types import FLOAT64_ARRAY
 from stickslip_ros.parameters import specs
 from stickslip_ros.ros.client import DriveClient, command_topic, open_context, stamp_ns
+from stickslip_ros.ros.diagnostics import verdict
 from stickslip_ros.ros.executable import end_node, stay_on_this_host
+from stickslip_ros.ros.guard import GuardedNode
 from stickslip_ros.ros.interface import SERVICE_TYPES
 from stickslip_ros.units import joined
 
@@ -72,7 +73,7 @@ class Link:
     def __init__(self, namespace: str = '', domain: int | None = None) -> None:
         stay_on_this_host()
         self._context = open_context(domain)
-        self._node = Node(
+        self._node = GuardedNode(
             'stickslip_panel',
             context=self._context,
             start_parameter_services=False,
@@ -81,6 +82,8 @@ class Link:
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
         self.model = Model(f'/{namespace.strip("/")}/{NODE_NAME}'.replace('//', '/'))
+        self._node.guard.tell = partial(self.model.note, PANEL, bad=True)
+        self._diagnostics = self._node.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self.state, self.frame = self.model.state, self.model.frame
         self.twin_frame, self.drawing = self.model.twin_frame, self.model.drawing
         self._wishes: SimpleQueue[Mapping[str, Any]] = SimpleQueue()
@@ -124,12 +127,23 @@ class Link:
                     self._looked_s = now_s
                     self._look()
                     self._ask_state()
-            except Exception as error:  # noqa: BLE001, PERF203 - of a message, an answer, the graph
+                    self._report()
+            except Exception as error:  # noqa: BLE001, PERF203 - of an answer, the graph
                 self._tell(error)
 
     def _tell(self, error: Exception) -> None:
         """Show an unexpected error on the page."""
         self.model.note(PANEL, f'{type(error).__name__}: {error}', bad=True)
+
+    def _report(self) -> None:
+        """Publish the diagnostics of the panel itself."""
+        node, guard = self._node, self._node.guard
+        guard.begin_report()
+        name = node.get_fully_qualified_name()
+        status = verdict(name, 'messages', guard.news(), 'heard', guard.values())
+        array = DiagnosticArray(status=[status])
+        array.header.stamp = node.get_clock().now().to_msg()
+        self._diagnostics.publish(array)
 
     # --- graph and state
 
@@ -208,24 +222,25 @@ class Link:
         self._services['get_parameters'].call_async(request).add_done_callback(take)
 
     def _take_trace(self, data: bytes) -> None:
-        with suppress(RecordingError):
-            message = unpack(FLOAT64_ARRAY, data)
-            if isinstance(message, ArrayMessage) and message.data.ndim == 2 and message.data.size:
-                labels = message.labels[-1].split(',')
-                self.model.take_trace(message.data, [each.partition('[')[0] for each in labels])
+        message = unpack(FLOAT64_ARRAY, data)
+        assert isinstance(message, ArrayMessage)
+        if message.data.ndim != 2:
+            raise WrongKind('trace', message.labels, 'a table of rows and columns', 'label both')
+        labels = message.labels[-1].split(',')
+        self.model.take_trace(message.data, [each.partition('[')[0] for each in labels])
 
     def _take_twin(self, key: str, message: Any) -> None:
         if isinstance(message, PointStamped):
             self.model.take_twin_reading(key, stamp_ns(message), message.point.x)
-        elif message.layout.dim:
-            labels = message.layout.dim[-1].label.split(',')
-            if len(labels) == len(message.data):
-                self.model.take_twin_row(key, labels, message.data)
+        else:
+            label = ''.join(each.label for each in message.layout.dim[-1:])
+            self.model.take_twin_row(key, label.split(','), message.data)
 
     def _take_event(self, message: Any) -> None:
         event = read_event(message.data)
-        if event is not None:
-            self.model.take_event(event)
+        if event is None:
+            raise WrongKind('event', message.data, 'the event of a drive', 'publish none yourself')
+        self.model.take_event(event)
 
     def _take_diagnostics(self, message: Any) -> None:
         title = self.model.drive.lstrip('/')

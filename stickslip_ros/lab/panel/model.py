@@ -10,6 +10,7 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import islice
 from threading import RLock
 from time import monotonic
 from typing import Any, Protocol
@@ -18,14 +19,16 @@ import numpy as np
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.records import FOOT, TIME, VOLTAGE
-from stickslip_ros.errors import StickSlipError
+from stickslip_ros.errors import StickSlipError, WrongKind
 from stickslip_ros.instrument.commands import COMMANDS
 from stickslip_ros.instrument.reports import Status
+from stickslip_ros.interface.requests import INT32_MAX
 from stickslip_ros.interface.topics import SERVICES
 from stickslip_ros.lab.drawing.film import film_of
 from stickslip_ros.lab.drawing.picture import stand_svg
 from stickslip_ros.lab.panel.curves import (
     KEPT,
+    LARGEST,
     POSITION_READING,
     RECENT,
     SAMPLE_COLUMNS,
@@ -55,7 +58,8 @@ CONTROLS = {
     *filter(is_fault, specs()),
 }
 """Controls with a place for notes; PANEL takes all other notes."""
-NOTE_MAX = 1000  # characters of a note
+NOTE_MAX, VALUES_MAX = 1000, 100
+"""Characters of a note, or of a text of the diagnostics; and values of a part of them."""
 SUCCESSES = {'DONE', 'ABORTED'}  # results of commands without an error
 
 
@@ -141,7 +145,7 @@ def _figures(samples: Array) -> dict[str, float | None]:
     newest = dict(zip(SAMPLE_COLUMNS, samples[begin:].T, strict=True))
     shown = [*always, *(each.reading for each in SENSORS if each.switch)]
     figures = {
-        name: float(np.mean(newest[name])) if np.isfinite(newest[name][-1]) else None
+        name: mean if math.isfinite(mean := float(np.mean(newest[name]))) else None
         for name in shown
         if name in always or not np.isnan(newest[name]).all()
     }
@@ -190,11 +194,17 @@ class Model:
         self._heard_s, self._has_news = monotonic(), True
 
     def take_trace(self, block: Array, names: Sequence[str] = TRUTH) -> None:
-        """Take a block of a trace; clear older samples if time restarts."""
+        """Take a block of a trace with rising times; clear older samples if time restarts."""
         samples = np.full((len(block), len(SAMPLE_COLUMNS)), np.nan)
         for name, column in zip(names, block.T, strict=False):
             if name in SAMPLE_COLUMNS:
                 samples[:, SAMPLE_COLUMNS.index(name)] = column
+        samples[~(np.abs(samples) < LARGEST)] = np.nan
+        time_s = samples[:, TIME]
+        rises = len(samples) and time_s[0] >= 0.0 and (np.diff(time_s) >= 0.0).all()
+        if not (rises and time_s[-1] <= INT32_MAX):
+            wanted = f'a list that rises from 0 to at most {INT32_MAX} s'
+            raise WrongKind('t[s] of a trace', time_s[:8].tolist(), wanted, 'sort its rows')
         with self._lock:
             rows = self._ring.rows
             if len(rows) and samples[0, TIME] <= rows[-1, TIME]:
@@ -237,7 +247,9 @@ class Model:
         """Take the diagnostics of a part that the page shows."""
         with self._lock:
             if part in PARTS:
-                self._parts[part] = {'level': level, 'message': message, 'values': dict(values)}
+                text, few = message[:NOTE_MAX], islice(values.items(), VALUES_MAX)
+                shown = {name: value[:NOTE_MAX] for name, value in few}
+                self._parts[part] = {'level': level, 'message': text, 'values': shown}
 
     def take_parameters(self, values: Mapping[str, Any], shown: Sequence[str]) -> None:
         """Take the values of all parameters; keep the shown ones."""

@@ -48,6 +48,8 @@ _FRAMES_PAGE = """\
 </body>
 </html>
 """
+SHOWN = ('state', 'twin', 'picture')
+"""Kinds of news of which a page gets the newest, in the order in which they are sent."""
 DEALT_WITH = 'dealt with'  # message of a page that is ready for the next one
 HEADERS = {
     'Content-Security-Policy': "default-src 'none'; script-src 'self'; style-src 'self'; "
@@ -129,7 +131,7 @@ class _Socket(_Part, WebSocketHandler):
     def initialize(self, hub: 'Hub') -> None:
         self._hub = hub
         self._busy = 0  # messages that the page has not processed
-        self._next: dict[type, str | bytes] = {}  # newest waiting state and picture
+        self._next: dict[str, str | bytes] = {}  # newest waiting state and pictures
 
     def check_origin(self, origin: str) -> bool:  # noqa: ARG002 - checked in prepare
         return True
@@ -150,9 +152,9 @@ class _Socket(_Part, WebSocketHandler):
     def on_close(self) -> None:
         self._hub.pages.discard(self)
 
-    def show(self, news: str | bytes) -> None:
-        """Send the newest state or picture as soon as the page has processed the last."""
-        self._next[type(news)] = news
+    def show(self, kind: str, news: str | bytes) -> None:
+        """Send the newest of a kind in SHOWN as soon as the page has processed the last."""
+        self._next[kind] = news
         self._go_on()
 
     def send(self, message: str | bytes) -> None:
@@ -166,7 +168,7 @@ class _Socket(_Part, WebSocketHandler):
     def _go_on(self) -> None:
         if not self._busy:
             news, self._next = self._next, {}
-            for kind in (str, bytes):
+            for kind in SHOWN:
                 if kind in news:
                     self.send(news[kind])
 
@@ -214,12 +216,9 @@ class Hub:
             state = json.dumps({'failed': f'{type(error).__name__}: {error}'})
         is_new, self._state_sent = state != self._state_sent, state
         for page in tuple(self.pages):
-            if is_new:
-                page.show(state)
-            if twin_frame is not None:  # rare, so all are sent
-                page.send(twin_frame)
-            if frame is not None:
-                page.show(frame)
+            for kind, news in zip(SHOWN, (state * is_new, twin_frame, frame), strict=True):
+                if news:
+                    page.show(kind, news)
 
 
 def serve(

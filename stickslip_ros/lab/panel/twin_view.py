@@ -10,12 +10,26 @@ from typing import Any
 
 import numpy as np
 
-from stickslip_ros.lab.panel.curves import PanelCurve, curve_of
+from stickslip_ros.errors import WrongKind
+from stickslip_ros.interface.requests import INT32_MAX
+from stickslip_ros.lab.panel.curves import LARGEST, PanelCurve, curve_of
 from stickslip_ros.parameters import specs
 from stickslip_ros.units import NS_PER_S
 
 _FITS_KEPT = 360  # fits shown: one hour at one each 10 s
+_READINGS_KEPT = 10_000  # of a topic: five of the longest windows
+_COLUMNS_MAX = 100  # of a row
 _ERROR = '_sigma'  # suffix of the column with the standard error
+
+
+def _named(key: str, labels: Sequence[str], row: Sequence[float]) -> dict[str, float]:
+    """Return a row by its labels; refuse a row without a time, or a page full of columns."""
+    named = dict(zip(labels, row, strict=False))
+    is_row = len(labels) == len(row) <= _COLUMNS_MAX
+    if not (is_row and 0.0 <= named.get('t[s]', math.nan) <= INT32_MAX):
+        wanted = f'a row of at most {_COLUMNS_MAX} columns with a t[s] of 0 to {INT32_MAX} s'
+        raise WrongKind(f'twin/{key}', ','.join(labels), wanted, 'send that of a twin')
+    return named
 
 
 class TwinView:
@@ -29,15 +43,20 @@ class TwinView:
         self._fits: deque[dict[str, float]] = deque(maxlen=_FITS_KEPT)
 
     def take_reading(self, name: str, stamp_ns: int, value_m: float) -> None:
-        """Take a message of twin/position or twin/residual."""
+        """Take a message of twin/position or twin/residual; keep the newest."""
+        if not abs(value_m) < LARGEST:
+            raise WrongKind(f'twin/{name}', value_m, f'a number below {LARGEST:g}', 'send one')
         self._heard[name][stamp_ns] = value_m
+        if len(self._heard[name]) > _READINGS_KEPT:
+            del self._heard[name][next(iter(self._heard[name]))]
         self.has_news |= stamp_ns < self._end_ns  # the current window is shown when it ends
 
     def take_window(self, labels: Sequence[str], row: Sequence[float]) -> None:
         """Take a row of twin/steps; its window starts at the end of the last one."""
-        pairs = zip((each.partition('[')[0] for each in labels), row, strict=True)
-        begin_ns, self._window = self._end_ns, {k: v for k, v in pairs if math.isfinite(v)}
-        self._end_ns = round(self._window['t'] * NS_PER_S)
+        named = _named('steps', labels, row)
+        window = {k.partition('[')[0]: v for k, v in named.items() if math.isfinite(v)}
+        begin_ns, self._window = self._end_ns, window
+        self._end_ns = round(window['t'] * NS_PER_S)
         for values in self._heard.values():  # topics arrive in any order
             for stamp_ns in [x for x in values if x < begin_ns or x > self._end_ns + NS_PER_S]:
                 del values[stamp_ns]
@@ -45,13 +64,14 @@ class TwinView:
 
     def take_fit(self, labels: Sequence[str], row: Sequence[float]) -> None:
         """Take a row of twin/parameters; clear the history if time or parameters changed."""
-        fit = dict(zip(labels, row, strict=True))
+        fit = _named('parameters', labels, row)
         last = self._fits[-1] if self._fits else fit
         if fit.keys() != last.keys() or fit['t[s]'] < last['t[s]']:
             self._fits.clear()
         self._fits.append(fit)
         self.has_news = True
 
+    @np.errstate(over='ignore', invalid='ignore')
     def picture(self) -> tuple[dict[str, Any], dict[str, PanelCurve]]:
         """Return numbers and curves for the page; changes are relative to the first fit."""
         self.has_news = False

@@ -11,7 +11,7 @@ from importlib import import_module
 from typing import Any
 
 import numpy as np
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PointStamped, WrenchStamped
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
@@ -34,23 +34,26 @@ from stickslip_ros.parameters import Parameters, declared_by, specs
 from stickslip_ros.process.signals import run
 from stickslip_ros.recording.any_message import path_of
 from stickslip_ros.recording.series import split_columns
+from stickslip_ros.ros.diagnostics import verdict
 from stickslip_ros.ros.executable import describe_node, guard_services, run_node
+from stickslip_ros.ros.guard import GuardedNode
 from stickslip_ros.ros.parameter_bridge import declare, given_values
 from stickslip_ros.units import NS_PER_S
 
 TWIN_NODE = 'stickslip_twin'
 _PREFIX = 'twin.'
-_LOOK_S, _REPORT_S, _FLUSH_S = 0.2, 1.0, 0.02
+_LOOK_S, _REPORT_S = 0.2, 1.0
 _DEPTH = 10_000  # queued messages of the rig while the node is busy
+_TIME_MAX_S = 1e10  # beyond the times of a header
 _TRACE_COLUMNS = {'voltage': 'voltage_v', 'position': 'position_m', 'force': 'force_n'}
 """Columns of a trace that the twin reads."""
 _TYPES = {POINT_STAMPED: PointStamped, WRENCH_STAMPED: WrenchStamped}
 _TYPES |= {FLOAT64_ARRAY: Float64MultiArray}
-_Samples = list[tuple[str, Sequence[int], Sequence[float]]]  # quantity, stamps in ns, values
+_Samples = dict[str, tuple[Sequence[int], Sequence[float]]]  # stamps in ns, values
 _SUCCESS, _FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
 
-class StickSlipTwin(LifecycleNode):
+class StickSlipTwin(GuardedNode, LifecycleNode):
     """
     A fitted stand beside a rig, as a ROS 2 lifecycle node.
 
@@ -76,10 +79,10 @@ class StickSlipTwin(LifecycleNode):
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self.create_timer(_REPORT_S, self._report, clock=steady)
         self.create_timer(_LOOK_S, self._join, clock=steady)
-        self.create_timer(_FLUSH_S, self._flush, clock=steady)
         self.create_service(SetBool, '~/set_recording', self._set_recording)
         self._outputs: dict[str, Any] = {}
         self._work: Work | None = None
+        self._mapped: dict[str, tuple[str, float]] = {}
         self._begin_input()
         if self.stand.autostart and self.trigger_configure() == _SUCCESS:
             self.trigger_activate()
@@ -147,8 +150,7 @@ class StickSlipTwin(LifecycleNode):
 
     def _begin_input(self) -> None:
         self._heard: dict[str, Subscription] = {}  # by topic
-        self._windows: Windows | None = None
-        self._pending: list[_Samples] = []  # of each message
+        self._windows = Windows(list(self._mapped), self.settings.window, self.settings.lag)
         self._rig_clock = RigClock()
 
     def _join(self) -> None:
@@ -163,28 +165,28 @@ class StickSlipTwin(LifecycleNode):
                 )
             return
         types = dict(self.get_topic_names_and_types())
-        wanted: dict[str, list[tuple[str, list[str | int], float]]] = {}
+        wanted: dict[str, list[tuple[str, str, float]]] = {}
         for name, (field, factor) in self._mapped.items():
             topic = topic_of(field, types)
             if topic is not None:
-                path = path_of(topic, field[len(topic) + 1 :])
-                wanted.setdefault(topic, []).append((name, path, factor))
-        for topic, fields in wanted.items():
+                wanted.setdefault(topic, []).append((name, field[len(topic) + 1 :], factor))
+        for topic, named in wanted.items():
             offered = self.get_publishers_info_by_topic(topic)
             if topic in self._heard or not offered:
-                continue
-            package, _, type_name = types[topic][0].split('/')
-            try:
-                message_type = getattr(import_module(f'{package}.msg'), type_name)
-            except ImportError:
-                self._tell(f'{topic}: {types[topic][0]} cannot be imported; source its package')
                 continue
             kinds = {each.qos_profile.reliability for each in offered}
             is_reliable = kinds == {ReliabilityPolicy.RELIABLE}
             kind = ReliabilityPolicy.RELIABLE if is_reliable else ReliabilityPolicy.BEST_EFFORT
             profile = QoSProfile(depth=_DEPTH, reliability=kind)
-            take: Any = partial(self._take, fields)
-            self._heard[topic] = self.create_subscription(message_type, topic, take, profile)
+            try:
+                package, _, type_name = types[topic][0].split('/')
+                message_type = getattr(import_module(f'{package}.msg'), type_name)
+                fields = [(name, path_of(topic, field), factor) for name, field, factor in named]
+                take: Any = partial(self._take, fields)
+                self._heard[topic] = self.create_subscription(message_type, topic, take, profile)
+            except Exception as error:  # noqa: BLE001 - the type is that of a foreign node
+                why = f'{types[topic][0]} cannot be read: {error}'
+                self._tell(f'{topic}: {why}; source its package')
 
     def _take(self, fields: Any, message: Any, info: Any) -> None:
         """Take numbers of a message, at its stamp or its send time in the clock of the rig."""
@@ -198,10 +200,14 @@ class StickSlipTwin(LifecycleNode):
         samples = _Samples()
         for name, path, factor in fields:
             value = message
-            for part in path:
-                value = value[part] if isinstance(part, int) else getattr(value, part)
-            samples.append((name, (stamp_ns,), (float(value) * factor,)))
-        self._pending.append(samples)
+            try:
+                for part in path:
+                    value = value[part] if isinstance(part, int) else getattr(value, part)
+                samples[name] = (stamp_ns,), (float(value) * factor,)
+            except (AttributeError, LookupError, TypeError, ValueError) as error:
+                why = f'a message has no number for {name}: {error}'
+                raise StickSlipError(f'{why}; map a field that each message has') from error
+        self._add(samples)
 
     def _take_trace(self, data: bytes) -> None:
         """Take a trace block of a drive."""
@@ -211,23 +217,26 @@ class StickSlipTwin(LifecycleNode):
         for name, series in split_columns([block], 'trace').items():
             is_force = name == 'force' and self.stand.load_cell.contact == 'absent'
             if name in _TRACE_COLUMNS and not is_force:
-                stamps_ns = np.round(series.time_s * NS_PER_S).astype(np.int64).tolist()
-                samples.append((_TRACE_COLUMNS[name], stamps_ns, series.value.tolist()))
-        self._pending.append(samples)
+                time_s = np.clip(series.time_s, -1.0, _TIME_MAX_S)  # beyond both they are refused
+                stamps_ns = np.round(time_s * NS_PER_S).astype(np.int64).tolist()
+                samples[_TRACE_COLUMNS[name]] = stamps_ns, series.value.tolist()
+        if 'voltage_v' not in samples:
+            raise StickSlipError('a block of trace has no column voltage[V]; add it')
+        known = self._windows.quantities
+        if known != samples.keys():
+            self._windows.expect(sorted(samples))
+            if known:
+                raise StickSlipError('the columns of trace have changed; the next block is taken')
+        self._add(samples)
 
-    def _flush(self) -> None:
-        """Pass complete windows to the work."""
-        pending, self._pending = self._pending, []
-        if self._work is None or not pending:
-            return
-        if self._windows is None:
-            names = list(self._mapped) or sorted({name for name, *_ in pending[0]})
-            self._windows = Windows(names, self.settings.window, self.settings.lag)
-        for message in pending:
-            for name, stamps_ns, values in message:
-                self._windows.add(name, stamps_ns, values)
-            for window in self._windows.complete():  # before a pause clears it
-                self._work.put(window)
+    def _add(self, samples: _Samples) -> None:
+        """Add the samples of a message, and pass complete windows to the work."""
+        for name, (stamps_ns, values) in samples.items():
+            if why := self._windows.add(name, stamps_ns, values):
+                raise StickSlipError(why)
+        assert self._work is not None  # there are no subscriptions without it
+        for window in self._windows.complete():  # before a pause clears it
+            self._work.put(window)
 
     # --- the twin
 
@@ -252,36 +261,31 @@ class StickSlipTwin(LifecycleNode):
 
     def _report(self) -> None:
         """Publish the diagnostics."""
-        name = str(self.get_fully_qualified_name()).lstrip('/')
-        work, windows = self._work, self._windows
+        self.guard.begin_report()
+        name, work, news = self.get_fully_qualified_name(), self._work, self.guard.news()
+        values: dict[str, object] = {**self.guard.values()}
         if work is None:
-            reports = [_status(f'{name}: rig', 'not active', is_bad=False)]
+            reports = [verdict(name, 'rig', news, 'not active', values)]
         else:
-            counts = ('late', 'doubled', 'reordered', 'pauses', 'restarts')
-            values: dict[str, object] = {each: getattr(windows, each, 0) for each in counts}
+            counts = ('late', 'doubled', 'reordered', 'not_finite', 'pauses', 'restarts')
+            values |= {each: getattr(self._windows, each) for each in counts}
             values |= {'lag_s': self.settings.lag, 'window_s': self.settings.window}
             values |= {'windows': work.shown, 'dropped': work.dropped}
             values |= {'topics': ' '.join(self._heard) or 'none yet'}
-            rig = _status(f'{name}: rig', work.trouble or 'heard', bool(work.trouble), **values)
+            bad = '; '.join(filter(None, [work.trouble, news]))
+            rig = verdict(name, 'rig', bad, 'heard', values)
             health = work.health
             numbers: dict[str, object] = {'fits': work.fits, 'fits_left_out': work.left_out}
-            text = 'nothing fitted yet'
+            bad, good = '', 'nothing fitted yet'
             if health is not None:
-                text = health.words or 'as at the start'
+                bad, good = health.words, 'as at the start'
                 numbers |= {'chi_square_per_reading': f'{health.chi_per_reading:.3g}'}
                 found = zip(health.names, health.values, health.errors, strict=True)
                 numbers |= {each: f'{value:.5g} +- {error:.2g}' for each, value, error in found}
-            is_bad = health is not None and bool(health.words)
-            reports = [rig, _status(f'{name}: health', text, is_bad, **numbers)]
+            reports = [rig, verdict(name, 'health', bad, good, numbers)]
         array = DiagnosticArray(status=reports)
         array.header.stamp = self.get_clock().now().to_msg()
         self._diagnostics.publish(array)
-
-
-def _status(name: str, text: str, is_bad: bool, **values: object) -> DiagnosticStatus:
-    level = DiagnosticStatus.WARN if is_bad else DiagnosticStatus.OK
-    pairs = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
-    return DiagnosticStatus(name=name, level=level, message=text, hardware_id='', values=pairs)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -11,20 +11,24 @@ After a pause or a reset clock, windows restart: none spans a gap.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from stickslip_ros.arrays import Array
+from stickslip_ros.interface.requests import INT32_MAX
 from stickslip_ros.lab.experiments.reading import LEAD_S
 from stickslip_ros.parameters import to_nanoseconds
-from stickslip_ros.units import NANO
+from stickslip_ros.units import NANO, NS_PER_S
 
 _PAUSE_S = 0.5  # shortest time without samples that counts as a pause, s
 _SET_BACK_S = 1.0
 """Distance behind the newest stamp that marks another clock, not a late message, s."""
 _CLOCKS_APART = 1e-4  # largest rate difference of two clocks
+_BLOCK_MAX_S = 2.0  # longest time in a block; that of a drive has at most 1 s
+_KEPT_MAX = 1_000_000  # samples of a quantity that wait for the end of a window
+_STAMP_END_NS = (INT32_MAX + 1) * NS_PER_S  # first time beyond those of a header
 _LEAD_NS = to_nanoseconds(LEAD_S)
 
 
@@ -34,6 +38,21 @@ class Window(NamedTuple):
     start_ns: int
     end_ns: int
     samples: dict[str, tuple[Array, Array]]  # from -LEAD_S on
+
+
+def _fault_of(stamps_ns: Sequence[int]) -> str:
+    """Return why a block with these stamps is refused; nothing if it is not."""
+    first_ns, last_ns = stamps_ns[0], stamps_ns[-1]
+    if not 0 <= first_ns <= last_ns < _STAMP_END_NS:
+        span = f'{first_ns * NANO:.9g} to {last_ns * NANO:.9g} s'
+        return f'stamps of {span} do not rise from 0 to {INT32_MAX} s; correct the clock'
+    if last_ns - first_ns > _BLOCK_MAX_S / NANO:
+        length = f'{(last_ns - first_ns) * NANO:.6g} s, above {_BLOCK_MAX_S:g} s'
+        return f'a block has a length of {length}; send shorter ones'
+    if len(stamps_ns) > 1 and (gap_ns := np.diff(stamps_ns).max()) > _PAUSE_S / NANO:
+        gap = f'{gap_ns * NANO:.6g} s, above {_PAUSE_S:g} s'
+        return f'a block has a gap of {gap}; send a block for each stretch'
+    return ''
 
 
 class RigClock:
@@ -58,18 +77,36 @@ class RigClock:
 
 
 class Windows:
-    """Cuts samples into windows, and counts late, doubled and reordered samples, and gaps."""
+    """Cuts samples into windows; counts those left out, doubled or reordered, and gaps."""
 
     def __init__(self, quantities: Sequence[str], length_s: float, lag_s: float) -> None:
         self._length_ns, self._lag_ns = to_nanoseconds(length_s), to_nanoseconds(lag_s)
-        self._stamps: dict[str, list[int]] = {name: [] for name in quantities}
-        self._values: dict[str, list[float]] = {name: [] for name in quantities}
-        self._newest = dict.fromkeys(quantities, -1)
-        self._last_ns = self._start_ns = self._oldest_ns = -1
-        self.late = self.doubled = self.reordered = self.pauses = self.restarts = 0
+        self.late = self.doubled = self.reordered = self.not_finite = 0
+        self.pauses = self.restarts = 0
+        self.expect(quantities)
 
-    def add(self, quantity: str, stamps_ns: Sequence[int], values: Sequence[float]) -> None:
-        """Add samples of a quantity with rising stamps."""
+    def expect(self, quantities: Iterable[str]) -> None:
+        """Begin anew with these quantities."""
+        self._stamps: dict[str, list[int]] = {name: [] for name in quantities}
+        self._values: dict[str, list[float]] = {name: [] for name in self._stamps}
+        self.quantities = set(self._stamps)
+        self._newest = dict.fromkeys(self._stamps, -1)
+        self._last_ns = self._start_ns = self._oldest_ns = -1
+
+    def add(self, quantity: str, stamps_ns: Sequence[int], values: Sequence[float]) -> str:
+        """Add samples of a quantity with rising stamps; return why they are refused, if so."""
+        if not len(stamps_ns) or quantity not in self.quantities:
+            return f'{quantity} is not expected, or has no samples; send rows of the same columns'
+        if why := _fault_of(stamps_ns):
+            return why
+        if not all(map(math.isfinite, values)):
+            finite = np.isfinite(values)
+            self.not_finite += int((~finite).sum())
+            stamps_ns = np.asarray(stamps_ns)[finite].tolist()
+            values = np.asarray(values)[finite].tolist()
+        return self._keep(quantity, stamps_ns, values) if stamps_ns else ''
+
+    def _keep(self, quantity: str, stamps_ns: Sequence[int], values: Sequence[float]) -> str:
         first_ns = stamps_ns[0]
         if self._last_ns < 0:
             self._begin(first_ns)
@@ -84,13 +121,20 @@ class Windows:
             self.late += place
             stamps_ns, values = stamps_ns[place:], values[place:]
             if not len(stamps_ns):
-                return
+                return ''
         newest_ns = self._newest[quantity]
+        if stamps_ns[0] == stamps_ns[-1] == newest_ns:
+            self.doubled += len(stamps_ns)
+            return ''
         self.reordered += stamps_ns[0] < newest_ns
         self._newest[quantity] = max(newest_ns, stamps_ns[-1])
         self._last_ns = max(self._last_ns, stamps_ns[-1])
+        if len(self._stamps[quantity]) + len(stamps_ns) > _KEPT_MAX:
+            why = f'{quantity} would have more than {_KEPT_MAX} samples before the end of a window'
+            return f'{why}; send fewer, and stamps that go on'
         self._stamps[quantity].extend(stamps_ns)
         self._values[quantity].extend(values)
+        return ''
 
     def complete(self) -> Iterator[Window]:
         """Yield complete windows in order."""

@@ -4,13 +4,14 @@
 """What the page is told of a drive, from what was heard of it; no ROS, no browser."""
 
 import json
+import math
 import struct
 from typing import Any
 
 import numpy as np
 import pytest
 
-from stickslip_ros.errors import StickSlipError
+from stickslip_ros.errors import StickSlipError, WrongKind
 from stickslip_ros.instrument.commands import COMMANDS as COMMAND_ROWS
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.interface.topics import SERVICES
@@ -190,6 +191,36 @@ def test_what_is_heard_of_a_twin_is_a_picture_of_its_own_once_and_for_each_new_p
     assert (model.twin_frame(), model.frame()) == (None, None)
     model.choose({})
     assert opened(model.twin_frame())[0] == head
+
+
+@pytest.mark.parametrize(
+    'times_s', [[], [0.1, 0.05], [0.1, math.nan, 0.2], [math.inf], [-1.0], [0.1, 1e300]]
+)
+def test_a_trace_without_rising_times_is_refused_and_the_picture_stays(
+    model: Model, times_s: list[float]
+):
+    model.take_trace(block(0.0))
+    before = model.frame()
+    with pytest.raises(WrongKind, match=r't\[s\] of a trace .* is not a list that rises from 0'):
+        model.take_trace(np.array(times_s)[:, None], ['t'])
+    with pytest.raises(WrongKind, match='rises'):
+        model.take_trace(np.zeros((3, 1)), ['voltage'])
+    model.choose({})
+    assert model.frame() == before
+
+
+def test_numbers_that_no_picture_can_hold_are_gaps(model: Model):
+    for odd in (math.nan, math.inf, 1e300):
+        moving = block(0.0)
+        moving[::7, 1:] = odd
+        model.take_trace(moving)
+        header, _ = opened(model.frame())
+        assert header['figures']['position'] is None
+
+
+def test_texts_of_diagnostics_are_cut(model: Model):
+    model.take_part('time', 0, 'x' * 10**6, {str(each): 'x' * 10**4 for each in range(10**4)})
+    assert len(json.dumps(model.state())) < 2 * 10**5
 
 
 def test_another_drive_begins_with_nothing(model: Model):

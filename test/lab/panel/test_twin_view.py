@@ -6,6 +6,7 @@
 import numpy as np
 import pytest
 
+from stickslip_ros.errors import WrongKind
 from stickslip_ros.lab.panel.twin_view import TwinView
 
 WINDOW = ['t[s]', 'steps', 'rig[m]', 'twin[m]', 'residual_rms[m]']
@@ -55,3 +56,36 @@ def test_estimates_are_shown_as_changes_since_the_first_fit_with_their_errors():
     view.take_fit(FIT, [2.0, 1.0, 0.24, 0.003, 20.0, 1.0])  # the rig has begun anew
     numbers, curves = view.picture()
     assert len(curves['contact.friction'].y) == 1
+
+
+@pytest.mark.parametrize(
+    ('labels', 'row'),
+    [
+        (FIT[1:], [1.0, 0.3, 0.003, 20.0, 1.0]),
+        (FIT, [np.nan, 1.0, 0.3, 0.003, 20.0, 1.0]),
+        (FIT, [-1.0, 1.0, 0.3, 0.003, 20.0, 1.0]),
+        (FIT, [1.0]),
+        (['t[s]', *map(str, range(100))], [1.0] * 101),
+    ],
+)
+def test_a_row_without_its_time_or_of_another_size_is_refused_and_blanks_nothing(
+    labels: list[str], row: list[float]
+):
+    view = TwinView()
+    hear_window(view, 7000)
+    view.take_fit(FIT, [10.0, 1.0, 0.3, 0.003, 20.0, 1.0])
+    before, _ = view.picture()
+    for take in (view.take_fit, view.take_window):
+        with pytest.raises(WrongKind, match=r'a t\[s\] of 0 to 2147483647 s'):
+            take(labels, row)
+    assert view.picture()[0] == before
+
+
+def test_readings_without_a_window_are_bounded(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr('stickslip_ros.lab.panel.twin_view._READINGS_KEPT', 100)
+    view = TwinView()
+    for stamp_ns in range(1000):
+        view.take_reading('position', stamp_ns, 1e-9)
+    assert list(view._heard['position']) == list(range(900, 1000))
+    with pytest.raises(WrongKind, match='not a number below'):
+        view.take_reading('position', 1000, np.inf)

@@ -59,3 +59,28 @@ def test_one_look_that_is_off_raises_nothing():
     watch = Watch(PERIOD_S, 1.0)
     for place in (0.0, 0.0, 0.0, 1.0, 0.0, 0.0):
         assert watch.changed(LookEstimate(np.full(3, place), COVARIANCE)) is None
+
+
+def test_a_quiet_look_is_counted_and_a_suspect_one_leaves_the_limit_as_wide_as_it_was():
+    watch = Watch(PERIOD_S, 1.0)
+    for _ in range(3):
+        watch.changed(LookEstimate(np.zeros(3), COVARIANCE))
+    limits, step = [watch.limit(3)], np.array([0.0, 1.0, 0.0])
+    for place in (0.0 * step, step, 0.0 * step, step):  # a step is fifty errors
+        assert watch.changed(LookEstimate(place, COVARIANCE)) is None
+        limits.append(watch.limit(3))
+    assert limits[0] > limits[1] == limits[2] > limits[3] == limits[4]
+    wide = watch.scores(LookEstimate(step, COVARIANCE))[0]
+    assert watch.changed(LookEstimate(step, COVARIANCE)) == 1
+    np.testing.assert_array_equal(watch.scores(LookEstimate(step, COVARIANCE))[0], wide)
+
+
+def test_quiet_looks_that_scatter_more_than_is_stated_lower_the_scores():
+    scores = []
+    for scatter in (1.0, 4.0):
+        rng, root = np.random.default_rng(1), scatter * np.linalg.cholesky(COVARIANCE)
+        watch = Watch(PERIOD_S, 1.0)
+        for _ in range(20):
+            watch.changed(LookEstimate(root @ rng.normal(size=3), COVARIANCE))
+        scores.append(watch.scores(LookEstimate(np.full(3, 1.0), COVARIANCE))[0].max())
+    assert scores[1] < 0.2 * scores[0]

@@ -95,3 +95,53 @@ def test_a_window_that_ends_before_a_pause_is_not_lost_where_both_come_at_once()
             windows.add(name, stamps_ns, stamps_ns)
         found += windows.complete()
     assert [each.start_ns / NS for each in found] == [7.2, 17.2]
+
+
+@pytest.mark.parametrize(
+    ('stamps_ns', 'why'),
+    [
+        ([], 'has no samples'),
+        ([0, 10**6, 3600 * NS], 'a length of 3600 s, above 2 s'),
+        ([0, 10**6, 600_000_000], 'a gap of 0.599 s, above 0.5 s'),
+        ([0, 10**6, 2**63 - 1], 'do not rise from 0 to 2147483647 s'),
+        ([-NS], 'stamps of -1 to -1 s do not rise from 0'),
+        ([2, 1], 'do not rise'),
+    ],
+)
+def test_a_block_of_odd_stamps_is_refused_and_changes_nothing(stamps_ns: list[int], why: str):
+    windows, plain = Windows(NAMES, 0.2, 0.05), fed(Windows(NAMES, 0.2, 0.05), even(0.0, 1.0))
+    found = list[Window]()
+    for stamp_ns in even(0.0, 1.0).tolist():
+        for name in NAMES:
+            assert why in windows.add(name, stamps_ns, [0.0] * len(stamps_ns))
+            assert windows.add(name, (stamp_ns,), (0.0,)) == ''
+        found += windows.complete()
+    assert [each.start_ns for each in found] == [each.start_ns for each in plain]
+    assert 'foot_position_m is not expected' in windows.add('foot_position_m', [1], [1.0])
+
+
+def test_stamps_that_stand_still_keep_no_samples_for_ever(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr('stickslip_ros.lab.twin.window._KEPT_MAX', 1000)
+    windows = Windows(NAMES[:1], 0.2, 0.05)
+    for _ in range(5000):
+        assert windows.add(NAMES[0], (7 * NS,), (0.0,)) == ''
+    assert windows.doubled == 4999
+    why = [windows.add(NAMES[0], (7 * NS + each % 2,), (0.0,)) for each in range(5000)]
+    assert 'more than 1000 samples before the end of a window' in why[-2]
+    assert len(windows._stamps[NAMES[0]]) == 1000
+    for stamp_ns in even(7.001, 7.7).tolist():
+        windows.add(NAMES[0], (stamp_ns,), (0.0,))
+        found = list(windows.complete())
+        if found:
+            break
+    assert found[0].start_ns == 7_200_000_000
+
+
+def test_numbers_that_are_not_finite_are_left_out_and_counted():
+    windows, stamps_ns = Windows(NAMES, 0.2, 0.05), even(0.0, 0.5).tolist()
+    for name, odd in zip(NAMES, (np.nan, np.inf), strict=True):
+        windows.add(name, stamps_ns, [0.0, odd] * (len(stamps_ns) // 2))
+        assert windows.add(name, stamps_ns[-1:], [odd]) == ''
+    [window] = windows.complete()
+    assert windows.not_finite == len(stamps_ns) + 2
+    assert [len(each) for each, _ in window.samples.values()] == [125, 125]

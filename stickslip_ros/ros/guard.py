@@ -1,0 +1,116 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""The guard in front of every subscription of a node: refusals are counted, nothing is raised."""
+
+import threading
+from collections import deque
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message
+from rclpy.subscription import Subscription
+
+from stickslip_ros.errors import PROBLEM, StickSlipError
+from stickslip_ros.instrument.reports import Event
+
+
+class Guard:
+    """
+    Refusals of a node: counted, and logged once per name and report.
+
+    ``count`` is that of messages and calls refused by the node, ``last`` the reason of the last
+    one. ``tell`` takes a line, by default for the log, in the thread of the executor.
+
+    """
+
+    def __init__(self, node: Node) -> None:
+        self.count, self.last = 0, ''
+        self.tell: Callable[[str], object] = node.get_logger().warning
+        self._lines: deque[str] = deque()
+        self._wake = node.create_guard_condition(self._log)
+        self._reported = 0
+        self._held_back: dict[str, int] = {}
+        self._lock = threading.Lock()
+
+    def refuse(self, name: str, error: object) -> None:
+        """Count a message or a call that the node refuses, by the name of its topic or service."""
+        is_foreseen = isinstance(error, StickSlipError | str)
+        why = str(error) if is_foreseen else f'{type(error).__name__}: {error}'
+        self.last = f'{name} refused: {why}'[:PROBLEM]
+        self.count += 1
+        self._note(name, self.last)
+
+    def note(self, event: Event) -> None:
+        """Log a command that the drive has refused, or that has failed."""
+        start = f'{event.command} (command {event.number})'
+        self._note(event.command, f'{start} {event.result.name}: {event.message}')
+
+    def _note(self, name: str, line: str) -> None:
+        with self._lock:
+            is_first = name not in self._held_back
+            self._held_back[name] = 0 if is_first else self._held_back[name] + 1
+        if is_first:
+            self._lines.append(line)
+            self._wake.trigger()
+
+    def _log(self) -> None:
+        while self._lines:
+            self.tell(self._lines.popleft())
+
+    def begin_report(self) -> None:
+        """Log the number of refusals since the last call that were only counted."""
+        with self._lock:
+            held_back, self._held_back = self._held_back, {}
+        self._lines.extend(
+            f'{name}: {count} more refused or failed, counted in /diagnostics'
+            for name, count in held_back.items()
+            if count
+        )
+        if self._lines:
+            self._wake.trigger()
+
+    def news(self, others: int = 0) -> str:
+        """Return the number of unreported refusals in words, with all ``others`` of a drive."""
+        total = self.count + others
+        news, self._reported = max(0, total - self._reported), total
+        return f'{news} refused since the last report' if news else ''
+
+    def values(self) -> dict[str, str]:
+        """Return what the diagnostics say of refusals."""
+        return {'messages_refused': str(self.count), 'last_refused': self.last}
+
+
+class GuardedNode(Node):  # type: ignore[misc]
+    """A node with a guard in front of all its subscriptions, those of rclpy included."""
+
+    @cached_property
+    def guard(self) -> Guard:
+        """The guard of this node."""
+        return Guard(self)
+
+    def create_subscription(
+        self,
+        msg_type: Any,
+        topic: str,
+        callback: Any,
+        qos_profile: Any,
+        *,
+        raw: bool = False,
+        **other: Any,
+    ) -> Subscription:
+        """Subscribe to a topic; bytes that are no message, and errors of ``callback``, count."""
+
+        def take(data: bytes, *info: Any) -> None:
+            why: object = f'{len(data)} bytes are no {msg_type.__name__}; check their publisher'
+            try:
+                message = data if raw else deserialize_message(data, msg_type)
+                why = None
+                callback(message, *info)
+            except Exception as error:  # noqa: BLE001 - a message may be anything
+                self.guard.refuse(topic, why or error)
+
+        take.__wrapped__ = callback  # type: ignore[attr-defined] # rclpy looks at its arguments
+        return super().create_subscription(msg_type, topic, take, qos_profile, raw=True, **other)
