@@ -71,3 +71,9 @@ class RecordingError(StickSlipError):
     def __init__(self, path: object, problem: str, hint: str) -> None:
         super().__init__(f'{path}: {_begin(problem, PROBLEM)}; {hint}')
         self.path = path
+
+
+class Miscounted(RecordingError):
+    """A recording does not hold the messages that it counts."""
+
+    status = 1  # exit status of a verb: a check failed

@@ -4,12 +4,13 @@
 """MCAP files in tests: what stands in one in order, and files as other programs write them."""
 
 import struct
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
+from mcap.records import Message
 from mcap.writer import IndexType, Writer
 
 from stickslip_ros.interface.cdr import pack_float64
@@ -72,3 +73,38 @@ def foreign_notes(path: Path, profile: str = 'ros2', **options: Any) -> Path:
         writer.add_message(note, number, b'{"n": %d}' % number, number)
     writer.finish()
     return path
+
+
+def rewritten(
+    source: Path,
+    target: Path,
+    change: Callable[[list[tuple[str, Message]]], Iterable[tuple[str, Message]]] = list,
+    **options: Any,
+) -> Path:
+    """Write a finished file anew: with other chunks, other messages."""
+    with source.open('rb') as stream:
+        reader = make_reader(stream)
+        summary = reader.get_summary()
+        assert summary is not None
+        writer = foreign(target, **options)
+        schemas = {
+            key: writer.register_schema(each.name, each.encoding, each.data)
+            for key, each in summary.schemas.items()
+        }
+        channels = {
+            each.topic: writer.register_channel(
+                each.topic, each.message_encoding, schemas[each.schema_id], each.metadata
+            )
+            for each in summary.channels.values()
+        }
+        for record in reader.iter_metadata():
+            writer.add_metadata(record.name, dict(record.metadata))
+        for file in reader.iter_attachments():
+            writer.add_attachment(0, 0, file.name, file.media_type, file.data)
+        rows = [(channel.topic, each) for _, channel, each in reader.iter_messages()]
+    for topic, each in change(rows):
+        writer.add_message(
+            channels[topic], each.log_time, each.data, each.publish_time, each.sequence
+        )
+    writer.finish()
+    return target

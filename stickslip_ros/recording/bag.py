@@ -165,6 +165,9 @@ def bag_parts(path: Path) -> list[Path]:
         raise RecordingError(
             path, f'{missing[0] if missing else "its list of files"} is missing', 'put it back'
         )
+    if twice := [name for name in names if names.count(name) > 1]:
+        problem = f'its {METADATA_FILE} lists {twice[0]} {names.count(twice[0])} times'
+        raise RecordingError(path, problem, 'list each file once')
     return [path / name for name in names]
 
 

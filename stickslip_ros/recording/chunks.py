@@ -7,9 +7,11 @@ import heapq
 import struct
 import zlib
 from array import array
+from collections import Counter
 from collections.abc import Collection, Iterator
 from functools import lru_cache
 from io import BytesIO
+from itertools import pairwise
 from typing import Any, BinaryIO, Final, NamedTuple
 
 import numpy as np
@@ -32,6 +34,8 @@ from mcap.stream_reader import StreamReader
 from mcap.summary import Summary
 from numpy.typing import NDArray
 
+from stickslip_ros.errors import Miscounted
+
 Places = NDArray[np.int64]
 
 CHUNK_MAX_BYTES: Final = 1 << 30
@@ -42,11 +46,11 @@ RECORD_HEAD: Final = struct.Struct('<BQ')  # opcode and length
 MESSAGE_HEAD: Final = struct.Struct('<HIQQ')  # channel, sequence number, log and publish time
 SEQUENCE_AT, LOG_TIME_AT = 2, 6
 LENGTH_BYTES: Final = 8  # of a record, in front of it
-INDEX_HEAD_BYTES: Final = 6  # channel and size, in front of the rows of an index
+INDEX_HEAD: Final = struct.Struct('<BQHI')  # opcode, length, channel, size of its rows
 INDEX_ROW_BYTES: Final = 16  # a time and a place
 CHANNELS: Final = 1 << 16  # numbers that a channel may have
 MAGIC: Final = b'\x89MCAP0\r\n'
-_NO_PLACES: Final[Places] = np.empty(0, np.int64)
+_COUNT_ANEW: Final = 'copy its messages with "stickslip recover", which counts anew'
 SUMMARIES_KEPT: Final = 4
 """Summaries of files that are opened again for each stretch of a long recording: the summary of
 an hour has 20,000 numbers and takes half a second to read."""
@@ -133,19 +137,7 @@ def find_messages(
         at += length
     if at != end:
         raise ValueError('a record is longer than its chunk')
-    return messages_at(
-        data, offset, np.array(starts, np.int64), wanted, np.array(described, np.int64)
-    )
-
-
-def messages_at(
-    data: bytes,
-    offset: int,
-    places: Places,
-    wanted: Collection[int] | None = None,
-    described: Places = _NO_PLACES,
-) -> ChunkMessages:
-    """Return the messages that begin at some places, behind opcode and length."""
+    places, described_at = np.array(starts, np.int64), np.array(described, np.int64)
     channels = gather(data, places, '<u2')
     if wanted is not None:
         is_wanted = np.zeros(CHANNELS, np.bool_)  # np.isin takes several times as long
@@ -156,14 +148,15 @@ def messages_at(
     if np.any(times_ns > TIME_MAX_NS):
         raise ValueError(f'a time of {times_ns.max()} ns is above {TIME_MAX_NS} ns')
     times_ns = times_ns.astype(np.int64)
-    return ChunkMessages(offset, data, places, channels, times_ns, described)
+    return ChunkMessages(offset, data, places, channels, times_ns, described_at)
 
 
 class ChunkReader(SeekingReader):
     """
     Reads the messages of a finished file, of some topics or all.
 
-    A file that contradicts itself raises ValueError, LookupError or struct.error.
+    A file that contradicts itself raises ValueError, LookupError or struct.error; Miscounted, if
+    its messages, their indexes and its statistics differ.
 
     """
 
@@ -177,6 +170,24 @@ class ChunkReader(SeekingReader):
             self._stream.seek(self._summary_start)
             self._summary = _summary_of(self._stream.read())
         return self._summary
+
+    def check_counts(self) -> None:
+        """Compare the statistics with the message indexes of the chunks, which stay packed."""
+        summary, counts = self.get_summary(), Counter[int]()
+        for index in summary.chunk_indexes or [WHOLE_FILE]:
+            said = self._counts_of(index)
+            counts += Counter(self._read(index, None).channels.tolist()) if said is None else said
+        if unknown := counts.keys() - summary.channels.keys():
+            raise ValueError(f'nothing says what channel {min(unknown)} is')
+        if (statistics := summary.statistics) is None:
+            return
+        by_channel = Counter(statistics.channel_message_counts) or counts  # empty: not known
+        topics = {key: each.topic for key, each in summary.channels.items()}
+        differ = [topic for key, topic in topics.items() if counts[key] != by_channel[key]]
+        if differ or counts.total() != statistics.message_count:
+            problem = f'it holds {counts.total()} messages, and its statistics count '
+            problem += f'{statistics.message_count}, others of {", ".join(differ)}'
+            raise Miscounted(self._stream.name, problem, _COUNT_ANEW)
 
     def pieces(
         self, topics: Collection[str] | None = None, window_ns: tuple[int, int] = ALL_TIMES_NS
@@ -224,10 +235,10 @@ class ChunkReader(SeekingReader):
     ) -> Iterator[tuple[int, ChunkMessages]]:
         """Open each chunk when its first message is due; keep the order of equal times."""
         indexes, wanted = self._select(topics, window_ns)
-        later = sorted(indexes, key=_begin, reverse=True)
+        later = sorted(indexes, key=begin_of, reverse=True)
         due: list[tuple[Row, Iterator[Row]]] = []
         while later or due:
-            if later and not (due and due[0][0] < _begin(later[-1])):
+            if later and not (due and due[0][0] < begin_of(later[-1])):
                 piece = self._read(later.pop(), wanted)
                 opened = [piece, *(row[-1] for row, _ in due)]
                 if (size := sum(len(each.data) for each in opened)) > CHUNK_MAX_BYTES:
@@ -277,31 +288,37 @@ class ChunkReader(SeekingReader):
         else:
             self._stream.seek(index.chunk_start_offset + RECORD_HEAD.size)
             data = unpack_chunk(Chunk.read(ReadDataStream(self._stream)))
-            if wanted and index.message_index_offsets:
-                places = self._indexed(index, wanted, data)
-                if places is not None:
-                    return messages_at(data, index.chunk_start_offset, places, wanted)
-        return find_messages(data, index.chunk_start_offset, wanted)
+        piece = find_messages(data, index.chunk_start_offset, wanted)
+        if index is WHOLE_FILE:
+            return piece
+        first_ns, last_ns = index.message_start_time, index.message_end_time
+        at = f'the chunk at byte {index.chunk_start_offset}'
+        wrong = (piece.times_ns < first_ns) | (piece.times_ns > last_ns)
+        if wrong.any():  # a window chooses chunks by these times
+            at_ns = piece.times_ns[wrong][0]
+            raise ValueError(f'{at} announces {first_ns} ns to {last_ns} ns, and holds {at_ns} ns')
+        found, said = Counter(piece.channels.tolist()), self._counts_of(index)
+        if said is not None and any(found[key] != said[key] for key in wanted or found | said):
+            problem = f'{at} holds {found.total()} messages, and its index lists others'
+            raise Miscounted(self._stream.name, problem, _COUNT_ANEW)
+        return piece
 
-    def _indexed(self, index: ChunkIndex, wanted: set[int], data: bytes) -> Places | None:
-        """Return the places of messages in a chunk by its index; None if the index is wrong."""
-        found: list[NDArray[Any]] = [_NO_PLACES]
-        for channel in wanted & index.message_index_offsets.keys():
-            self._stream.seek(index.message_index_offsets[channel])
-            opcode, length = RECORD_HEAD.unpack(self._stream.read(RECORD_HEAD.size))
-            rows = self._stream.read(min(length, CHUNK_MAX_BYTES))[INDEX_HEAD_BYTES:]
-            if opcode != Opcode.MESSAGE_INDEX or len(rows) % INDEX_ROW_BYTES:
-                return None
-            found.append(np.frombuffer(rows, '<i8')[1::2])  # behind its time
-        begins = np.unique(np.concatenate(found))
-        latest = len(data) - RECORD_HEAD.size - MESSAGE_HEAD.size
-        if len(begins) and not (begins[0] >= 0 and begins[-1] <= latest):
+    def _counts_of(self, index: ChunkIndex) -> Counter[int] | None:
+        """Return the messages of each channel by the indexes behind a chunk; None without any."""
+        if not index.message_index_length:
             return None
-        places = begins + RECORD_HEAD.size
-        opcodes = gather(data, begins, 'u1')
-        lengths = gather(data, places - LENGTH_BYTES, '<i8')
-        is_right = (opcodes == Opcode.MESSAGE) & (lengths >= MESSAGE_HEAD.size)
-        return places if np.all(is_right & (lengths <= len(data) - places)) else None
+        self._stream.seek(index.chunk_start_offset + index.chunk_length)
+        data = self._stream.read(min(index.message_index_length, CHUNK_MAX_BYTES))
+        counts, at = Counter[int](), 0
+        while at < len(data):
+            opcode, length, channel, size = INDEX_HEAD.unpack_from(data, at)
+            begin, at = at + INDEX_HEAD.size, at + RECORD_HEAD.size + length
+            if opcode != Opcode.MESSAGE_INDEX or at != begin + size:
+                raise ValueError(f'no message index is behind byte {index.chunk_start_offset}')
+            counts[channel] += size // INDEX_ROW_BYTES
+        if counts.keys() != index.message_index_offsets.keys():
+            raise ValueError(f'the indexes behind byte {index.chunk_start_offset} are others')
+        return counts
 
 
 @lru_cache(maxsize=SUMMARIES_KEPT)
@@ -330,8 +347,16 @@ def _summary_of(data: bytes) -> Summary:
         elif isinstance(each, MetadataIndex):
             summary.metadata_indexes.append(each)
     summary.chunk_indexes.sort(key=lambda each: each.chunk_start_offset)
+    for one, other in pairwise(summary.chunk_indexes):
+        if other.chunk_start_offset < one.chunk_start_offset + one.chunk_length:
+            at = other.chunk_start_offset
+            raise ValueError(f'its index lists the chunk at byte {at} twice, or within another')
+    listed = len(summary.chunk_indexes)
+    if summary.statistics and summary.statistics.chunk_count != listed:
+        raise ValueError(f'its index lists {listed} of {summary.statistics.chunk_count} chunks')
     return summary
 
 
-def _begin(index: ChunkIndex) -> tuple[int, int]:
+def begin_of(index: ChunkIndex) -> tuple[int, int]:
+    """Return the time and the place at which a chunk begins."""
     return index.message_start_time, index.chunk_start_offset

@@ -93,7 +93,10 @@ def open_whole(path: Path, *, checks_data: bool = False) -> Iterator[ChunkReader
                 if expected not in {0, _checksum(stream, 0, end) if expected else 0}:
                     raise ValueError('the checksum of its data is wrong')
             stream.seek(0)
-            yield ChunkReader(stream, size_bytes, summary_start)
+            reader = ChunkReader(stream, size_bytes, summary_start)
+            if checks_data:
+                reader.check_counts()
+            yield reader
         except StickSlipError:
             raise
         except DAMAGE as error:

@@ -6,6 +6,7 @@
 import hashlib
 import json
 import math
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from copy import copy
@@ -36,7 +37,7 @@ from stickslip_ros.message_types import (
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.any_message import numbers_of
 from stickslip_ros.recording.bag import bag_parts
-from stickslip_ros.recording.chunks import ALL_TIMES_NS, TIME_MAX_NS
+from stickslip_ros.recording.chunks import ALL_TIMES_NS, begin_of
 from stickslip_ros.recording.integrity import PROFILE, open_whole
 from stickslip_ros.recording.layout import Layout
 from stickslip_ros.recording.run_file import RUN_RECORD, TIME_ORIGIN, to_time_ns
@@ -53,6 +54,10 @@ INFO_ENDING: Final = '/info'
 _SEQUENCE_NUMBERS: Final = 1 << 32
 TRACE_ROWS_MAX: Final = 10_000_000
 """Largest number of trace rows read without a window: 200 s at 50 kHz, 0.4 GB."""
+MESSAGE_S: Final = 10.0
+"""Mean time between messages, s, above which some of their times are probably wrong."""
+ALL_S: Final = -math.inf, math.inf
+Described = dict[str, dict[str, str]]  # metadata of a file
 FRONTS: Final = {POINT_STAMPED: 'point.', WRENCH_STAMPED: 'wrench.'}
 """Start of a number's line in a definition, in front of its name."""
 
@@ -118,27 +123,43 @@ class Recording:
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
         self.files = _find_parts(self.path)
-        self.metadata: dict[str, dict[str, str]] = {}
+        self.metadata: Described = {}
         self.attachments: dict[str, tuple[str, bytes]] = {}
         self.types: dict[str, str] = {}
         self._counts: list[dict[str, int]] = []  # messages by topic, of each file that says so
-        # First and last log time of each file that says so and has messages.
+        # First and last log time of each file that has messages.
         self._spans_ns: list[tuple[int, int] | None] = []
-        closing: dict[str, str] = {}
-        for file in self.files:
-            closing = self._describe(file).get(CLOSING_RECORD, {})
+        described = [self._describe(file) for file in self.files]
+        for file, own in zip(self.files, described, strict=True):
+            self.metadata |= own
+            self._check_part(file, described[0], own)
         self._repeats = PART_RECORD in self.metadata
-        self._window_s = -math.inf, math.inf
+        self._window_s = ALL_S
+        self.lost = Counter[str]()  # rows of traces read in all windows, less those in their times
         if self._repeats and not self.path.exists():  # by the name that parts share
             layout = Layout.plan(self.path, split=True)
             oldest = layout.part(self.metadata[PART_RECORD].get(FIRST_PART, 0))
             if self.files[0] not in (layout.part(0), oldest):
                 raise _missing_part(oldest)
-        follower = closing.get(FOLLOWED_BY, '')
+        follower = described[-1].get(CLOSING_RECORD, {}).get(FOLLOWED_BY, '')
         if follower and self.path not in self.files:
             raise _missing_part(self.files[-1].with_name(follower))
 
-    def _describe(self, file: Path) -> dict[str, dict[str, str]]:
+    def _check_part(self, file: Path, first: Described, own: Described) -> None:
+        """Refuse a part of another run, or another part than the one that comes next."""
+        place, runs = self.files.index(file), [each.get(RUN_RECORD, {}) for each in (own, first)]
+        if self._spans_ns[place] is None:  # nothing is left of it
+            return
+        if runs[0] != runs[1]:
+            origins = ', not '.join(each.get(TIME_ORIGIN, 'unknown') for each in runs)
+            problem = f'it is of another run than {self.files[0].name} (time origin {origins} ns)'
+            raise RecordingError(file, problem, 'take it away, or open it alone')
+        parts = [each.get(PART_RECORD, {}).get('part', '')[:9] for each in (own, first)]
+        if all(map(str.isdecimal, parts)) and int(parts[0]) != int(parts[1]) + place:
+            problem = f'it is part {parts[0]} in the place of part {int(parts[1]) + place}'
+            raise RecordingError(file, problem, 'put the missing part back, or the parts in order')
+
+    def _describe(self, file: Path) -> Described:
         """Read a file's summary, attachments and metadata; return the metadata."""
         with open_whole(file, checks_data=True) as reader:
             summary = reader.get_summary()
@@ -155,11 +176,11 @@ class Recording:
             schemas = {0: '', **{key: each.name for key, each in summary.schemas.items()}}
             statistics = summary.statistics
             said = statistics.channel_message_counts if statistics else {}
-            self._spans_ns.append(
-                (statistics.message_start_time, statistics.message_end_time)
-                if statistics and statistics.message_count
-                else None
-            )
+            # A chunk of descriptions alone has no end.
+            chunks = [each for each in summary.chunk_indexes if each.message_end_time]
+            begins_ns = [each.message_start_time for each in chunks]
+            ends_ns = [each.message_end_time for each in chunks]
+            self._spans_ns.append((min(begins_ns), max(ends_ns)) if chunks else None)
             counts: dict[str, int] = {}
             for channel in summary.channels.values():
                 self.types.setdefault(channel.topic, schemas[channel.schema_id])
@@ -167,7 +188,6 @@ class Recording:
                 counts[channel.topic] = count
             self._counts.append(counts if said else {})
             own = {each.name: dict(each.metadata) for each in reader.iter_metadata()}
-            self.metadata |= own
             if file == self.files[0]:
                 self.attachments = {
                     each.name: (each.media_type, each.data) for each in reader.iter_attachments()
@@ -201,6 +221,15 @@ class Recording:
         origin_ns = self.time_origin_ns
         return (first_ns - origin_ns) / NS_PER_S, (last_ns - origin_ns) / NS_PER_S
 
+    @property
+    def notes(self) -> list[str]:
+        """Tell a span of time that is absurd beside the number of messages."""
+        messages, (first_s, last_s) = sum(sum(each.values()) for each in self._counts), self.span_s
+        if self._window_s != ALL_S or not last_s - first_s > MESSAGE_S * messages > 0:
+            return []
+        span = f'{messages} messages lie between {first_s:.6g} s and {last_s:.6g} s'
+        return [f'{span}: some have probably a wrong time; leave them out with --window']
+
     def within(self, start_s: float, end_s: float) -> 'Recording':
         """
         Return the recording with ``series`` and ``trace`` of a window, both ends included.
@@ -212,6 +241,18 @@ class Recording:
         part._window_s = start_s, end_s  # noqa: SLF001 - its own
         return part
 
+    def cuts_s(self, size_bytes: int) -> list[float]:
+        """Return rising times, s, between which chunks of at most this size, or one, begin."""
+        cuts_ns, held = set[int](), 0
+        for file in self.files:
+            with open_whole(file) as reader:
+                for chunk in sorted(reader.get_summary().chunk_indexes, key=begin_of):
+                    held += chunk.uncompressed_size
+                    if held > size_bytes:
+                        cuts_ns.add(chunk.message_start_time)
+                        held = chunk.uncompressed_size
+        return [(each - self.time_origin_ns) / NS_PER_S for each in sorted(cuts_ns)]
+
     @property
     def is_ours(self) -> bool:
         """Whether a drive of this package made it."""
@@ -222,9 +263,12 @@ class Recording:
         start_s, end_s = self._window_s
         if not self.is_ours:  # its messages are placed at their stamps
             return ALL_TIMES_NS
-        first_ns = 0 if math.isinf(start_s) else math.floor(start_s * NS_PER_S)
-        last_ns = TIME_MAX_NS if is_open or math.isinf(end_s) else math.ceil(end_s * NS_PER_S)
-        return first_ns + self.time_origin_ns, last_ns + self.time_origin_ns
+        first_ns, last_ns = ALL_TIMES_NS
+        if not math.isinf(start_s):
+            first_ns = math.floor(start_s * NS_PER_S) + self.time_origin_ns
+        if not (is_open or math.isinf(end_s)):
+            last_ns = math.ceil(end_s * NS_PER_S) + self.time_origin_ns
+        return first_ns, last_ns
 
     def _files_within(self, window_ns: tuple[int, int]) -> list[Path]:
         """Return the files that may hold messages of these log times."""
@@ -315,26 +359,28 @@ class Recording:
         arrays, columns = ArrayReader(), None
         # A block comes when its last sample has been taken.
         window_ns = self._window_ns(is_open=True)
+        start_s, end_s = self._window_s
         for kind, _, message in self._stored([name], window_ns, in_time_order=True):
             if kind != FLOAT64_ARRAY:
                 continue
             each = arrays.read(message.data)
-            if self.is_ours and each.data.ndim == 2 and each.data[0, 0] > self._window_s[1]:
+            at_s = (message.log_time - self.time_origin_ns) / NS_PER_S
+            if self.is_ours and each.data.ndim == 2 and at_s > end_s and each.data[0, 0] > end_s:
                 break
+            self.lost[name] += len(each.data) * (start_s <= at_s <= end_s)
             if columns is None:
                 columns = Columns(self._origin(name), self._rows_ahead(name, len(each.data)))
             columns.add(each)
         joined = columns.series() if columns else {}
-        return {key: each.window(*self._window_s) for key, each in joined.items()}
+        found = {key: each.window(start_s, end_s) for key, each in joined.items()}
+        self.lost[name] -= max(map(len, found.values()), default=0)
+        return found
 
     def _rows_ahead(self, topic: str, block_rows: int) -> int:
-        """Estimate the rows of a trace in the window; without a window, refuse too many."""
+        """Return the rows of a whole trace, and refuse too many; 0 for a window."""
+        if self._window_s != ALL_S:
+            return 0
         rows = block_rows * sum(each.get(topic, 0) for each in self._counts)
-        if self._window_s != (-math.inf, math.inf):
-            (first_s, last_s), (start_s, end_s) = self.span_s, self._window_s
-            within_s = min(end_s, last_s) - max(start_s, first_s)
-            share = within_s / (last_s - first_s) if within_s > 0.0 else 0.0
-            return min(math.ceil(share * rows) + block_rows, TRACE_ROWS_MAX)
         if rows > TRACE_ROWS_MAX:
             problem = (
                 f'has {rows} rows of {topic}, above the {TRACE_ROWS_MAX} that are held at once'

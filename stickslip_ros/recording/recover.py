@@ -65,6 +65,7 @@ class Recovery:
     lost_bytes: int = 0
     messages: int = 0  # that were read
     unchecked: int = 0  # of them, covered by no checksum
+    counted: int | None = None  # by the statistics of the file; None if it has none
     last_ns: int | None = None  # time of the last message that was read
     topics: list[ChannelSummary] = field(default_factory=list)
     losses: list[Loss] = field(default_factory=list)
@@ -187,8 +188,9 @@ def _copy(stream: BinaryIO, target: BinaryIO, result: Recovery) -> bool:
     lasts_ns = [each.last_ns for each in result.topics if each.last_ns is not None]
     result.last_ns = max(lasts_ns, default=None)
     if said := summary.statistics:
-        lost = said.message_count - result.messages
-        result.notes.append(f'{lost} of {said.message_count} messages are lost')
+        result.counted, lost = said.message_count, said.message_count - result.messages
+        fate = f'{lost} of these are lost' if lost >= 0 else f'{-lost} more were read'
+        result.notes.append(f'its statistics count {result.counted} messages: {fate}')
     stream.seek(max(size - len(MAGIC), 0))
     if stream.read() != MAGIC:
         result.notes.append(

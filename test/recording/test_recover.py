@@ -195,15 +195,15 @@ def unfinished(content: bytes, whole: bytes) -> bytes:
 
 DAMAGES: dict[str, tuple[Callable[[bytes], bytes], set[int] | None, str, str]] = {
     # what is done to the file, lost chunks (None: from the fourth one on), the problem, the note
-    'in a chunk': (in_chunks(2), {2}, '', 'messages are lost'),
-    'in two chunks': (in_chunks(2, 4), {2, 4}, '', 'messages are lost'),
-    'in the chunk that announces the topics': (in_chunks(0), {0}, '', 'messages are lost'),
+    'in a chunk': (in_chunks(2), {2}, '', 'are lost'),
+    'in two chunks': (in_chunks(2, 4), {2, 4}, '', 'are lost'),
+    'in the chunk that announces the topics': (in_chunks(0), {0}, '', 'are lost'),
     'in the length of a chunk': (
         lambda each: flipped(each, chunks_of(each)[2][0] + 2, 0x10),
-        {2}, 'a length', 'messages are lost',
+        {2}, 'a length', 'are lost',
     ),
     'in the kind of a chunk': (
-        lambda each: flipped(each, chunks_of(each)[2][0], 0x08), {2}, 'kind', 'messages are lost',
+        lambda each: flipped(each, chunks_of(each)[2][0], 0x08), {2}, 'kind', 'are lost',
     ),
     'in the kind of a message index': (
         lambda each: flipped(each, chunks_of(each)[2][1], 0x08), set(), 'kind', '0 of',

@@ -72,13 +72,25 @@ def export_verb(arguments: argparse.Namespace) -> Answer:
             rows = _write_excel(frames, file, recording.path)
     columns = [first.index.name, *first.columns]
     line = f'wrote {output}: {rows} rows of {", ".join(columns)}'
-    return Answer({'output': str(output), 'rows': rows, 'columns': columns}, [line])
+    notes = [] if window else recording.notes
+    content = {'output': str(output), 'rows': rows, 'columns': columns, 'notes': notes}
+    return Answer(content, [line, *notes])
 
 
 def _write_csv(frames: 'Iterable[DataFrame]', file: BinaryIO) -> int:
+    try:
+        from pyarrow import Table, csv  # noqa: PLC0415 - an extra, and seven times as fast
+    except ImportError:
+        csv = None
     rows = 0
     for frame in frames:
-        frame.to_csv(file, header=not rows, lineterminator='\n')
+        if not rows:
+            frame.iloc[:0].to_csv(file, lineterminator='\n')
+        if csv is None:
+            frame.to_csv(file, header=False, lineterminator='\n')
+        else:
+            block = Table.from_pandas(frame.reset_index(), preserve_index=False)
+            csv.write_csv(block, file, csv.WriteOptions(include_header=False))
         rows += len(frame)
     return rows
 

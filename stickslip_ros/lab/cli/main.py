@@ -137,7 +137,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return STOPPED
     except StickSlipError as error:
         sys.stderr.write(f'stickslip: {error}\n')
-        return REFUSED
+        return getattr(error, 'status', REFUSED)
     except BrokenPipeError:  # the reader, such as head, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0

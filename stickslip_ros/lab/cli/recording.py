@@ -10,7 +10,7 @@ from typing import Any
 
 from stickslip_ros.files import make_folder, prepare_output
 from stickslip_ros.lab.cli.chosen import chosen_look
-from stickslip_ros.lab.cli.printing import Answer
+from stickslip_ros.lab.cli.printing import CHECK_FAILED, Answer
 from stickslip_ros.lab.runs.recorded import recorded_stand, sections_of
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recover import Recovery, recover
@@ -34,6 +34,7 @@ def describe_recording(recording: Recording) -> dict[str, Any]:
         'topics': [
             {**plain(channel), 'rate_hz': channel.rate_hz} for channel in recording.channels
         ],
+        'notes': recording.notes,
         'changed_parameters': changed,
         'run': recording.metadata.get(RUN_RECORD, {}),
         'attachments': {name: len(data) for name, (_, data) in recording.attachments.items()},
@@ -53,7 +54,7 @@ def plot_verb(arguments: argparse.Namespace) -> Answer:
     series = run.series if run.topics else None
     with plotting.looking(**chosen_look(arguments)):
         plot = run_figure.plot_run(run.recording, picture, arguments.window_s, quantities=series)
-    content = {'picture': str(picture), **plain(plot)}
+    content = {'picture': str(picture), **plain(plot), 'notes': run.recording.notes}
     rows = [
         (
             recorded.RUN_QUANTITIES[each.name],
@@ -64,7 +65,8 @@ def plot_verb(arguments: argparse.Namespace) -> Answer:
         for each in plot.quantities
     ]
     title = f'{plot.start_s:.9g} s to {plot.end_s:.9g} s'
-    parts = [Section(title, rows, ('quantity', 'samples', 'smallest', 'largest'))]
+    header = 'quantity', 'samples', 'smallest', 'largest'
+    parts = [Section(title, rows, header, run.recording.notes)]
     if plot.events:
         runs = (list(group) for _, group in groupby(plot.events, key=lambda each: each[1:]))
         events = [
@@ -82,7 +84,9 @@ def recover_verb(arguments: argparse.Namespace) -> Answer:
     recoveries, written = recover(arguments.file, arguments.output)
     end = f'wrote {written}' if written else f'{arguments.file} is whole: nothing was written'
     parts = [part for each in recoveries for part in _recover_parts(each)]
-    return Answer({'written': str(written or ''), 'files': recoveries}, [*parts, end])
+    differ = any(each.counted not in {None, each.messages} for each in recoveries)
+    content = {'written': str(written or ''), 'files': recoveries}
+    return Answer(content, [*parts, end], CHECK_FAILED if differ else 0)
 
 
 def _recover_parts(recovery: Recovery) -> Iterator[Section | str]:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind
+from stickslip_ros.errors import Miscounted, OutOfRange, RecordingError, WrongKind
 from stickslip_ros.instrument.commands import COMMANDS, JOINT, Request
 from stickslip_ros.instrument.reports import Status, read_event
 from stickslip_ros.interface.messages import ArrayMessage
@@ -33,9 +33,8 @@ RUN_QUANTITIES = {
 """Quantities of a run in words, by their columns in an experiment file; without the unit they are
 columns of the trace, and topics."""
 TRACE_SAMPLES_MIN = 2
-STRETCH_S = 30.0  # longest part of a recording held in memory, s; a trace takes 7 MB/s
-
-
+STRETCH_BYTES = 1 << 23
+"""Chunks of a recording that are held in memory at once, unpacked: some seconds of a trace."""
 _NO_SAMPLES = Series(np.empty(0), np.empty(0), '', '')
 
 
@@ -44,6 +43,9 @@ class TimeWindow(NamedTuple):
 
     start_s: float
     end_s: float
+
+
+_WHOLE = TimeWindow(-math.inf, math.inf)
 
 
 class LoggedCommand(NamedTuple):
@@ -78,7 +80,7 @@ def sections_of(recording: Recording) -> Iterator[Section]:
         name = each.type_name.rpartition('/')[2]
         rows.append((each.topic, name, each.messages, rate, each.gaps))
     header = 'topic', 'type', 'messages', 'rate (Hz)', 'missing'
-    yield Section(str(recording.path), rows, header)
+    yield Section(str(recording.path), rows, header, recording.notes)
     if run := recording.metadata.get(RUN_RECORD):
         yield Section('run', list(run.items()))
     if PARAMETERS_FILE in recording.attachments:
@@ -113,18 +115,14 @@ def recorded_series(recording: Recording, *, traced: bool = True) -> dict[str, S
 
 def stretches_of(recording: Recording, window: TimeWindow | None = None) -> list[TimeWindow]:
     """
-    Return a recording, or a window, as stretches of at most STRETCH_S.
+    Return a recording, or a window, as stretches between chunks of STRETCH_BYTES.
 
     A recording of another program is one stretch, as its messages may be in any order.
 
     """
-    outer = window or TimeWindow(-math.inf, math.inf)
-    start_s, end_s = recording.span_s
-    start_s, end_s = max(start_s, outer.start_s), min(end_s, outer.end_s)
-    if not recording.is_ours or not end_s - start_s > STRETCH_S:
-        return [outer]
-    between_s = np.linspace(start_s, end_s, math.ceil((end_s - start_s) / STRETCH_S) + 1)[1:-1]
-    starts_s = [outer.start_s, *between_s.tolist()]
+    outer = window or _WHOLE
+    cuts_s = recording.cuts_s(STRETCH_BYTES) if recording.is_ours else []
+    starts_s = [outer.start_s, *(each for each in cuts_s if outer.start_s < each <= outer.end_s)]
     ends_s = [*(math.nextafter(each, -math.inf) for each in starts_s[1:]), outer.end_s]
     return [TimeWindow(*each) for each in zip(starts_s, ends_s, strict=True)]
 
@@ -132,14 +130,18 @@ def stretches_of(recording: Recording, window: TimeWindow | None = None) -> list
 def series_by_stretch(
     recording: Recording, stretches: Sequence[TimeWindow], *, traced: bool = True
 ) -> Iterator[dict[str, Series]]:
-    """Yield ``recorded_series`` of one stretch after the other, to save memory."""
+    """Yield ``recorded_series`` of stretches in turn; Miscounted at the end if rows lack."""
     sources = _sources(recording, traced=traced)
+    recording.lost.clear()
     for stretch in stretches:
         stop_if_asked()
         found = _read(recording.within(*stretch), sources)
         if len(stretches) > 1:  # quantities may have samples in other stretches
             found = {name: found.get(name, _NO_SAMPLES) for name in sources}
         yield found
+    if any(recording.lost.values()) and (stretches[0][0], stretches[-1][1]) == _WHOLE:
+        problem = f'rows of {", ".join(+recording.lost)} are not at the times of their blocks'
+        raise Miscounted(recording.path, problem, 'export its topics alone, with --readings')
 
 
 def _sources(recording: Recording, *, traced: bool) -> dict[str, str]:

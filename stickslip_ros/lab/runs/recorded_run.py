@@ -266,10 +266,11 @@ def frame_of(found: Mapping[str, Series], source: str) -> 'DataFrame':
         for name, each in found.items()
     }
     first = next(iter(columns.values()), pd.Series()).index
-    if not all(each.index.equals(first) for each in columns.values()):
-        # topics have one sample per time
-        columns = {name: each.groupby(level=0).last() for name, each in columns.items()}
-    frame: DataFrame = pd.DataFrame(columns)
+    is_one = all(each.index.equals(first) for each in columns.values())
+    if not is_one:  # the second sample of a time is a row of its own
+        for name, each in columns.items():
+            columns[name] = each.set_axis([each.index, each.groupby(level=0).cumcount()])
+    frame = pd.DataFrame(columns) if is_one else pd.DataFrame(columns).droplevel(1)
     frame.attrs['units'] = {'time_s': 's', **{name: each.unit for name, each in found.items()}}
     frame.attrs['source'] = source
     return frame

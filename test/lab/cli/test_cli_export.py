@@ -3,6 +3,7 @@
 
 """``stickslip export``: tables that pandas reads without us."""
 
+import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -11,7 +12,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from mcap_records import foreign, foreign_numbers
+from mcap_records import foreign, foreign_numbers, rewritten
 
 from stickslip_ros import open_run
 from stickslip_ros.interface.cdr import pack_float64
@@ -59,7 +60,7 @@ def test_a_rate_gives_means_over_intervals_at_their_middles(tmp_path: Path):
     assert frame.voltage_v.tolist() == [1.5, 4.5, 12.0]
 
 
-def test_topics_of_one_length_and_other_times_share_a_table(tmp_path: Path):
+def test_topics_of_one_length_and_other_times_share_a_table_and_lose_no_row(tmp_path: Path):
     writer = foreign(tmp_path / 'run.mcap')
     schema = writer.register_schema(FLOAT64, 'ros2msg', b'float64 data')
     for name, times_ns in (('/u', (0, 5, 5)), ('/x', (0, 1, 2))):
@@ -70,7 +71,7 @@ def test_topics_of_one_length_and_other_times_share_a_table(tmp_path: Path):
     words = ('--map', 'voltage_v=/u.data', '--map', 'position_m=/x.data')
     table = tmp_path / 'run.csv'
     assert main(['export', str(tmp_path / 'run.mcap'), *words, '-o', str(table)]) == 0
-    assert READERS['.csv'](table).notna().sum().tolist() == [4, 2, 3]
+    assert READERS['.csv'](table).notna().sum().tolist() == [5, 3, 3]
 
 
 @pytest.mark.parametrize('suffix', READERS)
@@ -81,14 +82,27 @@ def test_a_long_recording_is_written_stretch_by_stretch_as_a_short_one(
     recorded_run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str,
     words: tuple[str, ...],
 ):  # fmt: skip
+    path = rewritten(recorded_run[1], tmp_path / 'run.mcap', chunk_size=9000)
     frames = []
-    for name, stretch_s in (('short', 30.0), ('long', 0.0013)):
-        monkeypatch.setattr(recorded, 'STRETCH_S', stretch_s)
+    for name, size_bytes in (('short', 1 << 30), ('long', 20_000)):
+        monkeypatch.setattr(recorded, 'STRETCH_BYTES', size_bytes)
         table = tmp_path / f'{name}{suffix}'
-        assert main(['export', str(recorded_run[1]), '-o', str(table), *words]) == 0
+        assert main(['export', str(path), '-o', str(table), *words]) == 0
         frames.append(READERS[suffix](table))
     short, long = frames
     pd.testing.assert_frame_equal(short, long, rtol=1e-13 if '--rate' in words else 1e-15)
+
+
+def test_a_table_has_the_same_numbers_with_and_without_pyarrow(
+    recorded_run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    frames = []
+    for hidden in ({}, {'pyarrow': None}):
+        for name, module in hidden.items():
+            monkeypatch.setitem(sys.modules, name, module)
+        assert main(['export', str(recorded_run[1]), '-o', str(tmp_path / 'run.csv')]) == 0
+        frames.append(READERS['.csv'](tmp_path / 'run.csv'))
+    pd.testing.assert_frame_equal(frames[0], frames[1], check_exact=True)
 
 
 @pytest.mark.parametrize('words', [('run.xlsx',), ('run.csv', '--readings')])

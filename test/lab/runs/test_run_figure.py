@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from matplotlib import rc_context
 from matplotlib.colors import to_rgb
+from mcap_records import rewritten
 
 from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName, WrongKind
 from stickslip_ros.instrument.commands import Request
@@ -332,12 +333,13 @@ def test_a_recording_of_nothing_is_refused(tmp_path):
 
 @pytest.mark.parametrize('window', [None, parse_window('3ms@1ms')])
 def test_a_long_recording_is_drawn_stretch_by_stretch_with_the_same_extents(
-    recorded_run, monkeypatch, window
+    recorded_run, monkeypatch, window, tmp_path
 ):
+    path = rewritten(recorded_run[1], tmp_path / 'run.mcap', chunk_size=9000)
     told, drawn = [], []
-    for stretch_s in (30.0, 0.0013):
-        monkeypatch.setattr('stickslip_ros.lab.runs.recorded.STRETCH_S', stretch_s)
-        figure, plot = draw_run(Recording(recorded_run[1]), window)
+    for size_bytes in (1 << 30, 20_000):
+        monkeypatch.setattr('stickslip_ros.lab.runs.recorded.STRETCH_BYTES', size_bytes)
+        figure, plot = draw_run(Recording(path), window)
         told.append(plot)
         drawn.append([line.get_ydata() for axes in figure.axes for line in axes.lines[:1]])
     assert told[0] == told[1]
