@@ -59,6 +59,14 @@ _WORDS = {
     ('position', 'step'): 'nm, relative',
 }
 """Text shown in place of the limits."""
+WANTED = {
+    'V': 'volts, such as 120.5',
+    'nm': 'nanometres, such as 250.5',
+    'mN': 'millinewtons, such as 50.5',
+    'Hz': 'hertz, such as 500',
+    '': 'a whole number, such as 10',
+}
+"""Numbers that a refusal asks for, by their displayed unit."""
 ABOUT = {
     'steps': 'of {step.amplitude} V, {step.frequency} Hz',
     'jog': 'of {step.amplitude} V; keys ← →',
@@ -158,6 +166,15 @@ def read_parameter(name: object, value: object) -> tuple[str, Any]:
     return name, specs()[name].check(name, value)
 
 
+def refuse_text(topic: Topic, values: object) -> None:
+    """Refuse the text of a field that is not a number, in the unit of the field."""
+    for label, value in zip(topic.numbers, values if isinstance(values, list) else ()):
+        name, _, unit = label.partition(' ')
+        if isinstance(value, str):
+            place = f'{name} ' * (len(values) > 1)
+            raise StickSlipError(f'{place}{quoted(value)} is not a number; give {_wanted(unit)}')
+
+
 def _command(topic: Topic) -> Mapping[str, Any]:
     name, is_vector = topic.request, topic.type_name in STAMPED_FIELDS
     wave = {
@@ -186,8 +203,13 @@ def _number(command: str, label: str) -> dict[str, Any]:
     low, high = LIMITS.get((command, name), (None, None))
     start = STARTS.get((command, name), 0.0)
     words = _WORDS.get((command, name), '')
-    limits = {'low': low, 'high': high, 'start': start, 'words': words}
+    limits = {'low': low, 'high': high, 'start': start, 'words': words, 'wanted': _wanted(unit)}
     return {'name': name, 'unit': shown, 'factor': factor, **limits}
+
+
+def _wanted(unit: str) -> str:
+    shown = display_unit(unit)[1]
+    return WANTED.get(shown, f'{shown}, such as 0.5')
 
 
 def _parameter(name: str) -> dict[str, Any]:
