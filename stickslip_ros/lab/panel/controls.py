@@ -168,10 +168,11 @@ def read_parameter(name: object, value: object) -> tuple[str, Any]:
 
 def refuse_text(topic: Topic, values: object) -> None:
     """Refuse the text of a field that is not a number, in the unit of the field."""
-    for label, value in zip(topic.numbers, values if isinstance(values, list) else ()):
+    given = values if isinstance(values, list) else []
+    for label, value in zip(topic.numbers, given, strict=False):
         name, _, unit = label.partition(' ')
         if isinstance(value, str):
-            place = f'{name} ' * (len(values) > 1)
+            place = f'{name} ' * (len(given) > 1)
             raise StickSlipError(f'{place}{quoted(value)} is not a number; give {_wanted(unit)}')
 
 
