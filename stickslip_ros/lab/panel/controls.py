@@ -170,10 +170,10 @@ def refuse_text(topic: Topic, values: object) -> None:
     """Refuse the text of a field that is not a number, in the unit of the field."""
     given = values if isinstance(values, list) else []
     for label, value in zip(topic.numbers, given, strict=False):
-        name, _, unit = label.partition(' ')
+        number = _number(topic.request, label)
         if isinstance(value, str):
-            place = f'{name} ' * (len(given) > 1)
-            raise StickSlipError(f'{place}{quoted(value)} is not a number; give {_wanted(unit)}')
+            place = f'{number["name"]} ' * (len(given) > 1) + quoted(value)
+            raise StickSlipError(f'{place} is not a number; give {number["wanted"]}')
 
 
 def _command(topic: Topic) -> Mapping[str, Any]:
@@ -204,13 +204,9 @@ def _number(command: str, label: str) -> dict[str, Any]:
     low, high = LIMITS.get((command, name), (None, None))
     start = STARTS.get((command, name), 0.0)
     words = _WORDS.get((command, name), '')
-    limits = {'low': low, 'high': high, 'start': start, 'words': words, 'wanted': _wanted(unit)}
+    wanted = WANTED.get(shown, f'{shown}, such as 0.5')
+    limits = {'low': low, 'high': high, 'start': start, 'words': words, 'wanted': wanted}
     return {'name': name, 'unit': shown, 'factor': factor, **limits}
-
-
-def _wanted(unit: str) -> str:
-    shown = display_unit(unit)[1]
-    return WANTED.get(shown, f'{shown}, such as 0.5')
 
 
 def _parameter(name: str) -> dict[str, Any]:

@@ -96,7 +96,8 @@ def test_text_in_the_place_of_a_number_is_refused_in_the_unit_of_its_field(
 
 @pytest.mark.parametrize('topic', COMMAND_TOPICS, ids=lambda topic: topic.request)
 def test_a_foreign_page_that_sends_text_or_no_list_is_refused_too(topic: Topic):
-    for values in (None, 5, {}, [], [1.0] * 20):
+    allowed: tuple[object, ...] = (None, 5, {}, [], [1.0] * 20)
+    for values in allowed:
         refuse_text(topic, values)
     with pytest.raises(StickSlipError, match="'x' is not a number; give "):
         refuse_text(topic, ['x'] * 20)
