@@ -42,9 +42,6 @@ _LOOKS = 3
 """Looks without an answer after which a drive is silent; counted, as a busy panel is slow
 itself."""
 _SPIN_S = 0.1
-_RELEASED = ([0], 0)  # rates of a jog that is no longer held
-_RENEWALS = 4  # within a watchdog
-_PATIENCE = 2.0  # watchdogs of a jog for which it is renewed while the page is late
 _TWIN_TYPES = {
     'position': PointStamped,
     'residual': PointStamped,
@@ -97,8 +94,6 @@ class Link:
             'attach': self._choose_drive,
             'view': self.model.choose,
         }
-        self._held: Any = None  # values of the jog that a page holds
-        self._held_s = self._renewed_s = 0.0  # when a page, and the drive, was last told
         self._ended = Event()
         self._looked_s = -_LOOK_S
         self._looks = 0  # since the last request of the state
@@ -124,7 +119,6 @@ class Link:
         while not self._ended.is_set():
             try:
                 self._executor.spin_once(timeout_sec=_SPIN_S)
-                self._renew()
                 now_s = monotonic()
                 if now_s - self._looked_s >= _LOOK_S:
                     self._looked_s = now_s
@@ -247,8 +241,6 @@ class Link:
         while not self._wishes.empty():
             wish = self._wishes.get()
             act = self._acts.get(str(wish.get('do')), lambda _: None)
-            if act != self.model.choose:
-                self._held = None
             try:
                 act(wish)
             except StickSlipError as error:
@@ -261,20 +253,6 @@ class Link:
         topic = command_topic(str(wish.get('name')), but='grant')
         refuse_text(topic, wish.get('values'))
         self._send(topic, wish.get('values'), wish.get('cycles', 1))
-        if topic.request == 'jog' and wish.get('values') not in _RELEASED:
-            self._held, self._held_s = wish.get('values'), monotonic()
-            self._renewed_s = self._held_s
-
-    def _renew(self) -> None:
-        """Send a held jog ahead of its watchdog while the page that holds it is late."""
-        if self._held is None:
-            return
-        now_s, timeout_s = monotonic(), self.model.state()['parameters'].get('jog.timeout', 0.0)
-        if now_s > self._held_s + _PATIENCE * timeout_s or self.model.lifecycle != ACTIVE:
-            self._held = None
-        elif now_s >= self._renewed_s + timeout_s / _RENEWALS:
-            self._renewed_s = now_s
-            self._drive.command('jog', self._held, 1)
 
     def _do_line(self, wish: Mapping[str, Any]) -> None:
         """Send a command line, as ``stickslip command`` takes it."""

@@ -120,40 +120,6 @@ def test_a_panel_that_was_held_up_does_not_take_its_drive_for_silent(
     assert answers[0] == 'active'
 
 
-def test_a_held_jog_is_renewed_for_a_late_page_until_its_patience_or_another_wish_ends(
-    link: Link, monkeypatch: pytest.MonkeyPatch
-):
-    link._ended.set()
-    link._wake.trigger()
-    link._thread.join()
-    clock_s, sent = [100.0], list[tuple[Any, ...]]()
-    monkeypatch.setattr(link_module, 'monotonic', lambda: clock_s[0])
-    monkeypatch.setattr(link._drive, 'command', lambda *values: sent.append(values))
-    link.model.lifecycle = 'active'
-    link.model.take_parameters({'jog.timeout': 0.4}, ['jog.timeout'])
-    hold, release = ({'do': 'command', 'name': 'jog', 'values': [rate]} for rate in (200, 0))
-
-    def sent_after(*wishes: dict[str, Any], silent_ms: int = 2000) -> list[Any]:
-        sent.clear()
-        for wish in wishes:
-            link._wishes.put(wish)
-            link._do_wishes()
-        for _ in range(silent_ms // 10):
-            clock_s[0] += 0.01
-            link._renew()
-        return [values for _, values, _ in sent]
-
-    assert sent_after(hold, silent_ms=390) == [[200]] * 4  # within one watchdog
-    assert sent_after(hold) == [[200]] * 8  # two watchdogs, and no more
-    assert sent_after(hold, release) == [[200], [0]]
-    assert sent_after(hold, {'do': 'view', 'cycles': 5}) == [[200]] * 8
-    assert sent_after(hold, {'do': 'service', 'name': 'stop'}) == [[200]]
-    link._wishes.put(hold)
-    link._do_wishes()
-    link.model.lifecycle = 'inactive'
-    assert sent_after() == []
-
-
 def test_a_command_that_a_silent_drive_was_not_sent_is_told_as_such(
     stand: Stand, link: Link, wait: Wait
 ):
