@@ -24,14 +24,29 @@ from std_srvs.srv import SetBool, Trigger
 RANGE_V, STEPS_MAX, FALL_S = 150.0, 2**31 - 1, 2e-6
 LIMITS = {'v': (0.0, RANGE_V), 'f': (1.0, 10_000.0), 'a': (0.0, RANGE_V)}
 RAMPS = {'u': list(range(256)), 'd': list(range(255, -1, -1))}
-OFFSET_MODES, CLIENTS, LINE_B = ('off', 'stp+', 'stp-'), 8, 4096
+OFFSET_MODES, LINE_B = ('off', 'stp+', 'stp-'), 4096
+CLIENTS, STRANGERS = 8, 64  # with a password, and without one yet; of these the oldest has to go
+LOGIN_S, TRIES, TRY_S = 10.0, 3, 1.0  # for the password; of passwords; after a wrong one
 ANSWER_S, ATTEMPTS, LOOK_S = 3.0, 6, 2e-3
 MOVING, AMPLIFIER_ENABLED = 1 << 0, 1 << 18  # bits of the drive's status
+NEEDED = 'amplifier.voltage_min', 'amplifier.voltage_max', 'actuator.capacitance'
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class Refused(Exception):
     """What the console says in front of ERROR."""
+
+
+def guarded(take):
+    """Have a callback pass over, and log, a message that is not a drive's: it ends nothing."""
+
+    def heed(self, message):
+        try:
+            take(self, message)
+        except Exception as error:  # noqa: BLE001 - of whatever somebody publishes
+            self.log.warning(f'not of a drive: {error!r}'[:200], throttle_duration_sec=5.0)
+
+    return heed
 
 
 class Axis:
@@ -42,7 +57,7 @@ class Axis:
         drive = f'{base}/stickslip_drive'
         self.values, self.patterns = {'v': 30.0, 'f': 1000.0, 'a': 0.0}, dict(RAMPS)
         self.given, self.status, self.chosen = {}, 0, 'gnd'
-        self.under_way, self.failure = set(), ''
+        self.under_way, self.failure, self.log = set(), '', node.get_logger()
         self.sawtooth = node.create_publisher(Float64MultiArray, f'{base}/command/sawtooth', 10)
         self.waveform = node.create_publisher(Float64MultiArray, f'{base}/command/waveform', 2)
         self.direct = node.create_publisher(Float64, f'{base}/command/voltage', 10)
@@ -53,17 +68,21 @@ class Axis:
         self.stopping = node.create_client(Trigger, f'{drive}/stop')
         self.amplifier = node.create_client(SetBool, f'{drive}/enable_amplifier')
 
+    @guarded
     def _take_info(self, message):
-        self.given = json.loads(message.data)['parameters']
+        given = json.loads(message.data)['parameters']
+        self.given = {name: float(given[name]) for name in NEEDED}
 
     def _take_status(self, message):
         self.status = message.data
 
+    @guarded
     def _take_event(self, message):
         event = json.loads(message.data)
-        if event.get('tag') in self.under_way:
-            self.failure = '' if event['result'] in ('DONE', 'ABORTED') else event['message']
-            self.under_way.discard(event['tag'])
+        tag, result, why = event.get('tag'), event['result'], str(event['message'])
+        if tag in self.under_way:
+            self.failure = '' if result in ('DONE', 'ABORTED') else why or result
+            self.under_way.discard(tag)
 
     async def until(self, condition, timeout_s=ANSWER_S):
         """Wait until a condition holds, or time is up; return whether it does."""
@@ -208,24 +227,46 @@ async def answer(axes, line):
     return await under_way or []
 
 
-async def serve(axes, password, clients, reader, writer):
-    """Talk to a client, command by command."""
-    has_echo, is_in, echo = bool(password), not password, []
-    clients.add(writer)
-    with suppress(ValueError, ConnectionError):  # a line without end, or a client that has gone
-        while len(clients) <= CLIENTS and (line := await reader.readline()):
+async def say(writer, *lines):
+    """Send lines to a client."""
+    writer.write(''.join(f'{each}\r\n' for each in lines).encode())
+    await writer.drain()
+
+
+async def log_in(password, reader, writer):
+    """Hear the password, a try a second; return whether it came."""
+    for _ in range(TRIES):
+        word = (await reader.readline()).decode('ascii', 'replace').strip()
+        is_in = word == password
+        await say(writer, '*' * len(word), f'Authorization {"success" if is_in else "failed"}')
+        if is_in:
+            return True
+        await asyncio.sleep(TRY_S)
+    return False
+
+
+async def serve(axes, password, clients, strangers, reader, writer):
+    """Log a client in, then talk to it, command by command."""
+    has_echo = bool(password)
+    strangers[writer] = writer
+    if len(strangers) > STRANGERS:
+        strangers.pop(next(iter(strangers))).close()
+    with suppress(ValueError, ConnectionError, asyncio.TimeoutError):  # an endless line, silence
+        is_in = not password or await asyncio.wait_for(log_in(password, reader, writer), LOGIN_S)
+        strangers.pop(writer, None)
+        if is_in and len(clients) < CLIENTS:
+            clients.add(writer)
+        elif is_in:
+            await say(writer, f'{CLIENTS} clients are here, which is the limit', 'ERROR')
+        while writer in clients and (line := await reader.readline()):
             line = line.decode('ascii', 'replace').strip()
-            if not is_in:
-                is_in = line == password
-                said = '*' * len(line), f'Authorization {"success" if is_in else "failed"}'
-            else:
-                echo, has_echo = [f'> {line}'] * has_echo, has_echo and line != 'echo off'
-                try:
-                    said = *await answer(axes, line), 'OK'
-                except Refused as refused:
-                    said = ' '.join(str(refused).split()), 'ERROR'
-            writer.write(''.join(f'{each}\r\n' for each in (*echo, *said)).encode())
-            await writer.drain()
+            echo, has_echo = [f'> {line}'] * has_echo, has_echo and line != 'echo off'
+            try:
+                said = *await answer(axes, line), 'OK'
+            except Refused as refused:
+                said = ' '.join(str(refused).split()), 'ERROR'
+            await say(writer, *echo, *said)
+    strangers.pop(writer, None)
     clients.discard(writer)
     writer.close()
 
@@ -236,7 +277,7 @@ def main():
     node = Node('anc300')
     given = ('axes', ['/']), ('host', '127.0.0.1'), ('port', 7230), ('password', '123456')
     namespaces, host, port, password = (each.value for each in node.declare_parameters('', given))
-    talk = partial(serve, [Axis(node, each) for each in namespaces], password, set())
+    talk = partial(serve, [Axis(node, each) for each in namespaces], password, set(), {})
     loop = asyncio.new_event_loop()
     server = loop.run_until_complete(asyncio.start_server(talk, host, port, limit=LINE_B))
     node.get_logger().info(f'listens on {server.sockets[0].getsockname()}')

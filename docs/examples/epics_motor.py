@@ -8,6 +8,7 @@ It is heard on this host only; EPICS_CA_SERVER_PORT chooses its port, as for eve
 
 import asyncio
 import json
+import math
 import os
 import secrets
 import socket
@@ -31,6 +32,9 @@ from std_srvs.srv import Trigger
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 PERIOD_S, SILENCE_S, ANSWER_S = 0.1, 1.0, 3.0  # of readbacks, of a dead drive, of a service
+NEEDED = (
+    'step.frequency', 'step.amplitude', 'actuator.gain', 'closed_loop.velocity',
+    'closed_loop.tolerance', 'limits.soft_min', 'limits.soft_max')  # fmt: skip
 NONE = (AlarmStatus.NO_ALARM, AlarmSeverity.NO_ALARM)
 FAILED = (AlarmStatus.STATE, AlarmSeverity.MAJOR_ALARM)
 BEYOND = (AlarmStatus.HWLIMIT, AlarmSeverity.MAJOR_ALARM)
@@ -42,6 +46,13 @@ def word(field, value=None):
     """Return an enumeration as text; caproto keeps what a client wrote, number or text."""
     value = field.value if value is None else value
     return value if isinstance(value, str) else field.enum_strings[int(value)]
+
+
+def finite(field, value):
+    """Return a number that a client writes; refuse what is not finite."""
+    if not math.isfinite(value):
+        raise ValueError(f'{field.pvname} {value} is not finite; write a number')
+    return value
 
 
 class MotorRecord(PVGroup):
@@ -66,6 +77,7 @@ class MotorRecord(PVGroup):
         for each in (instance, f.user_readback_value):
             await each.write_metadata(units=unit, precision=4)
         await f.stop_pause_move_go.write('Go')
+        f.user_offset.putter = f.tweak_step_size.putter = self.take
         instance.verify_value = self.put  # a putter is not asked beyond the limits of VAL
         f.stop.putter, f.stop_pause_move_go.putter = self.stop, self.pause
         f.tweak_motor_forward.putter = lambda _, on: self.tweak(+1, on)
@@ -80,7 +92,7 @@ class MotorRecord(PVGroup):
             (String, 'stickslip_drive/event', self._take_event, 100),
             (String, 'stickslip_drive/info', self._take_info, LATCHED),
         ):
-            hand_over = partial(self.loop.call_soon_threadsafe, take)
+            hand_over = partial(self.loop.call_soon_threadsafe, self.guard, take)
             node.create_subscription(kind, name, hand_over, qos)
         self.stopping = node.create_client(Trigger, 'stickslip_drive/stop')
         self.setting = node.create_client(SetParameters, 'stickslip_drive/set_parameters')
@@ -93,19 +105,29 @@ class MotorRecord(PVGroup):
             await self.write_readback()
             await asyncio.sleep(PERIOD_S)
 
+    def guard(self, take, message):
+        """Pass over, and log, a message that is not a drive's."""
+        try:
+            take(message)
+        except Exception as error:  # noqa: BLE001 - of whatever somebody publishes
+            log = self.node.get_logger()
+            log.warning(f'not of a drive: {error!r}'[:200], throttle_duration_sec=5.0)
+
     def _take_position(self, message):
-        self.dial_m, self.heard_s = message.position[0], time.monotonic()
+        if math.isfinite(message.position[0]):
+            self.dial_m, self.heard_s = message.position[0], time.monotonic()
 
     def _take_info(self, message):
-        self.given = json.loads(message.data)['parameters']
+        given = json.loads(message.data)['parameters']
+        self.given = {name: float(given[name]) for name in NEEDED}
         self.loop.create_task(self.show_parameters())
 
     def _take_event(self, message):
         event = json.loads(message.data)
         if self.tag and event.get('tag') == self.tag:
-            self.step_m = event.get('step_m', self.step_m)
-            alarm = ALARMS.get(event['result'], FAILED)
-            self.loop.create_task(self.rest(alarm, event['result'], self.tag))
+            result, step_m = str(event['result']), event.get('step_m')
+            self.step_m = self.step_m if step_m is None else float(step_m)
+            self.loop.create_task(self.rest(ALARMS.get(result, FAILED), result, self.tag))
 
     def readback(self):
         """Return the position, with the offset."""
@@ -147,9 +169,13 @@ class MotorRecord(PVGroup):
         """Refuse what the drive does not have."""
         raise ValueError(f'{instance.pvname} cannot be set')
 
+    async def take(self, instance, value):
+        """Take a finite number."""
+        return finite(instance, value)
+
     async def set(self, name, value, offset=None):
         """Set a live parameter of the drive, and wait until its information says so."""
-        value = (value - (offset.value if offset else 0.0)) / self.per_m
+        value = (finite(self.motor, value) - (offset.value if offset else 0.0)) / self.per_m
         parameter = Parameter(name, value=value).to_parameter_msg()
         asked = self.setting.call_async(SetParameters.Request(parameters=[parameter]))
         end_s = time.monotonic() + ANSWER_S
@@ -162,6 +188,7 @@ class MotorRecord(PVGroup):
 
     async def put(self, value):
         """Take VAL, and move; a put that waits ends with the move. Return what VAL is then."""
+        finite(self.motor, value)
         f, low, high = self.f, self.f.user_low_limit.value, self.f.user_high_limit.value
         if word(f.set_use_switch) == 'Set':
             await f.user_offset.write(f.user_offset.value + value - self.readback())

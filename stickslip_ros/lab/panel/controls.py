@@ -59,6 +59,14 @@ _WORDS = {
     ('position', 'step'): 'nm, relative',
 }
 """Text shown in place of the limits."""
+WANTED = {
+    'V': 'volts, such as 120.5',
+    'nm': 'nanometres, such as 250.5',
+    'mN': 'millinewtons, such as 50.5',
+    'Hz': 'hertz, such as 500',
+    '': 'a whole number, such as 10',
+}
+"""Numbers that a refusal asks for, by their displayed unit."""
 ABOUT = {
     'steps': 'of {step.amplitude} V, {step.frequency} Hz',
     'jog': 'of {step.amplitude} V; keys ← →',
@@ -158,6 +166,16 @@ def read_parameter(name: object, value: object) -> tuple[str, Any]:
     return name, specs()[name].check(name, value)
 
 
+def refuse_text(topic: Topic, values: object) -> None:
+    """Refuse the text of a field that is not a number, in the unit of the field."""
+    given = values if isinstance(values, list) else []
+    for label, value in zip(topic.numbers, given, strict=False):
+        number = _number(topic.request, label)
+        if isinstance(value, str):
+            place = f'{number["name"]} ' * (len(given) > 1) + quoted(value)
+            raise StickSlipError(f'{place} is not a number; give {number["wanted"]}')
+
+
 def _command(topic: Topic) -> Mapping[str, Any]:
     name, is_vector = topic.request, topic.type_name in STAMPED_FIELDS
     wave = {
@@ -186,7 +204,8 @@ def _number(command: str, label: str) -> dict[str, Any]:
     low, high = LIMITS.get((command, name), (None, None))
     start = STARTS.get((command, name), 0.0)
     words = _WORDS.get((command, name), '')
-    limits = {'low': low, 'high': high, 'start': start, 'words': words}
+    wanted = WANTED.get(shown, f'{shown}, such as 0.5')
+    limits = {'low': low, 'high': high, 'start': start, 'words': words, 'wanted': wanted}
     return {'name': name, 'unit': shown, 'factor': factor, **limits}
 
 

@@ -27,7 +27,7 @@ from stickslip_ros.interface.cdr import unpack
 from stickslip_ros.interface.messages import ArrayMessage
 from stickslip_ros.interface.requests import BY_TOPIC, typed_numbers
 from stickslip_ros.interface.topics import NODE_NAME, SERVICES, Topic
-from stickslip_ros.lab.panel.controls import read_parameter, shown_parameters
+from stickslip_ros.lab.panel.controls import read_parameter, refuse_text, shown_parameters
 from stickslip_ros.lab.panel.model import ACTIVE, PANEL, REBUILT, Model
 from stickslip_ros.message_types import FLOAT64_ARRAY
 from stickslip_ros.parameters import specs
@@ -266,6 +266,7 @@ class Link:
 
     def _command(self, wish: Mapping[str, Any]) -> None:
         topic = command_topic(str(wish.get('name')), but='grant')
+        refuse_text(topic, wish.get('values'))
         self._send(topic, wish.get('values'), wish.get('cycles', 1))
 
     def _do_line(self, wish: Mapping[str, Any]) -> None:

@@ -39,6 +39,7 @@ from stickslip_ros.lab.panel.curves import (
 )
 from stickslip_ros.lab.panel.twin_view import TwinView
 from stickslip_ros.parameters import SENSORS, TRUTH, Parameters, is_fault, specs
+from stickslip_ros.units import MICRO, MILLI
 
 EVENTS_SHOWN = 60
 FIGURE_S = 0.04  # time over which the large figures are averaged, s
@@ -48,6 +49,7 @@ SCOPE_CYCLES, HISTORY_SPANS_S = (1, 2, 3, 5, 10), (2, 5, 10, 60)
 """Choices of cycles of the scope, and of seconds of the history."""
 ACTIVE = 'active'
 _ERROR = 2  # level of diagnostics from which the drive is late
+_TIMES = ((1.0, 's'), (MILLI, 'ms'), (MICRO, 'us'))  # s, and the displayed unit
 PARTS = ('time', 'recorder', 'faults')  # parts of the diagnostics that the page shows
 REBUILT = ('load_cell.contact',)
 """Parameters that need a node that is not active; the drive is rebuilt."""
@@ -93,6 +95,12 @@ def drawing_of(stand: Parameters, samples: Array) -> str:
         if film is not None or count >= len(samples):
             break
     return stand_svg(stand, film)
+
+
+def short_time(time_s: float) -> str:
+    """Return a time with two digits, in s, ms or us."""
+    factor, unit = next((each for each in _TIMES if time_s >= each[0]), _TIMES[-1])
+    return f'{float(f"{time_s / factor:.2g}"):g} {unit}'
 
 
 @dataclass
@@ -248,8 +256,10 @@ class Model:
         with self._lock:
             if part in PARTS:
                 text, few = message[:NOTE_MAX], islice(values.items(), VALUES_MAX)
-                shown = {name: value[:NOTE_MAX] for name, value in few}
-                self._parts[part] = {'level': level, 'message': text, 'values': shown}
+                told = {name: value[:NOTE_MAX] for name, value in few}
+                with suppress(KeyError, ValueError):
+                    told['lateness'] = short_time(MICRO * float(values['lateness_p99_us']))
+                self._parts[part] = {'level': level, 'message': text, 'values': told}
 
     def take_parameters(self, values: Mapping[str, Any], shown: Sequence[str]) -> None:
         """Take the values of all parameters; keep the shown ones."""
@@ -297,18 +307,25 @@ class Model:
             return self._pace()
         if self.lifecycle:
             return self.lifecycle, f'the node is {self.lifecycle}: time stands still, no commands'
+        is_lost = len(self._ring.rows) > 0 and self._silent_s > SILENT_S
+        gone = f': no data for {self._silent_s:.0f} s, its process may be gone' * is_lost
         if self.is_there:
-            return 'silent', f'{self.drive} does not answer; waiting for it'
-        return 'absent', f'no drive {self.drive} in this ROS domain; waiting for it'
+            return 'silent', f'{self.drive} does not answer{gone}; waiting for it'
+        return 'absent', f'no drive {self.drive} in this ROS domain{gone}; waiting for it'
+
+    @property
+    def _silent_s(self) -> float:
+        """Wall-clock time without data, s."""
+        return monotonic() - self._heard_s
 
     def _pace(self) -> tuple[str, str]:
         """Return the condition of an active drive."""
         time = self._parts.get('time', {'level': 0, 'message': '', 'values': {}})
         if time['values'].get('paused') == 'true':
             return 'paused', 'simulated time is held; commands wait for the next block'
-        silent_s = monotonic() - self._heard_s
-        if silent_s > SILENT_S:
-            return 'waiting', f'no trace for {silent_s:.0f} s: waits for grants, or is held up'
+        if self._silent_s > SILENT_S:
+            why = 'the drive waits for grants, or is held up'
+            return 'waiting', f'no data for {self._silent_s:.0f} s: {why}'
         if time['level'] >= _ERROR:
             return 'late', time['message']
         return 'running', 'simulated time runs'

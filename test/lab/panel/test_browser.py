@@ -150,7 +150,7 @@ def test_the_drive_does_what_the_page_commands_and_the_page_shows_it(
     expect(lamp(page, 'REFUSED')).to_be_visible()
     page.locator('#position-x').fill('far')
     send(page, 'Send position', 'position')
-    expect(note(page, 'position')).to_contain_text('is not a list of numbers')
+    expect(note(page, 'position')).to_contain_text("'far' is not a number; give nanometres")
 
     operator = operate()
     operator.wait_for_drive()
@@ -250,6 +250,7 @@ def test_a_drive_that_is_killed_is_missed_until_it_is_back_and_a_panel_that_ends
     stage.drive.kill()
     stage.drive.wait()
     expect(page.locator('#word')).to_have_text(re.compile('silent|absent'))
+    expect(page.locator('#why')).to_contain_text('its process may be gone')
     expect(steps).to_be_disabled()
     stage.drive = stage.start()
     expect(page.locator('#word')).to_have_text(RUNS)

@@ -10,7 +10,8 @@ import pandas as pd
 import pytest
 
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.lab.panel.controls import read_waveform
+from stickslip_ros.interface.topics import COMMAND_TOPICS, Topic
+from stickslip_ros.lab.panel.controls import read_waveform, refuse_text
 
 ROWS = [[0.0, 0.0], [0.01, 100.0], [0.02, 70.0]]
 LONG, QUICK_S = 60_000, 5.0
@@ -71,3 +72,32 @@ def test_what_leaves_something_to_guess_is_refused_without_options_that_a_page_h
     assert '--map' not in words
     assert '/tmp' not in words
     assert '; ' in words
+
+
+@pytest.mark.parametrize(
+    ('name', 'values', 'problem'),
+    [
+        ('voltage', ['abc'], "'abc' is not a number; give volts, such as 120.5"),
+        ('voltage', [''], "'' is not a number; give volts, such as 120.5"),
+        ('position', ['1um'], "'1um' is not a number; give nanometres, such as 250.5"),
+        ('load', ['much'], "'much' is not a number; give millinewtons, such as 50.5"),
+        ('steps', ['few'], "'few' is not a number; give a whole number, such as 10"),
+        ('sawtooth', [300, 'x', 0], "frequency 'x' is not a number; give hertz, such as 500"),
+    ],
+)
+def test_text_in_the_place_of_a_number_is_refused_in_the_unit_of_its_field(
+    name: str, values: list[object], problem: str
+):
+    [topic] = [each for each in COMMAND_TOPICS if each.request == name]
+    with pytest.raises(StickSlipError) as refused:
+        refuse_text(topic, values)
+    assert str(refused.value) == problem
+
+
+@pytest.mark.parametrize('topic', COMMAND_TOPICS, ids=lambda topic: topic.request)
+def test_a_foreign_page_that_sends_text_or_no_list_is_refused_too(topic: Topic):
+    allowed: tuple[object, ...] = (None, 5, {}, [], [1.0] * 20)
+    for values in allowed:
+        refuse_text(topic, values)
+    with pytest.raises(StickSlipError, match="'x' is not a number; give "):
+        refuse_text(topic, ['x'] * 20)

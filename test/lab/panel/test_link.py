@@ -24,6 +24,7 @@ from stickslip_ros.lab.panel.model import PANEL
 from stickslip_ros.testing import Stand
 
 Wait = Callable[[Callable[[dict[str, Any]], object]], None]
+BAD = "'x' is not a number; give volts, such as 120.5"
 ACTIVE = ('running', 'late', 'waiting')
 """Words for a drive that is active, on a machine that may be busy."""
 
@@ -62,7 +63,7 @@ def test_commands_are_carried_out_and_refusals_come_back(stand: Stand, link: Lin
     wait(lambda told: note(told, 'voltage')['bad'])
     assert "above the amplifier's 300 V" in note(link.state(), 'voltage')['text']
     link.do({'do': 'command', 'name': 'voltage', 'values': ['x']})
-    wait(lambda told: 'a list of numbers' in note(told, 'voltage')['text'])
+    wait(lambda told: note(told, 'voltage')['text'] == BAD)
     link.do({'do': 'command', 'name': 'voltage', 'values': [150]})
     wait(lambda told: note(told, 'voltage')['text'] == 'DONE')
 

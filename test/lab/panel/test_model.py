@@ -142,14 +142,33 @@ def test_conditions_are_told_apart(model: Model, monkeypatch: pytest.MonkeyPatch
     assert model.condition()[0] == 'paused'
     model.take_pause(is_paused=False)
     assert model.condition()[0] == 'running'
-    monkeypatch.setattr(panel_model, 'monotonic', lambda: 1e9)
-    assert model.condition()[0] == 'waiting'
+    heard_s = model._heard_s
+    monkeypatch.setattr(panel_model, 'monotonic', lambda: heard_s + 2.2)
+    why = 'the drive waits for grants, or is held up'
+    assert model.condition() == ('waiting', f'no data for 2 s: {why}')
     model.lifecycle = 'inactive'
     assert model.condition()[0] == 'inactive'
     model.lifecycle = ''
-    assert model.condition()[0] == 'silent'
+    monkeypatch.setattr(panel_model, 'monotonic', lambda: heard_s + 1.0)
+    assert model.condition() == ('silent', f'{DRIVE} does not answer; waiting for it')
+    monkeypatch.setattr(panel_model, 'monotonic', lambda: heard_s + 2.2)
+    gone = 'no data for 2 s, its process may be gone; waiting for it'
+    assert model.condition() == ('silent', f'{DRIVE} does not answer: {gone}')
     model.is_there = False
+    assert model.condition() == ('absent', f'no drive {DRIVE} in this ROS domain: {gone}')
+    model.forget()  # one that has not been heard yet
     assert model.condition() == ('absent', f'no drive {DRIVE} in this ROS domain; waiting for it')
+
+
+@pytest.mark.parametrize(
+    ('late_us', 'shown'),
+    [('2776121.5', '2.8 s'), ('12345.6', '12 ms'), ('350.4', '350 us'), ('0.0', '0 us')],
+)
+def test_lateness_is_told_with_two_digits_in_a_unit_that_people_read(
+    model: Model, late_us: str, shown: str
+):
+    model.take_part('time', 0, '', {'lateness_p99_us': late_us})
+    assert model.state()['parts']['time']['values']['lateness'] == shown
 
 
 def test_a_refusal_stands_beside_its_control_and_in_the_list(model: Model):

@@ -20,15 +20,16 @@ const WORDS = {
   step_simulation: "Single block", stop: "STOP (Esc)",
 };
 const PANEL = "panel"; // of what no control has a place for
-const ABOVE = ["set_paused", "step_simulation", "set_recording", "stop"];
+const RUN = ["set_paused", "step_simulation", "set_recording"], STOP = ["stop"];
+const HANDS = ["jog", "position"], NEXT = "steps"; // above the pictures; first of the controls
 const TRANSITIONS = {
   configure: ["unconfigured"], activate: ["inactive"], deactivate: ["active"], cleanup: ["inactive"],
 };
-const COMMANDS_LEFT = 5;
+const COMMANDS_LEFT = 4;
 const STREAM_MS = 40, DRAWN_MS = 500; // so long a slider stands where it was drawn, not where the drive is
 const PATIENCE_MS = 3000; // so long a field shows what is wished, before the drive says what it has
 const TAKES_KEYS = "input, select, textarea";
-const JOG_SHARE = 4; // a jog is renewed so many times before its watchdog ends it
+const JOG_SHARE = 10; // a jog is renewed so many times before its watchdog ends it
 
 let sheet = null, last = {};
 
@@ -40,14 +41,16 @@ export function addControls(told) {
   sheet = told;
   const columns = [make("div"), make("div")];
   for (const each of columns) each.className = "column";
-  const commands = sheet.commands.map(commandControl);
-  columns[0].append(...commands.slice(0, COMMANDS_LEFT));
-  columns[1].append(...commands.slice(COMMANDS_LEFT), scriptControl(), standControl(), lifecycleControl());
-  document.getElementById("controls").replaceChildren(...columns);
-  document.getElementById("faults").replaceChildren(faultControl());
-  const above = ABOVE.filter((name) => sheet.services[name]);
-  document.getElementById("run").replaceChildren(...above.map(serviceButton));
-  document.getElementById("told").replaceChildren(notes([...above, PANEL]));
+  const byHand = ({ name }) => HANDS.includes(name), isNext = ({ name }) => name === NEXT;
+  const rest = sheet.commands.filter((each) => !byHand(each)).sort((one, other) => isNext(other) - isNext(one)).map(commandControl);
+  columns[0].append(...rest.slice(0, COMMANDS_LEFT));
+  columns[1].append(...rest.slice(COMMANDS_LEFT), scriptControl(), standControl(), lifecycleControl(), faultControl());
+  document.getElementById("hands").replaceChildren(...sheet.commands.filter(byHand).map(commandControl));
+  document.getElementById("columns").replaceChildren(...columns);
+  const [run, stop] = [RUN, STOP].map((names) => names.filter((name) => sheet.services[name]));
+  document.getElementById("run").replaceChildren(inRow(run.map(serviceButton)), notes(run));
+  document.getElementById("stop").replaceChildren(...stop.map(serviceButton));
+  document.getElementById("told").replaceChildren(notes([...stop, PANEL]));
 }
 
 function group(name, text, needsDrive = true, about = "") {
@@ -163,9 +166,22 @@ function slider(command, number, send) {
   return made;
 }
 
-/** Have a button repeat something as long as it, or its key, is held, and end it then. */
+/**
+ * Have a button repeat something as long as it, or its key, is held, and end it then.
+ * A busy page repeats it before it shows a picture: its timers are late.
+ */
 function holds(made, key, repeat, end) {
-  let timer = 0;
+  let timer = 0, sent_ms = 0, share_ms = 0;
+  const go = () => {
+    sent_ms = performance.now();
+    repeat();
+  };
+  const renew = () => {
+    if (timer && made.matches(":disabled")) release();
+    else if (timer && performance.now() >= sent_ms + share_ms / 2) go();
+  };
+  whenPictureComes(renew);
+  made.classList.add("hold");
   const release = () => {
     if (!timer) return;
     clearInterval(timer);
@@ -175,10 +191,10 @@ function holds(made, key, repeat, end) {
   };
   const press = () => {
     if (timer || made.matches(":disabled")) return;
-    const watchdog_s = resolved("jog.timeout") || 0.5;
-    timer = setInterval(() => (made.matches(":disabled") ? release() : repeat()), (1e3 * watchdog_s) / JOG_SHARE);
+    share_ms = (1e3 * (resolved("jog.timeout") || 0.5)) / JOG_SHARE;
+    timer = setInterval(renew, share_ms);
     made.classList.add("held");
-    repeat();
+    go();
   };
   const isPress = (event) => event.key === " " || event.key === "Enter";
   made.onpointerdown = (event) => {
@@ -228,7 +244,7 @@ function scriptControl() {
 
 function standControl() {
   const made = group("stand", "services of the drive");
-  const names = Object.keys(sheet.services).filter((name) => !ABOVE.includes(name) && name !== "clear_faults");
+  const names = Object.keys(sheet.services).filter((name) => ![...RUN, ...STOP, "clear_faults"].includes(name));
   made.append(...pairs(names.map(serviceButton)), notes(names));
   return made;
 }
@@ -255,13 +271,19 @@ function lifecycleControl() {
 
 function faultControl() {
   const made = group("faults", "faults that come and go while the drive runs"), fields = make("div");
+  const fold = make("details"), now = make("summary", "", "Open or fold the faults");
   fields.className = "faults";
+  whenStateComes(({ parts }) => {
+    const text = `${sheet.faults.length} to choose from; now: ${parts.faults?.message || "–"}`;
+    if (now.textContent !== text) now.textContent = text;
+  });
   fields.append(...sheet.faults.map((fault) => {
     const short = fault.name.replace(/^fault\./, "");
     return parameterField(fault, short, (state) => value(state, "faults", short) ?? String(fault.default)).made;
   }));
   if (sheet.services.clear_faults) fields.append(serviceButton("clear_faults"));
-  made.append(fields, notes(["clear_faults", "fault"]));
+  fold.append(now, fields);
+  made.append(fold, notes(["clear_faults", "fault"]));
   return made;
 }
 

@@ -109,7 +109,7 @@ export function ends(low, high) {
   return low === -high ? `± ${shown(high)}` : `${low < 0 ? "−" : ""}${shown(low)} to ${shown(high)}`;
 }
 
-export function numberField(command, { name, unit, factor, low, high, start, words }) {
+export function numberField(command, { name, unit, factor, low, high, start, words, wanted }) {
   const id = `${command.name}-${name}`, about = `${command.name}: ${name}${unit && `, ${unit}`}`;
   const label = make("label", name), field = make("input", "", about), range = make("span", unit);
   label.htmlFor = field.id = id;
@@ -124,11 +124,15 @@ export function numberField(command, { name, unit, factor, low, high, start, wor
     const text = words || `${isKnown ? ends(least * factor, most * factor) : ""} ${unit}`.trim();
     if (range.textContent !== text) range.textContent = text;
   });
-  field.addEventListener("input", () => { field.dataset.touched = "yes"; });
+  field.addEventListener("input", () => {
+    field.dataset.touched = "yes";
+    field.setAttribute("aria-invalid", Boolean(problem()));
+  });
   const read = (sign = 1) => {
     const text = field.value.trim().replace(",", "."), number = Number(text);
     return text === "" || Number.isNaN(number) ? text : (sign * number) / factor;
   };
+  const problem = () => (typeof read() === "string" ? `${name} '${read()}' is not a number; give ${wanted}` : "");
   field.addEventListener("keydown", (event) => {
     if (event.key !== "Enter") return;
     const beside = ["div", "fieldset"].map((each) => field.closest(each).querySelector("button:last-of-type"));
@@ -137,6 +141,7 @@ export function numberField(command, { name, unit, factor, low, high, start, wor
   const write = (number) => {
     field.value = shown(number);
     field.dataset.touched = "yes";
+    field.setAttribute("aria-invalid", false);
   };
-  return { name, field, read, write, low, high, parts: [label, field, range] };
+  return { name, field, read, write, problem, low, high, parts: [label, field, range] };
 }

@@ -194,6 +194,7 @@ function showCondition(word, text) {
 }
 
 function showDrives() {
+  if (byId("source").textContent !== state.drive) byId("source").textContent = state.drive;
   const list = byId("drives"), there = [...list.options].map((each) => each.value);
   if (there.join() !== state.drives.join()) fill("drives", state.drives, (each) => each);
   list.value = state.drive;
@@ -219,7 +220,7 @@ function showParts(parts) {
   const file = recorder.values, faults = parts.faults || { message: "–", level: 0 };
   const rows = [
     ["real-time factor", time.real_time_factor || "–", parts.time && parts.time.level > 1],
-    ["lateness, 99 %", time.lateness_p99_us ? `${time.lateness_p99_us} us` : "–"],
+    ["lateness, 99 %", time.lateness || "–"],
     ["overruns", time.overruns_total || "–", Number(time.overruns) > 0],
     ["behind", time.behind_s ? `${Number(time.behind_s).toFixed(3)} s` : "–"],
     ["faults", faults.message, faults.level > 0],

@@ -4,7 +4,7 @@
 // Curves over time, in lanes above one another: with a cursor, zoom, freeze, and as CSV and PNG.
 
 /* global uPlot */
-const LEFT = 58, RIGHT = 26, TOP = 6, BOTTOM = 22; // px
+const LEFT = 72, RIGHT = 26, TOP = 6, BOTTOM = 22; // px
 const SHRINK = 0.55; // share of the axis below which it becomes shorter: it shall not flicker
 const ZOOM_PX = 5; // shortest way of the pointer that means a zoom
 const FONT = "11px system-ui, 'DejaVu Sans', sans-serif";

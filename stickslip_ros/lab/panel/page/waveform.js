@@ -44,7 +44,9 @@ export function addWaveform(made, command) {
 
   const play = (sign) => {
     const values = rows(sign).flat();
-    tell(values.length ? "" : "choose a file, or fill in every field");
+    const isFile = shape.value === FILE, problem = amplitude.problem() || frequency.problem();
+    const why = isFile ? "choose a file" : problem || "the frequency is not above 0 Hz; raise it";
+    tell(values.length ? "" : why);
     if (values.length) wish({ do: "command", name: command.name, values, cycles: cycles.read() });
   };
   const buttons = DIRECTIONS.map(([sign, text, where]) => {
