@@ -124,7 +124,7 @@ docs: $(DOCS)/lock.stamp ## build the documentation site, notebooks included: bu
 studies: $(DOCS)/lock.stamp ## the same with every study in full: build/studies/studies
 	STUDIES=full PYTHONPATH="$(CURDIR)" $(DOCS)/bin/python -m sphinx -a -W --keep-going -d build/studies-doctrees docs build/studies
 
-wheel: $(RELEASE)/lock.stamp ## build the wheel with its kernels into dist/, install it elsewhere and use it there
+wheel: $(RELEASE)/lock.stamp ## build the wheel with its kernels into dist/, install it elsewhere and use it there, with the newest of all too
 	$(RELEASE)/bin/python scripts/wheel_check.py $(LOCK)
 
 release: $(RELEASE)/lock.stamp ## write the addresses that a release needs; ARGS='URL MAIL'
