@@ -12,6 +12,7 @@ in .invalid (RFC 2606) stand for them in setup.py, package.xml and CITATION.cff.
 import ast
 import re
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -77,7 +78,11 @@ def write_addresses(texts: dict[Path, str]) -> None:
 
 def check_syntax(path: Path, text: str) -> None:
     """End if the text of a file could not be read."""
-    readers = {'.py': ast.parse, '.xml': ET.fromstring, '.cff': yaml.safe_load}
+    readers: dict[str, Callable[[str], object]] = {
+        '.py': ast.parse,
+        '.xml': ET.fromstring,
+        '.cff': yaml.safe_load,
+    }
     try:
         readers[path.suffix](text)
     except (SyntaxError, ET.ParseError, yaml.YAMLError) as error:

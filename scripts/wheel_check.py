@@ -68,8 +68,8 @@ WITHOUT_ROS = (
 REFUSED = 'drive', 'stickslip demo', 'stickslip panel', 'stickslip command voltage 10V'
 WITH_ROS = '../lib/stickslip_ros/drive --help', 'stickslip demo -o demo'
 EXTRAS = 'formats,jazzy,panel,parquet,units'
-TRIED = 'test/test_public.py', 'test/lab/tables', 'test/lab/runs/test_plottable.py'
-"""Tests of the public names, of tables, and of what a notebook shows."""
+TRIED = 'test/test_public.py', 'test/lab/tables'
+"""Tests of the public names, of what a notebook shows of them, and of tables."""
 SHOWN = 'numpy==', 'numba==', 'pandas==', 'scipy==', 'matplotlib==', 'pyarrow=='
 OF_THE_SOURCE = 'test/test_public.py::test_types_and_documentation_name_what_is_public'
 FOREIGN = 'LD_LIBRARY_PATH', '_ROS_WHEELS_BOOTSTRAP_COMPLETE', 'PYTHONPATH', 'NUMBA_CACHE_DIR'
