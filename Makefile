@@ -22,7 +22,6 @@ CODES  := .venv-foreign
 LOCK   := requirements/$(DISTRO).txt
 TESTS  := requirements/$(DISTRO)-test.txt
 
-UV_VERSION := 0.13.8
 PIP := -m pip --disable-pip-version-check --quiet
 
 # An installed or sourced ROS 2, or another environment of wheels, must not leak into ours.
@@ -125,7 +124,7 @@ docs: $(DOCS)/lock.stamp ## build the documentation site, notebooks included: bu
 studies: $(DOCS)/lock.stamp ## the same with every study in full: build/studies/studies
 	STUDIES=full PYTHONPATH="$(CURDIR)" $(DOCS)/bin/python -m sphinx -a -W --keep-going -d build/studies-doctrees docs build/studies
 
-wheel: $(RELEASE)/lock.stamp ## build the wheel with its kernels into dist/, install it elsewhere and use it there
+wheel: $(RELEASE)/lock.stamp ## build the wheel with its kernels into dist/, install it elsewhere and use it there, with the newest of all too
 	$(RELEASE)/bin/python scripts/wheel_check.py $(LOCK)
 
 release: $(RELEASE)/lock.stamp ## write the addresses that a release needs; ARGS='URL MAIL'
@@ -136,7 +135,7 @@ colcon: $(COLCON)/lock.stamp ## build as in a ROS workspace and start the instal
 
 lock: ## pin the requirements anew; ARGS=--upgrade takes newer versions
 	$(PYTHON) -m venv .venv-lock
-	.venv-lock/bin/python $(PIP) install uv==$(UV_VERSION)
+	.venv-lock/bin/python $(PIP) install --require-hashes -r requirements/uv.txt
 	scripts/lock.sh .venv-lock/bin/uv $(ARGS)
 
 clean: ## remove environments, builds, caches and recorded runs
@@ -151,9 +150,9 @@ define make-venv
 	@$(PYTHON) -c 'import sys; v = sys.version_info[:2]; (3, 10) <= v <= (3, 13) or sys.exit(f"Python {v[0]}.{v[1]} has no ROS 2 wheels; use PYTHON=python3.10 to 3.13")'
 	@echo "1 of 3: making $(@D) for $(DISTRO), once"
 	@$(PYTHON) -m venv --clear --without-pip $(@D)
-	@$(PYTHON) $(PIP) --python $(@D)/bin/python install uv==$(UV_VERSION) 2> /dev/null \
-		|| { $(with-pip) install uv==$(UV_VERSION); } || true
-	@$(call install-by,$(shell grep -E '^(pip|setuptools|wheel)==' $(LOCK)))
+	@$(PYTHON) $(PIP) --python $(@D)/bin/python install --require-hashes -r requirements/uv.txt 2> /dev/null \
+		|| { $(with-pip) install --require-hashes -r requirements/uv.txt; } || true
+	@$(call install-by,$(LOCKED) -r requirements/build.txt)
 	@echo "2 of 3: installing the $(shell cat $(^) | grep -c ==) packages of $(^)"
 	@$(install)
 	@touch $@
@@ -164,7 +163,7 @@ endef
 # a company, its own list has nobody. The build tools come first, from the lock too: empy has no
 # wheel, and neither it nor the project shall be built with anything unpinned.
 define install
-$(call install-by,--no-build-isolation $(LOCKS:%=-r %))
+$(call install-by,$(LOCKED) $(LOCKS:%=-r %))
 endef
 
 define install-by
@@ -176,6 +175,8 @@ endef
 with-pip = $(@D)/bin/python -m ensurepip > /dev/null && $(@D)/bin/python $(PIP)
 
 LOCKS = $(filter %.txt,$^)
+# Nothing is installed, or built with, that a lock does not name by its hash.
+LOCKED := --require-hashes --no-build-isolation
 
 $(VENV)/lock.stamp: $(LOCK)
 	$(make-venv)
@@ -194,10 +195,9 @@ $(DOCS)/lock.stamp: requirements/docs.txt
 $(RELEASE)/lock.stamp: requirements/release.txt
 	$(make-venv)
 
-# slippy asks for numpy below 1.21, and runs with this one.
 $(CODES)/lock.stamp: requirements/evidence.txt
 	$(make-venv)
-	@$(@D)/bin/python $(PIP) install --no-deps slippy==0.5.2
+	@$(call install-by,$(LOCKED) --no-deps -r requirements/slippy.txt)
 
 $(VENV)/project.stamp: $(VENV)/lock.stamp setup.py setup.cfg package.xml
 	@$(call install-by,--force-reinstall --no-deps --no-build-isolation --editable .)

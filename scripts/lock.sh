@@ -2,7 +2,8 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-# Pin setup.py's requirements for every supported Python: `make lock`, or scripts/lock.sh UV [OPTION]...
+# Pin setup.py's requirements for every supported Python, with hashes: `make lock`, or
+# scripts/lock.sh UV [OPTION]...
 set -eu
 uv=$1
 shift
@@ -12,7 +13,7 @@ pin() {
     output=$1
     shift
     "$uv" pip compile --no-config --quiet --universal --python-version 3.10 \
-        --fork-strategy fewest \
+        --fork-strategy fewest --generate-hashes \
         --custom-compile-command 'make lock' --output-file "$output" "$@"
 }
 
@@ -24,9 +25,14 @@ for distribution in jazzy kilted; do
     pin "requirements/$distribution-test.txt" setup.py requirements/build.in --constraint "$run" \
         --extra "$distribution" --extra "$distribution-test" --extra test --extra lint "$@"
 done
+# uv, then the build tools: every environment gets them first.
+pin requirements/uv.txt requirements/uv.in "$@"
+pin requirements/build.txt requirements/build.in --constraint requirements/jazzy.txt "$@"
 pin requirements/colcon.txt requirements/colcon.in \
     --constraint requirements/jazzy.txt --constraint requirements/kilted.txt "$@"
 pin requirements/release.txt requirements/release.in "$@"
 # Sphinx wants an older docutils than the tests; nothing else need be the same. So with other codes.
 pin requirements/docs.txt setup.py requirements/build.in --extra docs "$@"
 pin requirements/evidence.txt setup.py requirements/build.in --extra evidence "$@"
+# It asks for numpy below 1.21, and runs with that of evidence.txt.
+pin requirements/slippy.txt requirements/slippy.in --no-deps "$@"

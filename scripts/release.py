@@ -9,9 +9,14 @@ in .invalid (RFC 2606) stand for them in setup.py, package.xml and CITATION.cff.
 
 """
 
+import ast
 import re
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import yaml
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
@@ -20,6 +25,9 @@ from stickslip_ros import __version__  # noqa: E402 - this tree's, not an instal
 
 FILES = 'setup.py', 'package.xml', 'CITATION.cff'
 URL, MAIL = 'https://stickslip-ros.invalid', 'noreply@stickslip-ros.invalid'
+ADDRESS = re.compile(r'https://[\w.-]+(/[\w.~+-]+)+', re.ASCII)
+MAIL_ADDRESS = re.compile(r'[\w.+-]+@[\w-]+(\.[\w-]+)+', re.ASCII)
+"""What needs no quotes or escapes in Python, XML and YAML."""
 _BECAUSE = re.compile(r'^ *(#|<!--).*(RFC 2606|on no public host yet).*\n', re.MULTILINE)
 """Comments that say why those places stand there."""
 NEXT = f"""\
@@ -47,12 +55,38 @@ def main() -> None:
 def write_addresses(texts: dict[Path, str]) -> None:
     """Write them into files in place of those that stand for them, and leave out why."""
     url, mail = ask('public address of the source', 1), ask('mail of the maintainer', 2)
-    if not re.fullmatch(r'https://[\w.-]+/\S*[^\s/]', url) or not re.fullmatch(r'\S+@\S+', mail):
-        sys.exit(f'{url} {mail}: give an address without a slash at its end, and one of mail')
-    for path, text in texts.items():
-        said = _BECAUSE.sub('', text).replace(MAIL, mail).replace(URL, url)
-        path.write_text(said, encoding='utf-8')
+    if not ADDRESS.fullmatch(url):
+        sys.exit(
+            f'{url}: give an address such as https://example.org/stickslip, of letters, digits '
+            'and . _ ~ + - /, without a slash at its end'
+        )
+    if not MAIL_ADDRESS.fullmatch(mail):
+        sys.exit(
+            f'{mail}: give an address of mail such as someone@example.org, of letters, digits '
+            'and . _ + -'
+        )
+    said = {
+        path: _BECAUSE.sub('', text).replace(MAIL, mail).replace(URL, url)
+        for path, text in texts.items()
+    }
+    for path, text in said.items():
+        check_syntax(path, text)
+    for path, text in said.items():
+        path.write_text(text, encoding='utf-8')
         print(f'{path.name}: written')
+
+
+def check_syntax(path: Path, text: str) -> None:
+    """End if the text of a file could not be read."""
+    readers: dict[str, Callable[[str], object]] = {
+        '.py': ast.parse,
+        '.xml': ET.fromstring,
+        '.cff': yaml.safe_load,
+    }
+    try:
+        readers[path.suffix](text)
+    except (SyntaxError, ET.ParseError, yaml.YAMLError) as error:
+        sys.exit(f'{path.name} would be broken, and nothing was written: {error}')
 
 
 def ask(what: str, place: int) -> str:

@@ -8,11 +8,13 @@ It is built from the source distribution, which holds what the repository holds;
 dist/. What it requires comes from the lock that is named; nothing is taken from the folder of the
 project. Each supported Python of this machine compiles the entry points that the wheel brings.
 
+Users have no lock: the oldest and the newest of these Pythons also take the wheel with the newest
+of all that it requires, and run the tests in TRIED with it.
+
 """
 
 import json
 import os
-import re
 import shutil
 import signal
 import subprocess
@@ -65,6 +67,11 @@ WITHOUT_ROS = (
 )
 REFUSED = 'drive', 'stickslip demo', 'stickslip panel', 'stickslip command voltage 10V'
 WITH_ROS = '../lib/stickslip_ros/drive --help', 'stickslip demo -o demo'
+EXTRAS = 'formats,jazzy,panel,parquet,units'
+TRIED = 'test/test_public.py', 'test/lab/tables'
+"""Tests of the public names, of what a notebook shows of them, and of tables."""
+SHOWN = 'numpy==', 'numba==', 'pandas==', 'scipy==', 'matplotlib==', 'pyarrow=='
+OF_THE_SOURCE = 'test/test_public.py::test_types_and_documentation_name_what_is_public'
 FOREIGN = 'LD_LIBRARY_PATH', '_ROS_WHEELS_BOOTSTRAP_COMPLETE', 'PYTHONPATH', 'NUMBA_CACHE_DIR'
 """What another environment may have set: this one sets its own."""
 
@@ -82,11 +89,15 @@ def main() -> None:
         wheel = with_kernels(plain, kernels, folder)
         run(BIN / 'twine', 'check', '--strict', *DIST.iterdir())
         environment = folder / 'venv'
-        install(f'{wheel}[panel]', lock, environment, sys.executable)
+        install(environment, f'{wheel}[panel]', *locked(lock), python=sys.executable)
         use_without_ros(environment)
-        install(f'{wheel}[{lock.stem}]', lock, environment)
+        install(environment, f'{wheel}[{lock.stem}]', *locked(lock))
         for words in WITH_ROS:
             said(words, environment)
+        tests = unpacked_tests(folder)
+        with ThreadPoolExecutor(2) as threads:
+            ends = dict.fromkeys((pythons[0], pythons[-1]))
+            [*threads.map(lambda each: try_newest(each, wheel, tests, folder), ends)]
     print(f'{wheel.relative_to(ROOT)}: installs and runs; kernels for {len(pythons)} Pythons')
 
 
@@ -125,7 +136,7 @@ def python_of(version: str) -> str | None:
 def compiled_by(python: str, wheel: Path, lock: Path, folder: Path) -> list[Path]:
     """Compile the entry points by an interpreter, for PORTABLE processors; return their files."""
     environment = folder / f'compiler_{Path(python).parts[-3:][0]}'
-    install(wheel, lock, environment, python)
+    install(environment, wheel, *locked(lock), python=python)
     said(
         'stickslip compile',
         environment,
@@ -146,14 +157,53 @@ def with_kernels(plain: Path, kernels: list[list[Path]], folder: Path) -> Path:
     return wheel
 
 
-def install(wheel: Path | str, lock: Path, environment: Path, python: str = '') -> None:
-    """Install a wheel and what it requires in the versions of a lock; into a new environment."""
+def install(environment: Path, *what: object, python: str = '') -> None:
+    """Install by uv, into a new environment if a Python is named."""
     if python:
         run(python, '-m', 'venv', '--without-pip', environment)
-    # One of the wheels' requirements comes as source, and needs the build tools of the lock.
-    tools = re.findall(r'^(?:setuptools|wheel)==\S+', lock.read_text(), re.MULTILINE)
-    there = '--python', environment / 'bin' / 'python', '-c', lock, '--system-certs', '--quiet'
-    run(BIN / 'uv', 'pip', 'install', *there, '--no-build-isolation', *tools, wheel)
+    there = '--python', environment / 'bin' / 'python', '--system-certs', '--quiet'
+    run(BIN / 'uv', 'pip', 'install', *there, *what)
+
+
+def locked(lock: Path) -> tuple[object, ...]:
+    """Return the options that take versions and hashes from a lock, build tools included."""
+    return '-c', lock, '-r', lock.with_name('build.txt'), '--no-build-isolation'
+
+
+def unpacked_tests(folder: Path) -> Path:
+    """Unpack the source distribution without the package, so that tests find the installed one."""
+    [source] = DIST.glob('*.tar.gz')
+    with tarfile.open(source) as archive:
+        archive.extractall(folder)
+    tree = folder / source.name.removesuffix('.tar.gz')
+    shutil.rmtree(tree / 'stickslip_ros')
+    return tree
+
+
+def try_newest(python: str, wheel: Path, tests: Path, folder: Path) -> None:
+    """Run tests with the newest of all that the wheel requires; a warning of it is no failure."""
+    environment = folder / f'newest_{Path(python).parts[-3:][0]}'
+    testing = 'pytest', 'pytest-timeout', 'hypothesis', 'setuptools<80'
+    install(environment, f'{wheel}[{EXTRAS}]', *testing, python=python)
+    options = '-W', 'default', '-p', 'no:cacheprovider', '--deselect', OF_THE_SOURCE
+    start_s = time.monotonic()
+    done = subprocess.run(
+        [environment / 'bin' / 'python', '-m', 'pytest', *options, *TRIED],
+        cwd=tests,
+        env=surroundings(),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    freeze = BIN / 'uv', 'pip', 'freeze', '--python', environment / 'bin' / 'python', '--quiet'
+    versions = subprocess.run(
+        [*map(str, freeze)], env=surroundings(), capture_output=True, text=True, check=True
+    )
+    shown = [each for each in versions.stdout.split() if each.startswith(SHOWN)]
+    print(f'newest of all by {python}: {", ".join(shown)}', flush=True)
+    if done.returncode:
+        sys.exit(f'{done.stdout}{done.stderr}')
+    print(f'  tests passed: {time.monotonic() - start_s:.1f} s', flush=True)
 
 
 def use_without_ros(environment: Path) -> None:

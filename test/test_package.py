@@ -132,6 +132,17 @@ def test_the_distribution_is_never_mixed(keywords):
         assert f'ros-{other}-' not in lock
 
 
+def test_every_pin_of_every_lock_has_a_hash():
+    locks = sorted((ROOT / 'requirements').glob('*.txt'))
+    pin = re.compile(r'^(\S+==\S+).*((?:\n    --hash=sha256:\w{64}.*)*)', re.MULTILINE)
+    pins = [(lock.name, *pair) for lock in locks for pair in pin.findall(lock.read_text())]
+    assert {name for name, *_ in pins} == {lock.name for lock in locks}
+    assert [(name, pinned) for name, pinned, hashes in pins if not hashes] == []
+    makefile = (ROOT / 'Makefile').read_text(encoding='utf-8')
+    assert re.findall(r'install (?:\S+ )*-r', makefile) == ['install --require-hashes -r'] * 3
+    assert not re.search(r'[\w)]==[\w$]', makefile)  # no version stands beside the locks
+
+
 def test_the_hooks_are_the_checks_of_make_lint():
     makefile = (ROOT / 'Makefile').read_text(encoding='utf-8')
     hooks = yaml.safe_load((ROOT / '.pre-commit-config.yaml').read_text(encoding='utf-8'))

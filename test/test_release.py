@@ -54,9 +54,30 @@ def test_a_release_has_the_addresses_that_were_said_and_no_word_that_there_are_n
 
 
 @pytest.mark.parametrize(
-    'asked', [('http://example.org', MAIL), (f'{URL}/', MAIL), (URL, 'nobody')]
+    'asked',
+    [
+        ('http://example.org', MAIL),
+        (f'{URL}/', MAIL),
+        (URL, 'nobody'),
+        *((f'{URL}{sign}b', MAIL) for sign in '&<\'"\\{#'),
+        *((URL, f'{sign}{MAIL}') for sign in '&<\'"\\{#'),
+    ],
 )
 def test_what_is_no_address_is_refused_before_anything_is_written(copy, asked):
     before = {name: (copy / name).read_text() for name in WRITTEN}
     assert 'give an address' in release(copy, *asked).stderr
+    assert {name: (copy / name).read_text() for name in WRITTEN} == before
+
+
+@pytest.mark.parametrize(
+    ('name', 'broken'),
+    [('setup.py', "it's"), ('package.xml', '<url>'), ('CITATION.cff', 'a: b: c')],
+)
+def test_a_file_that_would_be_broken_leaves_all_as_they_were(copy, name, broken):
+    with (copy / name).open('a') as file:
+        file.write(f'{broken}\n')
+    before = {name: (copy / name).read_text() for name in WRITTEN}
+    done = release(copy, URL, MAIL)
+    assert done.returncode == 1
+    assert done.stderr.startswith(f'{name} would be broken, and nothing was written: ')
     assert {name: (copy / name).read_text() for name in WRITTEN} == before

@@ -5,10 +5,11 @@
 Cache of machine code in trusted folders.
 
 Files of a cache are unpickled, so write access to it means running code as the user. A folder is
-read and written only if it belongs to the user and others cannot write to it; such a folder of
-root is read too, so a service image can include its kernels. Without a trusted folder every
-process compiles its kernels. A kernel with a damaged file, detected by its digest, is compiled
-again.
+read and written only if it and its files belong to the user, if others cannot write to them, and
+if others cannot exchange a folder above it; such a folder of root is read too, so a service image
+can include its kernels. Folder and file are judged by their descriptors each time, so that what
+was judged is what is read. Without a trusted folder every process compiles its kernels. A kernel
+with a damaged file, detected by its digest, is compiled again.
 
 A wheel bundles the entry points, compiled for the processors of PORTABLE_CPU and one version of
 numba. They are trusted if only users who can write this module can write them. Without entry
@@ -26,7 +27,7 @@ import stat
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -72,6 +73,49 @@ class Folders(NamedTuple):
     bundled: Path | None = None
 
 
+class Trust(NamedTuple):
+    """Owners of what may be unpickled, and bits of a mode that it must not have."""
+
+    owners: tuple[int, ...]
+    closed: int = OTHERS_WRITE
+
+    @contextmanager
+    def opened(self, path: Path, flags: int) -> Iterator[int]:
+        """Give the descriptor of a file or folder; raise OSError if it is not trusted."""
+        # A pipe would wait for its writer.
+        descriptor = os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK)
+        try:
+            found = os.fstat(descriptor)
+            if found.st_uid not in self.owners or found.st_mode & self.closed:
+                raise OSError(errno.EPERM, 'others can write to it', str(path))
+            yield descriptor
+        finally:
+            os.close(descriptor)
+
+    @contextmanager
+    def folder(self, path: Path) -> Iterator[Path]:
+        """Give a folder by its descriptor, which leads to no other that gets its name."""
+        with self.opened(path, os.O_PATH | os.O_DIRECTORY) as descriptor:
+            yield Path(f'/proc/self/fd/{descriptor}')
+
+    def accepts(self, path: Path) -> bool:
+        """Return whether a folder is trusted."""
+        with suppress(OSError), self.folder(path):
+            return True
+        return False
+
+
+def user_trust(*others: int) -> Trust:
+    """Return trust in the files of this user, and in those of some other users."""
+    return Trust((os.geteuid(), *others))
+
+
+def _module_trust() -> Trust:
+    """Return trust in files that are as closed as this module."""
+    module = Path(__file__).stat()
+    return Trust((module.st_uid,), OTHERS_WRITE & ~module.st_mode)
+
+
 @lru_cache(maxsize=1)
 def cache_folders() -> Folders:
     """
@@ -82,20 +126,42 @@ def cache_folders() -> Folders:
 
     """
     read: list[Path] = []
-    folder, module = _package() / 'kernels' / _name(), Path(__file__).stat()
-    is_closed = _is_trusted(folder, module.st_uid, OTHERS_WRITE & ~module.st_mode)
-    bundled = folder if is_closed else None
-    for place in _places():
+    folder = _package() / 'kernels' / _name()
+    bundled = folder if _module_trust().accepts(folder) else None
+    for place in map(Path, map(os.path.realpath, _places())):
+        with suppress(OSError):
+            place.mkdir(parents=True, exist_ok=True)
+        if not _is_fixed(place):
+            continue
         folder = place / _name()
         with suppress(OSError):  # closed to others, but readable if it is root's
-            folder.parent.mkdir(parents=True, exist_ok=True)
             folder.mkdir(mode=READABLE if os.geteuid() == ROOT_USER else PRIVATE)
-        is_own = _is_trusted(folder, os.geteuid())
-        if is_own or _is_trusted(folder, ROOT_USER):
+        if user_trust(ROOT_USER).accepts(folder):
             read.append(folder)
-        if is_own and os.access(folder, os.W_OK):
+        if user_trust().accepts(folder) and os.access(folder, os.W_OK):
             return Folders(tuple(read), folder, bundled)
     return Folders(tuple(read), None, bundled)
+
+
+def _is_fixed(place: Path) -> bool:
+    """
+    Return whether others can exchange neither a folder nor what is in it.
+
+    Folders above this module are left out, since who can exchange them can exchange the module. A
+    group with the number of the user has this user alone, as programs with a umask of 002 assume.
+
+    """
+    me, shared = os.geteuid(), Path(__file__).resolve().parents
+    for each in (place, *place.parents):
+        try:
+            found = each.lstat()
+        except OSError:
+            return False
+        closed = stat.S_IWOTH if found.st_gid == me else OTHERS_WRITE
+        is_open = found.st_mode & closed and not found.st_mode & stat.S_ISVTX
+        if each not in shared and (is_open or found.st_uid not in (me, ROOT_USER)):
+            return False
+    return True
 
 
 def cache_problem() -> str:
@@ -105,7 +171,8 @@ def cache_problem() -> str:
     tried = ', '.join(str(place) for place in _places())
     return (
         'compiled kernels are kept for this process only: none of the folders '
-        f'{_name()} in {tried} belongs to you and is closed to others; set NUMBA_CACHE_DIR'
+        f'{_name()} in {tried} belongs to you and is closed to others, as all above it must be; '
+        'set NUMBA_CACHE_DIR'
     )
 
 
@@ -128,23 +195,6 @@ def _name() -> str:
 
 # At the import, because sources may change before the first kernel is used.
 sources_digest(_package())
-
-
-def _is_trusted(folder: Path, owner: int, closed: int = OTHERS_WRITE) -> bool:
-    """Return whether a folder and its entries belong to ``owner`` and lack the ``closed`` bits."""
-    try:
-        entries = [folder.lstat(), *_entries(folder)]
-    except OSError:
-        return False
-    if not stat.S_ISDIR(entries[0].st_mode):
-        return False
-    return all(each.st_uid == owner and not each.st_mode & closed for each in entries)
-
-
-def _entries(folder: Path) -> Iterator[os.stat_result]:
-    for entry in os.scandir(folder):
-        with suppress(FileNotFoundError):  # renamed by another process
-            yield entry.stat(follow_symlinks=False)
 
 
 class KernelCache(NullCache):
@@ -183,29 +233,28 @@ class KernelCache(NullCache):
         most of the loading time: machine code does not need it, and compiling calls it anyway.
 
         """
-        broken: OSError | None = None
+        broken: tuple[Path, str] | None = None
         folders, made_for = cache_folders(), target_context.codegen().magic_tuple()
-        places = [(folder, made_for) for folder in folders.read]
+        places = [(folder, made_for, user_trust(ROOT_USER)) for folder in folders.read]
         triple, _, features = made_for
         if folders.bundled and PORTABLE_FEATURES.issubset(features.split(',')):
-            places.append((folders.bundled, (triple, PORTABLE_CPU, '')))
-        for folder, processor in places:
-            path = folder / self._name_of(sig, processor)
+            places.append((folders.bundled, (triple, PORTABLE_CPU, ''), _module_trust()))
+        for folder, processor, trust in places:
+            name = self._name_of(sig, processor)
             try:
-                kept = pickle.loads(load_whole(path))
+                with trust.folder(folder) as opened:
+                    kept = pickle.loads(load_whole(opened / name, trust))
                 return CompileResult._rebuild(target_context, *kept)  # noqa: SLF001
             except FileNotFoundError:
                 continue
             except OSError as error:
-                broken = error
+                broken = folder / name, str(error.strerror)
             except Exception:  # noqa: BLE001 - damaged data may raise anything
-                broken = OSError(errno.EBADMSG, 'damaged', str(path))
+                broken = folder / name, 'damaged'
         if broken is not None and not KernelCache._has_warned:
             KernelCache._has_warned = True
             logging.getLogger(__name__).warning(
-                'compiled kernel %s: %s; it is compiled anew, with others like it',
-                broken.filename,
-                broken.strerror,
+                'compiled kernel %s: %s; it is compiled anew, with others like it', *broken
             )
         return None
 
@@ -213,9 +262,9 @@ class KernelCache(NullCache):
         """Save the compiled code of a signature; a full disk is no error."""
         folder = cache_folders().write
         if folder is not None and not compiled.library.has_dynamic_globals:
-            with suppress(OSError):
+            with suppress(OSError), user_trust().folder(folder) as opened:
                 data = dumps(compiled._reduce())  # noqa: SLF001
-                save_whole(folder / self._name_of(sig, compiled.codegen.magic_tuple()), data)
+                save_whole(opened / self._name_of(sig, compiled.codegen.magic_tuple()), data)
 
     def _name_of(self, sig: Any, processor: tuple[str, str, str]) -> str:
         function = self._function
@@ -226,17 +275,18 @@ class KernelCache(NullCache):
         return f'{name}.{sys.implementation.cache_tag}-{self._kind}-{digest.hexdigest()[:16]}.nbc'
 
 
-def load_whole(path: Path) -> bytes:
+def load_whole(path: Path, trust: Trust) -> bytes:
     """
     Return the data that ``save_whole`` has written.
 
     Raises
     ------
     OSError
-        If the file is missing, unreadable or damaged.
+        If the file is missing, unreadable, damaged or not trusted.
 
     """
-    kept = path.read_bytes()
+    with trust.opened(path, os.O_RDONLY) as number, open(number, 'rb', closefd=False) as file:
+        kept = file.read()
     if _digest(path, kept[DIGEST_BYTES:]) != kept[:DIGEST_BYTES]:
         raise OSError(errno.EBADMSG, 'damaged', str(path))
     return kept[DIGEST_BYTES:]

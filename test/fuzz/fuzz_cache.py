@@ -7,7 +7,7 @@ import random
 import tempfile
 from pathlib import Path
 
-from stickslip_ros.kernels.cache import load_whole, save_whole
+from stickslip_ros.kernels.cache import load_whole, save_whole, user_trust
 
 SIZE_MAX_BYTES = 4096
 
@@ -33,11 +33,11 @@ def try_cache(case: int) -> bool:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / 'kernel.nbc'
         save_whole(path, data := chance.randbytes(chance.randrange(SIZE_MAX_BYTES)))
-        found = load_whole(path) == data
+        found = load_whole(path, user_trust()) == data
         whole = path.read_bytes()
         path.write_bytes(broken := damaged(whole, chance))
         try:
-            load_whole(path)
+            load_whole(path, user_trust())
         except OSError:
             return found
         return found and broken == whole

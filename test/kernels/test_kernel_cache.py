@@ -9,8 +9,10 @@ import pickle
 import random
 import re
 import shutil
+import stat
 import sys
 import tempfile
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from itertools import chain, cycle
 from pathlib import Path
@@ -54,7 +56,7 @@ def thrice(value):
 
 
 @pytest.fixture
-def package(tmp_path, monkeypatch) -> Path:
+def package(tmp_path, monkeypatch) -> Iterator[Path]:
     """Give a copy of the kernel sources that the functions take for their own package."""
     original = Path(kernel_cache.__file__).resolve().parent.parent
     copy = tmp_path / 'package'
@@ -63,7 +65,9 @@ def package(tmp_path, monkeypatch) -> Path:
     monkeypatch.setattr(kernel_cache, '__file__', str(copy / 'contact/../kernels/cache.py'))
     monkeypatch.setattr(CONFIG, 'CACHE_DIR', '')
     monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'user'))
-    return copy
+    cache_folders.cache_clear()
+    yield copy
+    cache_folders.cache_clear()
 
 
 def test_the_folder_lies_in_the_package_if_that_can_be_written(package):
@@ -120,11 +124,48 @@ def test_a_folder_that_others_can_write_is_passed_over(mode, package, tmp_path):
     assert fresh_folders().read == (tmp_path / 'user' / folder.name,)
 
 
-def test_a_folder_with_a_file_that_others_can_write_is_passed_over(package, tmp_path):
-    folder = fresh_folders().write
-    (folder / 'kernel.nbc').touch()
-    (folder / 'kernel.nbc').chmod(0o666)
-    assert fresh_folders().read == (tmp_path / 'user' / folder.name,)
+@pytest.mark.parametrize(
+    ('mode', 'group', 'is_taken'),
+    [
+        (0o777, MINE, False),
+        (0o775, MINE + 1, False),
+        (0o775, MINE, True),  # as a umask of 002 makes it
+        (0o1777, MINE, True),  # where others cannot rename it
+    ],
+)
+@pytest.mark.parametrize('above', ['', 'above'])
+def test_a_place_where_others_can_rename_a_folder_is_passed_over(
+    above, mode, group, is_taken, package, tmp_path, monkeypatch
+):
+    place = tmp_path / 'asked' / above / 'for'
+    place.mkdir(parents=True)
+    (tmp_path / 'asked').chmod(mode)
+    lstat = Path.lstat
+
+    def of_group(path: Path) -> os.stat_result:
+        return os.stat_result((*lstat(path)[:5], group, *lstat(path)[6:]))
+
+    monkeypatch.setattr(Path, 'lstat', of_group)
+    monkeypatch.setattr(CONFIG, 'CACHE_DIR', str(place))
+    assert fresh_folders().write.parent == (place if is_taken else package / '__pycache__')
+
+
+def test_a_place_of_another_user_is_passed_over(package, tmp_path, monkeypatch):
+    lstat, asked = Path.lstat, tmp_path / 'asked'
+
+    def of_another(path: Path) -> os.stat_result:
+        return os.stat_result((*lstat(path)[:4], MINE + (path == asked), *lstat(path)[5:]))
+
+    monkeypatch.setattr(Path, 'lstat', of_another)
+    monkeypatch.setattr(CONFIG, 'CACHE_DIR', str(asked))
+    assert fresh_folders().write.parent == package / '__pycache__'
+
+
+def test_a_link_to_a_place_is_followed_once(package, tmp_path, monkeypatch):
+    (tmp_path / 'there').mkdir()
+    (tmp_path / 'asked').symlink_to(tmp_path / 'there')
+    monkeypatch.setattr(CONFIG, 'CACHE_DIR', str(tmp_path / 'asked'))
+    assert fresh_folders().write.parent == tmp_path / 'there'
 
 
 def test_a_link_to_a_folder_is_passed_over(package, tmp_path):
@@ -200,6 +241,92 @@ def test_what_another_user_has_put_into_a_cache_is_not_executed(package, tmp_pat
     assert mark.exists()
 
 
+def _open_to_others(kept: Path) -> None:
+    kept.chmod(0o666)
+
+
+def _link(kept: Path) -> None:
+    kept.replace(kept.with_name('elsewhere'))
+    kept.symlink_to('elsewhere')
+
+
+def _exchange(kept: Path) -> None:
+    """Exchange the folder, as one who can write to that above it does."""
+    exchanged = kept.parent.rename(f'{kept.parent}.before')
+    shutil.copytree(exchanged, kept.parent)
+    kept.parent.chmod(0o777)
+
+
+def _exchange_by_a_link(kept: Path) -> None:
+    kept.parent.symlink_to(kept.parent.rename(f'{kept.parent}.before'))
+
+
+def _put_a_pipe(kept: Path) -> None:
+    kept.unlink()
+    os.mkfifo(kept)
+
+
+FORGED = (_open_to_others, _link, _exchange, _exchange_by_a_link, _put_a_pipe)
+
+
+@pytest.mark.parametrize('forge', FORGED)
+def test_what_was_exchanged_after_it_was_judged_is_not_executed(
+    forge, package, tmp_path, monkeypatch, caplog
+):
+    folders, mark = fresh_folders(), tmp_path / 'executed'
+    monkeypatch.setattr(kernel_cache, 'cache_folders', lambda: folders)
+    monkeypatch.setattr(kernel_cache.KernelCache, '_has_warned', False)
+    assert _call_anew() == 3.0
+    [kept] = folders.write.glob(KEPT)
+    kernel_cache.save_whole(kept, pickle.dumps(Payload(mark)))
+    forge(kept)
+    assert _call_anew() == 3.0
+    assert not mark.exists()
+    [line] = caplog.messages
+    assert line.startswith(f'compiled kernel {kept}: ')
+
+
+@pytest.mark.parametrize('is_file', [False, True])
+def test_a_file_or_folder_of_another_user_is_not_executed(is_file, package, tmp_path, monkeypatch):
+    folders, mark, fstat = fresh_folders(), tmp_path / 'executed', os.fstat
+    monkeypatch.setattr(kernel_cache, 'cache_folders', lambda: folders)
+    assert _call_anew() == 3.0
+    [kept] = folders.write.glob(KEPT)
+    kernel_cache.save_whole(kept, pickle.dumps(Payload(mark)))
+
+    def of_another(number: int) -> os.stat_result:
+        found = fstat(number)
+        is_it = stat.S_ISREG(found.st_mode) == is_file
+        return os.stat_result((*found[:4], MINE + is_it, *found[5:]))
+
+    monkeypatch.setattr(os, 'fstat', of_another)
+    assert _call_anew() == 3.0
+    assert not mark.exists()
+
+
+def test_a_folder_that_is_exchanged_between_check_and_use_is_not_read(
+    package, tmp_path, monkeypatch
+):
+    folders, mark, fstat = fresh_folders(), tmp_path / 'executed', os.fstat
+    monkeypatch.setattr(kernel_cache, 'cache_folders', lambda: folders)
+    assert _call_anew() == 3.0
+    [kept] = folders.write.glob(KEPT)
+
+    def exchanged_after(number: int) -> os.stat_result:
+        found = fstat(number)
+        if not mark.with_name('before').exists():
+            folders.write.rename(mark.with_name('before'))
+            folders.write.mkdir(mode=0o700)
+            kernel_cache.save_whole(kept, pickle.dumps(Payload(mark)))
+        return found
+
+    monkeypatch.setattr(os, 'fstat', exchanged_after)
+    again: Any = entry_point(twice)
+    assert again(1.5) == 3.0
+    assert sum(again.stats.cache_hits.values()) == 1  # of the folder that was judged
+    assert not mark.exists()
+
+
 def test_nothing_is_looked_for_in_the_common_temporary_folder(package, tmp_path, monkeypatch):
     temporary, mark = tmp_path / 'temporary', tmp_path / 'executed'
     monkeypatch.setattr(kernel_cache, 'cache_folders', fresh_folders)
@@ -244,7 +371,7 @@ def test_of_two_that_keep_a_file_at_once_one_is_found_whole(tmp_path):
         for _ in range(ROUNDS):
             both.wait()
             kernel_cache.save_whole(kept, data)
-            found.append(kernel_cache.load_whole(kept))
+            found.append(kernel_cache.load_whole(kept, kernel_cache.user_trust()))
         return found
 
     own = (b'one' * 9999, b'another' * 9999)
@@ -439,9 +566,9 @@ def test_what_a_wheel_brings_is_trusted_as_its_sources_are(package, bundled):
     (package / 'kernels/cache.py').chmod(0o664)
     [file] = bundled.iterdir()
     file.chmod(0o664)
-    assert fresh_folders().bundled == bundled
+    assert _is_brought()
     file.chmod(0o666)
-    assert fresh_folders().bundled is None
+    assert not _is_brought()
 
 
 if MINE == 0:  # only root can be two users

@@ -156,7 +156,8 @@ def read_hdf5(path: Path) -> 'DataFrame':
 
     def unit_of(each: Any) -> str:
         unit = each.attrs.get('units', each.attrs.get('unit', ''))
-        return unit.decode(errors='replace') if isinstance(unit, bytes) else str(unit)
+        text = unit.decode(errors='replace') if isinstance(unit, bytes) else str(unit)
+        return text.encode(errors='replace').decode()
 
     with h5py.File(path) as file:
         file.visititems(take)
@@ -236,11 +237,13 @@ def _joined(columns: Columns) -> 'DataFrame':
     """Join vectors to a table; refuse different lengths."""
     import pandas as pd
 
-    flat = {
-        f'{name} ({unit})' if unit else name: np.ravel(values)
+    named = (
+        (f'{name} ({unit})' if unit else name, np.ravel(values))
         for name, unit, values in columns
         if _is_vector(np.shape(values))
-    }
+    )
+    # pandas 3 takes no name with bytes that are no UTF-8.
+    flat = {name.encode(errors='backslashreplace').decode(): values for name, values in named}
     lengths = {name: len(values) for name, values in flat.items()}
     _check_count(sum(lengths.values()))
     if len(set(lengths.values())) != 1:
