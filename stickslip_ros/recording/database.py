@@ -24,14 +24,8 @@ from stickslip_ros.recording import chunks
 
 DATABASE_MAGIC: Final = b'SQLite format 3\0'
 _BLOCK_BYTES: Final = 1 << 22  # of messages that are read at once; a larger message is alone
-_COLUMNS: Final = (
-    *(f'topics.{each}' for each in ('id', 'name', 'type', 'serialization_format')),
-    *(f'messages.{each}' for each in ('topic_id', 'timestamp', 'data')),
-)
-_NAMES: Final = (  # not those of views, which may have no end
-    "SELECT t.name || '.' || c.name FROM sqlite_master t JOIN pragma_table_info(t.name) c "
-    "WHERE t.type = 'table' AND t.rootpage > 0"
-)
+_TABLES: Final = "SELECT name FROM sqlite_master WHERE type = 'table' AND rootpage > 0"
+"""Query of all tables but views, which may have no end."""
 _SIDE_FILES: Final = '-wal', '-journal'  # what a recorder has not yet put into the file
 _JOIN: Final = 'import sqlite3; sqlite3.connect({!r}).execute("PRAGMA journal_mode=DELETE")'
 
@@ -75,9 +69,9 @@ def open_database(path: Path, *, checks_data: bool) -> Iterator[DatabaseReader]:
             [[said]] = connection.execute('PRAGMA quick_check(1)')
             if said != 'ok':
                 raise ValueError(' '.join(str(said).split()))
-        names = {name for (name,) in connection.execute(_NAMES)}
-        if missing := [each for each in _COLUMNS if each not in names]:
-            problem = f'it is no bag of ROS 2: its tables lack {", ".join(missing)}'
+        names = {name for (name,) in connection.execute(_TABLES)}
+        if missing := {'topics', 'messages'} - names:
+            problem = f'it is no bag of ROS 2: it has no table {min(missing)}'
             raise RecordingError(path, problem, 'name a bag')
         yield DatabaseReader(path, connection)
 
@@ -90,22 +84,19 @@ def _connected(path: Path) -> 'closing[sqlite3.Connection]':
 @lru_cache(maxsize=chunks.SUMMARIES_KEPT)
 def _content_of(path: Path, *_version: int) -> tuple[Summary, dict[int, int]]:
     """Return topics, blocks and counts, and the channel of each topic's id; do not change them."""
-    summary, numbers, counts, texts = Summary(), dict[int, int](), Counter[int](), {}
+    summary, numbers, counts = Summary(), dict[int, int](), Counter[int]()
+    texts: dict[str, str] = {}
     with _connected(path) as connection:
         with suppress(sqlite3.OperationalError):  # before Iron there is no such table
-            query = 'SELECT topic_type, encoding, encoded_message_definition'
-            for kind, *text in connection.execute(f'{query} FROM message_definitions'):
-                texts[kind] = text
+            query = 'SELECT topic_type, encoded_message_definition FROM message_definitions'
+            texts = dict(connection.execute(f"{query} WHERE encoding = 'ros2msg'"))
         query = 'SELECT id, name, type, serialization_format FROM topics ORDER BY rowid'
         for number, (key, name, kind, encoding) in enumerate(connection.execute(query), 1):
             if key in numbers or not isinstance(name, str) or not isinstance(kind, str):
                 raise ValueError(f'topic {quoted(key)} is {quoted(name)} of type {quoted(kind)}')
             numbers[key] = number
-            language, text = texts.get(kind, ('', ''))
-            schema = Schema(
-                number, f'{text or ""}'.encode(), language if text else 'ros2msg', kind
-            )
-            summary.schemas[number] = schema
+            text = str(texts.get(kind, '')).encode()
+            summary.schemas[number] = Schema(number, text, 'ros2msg', kind)
             summary.channels[number] = Channel(number, name, encoding, {}, number)
         blocks, room = summary.chunk_indexes, 0
         kinds = 'typeof(rowid) || typeof(timestamp) || typeof(data)'
