@@ -92,7 +92,7 @@ def recorded_stand(recording: Recording) -> Parameters:
     if PARAMETERS_FILE not in recording.attachments:
         problem = f'was recorded by another program: it has no {PARAMETERS_FILE} and no commands'
         topics = ', '.join(recording.types) or 'none'
-        hint = f'name its quantities, as --map voltage_v=/rig/amplifier.data; its topics: {topics}'
+        hint = f'map its topics, as --map voltage_v=TOPIC.FIELD; they are {topics}'
         raise RecordingError(recording.path, problem, hint)
     try:
         text = recording.attachments[PARAMETERS_FILE][1].decode()

@@ -152,7 +152,7 @@ def test_a_rig_is_drawn_and_played_and_the_model_is_driven_by_what_drove_it(
     for each in found.quantities:
         assert each.agreement.relative_rms < 0.02
     assert main(['replay', str(rig)]) == 2
-    told = 'was recorded by another program: it has no parameters.yaml and no commands; name its'
+    told = 'was recorded by another program: it has no parameters.yaml and no commands; map its'
     assert told in capsys.readouterr().err
     assert main(['plot', str(rig)]) == 2
     assert 'say by --map which topic is what' in capsys.readouterr().err
