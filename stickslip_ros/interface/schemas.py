@@ -18,8 +18,9 @@ from stickslip_ros.message_types import (
 
 _SEPARATOR: Final = '=' * 80
 
-_FIELDS: Final = {
+FIELDS: Final = {
     'builtin_interfaces/Time': 'int32 sec\nuint32 nanosec\n',
+    'builtin_interfaces/Duration': 'int32 sec\nuint32 nanosec\n',
     'std_msgs/Header': 'builtin_interfaces/Time stamp\nstring frame_id\n',
     'std_msgs/Float64': 'float64 data\n',
     'std_msgs/Int32': 'int32 data\n',
@@ -44,10 +45,10 @@ def _parts(name: str) -> list[str]:
     """List the messages inside a message, nearest first, each once."""
     package = name.partition('/')[0]
     found: list[str] = []
-    for line in _FIELDS[name].splitlines():
+    for line in FIELDS[name].splitlines():
         kind = line.split()[0].removesuffix('[]')
         inner = kind if '/' in kind else f'{package}/{kind}'
-        if inner in _FIELDS:
+        if inner in FIELDS:
             found += [inner, *_parts(inner)]
     return list(dict.fromkeys(found))
 
@@ -55,8 +56,8 @@ def _parts(name: str) -> list[str]:
 def _definition(type_name: str) -> str:
     """Join a message and the messages inside it, as the ``ros2msg`` encoding asks."""
     name = type_name.replace('/msg/', '/')
-    inner = (f'{_SEPARATOR}\nMSG: {part}\n{_FIELDS[part]}' for part in _parts(name))
-    return _FIELDS[name] + ''.join(inner)
+    inner = (f'{_SEPARATOR}\nMSG: {part}\n{FIELDS[part]}' for part in _parts(name))
+    return FIELDS[name] + ''.join(inner)
 
 
 #: REP 2011 hash of each type: equal in every ROS 2 distribution since Iron.

@@ -3,10 +3,10 @@
 
 """Reads numbers from messages of any type, by the definition that a recording carries."""
 
+import json
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 from typing import Any, Final
@@ -60,7 +60,6 @@ def numbers_of(
     topic: str,
     field: str,
     *,
-    definition: str = '',
     by_stamp: bool = True,
     repeats: bool = False,
     window_ns: tuple[int, int] = ALL_TIMES_NS,
@@ -69,11 +68,10 @@ def numbers_of(
     Return the time, ns, and one number of each message of a topic, in the order of time.
 
     The time is the stamp of the header if the message has one and it is requested, else the log
-    time. A field is a path such as ``point.x``, ``wrench.force.x``, ``data`` or ``position[0]``;
-    the definition comes from the file unless it is given. Messages that parts of a run repeat
-    count once. For a window, all chunks that may hold messages of these log times are read.
-    RecordingError: a message is damaged, or of unknown definition;
-    UnknownName: no such field, or it is no number.
+    time. A field is a path such as ``point.x``, ``wrench.force.x``, ``data`` or ``position[0]``.
+    Messages that parts of a run repeat count once. For a window, all chunks that may hold messages
+    of these log times are read. RecordingError: a message is damaged, or of unknown
+    definition; UnknownName: no such field, or it is no number.
 
     """
     found: list[tuple[Places, Array]] = [(np.empty(0, np.int64), np.empty(0))]
@@ -92,9 +90,8 @@ def numbers_of(
                     if key not in fields:
                         channel = reader.get_summary().channels[key]
                         schema = reader.get_summary().schemas.get(channel.schema_id)
-                        if schema and definition:
-                            schema = replace(schema, data=definition.encode())
-                        fields[key] = Field(file, channel, schema, field, by_stamp=by_stamp)
+                        kind = JsonField if channel.message_encoding == 'json' else Field
+                        fields[key] = kind(file, channel, schema, field, by_stamp=by_stamp)
                     places = np.flatnonzero(piece.channels[begin:] == key) + begin
                     blocks = (places[at : at + BLOCK] for at in range(0, len(places), BLOCK))
                     found += [fields[key].read(piece, block) for block in blocks]
@@ -111,23 +108,20 @@ class Field:
     ) -> None:
         self._file, self._topic, self._field = file, channel.topic, field
         path = path_of(channel.topic, field)
-        hint = 'record it with ros2 bag record -s mcap, or convert it'
         if not schema or (channel.message_encoding, schema.encoding) != ('cdr', 'ros2msg'):
             problem = f'has no definition of {channel.topic} that ROS 2 writes'
-            raise RecordingError(file, problem, hint)
+            raise RecordingError(file, problem, 'record it with ros2 bag record, or as JSON')
         try:
             kind = Definitions(schema.name, schema.data.decode()).struct(schema.name)
         except ValueError as error:
             problem = f'has a definition of {channel.topic} that cannot be read: {error}'
+            hint = 'source the ROS 2 workspace that has it, or record it anew'
             raise RecordingError(file, problem, hint) from None
         try:
             self._value = way_to(kind, path)
         except (LookupError, ValueError):
             some = islice(leaves(kind), LEAVES)
-            known = [name for name, leaf in some if isinstance(leaf, Number)]
-            listed = ', '.join([*known[:LISTED], *['...'] * (len(known) > LISTED)]) or 'none'
-            hint = f'its numbers are {listed}'
-            raise UnknownName(f'field of {channel.topic}', field, hint) from None
+            raise self._unknown(name for name, leaf in some if isinstance(leaf, Number)) from None
         self._stamp = None
         if by_stamp:
             with suppress(LookupError):
@@ -157,17 +151,73 @@ class Field:
                 times_ns[these] = np.where(stamps_ns == 0, times_ns[these], stamps_ns)
         return times_ns, values
 
+    def _unknown(self, names: Iterable[str]) -> UnknownName:
+        """Return the refusal of the field, with the numbers that there are."""
+        known = [*names]
+        listed = ', '.join([*known[:LISTED], *['...'] * (len(known) > LISTED)]) or 'none'
+        return UnknownName(f'field of {self._topic}', self._field, f'its numbers are {listed}')
+
     def _to_ns(self, seconds: NDArray[Any], nanoseconds: NDArray[Any]) -> Places:
         """Return stamps; RecordingError if one is no time."""
-        are_whole = seconds.dtype.kind in 'iu' and nanoseconds.dtype.kind in 'iu'
-        wrong = (seconds < 0) | (seconds >= TIME_MAX_NS // NS_PER_S)
-        wrong |= (nanoseconds < 0) | (nanoseconds >= NS_PER_S) | (not are_whole)
+        wrong: NDArray[np.bool_] = np.ones(len(seconds), np.bool_)
+        if seconds.dtype.kind in 'iu' and nanoseconds.dtype.kind in 'iu':
+            wrong = (seconds < 0) | (seconds >= TIME_MAX_NS // NS_PER_S)
+            wrong |= (nanoseconds < 0) | (nanoseconds >= NS_PER_S)
         if wrong.any():
             at = int(np.argmax(wrong))
             problem = f'has the stamp {seconds[at]} s {nanoseconds[at]} ns on {self._topic}'
             hint = 'write whole seconds and nanoseconds below 1e9, or 0 for the time of the file'
             raise RecordingError(self._file, problem, hint)
         return seconds.astype(np.int64) * NS_PER_S + nanoseconds.astype(np.int64)
+
+
+class JsonField(Field):
+    """A number in the messages of a channel in JSON; null is NaN."""
+
+    def __init__(
+        self, file: Path, channel: Channel, _schema: Schema | None, field: str, *, by_stamp: bool
+    ) -> None:
+        self._file, self._topic, self._field = file, channel.topic, field
+        self._path, self._by_stamp = path_of(channel.topic, field), by_stamp
+
+    def read(self, piece: ChunkMessages, places: Places) -> tuple[Places, Array]:
+        """Return time, ns, and number of some messages; refuse one without."""
+        times_ns, values, stamps = piece.times_ns[places], np.empty(len(places)), []
+        for at, place in enumerate(places.tolist()):
+            stop_if_asked()
+            message, found = piece.message(place).data, None
+            try:
+                found = message = json.loads(message)
+                for part in self._path:
+                    found = found[part]
+                values[at] = np.nan if found is None else float(found + 0)  # no text
+            except (LookupError, TypeError):
+                raise self._unknown(islice(_leaves_in(message), LEAVES)) from None
+            except (ValueError, RecursionError):
+                problem = f'has a message on {self._topic} that is no JSON'
+                raise RecordingError(self._file, problem, 'name another topic') from None
+            stamps.append(_stamp_in(message) if self._by_stamp else (0, 0))
+        stamps_ns = self._to_ns(*map(np.array, zip(*stamps, strict=True)))
+        return np.where(stamps_ns == 0, times_ns, stamps_ns), values
+
+
+def _stamp_in(message: dict[str, Any]) -> tuple[Any, Any]:
+    """Return seconds and nanoseconds, as ROS and Foxglove name them; 0 without a stamp."""
+    header = message.get('header')
+    stamp = header.get('stamp') if isinstance(header, dict) else message.get('timestamp')
+    known = stamp if isinstance(stamp, dict) else {'sec': 0, 'nsec': 0}
+    return known.get('sec'), known.get('nanosec', known.get('nsec'))
+
+
+def _leaves_in(value: Any, name: str = '') -> Iterator[str]:
+    """Yield the paths of the numbers in a message."""
+    if isinstance(value, dict):
+        for key, each in value.items():
+            yield from _leaves_in(each, f'{name}.{key}' if name else key)
+    elif isinstance(value, list):
+        yield from _leaves_in(value[0], f'{name}[0]') if value else ()
+    elif isinstance(value, int | float):
+        yield name
 
 
 class Bodies:

@@ -13,16 +13,11 @@ from typing import Any, Final
 import yaml
 from mcap.records import Channel, Schema
 
-from stickslip_ros.errors import RecordingError
+from stickslip_ros.errors import RecordingError, quoted
 from stickslip_ros.files import read_text
 from stickslip_ros.parameters import read_yaml
-from stickslip_ros.recording.integrity import (
-    convert_hint,
-    open_whole,
-    recover_hint,
-    sqlite_refusal,
-)
-from stickslip_ros.recording.layout import SUFFIX
+from stickslip_ros.recording.integrity import convert_hint, open_whole, recover_hint
+from stickslip_ros.recording.layout import STORAGES, SUFFIX
 
 METADATA_FILE: Final = 'metadata.yaml'
 _NUMBER: Final = re.compile(r'_\d{1,4}$')  # of a part; longer ones are times of the day
@@ -30,7 +25,6 @@ METADATA_ROOT: Final = 'rosbag2_bagfile_information'
 _VERSION: Final = 9
 """Version of the file's form; Jazzy and Kilted write it, and read all earlier ones."""
 
-_STORAGE: Final = 'mcap'
 #: Words of ``rmw/qos_string_conversions.h``, in the order of the numbers of ``rmw/types.h``.
 _WORDS: Final = {
     'history': 'system_default keep_last keep_all unknown',
@@ -98,7 +92,7 @@ def _describe(paths: Sequence[Path]) -> dict[str, Any]:
     start_ns = min(times_ns, default=0)
     return {
         'version': _VERSION,
-        'storage_identifier': _STORAGE,
+        'storage_identifier': STORAGES[paths[0].suffix if paths else SUFFIX],
         'duration': {'nanoseconds': max(times_ns, default=0) - start_ns},
         'starting_time': {'nanoseconds_since_epoch': start_ns},
         'message_count': sum(each['message_count'] for each in files),
@@ -140,11 +134,10 @@ def _topic(channel: Channel, schema: Schema | None) -> dict[str, Any]:
 def bag_parts(path: Path) -> list[Path]:
     """Return the files that the description of a bag lists, all in its folder."""
     if not (path / METADATA_FILE).is_file():
-        refuse_sqlite(path)
         problem, hint = 'it is a directory without a recording', 'name a file or a bag directory'
-        if files_of_a_bag(path):
-            problem = f'it has no {METADATA_FILE}: the recording was cut off'
-            hint = recover_hint(path)
+        if files := files_of_a_bag(path):
+            problem = f'it is a directory without {METADATA_FILE}, which rosbag2 writes at the end'
+            hint = f'name a file of it, as {files[0]}, or {recover_hint(path)}'
         raise RecordingError(path, problem, hint)
     try:
         text = read_text(path / METADATA_FILE, recover_hint(path), recover_hint(path))
@@ -156,8 +149,9 @@ def bag_parts(path: Path) -> list[Path]:
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         problem = f'its {METADATA_FILE} cannot be read ({type(error).__name__} {error})'
         raise RecordingError(path, ' '.join(problem.split()), recover_hint(path)) from error
-    if storage != _STORAGE:
-        raise RecordingError(path, f'it is a bag of storage {storage}', convert_hint(path))
+    if storage not in STORAGES.values():
+        hint = 'record it with storage mcap or sqlite3'
+        raise RecordingError(path, f'it is a bag of storage {quoted(storage)}', hint)
     if mode != 'none':
         raise RecordingError(path, f'rosbag2 has compressed each {mode} of it', convert_hint(path))
     missing = [name for name in names if not (path / name).is_file()]
@@ -172,16 +166,11 @@ def bag_parts(path: Path) -> list[Path]:
 
 
 def files_of_a_bag(path: Path) -> list[Path]:
-    """Return the MCAP files of a directory without description; refuse those of several runs."""
-    files = sorted(path.glob(f'*{SUFFIX}'), key=lambda each: (len(each.name), each.name))
+    """Return the files of a directory without description; refuse those of several runs."""
+    files = [each for suffix in STORAGES for each in path.glob(f'*{suffix}')]
+    files.sort(key=lambda each: (len(each.name), each.name))
     names = {_NUMBER.sub('', each.stem) for each in files}
     if len(names) > 1 or (len(files) > 1 and not files[0].stem.endswith('_0')):
         problem = f'it holds {len(files)} recordings, which are not the parts of one'
         raise RecordingError(path, problem, f'name one, as {files[0]}')
     return files
-
-
-def refuse_sqlite(path: Path) -> None:
-    """Refuse a bag of rosbag2's other storage, sqlite3."""
-    if list(path.glob('*.db3*')):
-        raise sqlite_refusal(path)

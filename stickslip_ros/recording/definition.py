@@ -11,13 +11,17 @@ lengths is a Width; the Widths of successive fields combine into one Width.
 
 """
 
+import os
 import re
+import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 from typing import Final, TypeAlias
 
 from stickslip_ros.errors import quoted
+from stickslip_ros.interface.schemas import FIELDS
 from stickslip_ros.recording.chunks import CHUNK_MAX_BYTES
 
 _NUMBERS: Final = {
@@ -37,9 +41,6 @@ SEPARATOR: Final = re.compile(r'={3,}')
 NAMED: Final = re.compile(r'MSG:\s*(\S+)')
 FIELD: Final = re.compile(r'([\w/]+)(?:<=\d+)?(?:\[(<=)?(\d*)\])?\s+([^\W\d]\w*)\s*(=)?')
 """Type, whether the length of an array is a bound, the length, name, and whether a constant."""
-_TIME: Final = ['int32 sec', 'uint32 nanosec']
-_USUAL: Final = {f'builtin_interfaces/{name}': _TIME for name in ('Time', 'Duration')}
-"""Definitions that some programs leave out."""
 DEPTH_MAX: Final = 64
 ALIGNMENT: Final = 8
 
@@ -96,12 +97,15 @@ def repeated(width: Width, count: int) -> Width:
 
 
 class Definitions:
-    """The types that a definition's text declares: the message of this name, and its parts."""
+    """The types of a text, which may be empty; those that it lacks are taken from ROS 2 here."""
 
     def __init__(self, name: str, text: str) -> None:
-        self._lines: dict[str, list[str]] = {**_USUAL}
+        self._lines: dict[str, list[str]] = {}
         self._known: dict[str, Struct] = {}
-        lines = self._lines[_short(name)] = []
+        self._add(_short(name), text or _text_here(_short(name)))
+
+    def _add(self, name: str, text: str) -> None:
+        lines = self._lines[name] = []
         for line in map(str.strip, text.splitlines()):
             if SEPARATOR.fullmatch(line):
                 lines = []
@@ -115,7 +119,7 @@ class Definitions:
         name = _short(name)
         if name not in self._known:
             if name not in self._lines:
-                raise ValueError(f'it lacks {name}')
+                self._add(name, _text_here(name))
             if depth > DEPTH_MAX:
                 raise ValueError(f'its types are nested deeper than {DEPTH_MAX}')
             package = name.partition('/')[0]
@@ -166,6 +170,20 @@ def number(dtype: str) -> Number:
 
 PLACEHOLDER: Final = ('structure_needs_at_least_one_member', number('u1'))
 """The field that stands for none in an empty message."""
+
+
+def _text_here(name: str) -> str:
+    """Return the definition of a type, built in or from an installed ROS 2; ValueError if none."""
+    package, _, kind = name.partition('/')
+    if package == 'std_msgs' and kind.lower() in _NUMBERS:
+        return f'{kind.lower()} data'
+    if name in FIELDS:
+        return FIELDS[name]
+    for prefix in (*os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep), sys.prefix):
+        path = Path(prefix, 'share', package, 'msg', f'{kind}.msg')
+        if re.fullmatch(r'\w+/\w+', name) and prefix and path.is_file():
+            return path.read_text(encoding='utf-8')
+    raise ValueError(f'it lacks {name}, which is not installed here')
 
 
 def _short(name: str) -> str:

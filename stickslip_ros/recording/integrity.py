@@ -5,6 +5,7 @@
 
 import os
 import shlex
+import sqlite3
 import struct
 import zlib
 from collections.abc import Iterator
@@ -19,9 +20,11 @@ from mcap.opcode import Opcode
 from stickslip_ros.errors import RecordingError, StickSlipError
 from stickslip_ros.files import read_bytes, readable
 from stickslip_ros.recording.chunks import MAGIC, ChunkReader
-from stickslip_ros.recording.layout import SUFFIX
+from stickslip_ros.recording.database import DATABASE_MAGIC, open_database
+from stickslip_ros.recording.layout import STORAGES
 
-_SQLITE_MAGIC: Final = b'SQLite format 3\0'
+_ROS_1_MAGIC: Final = b'#ROSBAG V'
+_PX4_MAGIC: Final = b'ULog\x01\x12\x35'
 PROFILE: Final = 'ros2'
 CRC_BYTES: Final = 4
 
@@ -34,6 +37,7 @@ DAMAGE: Final = (
     OSError,
     MemoryError,
     RuntimeError,
+    sqlite3.Error,
     struct.error,
     zstandard.ZstdError,
 )
@@ -43,28 +47,33 @@ _BLOCK_BYTES: Final = 1 << 20
 
 
 def is_recording(path: Path) -> bool:
-    """Return whether a path is that of a recording: a bag, or an MCAP file whatever its name."""
-    if path.is_dir() or path.suffix.lower() == SUFFIX:
+    """Return whether a path is that of a recording, or of a log of another program."""
+    if path.is_dir() or path.suffix.lower() in STORAGES:
         return True
-    return read_bytes(path, 'check the path', len(MAGIC)) == MAGIC
+    return _begin_of(path).startswith((MAGIC, DATABASE_MAGIC, _ROS_1_MAGIC, _PX4_MAGIC))
+
+
+def is_database(path: Path) -> bool:
+    """Return whether a path is that of a file of storage sqlite3."""
+    return path.is_file() and _begin_of(path) == DATABASE_MAGIC
+
+
+def _begin_of(path: Path) -> bytes:
+    return read_bytes(path, 'check the path', len(DATABASE_MAGIC))
 
 
 def recover_hint(path: Path) -> str:
     """Say how to save what can be read of a file or a directory."""
-    return f'save what is whole with "stickslip recover {shlex.quote(str(path))}"'
+    name = shlex.quote(str(path))
+    if is_database(path):
+        return f'save what is whole with: sqlite3 {name} .recover | sqlite3 saved.db3'
+    return f'save what is whole with "stickslip recover {name}"'
 
 
 def convert_hint(path: Path) -> str:
-    """Say how a bag of another storage becomes one that opens here."""
-    return (
-        f'convert it with "ros2 bag convert -i {shlex.quote(str(path))} -o FILE", where FILE says '
-        '"output_bags: [{uri: converted, storage_id: mcap, all_topics: true}]"'
-    )
-
-
-def sqlite_refusal(path: Path) -> RecordingError:
-    """Return the refusal of a bag of rosbag2's other storage."""
-    return RecordingError(path, 'it is a bag of storage sqlite3', convert_hint(path))
+    """Say how a compressed bag, or one of ROS 1, becomes one that opens here."""
+    source, target = map(shlex.quote, (str(path), str(path.with_name(f'{path.stem}_ros2'))))
+    return f'"pip install rosbags", then "rosbags-convert --src {source} --dst {target}"'
 
 
 @contextmanager
@@ -83,6 +92,10 @@ def open_whole(path: Path, *, checks_data: bool = False) -> Iterator[ChunkReader
         raise RecordingError(path, problem, 'check the name and its permissions') from error
     with stream:
         try:
+            if is_database(path):
+                with open_database(path, checks_data=checks_data) as database:
+                    yield database
+                return
             summary_start, size_bytes = _check_ends(path, stream), stream.seek(0, os.SEEK_END)
             if checks_data:
                 end = summary_start - _DATA_END.size
@@ -105,22 +118,25 @@ def open_whole(path: Path, *, checks_data: bool = False) -> Iterator[ChunkReader
             raise RecordingError(path, problem, recover_hint(path)) from error
 
 
-def refuse_foreign(path: Path, stream: BinaryIO) -> None:
-    """Refuse a file that does not begin as an MCAP file does."""
-    stream.seek(0)
-    begin = stream.read(len(_SQLITE_MAGIC))
-    if begin == _SQLITE_MAGIC:
-        raise sqlite_refusal(path)
+def refuse_foreign(path: Path) -> None:
+    """Refuse a file that does not begin as a bag of ROS 2 does, and name the way to one."""
+    begin = _begin_of(path)
+    if begin.startswith(_ROS_1_MAGIC):
+        raise RecordingError(path, 'it is a bag of ROS 1', convert_hint(path))
+    if begin.startswith(_PX4_MAGIC):
+        command = f'"pip install pyulog", then "ulog2csv {shlex.quote(str(path))}"'
+        hint = f'{command} makes tables: --map time_s="timestamp (us)"'
+        raise RecordingError(path, 'it is a log of PX4 (ULog)', hint)
     if not begin:
         raise RecordingError(path, 'it is not an MCAP file: it is empty', 'name another recording')
-    if not begin.startswith(MAGIC):
-        hint = 'name a recording that ends in .mcap'
+    if not begin.startswith((MAGIC, DATABASE_MAGIC)):
+        hint = 'name a recording that ends in .mcap or .db3'
         raise RecordingError(path, 'it is not an MCAP file', hint)
 
 
 def _check_ends(path: Path, stream: BinaryIO) -> int:
     """Look at both ends of a file; give where its summary begins."""
-    refuse_foreign(path, stream)
+    refuse_foreign(path)
     end_bytes = _FOOTER.size + len(MAGIC)
     tail_start = max(stream.seek(0, os.SEEK_END) - end_bytes, 0)
     stream.seek(tail_start)

@@ -10,6 +10,8 @@ from typing import Final
 from stickslip_ros.errors import RecordingError
 
 SUFFIX: Final = '.mcap'
+STORAGES: Final = {SUFFIX: 'mcap', '.db3': 'sqlite3'}
+"""Suffixes of the files of rosbag2, and its names of their storages."""
 
 
 @dataclass(frozen=True)

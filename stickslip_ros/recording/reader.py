@@ -165,8 +165,9 @@ class Recording:
             summary = reader.get_summary()
             profile = reader.get_header().profile
             encodings = {each.encoding for each in summary.schemas.values()}
-            # Some programs name no profile; then the schemas decide.
-            if profile != PROFILE and (profile or 'ros2msg' not in encodings):
+            encodings |= {each.message_encoding for each in summary.channels.values()}
+            # Some programs name no profile; then the schemas decide, or that messages are JSON.
+            if profile != PROFILE and (profile or not encodings & {'ros2msg', 'json'}):
                 raise RecordingError(
                     file,
                     f'it is an MCAP file of profile {profile!r}, not a recording of ROS 2',
@@ -339,7 +340,6 @@ class Recording:
                 self._files_within(window_ns),
                 name,
                 path,
-                definition=SCHEMAS[type_name],
                 by_stamp=not self.is_ours,
                 repeats=self._repeats,
                 window_ns=window_ns,

@@ -24,7 +24,7 @@ from mcap.writer import Writer
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.files import prepare_output, readable, replacing
 from stickslip_ros.process.stopping import stop_if_asked
-from stickslip_ros.recording.bag import bag_parts, files_of_a_bag, refuse_sqlite, write_metadata
+from stickslip_ros.recording.bag import bag_parts, files_of_a_bag, write_metadata
 from stickslip_ros.recording.chunks import (
     CHUNK_MAX_BYTES,
     MAGIC,
@@ -32,7 +32,13 @@ from stickslip_ros.recording.chunks import (
     find_messages,
     unpack_chunk,
 )
-from stickslip_ros.recording.integrity import DAMAGE, PROFILE, open_whole, refuse_foreign
+from stickslip_ros.recording.integrity import (
+    DAMAGE,
+    PROFILE,
+    is_database,
+    open_whole,
+    refuse_foreign,
+)
 from stickslip_ros.recording.layout import SUFFIX, Layout
 from stickslip_ros.recording.reader import ChannelSummary
 from stickslip_ros.recording.run_file import RUN_RECORD, TIME_ORIGIN, to_time_ns
@@ -76,14 +82,13 @@ def recover(path: Path, output: Path | None = None) -> tuple[list[Recovery], Pat
     """Make a recording readable beside the original; return what became of its files and where."""
     is_bag, hint = path.is_dir(), 'name the directory of a bag'
     if is_bag:
-        refuse_sqlite(path)
         path = path if path.name else path.resolve()  # the directory in which the user is
         if not path.name:
             raise RecordingError(path, 'it is no bag', hint)
     layout = Layout.plan(path, bag=is_bag, split=True)
     parts = [] if path.is_file() else layout.parts()
     if is_bag and not (parts := parts or files_of_a_bag(path)):
-        raise RecordingError(path, 'there is no MCAP file in it', hint)
+        raise RecordingError(path, 'there is no recording in it', hint)
     name = f'{path.name}{MARK}' if is_bag else f'{layout.stem}{MARK}{SUFFIX}'
     copy = Layout.plan(output or path.with_name(name), bag=is_bag, split=bool(parts))
     copy.refuse_existing()
@@ -119,7 +124,7 @@ def recover_file(source: Path, output: Path, *, is_part: bool = False) -> Recove
             prepare_output(output, is_new=True)
             with replacing(output) as part, part.open('wb') as target:
                 if not _copy(stream, target, result) and not is_part:
-                    refuse_foreign(source, stream)
+                    refuse_foreign(source)
                     problem = 'it ends before its first record'
                     raise RecordingError(source, problem, 'there is nothing in it to recover')
                 target.flush()
@@ -139,6 +144,8 @@ def _messages_if_whole(path: Path) -> int | None:
             list(reader.iter_metadata())
             list(reader.iter_attachments())
     except RecordingError:
+        if is_database(path):  # its refusal says how to recover it
+            raise
         return None
     return messages if said is None or said.message_count == messages else None
 

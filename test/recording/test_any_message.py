@@ -4,6 +4,7 @@
 """Any message is read by its definition as others read it; what is none is refused in a line."""
 
 import dataclasses
+import json
 import struct
 from collections.abc import Iterator
 from pathlib import Path
@@ -303,9 +304,56 @@ def test_a_definition_that_is_no_text_or_of_another_language_is_refused(tmp_path
         writer.add_message(writer.register_channel(name, encoding, schema), 0, b'', 0)
     writer.finish()
     recording = Recording(tmp_path / 'run.mcap')
-    for name, told in {'/a': 'cannot be read', '/b': 'has no def', '/c': 'has no def'}.items():
+    for name, told in {'/a': 'cannot be read', '/b': 'has no def', '/c': 'is no JSON'}.items():
         with pytest.raises(StickSlipError, match=told):
             numbers_of(recording.files, name, 'x')
+
+
+def in_json(path: Path, *messages: object) -> Path:
+    """Write messages as Foxglove does: JSON, without a profile."""
+    writer = foreign(path, '')
+    schema = writer.register_schema('rig.Reading', 'jsonschema', b'{}')
+    channel = writer.register_channel('/t', 'json', schema)
+    for at_ns, each in enumerate(messages, 50):
+        data = each if isinstance(each, bytes) else json.dumps(each).encode()
+        writer.add_message(channel, at_ns, data, at_ns)
+    writer.finish()
+    return path
+
+
+def test_numbers_in_json_are_read_at_their_stamps(tmp_path: Path):
+    messages = [
+        {'x': {'y': [1, 2.5]}, 'timestamp': {'sec': 1, 'nsec': 5}},
+        {'x': {'y': [1, None]}, 'header': {'stamp': {'sec': 2, 'nanosec': 6}}},
+        {'x': {'y': [1, True]}, 'timestamp': {'sec': 0, 'nsec': 0}},
+        {'x': {'y': [1, -3]}, 'timestamp': '2026-11-26T00:00:00Z'},
+    ]
+    files = Recording(in_json(tmp_path / 'a.mcap', *messages)).files
+    times_ns, values = numbers_of(files, '/t', 'x.y[1]')
+    assert times_ns.tolist() == [52, 53, 1_000_000_005, 2_000_000_006]
+    np.testing.assert_array_equal(values, [1.0, -3.0, 2.5, np.nan])
+    assert numbers_of(files, '/t', 'x.y[1]', by_stamp=False)[0].tolist() == [50, 51, 52, 53]
+
+
+@pytest.mark.parametrize(
+    ('message', 'told'),
+    [
+        ({'x': 'three', 'y': [{'z': 1}], 'n': 4}, r'its numbers are y\[0\].z, n'),
+        ({}, 'its numbers are none'),
+        ([3], r'its numbers are \[0\]'),
+        (b'{"x": 1', 'has a message on /t that is no JSON; name another topic'),
+        (b'[' * 100_000, 'that is no JSON'),
+        ({'x': 1, 'timestamp': {'sec': 1.5, 'nsec': 0}}, 'has the stamp 1.5 s 0 ns on /t'),
+        ({'x': 1, 'timestamp': {'sec': 1}}, 'has the stamp 1 s None ns'),
+        ({'x': 1, 'timestamp': {'sec': 1, 'nsec': 1 << 70}}, 'has the stamp 1 s'),
+        ({'x': 10**400}, 'is damaged'),
+    ],
+)
+def test_json_without_that_number_or_with_another_stamp_is_refused(
+    message: object, told: str, tmp_path: Path
+):
+    with pytest.raises(StickSlipError, match=told):
+        numbers_of([in_json(tmp_path / 'a.mcap', message)], '/t', 'x')
 
 
 def test_a_message_of_a_hundred_thousand_fields_is_read(tmp_path: Path):

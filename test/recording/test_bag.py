@@ -3,6 +3,9 @@
 
 """A bag directory as rosbag2 makes it: others open ours, theirs open here, or say why not."""
 
+import shlex
+import struct
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,9 +14,11 @@ import yaml
 from mcap.reader import make_reader
 from mcap_records import foreign
 from mcap_ros2.decoder import DecoderFactory
+from processes import run_process
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import Qos as RosQos
 from rosbags.interfaces import QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
+from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
@@ -21,8 +26,10 @@ from stickslip_ros.errors import RecordingError
 from stickslip_ros.interface import cdr
 from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.interface.schemas import TYPE_HASHES
+from stickslip_ros.lab.tables.experiment import read_experiment
 from stickslip_ros.message_types import FLOAT64, POINT_STAMPED, UINT32
 from stickslip_ros.recording.bag import METADATA_FILE
+from stickslip_ros.recording.integrity import is_recording
 from stickslip_ros.recording.layout import FileForm
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
@@ -228,21 +235,36 @@ def test_chunks_that_another_recorder_compressed_open_here(tmp_path: Path):
 @pytest.mark.parametrize('mode', [CompressionMode.FILE, CompressionMode.MESSAGE])
 def test_a_bag_that_rosbag2_compressed_by_itself_is_refused(tmp_path: Path, mode: CompressionMode):
     bag = foreign_bag(tmp_path / 'bag', mode)
-    refusal = f'rosbag2 has compressed each {mode.name.lower()} of it; convert it with "ros2 bag c'
-    with pytest.raises(RecordingError, match=refusal):
+    with pytest.raises(
+        RecordingError, match=f'has compressed each {mode.name.lower()}'
+    ) as refused:
         Recording(bag)
+    assert Recording(converted(refused.value)).series('position').value.tolist() == [0.0, 1.0, 2.0]
 
 
-def test_a_bag_of_storage_sqlite3_is_refused(tmp_path: Path):
-    bag = foreign_bag(tmp_path / 'bag', storage_plugin=StoragePlugin.SQLITE3)
-    refusal = 'a bag of storage sqlite3; convert it with "ros2 bag convert'
-    with pytest.raises(RecordingError, match=refusal):
-        Recording(bag)
-    with pytest.raises(RecordingError, match=refusal):
-        Recording(next(bag.glob('*.db3')))
-    (bag / METADATA_FILE).unlink()
-    with pytest.raises(RecordingError, match=refusal):
-        Recording(bag)
+def converted(refusal: RecordingError) -> Path:
+    """Carry out the command that a refusal names."""
+    command = shlex.split(str(refusal).split('"')[3])
+    run_process([Path(sys.executable).with_name(command[0]), *command[1:]], check=True)
+    return Path(command[-1])
+
+
+def test_a_bag_of_ros_1_is_refused_with_the_command_that_converts_it(tmp_path: Path):
+    path, store = tmp_path / 'an old.bag', get_typestore(Stores.ROS1_NOETIC)
+    with Ros1Writer(path) as writer:
+        number = writer.add_connection('/u', FLOAT64, typestore=store)
+        writer.write(number, 1000, struct.pack('<d', 1.5))
+    with pytest.raises(RecordingError, match='it is a bag of ROS 1') as refused:
+        Recording(path)
+    assert Recording(converted(refused.value)).series('u').value.tolist() == [1.5]
+
+
+def test_a_log_of_px4_is_refused_with_the_command_that_makes_tables_of_it(tmp_path: Path):
+    (tmp_path / 'a.ulg').write_bytes(b'ULog\x01\x12\x35\x01' + bytes(8))
+    assert is_recording(tmp_path / 'a.ulg')
+    for opened in (Recording, read_experiment):
+        with pytest.raises(RecordingError, match=r'"pip install pyulog", then "ulog2csv .*a.ulg"'):
+            opened(tmp_path / 'a.ulg')
 
 
 @pytest.mark.parametrize(
@@ -264,7 +286,7 @@ def test_a_bag_of_storage_sqlite3_is_refused(tmp_path: Path):
         ),
         (
             'rosbag2_bagfile_information: {storage_identifier: x, relative_file_paths: []}',
-            'a bag of storage x',
+            "a bag of storage 'x'; record it with storage mcap or sqlite3",
         ),
     ],
     ids=['empty', 'broken', 'deep', 'bomb', 'number', 'bare', 'no files', 'lost file', 'storage'],
@@ -284,13 +306,14 @@ def test_a_description_cannot_name_files_elsewhere(tmp_path: Path, recorded: Pat
         Recording(bag)
 
 
-def test_a_bag_that_was_cut_off_is_refused_with_what_mends_it(tmp_path: Path):
+def test_a_directory_without_description_is_called_that_with_what_mends_it(tmp_path: Path):
     bag = foreign_bag(tmp_path / "it's a bag")
     (bag / METADATA_FILE).unlink()
-    with pytest.raises(
-        RecordingError, match='was cut off; save what is whole with "stickslip rec'
-    ):
+    with pytest.raises(RecordingError, match=f'a directory without {METADATA_FILE}') as refused:
         Recording(bag)
+    *_, recovery = shlex.split(str(refused.value).partition('whole with "')[2][:-1])
+    assert recover(Path(recovery))[1] == bag / METADATA_FILE
+    assert Recording(bag).series('position').value.tolist() == [0.0, 1.0, 2.0]
 
 
 @pytest.mark.parametrize('quality', ['5', '[5]', '{depth: 1}', '[' * 5000, '&a [*a]', '"'])

@@ -230,8 +230,8 @@ def flipped(piece: bytes, mask: int = 0x01) -> Callable[[bytes], bytes]:
 HOSTILE: dict[str, tuple[bytes | Callable[[bytes], bytes], str]] = {
     'empty': (b'', 'it is not an MCAP file: it is empty'),
     'text': (b'time,position\n0,1\n' * 20, 'is not an MCAP file; name a recording that ends in'),
-    'rosbag1': (b'#ROSBAG V2.0\n', 'it is not an MCAP file'),
-    'sqlite3': (b'SQLite format 3\0' + bytes(84), 'convert it with "ros2 bag convert'),
+    'rosbag1': (b'#ROSBAG V2.0\n', 'it is a bag of ROS 1; "pip install rosbags"'),
+    'sqlite3': (b'SQLite format 3\0' + bytes(84), 'it is damaged .* sqlite3 .* .recover'),
     'a wrong text': (flipped(b'steel'), 'the checksum of its data is wrong'),
     'a wrong attachment': (flipped(b'seed: 7'), 'the checksum of its data is wrong'),
     'a wrong profile': (lambda each: each.replace(b'ros2', b'ros3', 1), 'checksum of its data'),

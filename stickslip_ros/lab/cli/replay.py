@@ -21,7 +21,6 @@ from stickslip_ros.lab.tables.experiment import Reading
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.progress import shown_progress
 from stickslip_ros.recording.integrity import is_recording
-from stickslip_ros.recording.reader import Recording
 from stickslip_ros.sections import Section, plain
 from stickslip_ros.units import MN, NM
 
@@ -49,8 +48,7 @@ def _replay(arguments: argparse.Namespace, output: Path) -> Replay:
             progress(now_ns // 1_000_000, end_ns // 1_000_000)
 
         reading = Reading(arguments.headers or {}, report=shown_tables(arguments))
-        is_run = not reading.headers and is_recording(arguments.file)
-        if is_run and Recording(arguments.file).is_ours:
+        if not reading.headers and is_recording(arguments.file):
             return replay(
                 arguments.file, output, changes, from_rest=arguments.from_rest, progress=show
             )

@@ -92,8 +92,9 @@ def sections_of(recording: Recording) -> Iterator[Section]:
 def recorded_stand(recording: Recording) -> Parameters:
     """Return the recorded parameters; RecordingError without them."""
     if PARAMETERS_FILE not in recording.attachments:
-        problem = f'has no attachment {PARAMETERS_FILE}'
-        hint = 'record with a drive of this package, or give the voltages as a table'
+        problem = f'was recorded by another program: it has no {PARAMETERS_FILE} and no commands'
+        topics = ', '.join(recording.types) or 'none'
+        hint = f'map its topics, as --map voltage_v=TOPIC.FIELD; they are {topics}'
         raise RecordingError(recording.path, problem, hint)
     try:
         text = recording.attachments[PARAMETERS_FILE][1].decode()

@@ -183,7 +183,7 @@ def read_experiment(
     """Read a measured table, of a workbook the first suitable sheet; refuse with file and line."""
     laid_out: list[tuple[Path | bytes, TextForm, str]] = []
     refusals: list[StickSlipError] = []
-    for origin, source in tables_in(path):
+    for origin, source in tables_in(path, is_named=bool(reading.columns)):
         head = source
         if isinstance(head, Path):
             head = read_bytes(head, 'check the path', HEAD_BYTES + 1)

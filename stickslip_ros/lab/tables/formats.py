@@ -19,7 +19,7 @@ import numpy as np
 from stickslip_ros.errors import RecordingError, StickSlipError
 from stickslip_ros.extras import load_extra
 from stickslip_ros.files import readable
-from stickslip_ros.recording.integrity import is_recording
+from stickslip_ros.recording.integrity import is_recording, refuse_foreign
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -45,11 +45,12 @@ MATLAB_TYPES = {1: 'i1', 2: 'u1', 3: 'i2', 4: 'u2', 5: 'i4', 6: 'u4', 7: 'f4', 9
 MATLAB_TYPES |= {12: 'i8', 13: 'u8'}  # stored types, and their names in numpy
 
 
-def tables_in(path: 'Path | DataFrame') -> Sources:
+def tables_in(path: 'Path | DataFrame', *, is_named: bool = False) -> Sources:
     """
     Yield origin and CSV text of each table, or the path of a text file; one table per sheet.
 
-    Raises RecordingError if unreadable, too large, or without columns of one length.
+    Vectors of each length are a table, if the user names columns. Raises RecordingError if
+    unreadable, too large, or with vectors of several lengths of which none is named.
 
     """
     if not isinstance(path, Path):
@@ -57,6 +58,8 @@ def tables_in(path: 'Path | DataFrame') -> Sources:
         return
     suffix = path.suffix.lower()
     if is_recording(path):
+        if path.is_file():
+            refuse_foreign(path)
         problem = 'cannot be read as a table: it is a recording or a folder'
         hint = 'compare, fit, plot and replay read it; make a table of it with stickslip export'
         raise RecordingError(path, problem, hint)
@@ -66,13 +69,20 @@ def tables_in(path: 'Path | DataFrame') -> Sources:
     try:
         if suffix == '.xlsx':
             yield from read_sheets(readable(path))
-        else:
-            yield str(path), _csv(READERS[suffix](readable(path)))
+            return
+        tables = READERS[suffix](readable(path))
     except StickSlipError:
         raise
     except Exception as error:  # noqa: BLE001 - six libraries have many exceptions
         problem = f'cannot be read as {suffix} ({" ".join(str(error).split())[:200]})'
         raise RecordingError(path, problem, 'check the file, or save it as CSV') from None
+    if len(tables) > 1 and not is_named:
+        lengths = '; '.join(f'{", ".join(map(str, each))} of {len(each)}' for each in tables)
+        hint = 'name those of one length: --map time_s="NAME (s)" --map voltage_v="NAME (V)"'
+        raise RecordingError(path, f'has vectors of several lengths: {lengths}', hint)
+    for each in tables:
+        part = f', vectors of {len(each)}' if len(tables) > 1 else ''
+        yield f'{path}{part}', _csv(each)
 
 
 def _csv(frame: 'DataFrame') -> bytes:
@@ -121,7 +131,7 @@ def read_sheets(path: Path) -> Sources:
             yield origin, text.getvalue().encode()
 
 
-def read_parquet(path: Path) -> 'DataFrame':
+def read_parquet(path: Path) -> 'list[DataFrame]':
     """Return a table after checking its size."""
     parquet = load_extra(f'a table {path.suffix}', 'pyarrow.parquet')
     import pandas as pd
@@ -140,11 +150,11 @@ def read_parquet(path: Path) -> 'DataFrame':
     table = frame.reset_index()  # many rows may share a text
     for name in table.select_dtypes('category'):
         _check_bytes(int(table[name].map(lambda each: len(str(each))).astype(int).sum()))
-    return frame
+    return [frame]
 
 
-def read_hdf5(path: Path) -> 'DataFrame':
-    """Return datasets of one length, with units from attributes ``units`` or ``unit``."""
+def read_hdf5(path: Path) -> 'list[DataFrame]':
+    """Return datasets, with units from attributes ``units`` or ``unit``."""
     h5py = load_extra(f'a table {path.suffix}', 'h5py')
     found: list[Any] = []
 
@@ -165,8 +175,17 @@ def read_hdf5(path: Path) -> 'DataFrame':
         return _joined((each.name.rpartition('/')[2], unit_of(each), each[()]) for each in found)
 
 
-def read_matlab(path: Path) -> 'DataFrame':
-    """Return vectors of one length; files from version 7.3 on are HDF5."""
+def read_numpy(path: Path) -> 'list[DataFrame]':
+    """Return the vectors of an archive of numpy."""
+    with zipfile.ZipFile(path) as archive:
+        _check_bytes(sum(each.file_size for each in archive.infolist()))
+    with np.load(path, allow_pickle=False) as found:
+        columns = [(name, found[name]) for name in found.files]
+    return _joined((name, '', each) for name, each in columns if each.dtype.kind in 'fiu')
+
+
+def read_matlab(path: Path) -> 'list[DataFrame]':
+    """Return vectors; files from version 7.3 on are HDF5."""
     with path.open('rb') as file:
         head = file.read(MATLAB_HEAD_BYTES)
     if head.startswith(MATLAB_HDF5):
@@ -216,7 +235,7 @@ def _elements(content: bytes, order: str) -> Iterator[tuple[int, bytes]]:
         at = end if kind == MATLAB_PACKED else end + -end % 8
 
 
-def read_tdms(path: Path) -> 'DataFrame':
+def read_tdms(path: Path) -> 'list[DataFrame]':
     """Return the channels, and their time if the sampling interval is given."""
     with load_extra(f'a table {path.suffix}', 'nptdms').TdmsFile.open(path) as tdms:
         if tdms.file_status.incomplete_final_segment:
@@ -233,30 +252,32 @@ def _is_vector(shape: Sequence[int]) -> bool:
     return 1 < math.prod(shape) == max(shape)
 
 
-def _joined(columns: Columns) -> 'DataFrame':
-    """Join vectors to a table; refuse different lengths."""
+def _joined(columns: Columns) -> 'list[DataFrame]':
+    """Join the vectors of each length to a table; refuse two of a name."""
     import pandas as pd
 
-    named = (
-        (f'{name} ({unit})' if unit else name, np.ravel(values))
-        for name, unit, values in columns
-        if _is_vector(np.shape(values))
-    )
-    # pandas 3 takes no name with bytes that are no UTF-8.
-    flat = {name.encode(errors='backslashreplace').decode(): values for name, values in named}
-    lengths = {name: len(values) for name, values in flat.items()}
-    _check_count(sum(lengths.values()))
-    if len(set(lengths.values())) != 1:
-        found = ', '.join(f'{name} has {count}' for name, count in lengths.items()) or 'none'
-        raise ValueError(f'its vectors are not of one length: {found}')
-    return pd.DataFrame(flat)
+    names, by_length = set[str](), dict[int, dict[str, Any]]()
+    for name, unit, values in columns:
+        if _is_vector(np.shape(values)):
+            flat, header = np.ravel(values), f'{name} ({unit})' if unit else name
+            # pandas 3 takes no name with bytes that are no UTF-8.
+            header = header.encode(errors='backslashreplace').decode()
+            if header in names:
+                raise ValueError(f'it has two vectors {header}; rename one')
+            names.add(header)
+            by_length.setdefault(len(flat), {})[header] = flat
+    _check_count(sum(count * len(each) for count, each in by_length.items()))
+    if not by_length:
+        raise ValueError('it has no vector of numbers')
+    return [pd.DataFrame(each) for each in by_length.values()]
 
 
-READERS: dict[str, Callable[[Path], 'DataFrame']] = {
+READERS: dict[str, Callable[[Path], 'list[DataFrame]']] = {
     '.parquet': read_parquet,
     '.h5': read_hdf5,
     '.hdf5': read_hdf5,
     '.mat': read_matlab,
+    '.npz': read_numpy,
     '.tdms': read_tdms,
 }
 """Readers by suffix, next to workbooks."""

@@ -51,6 +51,11 @@ def write_matlab(path: Path) -> None:
     savemat(path, {'time_s': TIME_S[:, np.newaxis], 'force_mN': FORCE_MN, 'fs': 58823.5})
 
 
+def write_numpy(path: Path) -> None:
+    others = {'fs': 58823.5, 'picture': np.eye(4), 'note': 'rig'}
+    np.savez_compressed(path, **{'time_s': TIME_S, 'force_mN': FORCE_MN, **others})
+
+
 def write_tdms(path: Path) -> None:
     told = {'wf_increment': 1.7e-5, 'wf_start_offset': 0.0, 'unit_string': 'mN'}
     with TdmsWriter(path) as writer:
@@ -63,6 +68,7 @@ WRITERS = {
     '.h5': write_hdf5,
     '.hdf5': write_hdf5,
     '.mat': write_matlab,
+    '.npz': write_numpy,
     '.tdms': write_tdms,
 }
 
@@ -138,8 +144,37 @@ def test_types_that_matlab_does_not_have_crash_nothing(tmp_path: Path, stored: i
 def test_vectors_of_several_lengths_are_told(tmp_path: Path):
     path = tmp_path / 'run.mat'
     savemat(path, {'time_s': TIME_S, 'force_mN': FORCE_MN[1:]})
-    with pytest.raises(StickSlipError, match='time_s has 50, force_mN has 49'):
+    with pytest.raises(StickSlipError, match='lengths: time_s of 50; force_mN of 49; name those'):
         read_experiment(path)
+
+
+@pytest.mark.parametrize('write', [savemat, lambda path, named: np.savez(path, **named)])
+def test_of_vectors_of_several_lengths_the_user_names_which(
+    tmp_path: Path, write: Callable[[Path, dict[str, np.ndarray]], None]
+):
+    path = tmp_path / f'run{".mat" if write is savemat else ".npz"}'
+    other = {'t2': TIME_S[3:], 'u': FORCE_MN[3:]}
+    write(path, {'t1': TIME_S, 'f': FORCE_MN, **other, 'k': np.arange(7.0)})
+    reading = Reading({'time_s': 't2 (s)', 'force_n': 'u (mN)'})
+    columns = read_experiment(path, reading).columns
+    np.testing.assert_array_equal(columns['time_s'], TIME_S[3:])
+    with pytest.raises(StickSlipError, match=r'vectors of 50: line 1'):
+        read_experiment(path, Reading({'time_s': 't1 (s)', 'force_n': 'u (mN)'}))
+
+
+def test_pickled_objects_in_an_archive_of_numpy_are_not_opened(tmp_path: Path):
+    np.savez(tmp_path / 'run.npz', time_s=TIME_S, note=np.array(['rig', 'b'], object))
+    with pytest.raises(StickSlipError, match='Object arrays cannot be loaded'):
+        read_experiment(tmp_path / 'run.npz')
+
+
+def test_two_vectors_of_one_name_are_refused(tmp_path: Path):
+    """The second would stand in for the first."""
+    with h5py.File(tmp_path / 'run.h5', 'w') as file:
+        file['a/force_mN'] = file['b/force_mN'] = FORCE_MN
+        file['time_s'] = TIME_S
+    with pytest.raises(StickSlipError, match='it has two vectors force_mN; rename one'):
+        read_experiment(tmp_path / 'run.h5')
 
 
 def test_a_header_can_be_named(tmp_path: Path):

@@ -25,7 +25,7 @@ from stickslip_ros.lab.cli.options import (
 
 COMPARE = 'comparison.compare.CompareOptions'
 FIT, FREE = 'fitting.fit.FitOptions', 'fitting.free.Free'
-RECORDING = 'an MCAP file, a bag directory, or a run in parts'
+RECORDING = 'an MCAP or .db3 file, a bag directory, or a run in parts'
 
 DATA = (
     verb(
