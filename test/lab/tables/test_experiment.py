@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.lab.tables.columns import sigma_name
 from stickslip_ros.lab.tables.experiment import (
     BY_AMPLITUDE,
     OVER_TIME,
@@ -16,6 +15,7 @@ from stickslip_ros.lab.tables.experiment import (
     parse_experiment,
     read_experiment,
 )
+from stickslip_ros.lab.tables.numbers import sigma_name
 
 POINTS = 'preload_n,amplitude_m,force_n\n'
 TIMES = 'time_s,position_m\n'
