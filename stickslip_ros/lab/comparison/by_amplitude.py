@@ -26,7 +26,7 @@ from stickslip_ros.lab.experiments.options import ReadingOptions
 from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.lab.experiments.reading import of_points
 from stickslip_ros.lab.runs.batch import Progress, pool_of
-from stickslip_ros.lab.runs.sweep import bare_name
+from stickslip_ros.lab.runs.sweep import STEP_BACK, bare_name
 from stickslip_ros.lab.runs.sweep_table import RUN_COLUMNS, read_table
 from stickslip_ros.lab.runs.zero_amplitude import WITHOUT_CELL
 from stickslip_ros.lab.tables.experiment import BY_AMPLITUDE, POINT_COLUMNS, MeasuredTable
@@ -118,7 +118,8 @@ def of_sweep(table: 'Path | DataFrame') -> PointTable:
         if name not in RUN_COLUMNS
     }
     # A free runner makes steps and no force; a held runner that is steady the other way round.
-    del columns['step_length_m' if any(columns[FORCE_COLUMN]) else FORCE_COLUMN]
+    for name in ('step_length_m', STEP_BACK) if any(columns[FORCE_COLUMN]) else (FORCE_COLUMN,):
+        columns.pop(name, None)
     return _point_table(columns, origin, SWEEP, described, sum(not row['steady'] for row in rows))
 
 

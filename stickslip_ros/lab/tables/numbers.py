@@ -27,7 +27,7 @@ BACK = {'step_length_m': 'step_back_m', 'speed_m_per_s': 'speed_back_m_per_s'}
 WAYS = {**dict.fromkeys(('up', 'forward', 'forwards', 'fwd', '+', '1', '+1', '1.0'), 1.0)}
 WAYS |= dict.fromkeys(('down', 'backward', 'backwards', 'back', 'bwd', '-1', '-1.0'), -1.0)
 """Words of a column ``direction``."""
-SETTINGS = ('amplitude_m', 'voltage_v', 'frequency_hz', 'load_n')
+SETTINGS = ('amplitude_m', 'amplitude_sigma_m', 'voltage_v', 'frequency_hz', 'load_n')
 _VALUE = {'value', 'typical', 'typ', 'wert'}
 _UNIT = {'unit', 'units', 'einheit'}
 """Headers of a sheet with a number in each row."""
@@ -133,7 +133,7 @@ def sheet_as_table(content: bytes, layout: TextForm) -> bytes:
         if len(row) == len(layout.names):
             header = f'{row[named]} ({row[unit]})' if unit else row[named]
             table.append({header: row[value], **{name: row[name] for name in others}})
-    columns = dict.fromkeys(['tolerance (%)', *(name for row in table for name in row)])
+    columns = dict.fromkeys([*(name for row in table for name in row), ''])
     text = io.StringIO(newline='')
     writer = csv.DictWriter(text, [*columns], restval='', delimiter=layout.delimiter)
     writer.writeheader()
