@@ -75,9 +75,8 @@ def simulate_verb(arguments: argparse.Namespace) -> Answer:
         given['frequency_hz'] = -result.frequency_hz
         back_m = -simulate(parameters, **given, record=False).result.step_length_m
         content[STEP_BACK] = back_m
-        sizes = (('forwards', result.step_length_m), ('backwards', back_m))
-        rows = [number(name, size_m, '.4f', 'nm') for name, size_m in sizes]
-        bands.append(Section('step length both ways', rows))
+        rows = (('forwards', result.step_length_m), ('backwards', back_m))
+        bands.append(Section('step length both ways', [number(*row, '.4f', 'nm') for row in rows]))
     held = 'the runner is fixed to the load cell, so its steps end; --no-load-cell frees it'
     note = [held] if parameters.load_cell.contact == 'attached' else []
     return Answer(content, [*result.sections(), *bands, *note])

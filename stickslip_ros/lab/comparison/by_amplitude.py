@@ -42,8 +42,8 @@ if TYPE_CHECKING:
 MODEL, SWEEP = 'model', 'sweep'
 """Kinds of a side; MODEL also stands for the drive in place of a file."""
 PRELOAD_COLUMN, FREQUENCY_COLUMN, FORCE_COLUMN = 'preload_n', 'frequency_hz', 'force_n'
-STROKES = AMPLITUDE_COLUMN, VOLTAGE_COLUMN
-NO_SETTINGS = {each for name in (*STROKES, *NUMBERS) for each in (name, sigma_name(name))}
+_STROKES = AMPLITUDE_COLUMN, VOLTAGE_COLUMN
+NO_SETTINGS = {each for name in (*_STROKES, *NUMBERS) for each in (name, sigma_name(name))}
 RENAMED = {'force_mean_n': FORCE_COLUMN}
 """Columns of a sweep with another name in an experiment."""
 _SAME = 1e-9  # largest relative difference of equal typed numbers
@@ -59,7 +59,7 @@ class PointTable:
     @property
     def axis(self) -> str:
         """Column of the axis: strokes, voltages, or preloads of numbers without these."""
-        return next(each for each in (*STROKES, PRELOAD_COLUMN) if each in self.columns)
+        return next(each for each in (*_STROKES, PRELOAD_COLUMN) if each in self.columns)
 
     @property
     def quantities(self) -> list[str]:

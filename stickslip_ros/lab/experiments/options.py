@@ -44,7 +44,6 @@ class ReadingOptions:
         self, report: Callable[[MeasuredTable], None] | None, stand: Parameters | None
     ) -> Reading:
         """Return options of reading tables; of a ``stand`` a preload that was set holds too."""
-        given_n = None if stand is None else stand.stand.preload
-        if isinstance(given_n, ReplaceableDefault):
-            given_n = None
+        own_n = None if stand is None else stand.stand.preload
+        given_n = None if isinstance(own_n, ReplaceableDefault) else own_n
         return Reading(self.headers, self.preloads_n, report, stand is not None, given_n)

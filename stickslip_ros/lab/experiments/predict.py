@@ -149,12 +149,9 @@ def _course(run: Run) -> Course[Any]:
         return zero_amplitude_course(stand, *drive)
     if isinstance(drive, VoltageStep):
         return _ring_down_course(stand, drive, load_n)
-    return _at_rest() if isinstance(drive, AtRest) else trace_course(stand, drive, load_n, end_s)
-
-
-def _at_rest() -> Course[None]:
-    """Return the course of a stand that does not move."""
-    yield from ()
+    if isinstance(drive, AtRest):
+        return (none for none in list[Any]())
+    return trace_course(stand, drive, load_n, end_s)
 
 
 def _ring_down_course(stand: Parameters, step: VoltageStep, load_n: float) -> Course[RingDown]:

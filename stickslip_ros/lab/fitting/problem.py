@@ -286,13 +286,8 @@ class Problem:
 
     def settings(self, number: int) -> tuple[object, ...]:
         """Return the settings of an experiment of steps."""
-        one = self.experiments[number]
-        return (
-            *one.settings.items(),
-            *self.steps(number)[:2],
-            *self.steps(number)[4:],
-            one.load_n,
-        )
+        one, drive = self.experiments[number], self.steps(number)
+        return (*one.settings.items(), drive._replace(steps=0), one.load_n)
 
     def with_cycles(self, cycles: Mapping[int, int]) -> 'Problem':
         """Return the problem with other numbers of cycles in experiments of steps."""

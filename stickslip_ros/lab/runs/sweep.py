@@ -148,7 +148,6 @@ def sweep(
     values: Mapping[str, Iterable[Scalar] | Scalar],
     *,
     steps: int = 0,
-    both_ways: bool = False,
     workers: int = 0,
     progress: bool | Progress = False,
 ) -> 'DataFrame':
@@ -165,8 +164,6 @@ def sweep(
         slowest, the amplitude fastest.
     steps : int
         Steps of each run; 0 runs until steady.
-    both_ways : bool
-        Run each case backwards too, for the size of that step.
     workers : int
         Runs at once; 0 is one per core.
     progress : bool or callable
@@ -205,7 +202,6 @@ def sweep(
         frequencies_hz=tuple(map(float, axes['frequency_hz'].values)),
         amplitudes_m=tuple(map(float, axes['amplitude_m'].values)),
         steps=steps,
-        both_ways=both_ways,
     )
     import pandas as pd  # noqa: PLC0415 - slow import
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from stickslip_ros.errors import QUOTED, RecordingError, quoted
 from stickslip_ros.lab.tables.layout import TextForm
-from stickslip_ros.lab.tables.numbers import BACK, NUMBERS, WAYS, sigma_name
+from stickslip_ros.lab.tables.numbers import BACK, DIRECTIONS, NUMBERS, sigma_name
 from stickslip_ros.lab.tables.units import factor_of, split_unit
 from stickslip_ros.parameters import SENSORS, Spec
 
@@ -32,7 +32,7 @@ SIGMAS = re.compile(
     r'(\b(sigma|σ|std|sd|stdev|std dev|standard (deviation|error)|uncertainty|err|error|'
     r'unsicherheit|standardabweichung|fehler)\b|±)( (of|der|des)\b)?'
 )
-WAY = re.compile(rf'\b({"|".join(filter(str.isalpha, WAYS))})\b')
+_DIRECTED = re.compile(rf'\b({"|".join(filter(str.isalpha, DIRECTIONS))})\b')
 MEAN = re.compile(r'\b(mean|average|avg|mittelwert|mittlere)\b( (of|der|des)\b)?')
 LIKELY = {'m': 'nm', 'N': 'mN', 's': 's', 'V': 'V', 'Hz': 'Hz', '%': '%'}
 LIKELY |= {'kg': 'g', 'F': 'nF', 'm/s': 'mm/s', 'V/s': 'V/us'}
@@ -123,12 +123,12 @@ def recognised(bare: str, unit: str, specs: Mapping[str, Spec]) -> str | None:
     """Return the quantity of a name; the unit decides between two."""
     name = _plain(MEAN.sub('', _plain(bare)))
     quantity = _plain(SIGMAS.sub('', name))
-    way = WAY.search(quantity)
-    of_both = way and (_plain(WAY.sub('', quantity)) or 'step')
+    way = _DIRECTED.search(quantity)
+    of_both = way and (_plain(_DIRECTED.sub('', quantity)) or 'step')
     for target, usual in USUAL.items():
         is_known = quantity in usual
         if way and target in BACK and of_both in usual:
-            target, is_known = BACK[target] if WAYS[way[0]] < 0.0 else target, True  # noqa: PLW2901
+            target, is_known = BACK[target] if DIRECTIONS[way[0]] < 0.0 else target, True  # noqa: PLW2901
         column = target if quantity == name else sigma_name(target)
         is_known = is_known and column in specs
         if is_known and (not unit or factor_of(unit, specs[column].unit)):

@@ -37,9 +37,9 @@ from stickslip_ros.lab.tables.formats import tables_in
 from stickslip_ros.lab.tables.layout import EMPTY, HEAD_BYTES, TextForm, layout_of, to_number
 from stickslip_ros.lab.tables.numbers import (
     BACK,
+    DIRECTIONS,
     NUMBERS,
     SIGMA,
-    WAYS,
     completed,
     sheet_as_table,
     sigma_name,
@@ -429,8 +429,8 @@ def _check_there(
     if {'amplitude_m', 'voltage_v'} <= {*names} and kind == BY_AMPLITUDE:
         hint = 'take one away; a stroke is the gain times the voltage'
         raise RecordingError(where, 'has both amplitude_m and voltage_v', hint)
-    has_stroke = not there or any(NUMBERS[each].has_stroke for each in there & NUMBERS.keys())
-    if kind == BY_AMPLITUDE and ('voltage_v' in names or not has_stroke):
+    asks = [each for each in there & NUMBERS.keys() if 'amplitude_m' in NUMBERS[each].settings]
+    if kind == BY_AMPLITUDE and ('voltage_v' in names or (there and not asks)):
         needed.remove('amplitude_m')
     missing: list[tuple[str, ...]] = [(name,) for name in needed if name not in names]
     if not there:
@@ -521,14 +521,14 @@ def _chunks(source: Path | bytes, layout: TextForm, origin: str) -> Iterator[tup
 
 def _to_floats(cells: Any, lines: Lines, decimal: str, column: Column, origin: str) -> Array:
     """Return cells as numbers, NaN for empty ones; refuse the first other cell."""
-    if cells.dtype.kind in 'iuf':
+    if cells.dtype.kind in 'iuf' and column.name != 'direction':
         values = cells.to_numpy(dtype=np.float64)
         wrong = np.flatnonzero(np.isinf(values))
     else:
         texts = [str(cell).strip() for cell in cells]
         if column.name == 'direction':
-            texts = [str(WAYS.get(text.lower(), text)) for text in texts]
-            decimal = '.'
+            ways = {**dict.fromkeys(EMPTY, ''), **DIRECTIONS}
+            texts, decimal = [str(ways.get(text.lower(), 'x')) for text in texts], '.'
         values = np.array([to_number(text, decimal) for text in texts])
         is_empty = [text.lower() in EMPTY for text in texts]
         wrong = np.flatnonzero(~np.isfinite(values) & ~np.array(is_empty))

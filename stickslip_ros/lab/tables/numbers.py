@@ -24,10 +24,12 @@ SHEET_SHARE = 0.2
 SIGMA = '_sigma_'
 BACK = {'step_length_m': 'step_back_m', 'speed_m_per_s': 'speed_back_m_per_s'}
 """Numbers with a way, and the same backwards."""
-WAYS = {**dict.fromkeys(('up', 'forward', 'forwards', 'fwd', '+', '1', '+1', '1.0'), 1.0)}
-WAYS |= dict.fromkeys(('down', 'backward', 'backwards', 'back', 'bwd', '-1', '-1.0'), -1.0)
-"""Words of a column ``direction``."""
-SETTINGS = ('amplitude_m', 'amplitude_sigma_m', 'voltage_v', 'frequency_hz', 'load_n')
+_WORDS = {
+    1.0: 'up forward forwards fwd 1 +1 1.0',
+    -1.0: 'down backward backwards back bwd -1 -1.0',
+}
+DIRECTIONS = {word: way for way, words in _WORDS.items() for word in words.split()}
+_SETTINGS = ('amplitude_m', 'amplitude_sigma_m', 'voltage_v', 'frequency_hz', 'load_n')
 _VALUE = {'value', 'typical', 'typ', 'wert'}
 _UNIT = {'unit', 'units', 'einheit'}
 """Headers of a sheet with a number in each row."""
@@ -38,27 +40,22 @@ def sigma_name(name: str) -> str:
     return re.sub('_((?:[mv]_per_)?[^_]+)$', rf'{SIGMA}\1', name)
 
 
-class Number(NamedTuple):
+class MeasuredNumber(NamedTuple):
     """A measured number: its usual headers, and the prediction of a stand."""
 
     words: str  # in lower case, with commas; empty: not in tables of laboratories
     drive: str  # steps, zero, ring, or rest
     # of the result of the drive and its stand; None: the field of its name
     shown: Callable[[Any, Parameters], float] | None = None
-    runner: str = 'free'  # free, held by a load cell, or held if forces were measured
+    runner: str = 'free'  # free, held by a load cell; empty: held if forces were measured
     is_of_sheet: bool = False  # above 0, with an error of SHEET_SHARE unless one is stated
 
     @property
-    def has_stroke(self) -> bool:
-        """Whether it needs a stroke or a voltage; a blocking force has that of the full range."""
-        return self.drive in {'steps', 'ring'} and self.runner != 'held'
-
-    @property
     def settings(self) -> tuple[str, ...]:
-        """Columns that it needs if they are there."""
-        strokes = ('amplitude_m', 'amplitude_sigma_m', 'voltage_v', 'direction')
-        moves = ('frequency_hz',) * (self.drive != 'rest')
-        return ('preload_n', *moves, *(strokes if self.has_stroke else ()))
+        """Columns that it needs; a blocking force without a stroke has that of the full range."""
+        is_full = self.drive in {'zero', 'rest'} or self.runner == 'held'
+        strokes = () if is_full else ('amplitude_m', 'amplitude_sigma_m', 'voltage_v', 'direction')
+        return ('preload_n', *strokes, *([] if self.drive == 'rest' else ['frequency_hz']))
 
 
 def _speed_m_per_s(run: Any, _: Parameters) -> float:
@@ -74,47 +71,35 @@ def _stage_hz(_: Any, stand: Parameters) -> float:
     return math.sqrt(stiffness / stand.runner.mass) / (2.0 * math.pi)
 
 
-NUMBERS: Mapping[str, Number] = {
-    'force_n': Number(
-        'force, f, load, load cell, generated force, kraft',
-        *('steps', lambda run, _: run.force_mean_n, 'as measured'),
-    ),
-    'step_length_m': Number('step length, step size, step, schrittlänge, schrittweite', 'steps'),
-    'zero_amplitude_m': Number('zero amplitude, 0 amplitude, nullamplitude', 'zero'),
-    'ringing_hz': Number(
-        'ringing, ringing frequency, ring down frequency, ausschwingfrequenz',
-        *('ring', None, 'as measured'),
-    ),
-    'decay_s': Number(
-        'decay, decay time, ring down time, abklingzeit', 'ring', None, 'as measured'
-    ),
-    'step_back_m': Number('step length back', 'steps', lambda run, _: -run.step_length_m),
-    'speed_m_per_s': Number('speed, velocity, geschwindigkeit', 'steps', _speed_m_per_s),
-    'speed_back_m_per_s': Number('speed back', 'steps', lambda *run: -_speed_m_per_s(*run)),
-    'onset_v': Number(
-        'onset, onset voltage, threshold voltage, minimum voltage',
-        *('zero', lambda found, on: found.zero_amplitude_m / on.actuator.gain, 'free', True),
-    ),
-    'blocking_force_n': Number(
-        'blocking force, blocked force, stall force, driving force, push force',
-        *('steps', lambda run, _: run.force_ramp_start_n, 'held', True),
-    ),
-    'holding_force_n': Number(
-        'holding force, haltekraft', 'rest', lambda _, on: friction_limit_n(on), 'free', True
-    ),
-    'moving_mass_kg': Number(
-        'moving mass, mass, runner mass', 'rest', lambda _, on: on.runner.mass, 'free', True
-    ),
-    'stage_frequency_hz': Number(
-        'stage frequency, resonance frequency, resonant frequency, unloaded resonance frequency',
-        *('rest', _stage_hz, 'free', True),
-    ),
-    'capacitance_f': Number(
-        'capacitance, kapazität', 'rest', lambda _, on: on.actuator.capacitance, 'free', True
-    ),
-    'slew_v_per_s': Number('slew, slew rate', 'rest', lambda _, on: slew_of(on), 'free', True),
-    'energy_loss_per_step_j': Number('', 'steps', None, 'as measured'),
+# fmt: off
+_ROWS: Mapping[str, tuple[Any, ...]] = {
+    'force_n': ('force, f, load, load cell, generated force, kraft', 'steps',
+                lambda run, _: run.force_mean_n, ''),
+    'step_length_m': ('step length, step size, step, schrittlänge, schrittweite', 'steps'),
+    'zero_amplitude_m': ('zero amplitude, 0 amplitude, nullamplitude', 'zero'),
+    'ringing_hz': ('ringing, ringing frequency, ring down frequency, ausschwingfrequenz', 'ring',
+                   None, ''),
+    'decay_s': ('decay, decay time, ring down time, abklingzeit', 'ring', None, ''),
+    'step_back_m': ('step length back', 'steps', lambda run, _: -run.step_length_m),
+    'speed_m_per_s': ('speed, velocity, geschwindigkeit', 'steps', _speed_m_per_s),
+    'speed_back_m_per_s': ('speed back', 'steps', lambda *run: -_speed_m_per_s(*run)),
+    'onset_v': ('onset, onset voltage, threshold voltage, minimum voltage', 'zero',
+                lambda found, on: found.zero_amplitude_m / on.actuator.gain, 'free', True),
+    'blocking_force_n': ('blocking force, blocked force, stall force, push force', 'steps',
+                         lambda run, _: run.force_ramp_start_n, 'held', True),
+    'holding_force_n': ('holding force, haltekraft', 'rest',
+                        lambda _, on: friction_limit_n(on), 'free', True),
+    'moving_mass_kg': ('moving mass, mass, runner mass', 'rest',
+                       lambda _, on: on.runner.mass, 'free', True),
+    'stage_frequency_hz': ('stage frequency, resonance frequency, resonant frequency', 'rest',
+                           _stage_hz, 'free', True),
+    'capacitance_f': ('capacitance, kapazität', 'rest',
+                      lambda _, on: on.actuator.capacitance, 'free', True),
+    'slew_v_per_s': ('slew, slew rate', 'rest', lambda _, on: slew_of(on), 'free', True),
+    'energy_loss_per_step_j': ('', 'steps', None, ''),
 }
+# fmt: on
+NUMBERS = {name: MeasuredNumber(*row) for name, row in _ROWS.items()}
 """Measured numbers, by column."""
 
 
@@ -164,7 +149,7 @@ def completed(given: Mapping[str, Array], origin: str) -> tuple[dict[str, Array]
         if np.any(is_size):
             columns[each] = np.where(is_size, -columns[each], columns[each])
             notes.append(f'{each} above 0 at a frequency below 0 is taken as a motion backwards')
-    columns |= {name: np.nan_to_num(columns[name]) for name in SETTINGS if name in columns}
+    columns |= {name: np.nan_to_num(columns[name]) for name in _SETTINGS if name in columns}
     numbers = [name for name in NUMBERS if name in columns and sigma_name(name) not in columns]
     stated = columns.pop('tolerance', np.full(len(columns['preload_n']), np.nan))
     is_sheet = np.any(stated > 0.0) or any(NUMBERS[name].is_of_sheet for name in numbers)

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A step curve and a data sheet of a rig of springs teach a drive; known answers of each number."""
+"""A step curve and a data sheet of a rig of springs teach a drive; each number is known."""
 
 from functools import partial
 from typing import Any

@@ -97,6 +97,7 @@ def test_the_preload_of_a_stand_holds_for_a_table_without_one(tmp_path: Path):
             'voltage (V),direction,step (nm)\n60,sideways,179\n',
             "line 2, column direction: 'sideways' is not up or down; correct the row",
         ),
+        ('voltage (V),direction,step (nm)\n60,0,9\n', "column direction: '0' is not up or down"),
         (
             'voltage (V),direction,frequency (Hz),step (nm)\n60,up,-500,179\n',
             'or another column with its direction; state the direction of steps or speeds once',
