@@ -21,7 +21,7 @@ USUAL: Mapping[str, tuple[str, ...]] = {
     'preload_n': ('preload', 'fp', 'normal force', 'vorlast', 'vorspannkraft', 'normalkraft'),
     'amplitude_m': ('amplitude', 'stroke', 'hub'),
     'frequency_hz': ('frequency', 'freq', 'f', 'frequenz'),
-    'load_n': ('external force', 'external load', 'payload'),
+    'load_n': ('external force', 'external load'),
     'direction': ('direction', 'richtung'),
     'tolerance': ('tolerance', 'toleranz'),
     **{name: tuple(each.words.split(', ')) for name, each in NUMBERS.items() if each.words},

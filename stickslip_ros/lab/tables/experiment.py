@@ -230,13 +230,18 @@ def read_joined(
 
 
 def _below_each_other(parts: Sequence[MeasuredTable], origin: str) -> MeasuredTable:
-    names = list(parts[0].columns)
-    for part in parts:
-        for name in dict.fromkeys([*names, *part.columns]):
-            if name not in part.columns or name not in names:
-                without = part if name in names else parts[0]
+    names = list(dict.fromkeys(name for part in parts for name in part.columns))
+    blanks = dict[str, float]()  # beside a data sheet
+    if any(NUMBERS[name].is_of_sheet for name in names if name in NUMBERS):
+        blanks = dict.fromkeys((*NUMBERS, *map(sigma_name, NUMBERS)), np.nan)
+        blanks |= {'voltage_v': 0.0, 'load_n': 0.0}
+    for name in names:
+        for part in parts:
+            if name in blanks and name not in part.columns:
+                part.columns[name] = np.full(len(part.columns['preload_n']), blanks[name])
+            if name not in part.columns:
                 hint = 'give files with the same columns'
-                raise RecordingError(without.origin, f'has no {name}, as another file has', hint)
+                raise RecordingError(part.origin, f'has no {name}, as another file has', hint)
     return MeasuredTable(
         origin=origin,
         kind=BY_AMPLITUDE,

@@ -83,7 +83,7 @@ _ROWS: Mapping[str, tuple[Any, ...]] = {
     'step_back_m': ('step length back', 'steps', lambda run, _: -run.step_length_m),
     'speed_m_per_s': ('speed, velocity, geschwindigkeit', 'steps', _speed_m_per_s),
     'speed_back_m_per_s': ('speed back', 'steps', lambda *run: -_speed_m_per_s(*run)),
-    'onset_v': ('onset, onset voltage, threshold voltage, minimum voltage', 'zero',
+    'onset_v': ('onset, onset voltage, threshold voltage', 'zero',
                 lambda found, on: found.zero_amplitude_m / on.actuator.gain, 'free', True),
     'blocking_force_n': ('blocking force, blocked force, stall force, push force', 'steps',
                          lambda run, _: run.force_ramp_start_n, 'held', True),

@@ -149,6 +149,16 @@ def test_the_blocking_force_is_the_largest_of_the_stand_against_its_load_cell():
         assert force_n == pytest.approx(force.max(), rel=0.01, abs=0.0)
 
 
+def test_a_curve_and_a_sheet_are_compared_together():
+    curve = pd.DataFrame({'voltage (V)': [200.0, 300.0], 'step (nm)': [50.0, 90.0]})
+    sheet = pd.DataFrame({'mass (g)': [3.0], 'holding force (N)': [0.4]})
+    report = compare([curve, sheet], SET)
+    points = {each.name: each.agreement.points for each in report.quantities}
+    assert points == {'step_length_m': 2, 'holding_force_n': 1, 'moving_mass_kg': 1}
+    [step_m] = predicted({'step (nm)': [50.0], 'voltage (V)': [200.0]}, SET)
+    assert report.quantities[0].parts[0].b[0] == step_m
+
+
 def test_one_row_is_enough_for_one_parameter_and_a_voltage_out_of_reach_is_refused():
     one = pd.DataFrame({'voltage (V)': [300.0], 'step (nm)': [90.0]})
     found = fit(one, ['contact.friction'], parameters=SET, options=FitOptions(starts=1))

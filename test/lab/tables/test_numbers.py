@@ -10,6 +10,7 @@ import pytest
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.tables.experiment import MeasuredTable, Reading, read_experiment
+from stickslip_ros.lab.tables.numbers import NUMBERS
 
 READING = Reading(preloads_n=(0.5,))
 CURVE = 'voltage (V),step size up (nm),step size down (nm)\n20,21,18\n60,196,179\n'
@@ -115,3 +116,12 @@ def test_a_row_that_means_nothing_is_refused(tmp_path: Path, text: str, message:
     with pytest.raises(StickSlipError) as refusal:
         read(tmp_path, text, Reading() if 'preload' in text else READING)
     assert message in str(refusal.value)
+
+
+def test_the_sheet_and_the_curve_of_the_page_are_read(tmp_path: Path):
+    page = (Path(__file__).parents[3] / 'docs/howto/data_sheet.md').read_text('utf-8')
+    table = read(tmp_path, page.partition('```csv\n')[2].partition('```')[0])
+    numbers = [table.columns[name] for name in NUMBERS if name in table.columns]
+    assert np.count_nonzero(np.isfinite(numbers)) == len(numbers) == 6
+    assert '20 % is taken' in table.gaps[0]
+    assert '`voltage (V),step up (nm),step down (nm)`' in page
