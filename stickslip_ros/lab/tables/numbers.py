@@ -15,7 +15,7 @@ import numpy as np
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.build import contacts_of, friction_limit_n, slew_of
 from stickslip_ros.errors import OutOfRange, RecordingError
-from stickslip_ros.lab.tables.layout import BLANKS, TextForm
+from stickslip_ros.lab.tables.layout import BLANKS, HEAD_BYTES, TextForm
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.units import unit_of
 
@@ -30,6 +30,7 @@ _WORDS = {
 }
 DIRECTIONS = {word: way for way, words in _WORDS.items() for word in words.split()}
 _SETTINGS = ('amplitude_m', 'amplitude_sigma_m', 'voltage_v', 'frequency_hz', 'load_n')
+_NAMED = {'quantity', 'parameter', 'property', 'specification', 'größe'}
 _VALUE = {'value', 'typical', 'typ', 'wert'}
 _UNIT = {'unit', 'units', 'einheit'}
 """Headers of a sheet with a number in each row."""
@@ -105,13 +106,13 @@ NUMBERS = {name: MeasuredNumber(*row) for name, row in _ROWS.items()}
 
 def sheet_as_table(content: bytes, layout: TextForm) -> bytes:
     """Return a table with a row for each number as one with a column for each; else as it is."""
-    value, unit = (
+    named, value, unit = (
         next((name for name in layout.names if name.lower() in known), '')
-        for known in (_VALUE, _UNIT)
+        for known in (_NAMED, _VALUE, _UNIT)
     )
-    if not value or layout.delimiter == BLANKS:
+    if not (named and value) or layout.delimiter == BLANKS or len(content) > HEAD_BYTES:
         return content
-    named, *others = (name for name in layout.names if name not in {value, unit})
+    others = [name for name in layout.names if name not in {named, value, unit}]
     lines, table = content.decode(layout.encoding).splitlines()[layout.header :], []
     for cells in csv.reader(lines, delimiter=layout.delimiter, skipinitialspace=True):
         row = dict(zip(layout.names, map(str.strip, cells), strict=False))

@@ -80,6 +80,12 @@ def test_a_sheet_with_a_row_for_each_number_has_its_tolerances_or_20_percent(tmp
     assert 'step_length_m, holding_force_n, slew_v_per_s: 20 % is taken; state others' in gap
 
 
+def test_a_signal_named_value_is_no_sheet(tmp_path: Path):
+    reading = Reading({'position_m': 'value (um)', 'time_s': 'time (s)'})
+    table = read(tmp_path, 'time,value\n0,1\n0.1,2\n', reading)
+    close(table.columns['position_m'], [1e-6, 2e-6])
+
+
 def test_a_row_without_its_voltage_is_left_out_and_counted(tmp_path: Path):
     table = read(tmp_path, 'voltage (V),step (nm),mass (g)\n60,196,\n,150,\n,,3\n')
     close(table.columns['moving_mass_kg'], [np.nan, 3e-3])
