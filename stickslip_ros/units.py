@@ -57,6 +57,11 @@ FACTORS: Final[Mapping[str, float]] = {
 """Displayed units, and how many of each make the SI unit."""
 _UNITS: Final[Mapping[str, str]] = {
     '_n_per_m': 'N/m',
+    '_m_per_s': 'm/s',
+    '_v_per_s': 'V/s',
+    '_percent': '%',
+    '_kg': 'kg',
+    '_f': 'F',
     '_pa': 'Pa',
     '_m2': 'm^2',
     '_hz': 'Hz',

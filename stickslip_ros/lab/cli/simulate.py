@@ -20,6 +20,7 @@ from stickslip_ros.lab.runs.replay import read_drive_input
 from stickslip_ros.lab.runs.run_result import SawtoothRun
 from stickslip_ros.lab.runs.sawtooth_run import drive_course, simulate
 from stickslip_ros.lab.runs.sweep import (
+    STEP_BACK,
     Sweep,
     parse_axis,
     parse_floats,
@@ -31,7 +32,7 @@ from stickslip_ros.lab.runs.sweep_table import check_table_path, write_table
 from stickslip_ros.lab.runs.zero_amplitude import zero_amplitude
 from stickslip_ros.parameters import AMPLITUDE_SPEC, FREQUENCY_SPEC, Parameters, spec_of
 from stickslip_ros.progress import shown_progress
-from stickslip_ros.sections import Section
+from stickslip_ros.sections import Section, number, plain
 from stickslip_ros.units import NM, display_unit, unit_of
 
 _SLOW_DRAWS = 20  # stands for a band of the 0-amplitude, with 60 runs each
@@ -42,6 +43,9 @@ _BANDS = 'force_mean_n', 'force_net_n', 'step_length_m'
 def simulate_verb(arguments: argparse.Namespace) -> Answer:
     """Run the stand; record it if asked."""
     parameters, waveform = chosen_parameters(arguments), arguments.waveform
+    if arguments.both_ways and (waveform is not None or (arguments.frequency_hz or 0.0) < 0.0):
+        wave, what = str(waveform or arguments.frequency_hz), 'a saw-tooth of a frequency above 0'
+        raise WrongKind('wave of --both-ways', wave, what, 'change it, or leave --both-ways out')
     if waveform is not None:
         try:
             cycle = read_drive_input(waveform, parameters)
@@ -66,9 +70,16 @@ def simulate_verb(arguments: argparse.Namespace) -> Answer:
             what, hint = 'a saw-tooth, which --draws needs', 'give --amplitude or --voltage'
             raise WrongKind('--waveform', str(arguments.waveform), what, hint)
         bands.append(_bands(draws, arguments, result.voltage_v, result.frequency_hz))
+    content = plain(result)
+    if arguments.both_ways:
+        given['frequency_hz'] = -result.frequency_hz
+        back_m = -simulate(parameters, **given, record=False).result.step_length_m
+        content[STEP_BACK] = back_m
+        rows = (('forwards', result.step_length_m), ('backwards', back_m))
+        bands.append(Section('step length both ways', [number(*row, '.4f', 'nm') for row in rows]))
     held = 'the runner is fixed to the load cell, so its steps end; --no-load-cell frees it'
     note = [held] if parameters.load_cell.contact == 'attached' else []
-    return Answer(result, [*result.sections(), *bands, *note])
+    return Answer(content, [*result.sections(), *bands, *note])
 
 
 def _bands(

@@ -3,6 +3,7 @@
 
 """Compare force curves of sweeps, experiments and the model by preload and stroke."""
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,23 +15,23 @@ import stickslip_ros
 from stickslip_ros.arrays import Array
 from stickslip_ros.lab.comparison.result import (
     AMPLITUDE_COLUMN,
+    VOLTAGE_COLUMN,
     Compared,
     Incomparable,
     Part,
     Side,
     threshold_of,
 )
-from stickslip_ros.lab.experiments.experiment import NUMBERS
 from stickslip_ros.lab.experiments.options import ReadingOptions
 from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.lab.experiments.reading import of_points
 from stickslip_ros.lab.runs.batch import Progress, pool_of
-from stickslip_ros.lab.runs.sweep import bare_name
+from stickslip_ros.lab.runs.sweep import STEP_BACK, bare_name
 from stickslip_ros.lab.runs.sweep_table import RUN_COLUMNS, read_table
 from stickslip_ros.lab.runs.zero_amplitude import WITHOUT_CELL
-from stickslip_ros.lab.tables.columns import sigma_name
 from stickslip_ros.lab.tables.experiment import BY_AMPLITUDE, POINT_COLUMNS, MeasuredTable
 from stickslip_ros.lab.tables.formats import DATA_FRAME
+from stickslip_ros.lab.tables.numbers import NUMBERS, sigma_name
 from stickslip_ros.parameters import Parameters, Scalar
 from stickslip_ros.progress import progress_of
 from stickslip_ros.units import NM
@@ -41,7 +42,8 @@ if TYPE_CHECKING:
 MODEL, SWEEP = 'model', 'sweep'
 """Kinds of a side; MODEL also stands for the drive in place of a file."""
 PRELOAD_COLUMN, FREQUENCY_COLUMN, FORCE_COLUMN = 'preload_n', 'frequency_hz', 'force_n'
-NO_SETTINGS = {each for name in (AMPLITUDE_COLUMN, *NUMBERS) for each in (name, sigma_name(name))}
+_STROKES = AMPLITUDE_COLUMN, VOLTAGE_COLUMN
+NO_SETTINGS = {each for name in (*_STROKES, *NUMBERS) for each in (name, sigma_name(name))}
 RENAMED = {'force_mean_n': FORCE_COLUMN}
 """Columns of a sweep with another name in an experiment."""
 _SAME = 1e-9  # largest relative difference of equal typed numbers
@@ -56,8 +58,8 @@ class PointTable:
 
     @property
     def axis(self) -> str:
-        """Column of the axis: strokes, or preloads of numbers without a stroke."""
-        return AMPLITUDE_COLUMN if AMPLITUDE_COLUMN in self.columns else PRELOAD_COLUMN
+        """Column of the axis: strokes, voltages, or preloads of numbers without these."""
+        return next(each for each in (*_STROKES, PRELOAD_COLUMN) if each in self.columns)
 
     @property
     def quantities(self) -> list[str]:
@@ -73,6 +75,10 @@ class PointTable:
         """Return the numbers of a column in some rows."""
         column = self.columns[name]
         return np.array([column[row] for row in rows], dtype=np.float64)
+
+    def rows_of(self, name: str, rows: Iterable[int]) -> list[int]:
+        """Return the rows with a number."""
+        return [row for row in rows if not math.isnan(float(self.columns[name][row]))]
 
     def rows_at(self, at: Mapping[str, Scalar]) -> list[int]:
         """Return the rows that have these settings, in their order along the axis."""
@@ -96,7 +102,7 @@ class PointTable:
 def of_experiment(experiment: MeasuredTable) -> PointTable:
     """Return the points of an experiment by amplitude."""
     measured = experiment.columns
-    columns = {name: measured[name].tolist() for name in POINT_COLUMNS if name in measured}
+    columns = {name: each.tolist() for name, each in measured.items()}
     rows, described = len(columns[PRELOAD_COLUMN]), _constants(columns)
     side = Side(experiment.origin, BY_AMPLITUDE, rows, described, None, experiment.notes)
     return PointTable(side, columns)
@@ -112,7 +118,8 @@ def of_sweep(table: 'Path | DataFrame') -> PointTable:
         if name not in RUN_COLUMNS
     }
     # A free runner makes steps and no force; a held runner that is steady the other way round.
-    del columns['step_length_m' if any(columns[FORCE_COLUMN]) else FORCE_COLUMN]
+    for name in ('step_length_m', STEP_BACK) if any(columns[FORCE_COLUMN]) else (FORCE_COLUMN,):
+        columns.pop(name, None)
     return _point_table(columns, origin, SWEEP, described, sum(not row['steady'] for row in rows))
 
 
@@ -129,7 +136,7 @@ def of_model(
     Raises StickSlipError if the stand cannot make a point, or a parameter is set and a column.
 
     """
-    names = [name for name in table.settings if name not in {PRELOAD_COLUMN, FREQUENCY_COLUMN}]
+    names = [name for name in table.settings if name not in POINT_COLUMNS]
     changed = parameters.changed()
     for name in map(bare_name, names):
         if name in changed:
@@ -137,17 +144,21 @@ def of_model(
             raise Incomparable(name, problem, 'leave out --set or the column')
     if FORCE_COLUMN not in table.columns and 'step_length_m' in table.columns:
         parameters = parameters.updated(WITHOUT_CELL)
-    frequency_hz, origin = options.frequency_hz, table.side.origin
-    asked = of_points(origin, table.columns, frequency_hz, options.steps, names)
+    asked = of_points(table.side.origin, table.columns, parameters, options, names)
     with progress_of(progress, 'runs') as show, pool_of(options.workers) as pool:
         found = predict(parameters, asked, pool=pool, progress=show)
     columns = {table.axis: table.columns[table.axis], **table.settings}
-    columns.setdefault(FREQUENCY_COLUMN, [frequency_hz] * table.side.rows)
-    for one, [each] in zip(asked, found, strict=True):
-        columns.setdefault(one.seen[0].quantity, []).append(float(each.values[0]))
-    unsteady = np.reshape([not each.is_steady for [each] in found], (-1, table.side.rows))
+    columns.setdefault(FREQUENCY_COLUMN, [options.frequency_hz] * table.side.rows)
+    numbers = (number for [number] in found)
+    unsteady = set[int]()
+    for name in table.quantities:
+        columns[name] = [math.nan] * table.side.rows
+        for row in table.rows_of(name, range(table.side.rows)):
+            number = next(numbers)
+            columns[name][row] = float(number.values[0])
+            unsteady |= set() if number.is_steady else {row}
     described = {'stickslip_ros': stickslip_ros.__version__, **parameters.flat()}
-    return _point_table(columns, MODEL, MODEL, described, int(np.sum(unsteady.any(axis=0))))
+    return _point_table(columns, MODEL, MODEL, described, len(unsteady))
 
 
 def compare(a: PointTable, b: PointTable) -> tuple[Compared, ...]:
@@ -176,7 +187,7 @@ def compare(a: PointTable, b: PointTable) -> tuple[Compared, ...]:
             problem = f'({ranges[0]}) has no point within {b.side.origin} ({ranges[1]})'
             hint = f'compute its points with: stickslip compare {a.side.origin} model'
             raise Incomparable(a.side.origin, problem, hint)
-        left_out = a.side.rows - sum(len(part.x) for part in parts)
+        left_out = len(a.rows_of(name, range(a.side.rows))) - sum(len(part.x) for part in parts)
         quantities.append(Compared(name, parts, left_out))
     return tuple(quantities)
 
@@ -242,7 +253,9 @@ def _varied(a: PointTable, b: PointTable) -> list[str]:
 
 
 def _part(a: PointTable, b: PointTable, at: dict[str, Scalar], name: str) -> Part | None:
-    rows_a, rows_b = a.rows_at(at), b.rows_at(at)
+    rows_a, rows_b = a.rows_of(name, a.rows_at(at)), b.rows_of(name, b.rows_at(at))
+    if not rows_a or not rows_b:
+        return None
     nodes_m, nodes = _averaged(b, name, rows_b)
     edge_m = _SAME * nodes_m[-1]
     strokes_m = a.values(a.axis, rows_a)

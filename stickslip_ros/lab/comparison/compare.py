@@ -97,7 +97,7 @@ def compare(
     """
     given = listed_sources(a)
     window_s = None if options.align else options.window_s  # to align needs all of both
-    reading = options.reading(report, is_run=isinstance(b, Parameters))
+    reading = options.reading(report, b if isinstance(b, Parameters) else None)
     reading.check_count(len(given) + (b is not None and not isinstance(b, Parameters)))
     first = (
         _load(given[0], reading, window_s)

@@ -16,6 +16,7 @@ from stickslip_ros.lab.comparison.by_amplitude import PRELOAD_COLUMN
 from stickslip_ros.lab.comparison.result import (
     AMPLITUDE_COLUMN,
     TIME_COLUMN,
+    VOLTAGE_COLUMN,
     Compared,
     Comparison,
     Part,
@@ -36,6 +37,7 @@ from stickslip_ros.units import NM, display_unit
 ALONG = {
     TIME_COLUMN: (1.0, 'time (s)'),
     AMPLITUDE_COLUMN: (NM, 'stroke of the feet (nm)'),
+    VOLTAGE_COLUMN: (1.0, 'voltage (V)'),
     PRELOAD_COLUMN: (1.0, 'preload (N)'),
 }
 """Axes of the points: factor of SI and label."""

@@ -17,8 +17,8 @@ from stickslip_ros.parameters import Scalar
 from stickslip_ros.sections import plain
 from stickslip_ros.units import unit_of
 
-AMPLITUDE_COLUMN, TIME_COLUMN = 'amplitude_m', 'time_s'
-"""The two axes of a comparison."""
+AMPLITUDE_COLUMN, VOLTAGE_COLUMN, TIME_COLUMN = 'amplitude_m', 'voltage_v', 'time_s'
+"""Axes of a comparison."""
 FLANK = (0.1, 0.5)  # shares of the largest force between which a force curve is almost straight
 FLANK_POINTS_MIN = 2
 ROUNDING = 1e-12  # largest relative spread of a constant

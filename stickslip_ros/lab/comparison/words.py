@@ -19,12 +19,13 @@ from stickslip_ros.lab.comparison.result import (
     Side,
     Threshold,
 )
+from stickslip_ros.lab.tables.numbers import NUMBERS
 from stickslip_ros.parameters import SENSORS, Scalar
 from stickslip_ros.sections import Section
 from stickslip_ros.units import MN, NM, display_unit, with_unit
 
 NAMES: Mapping[str, str] = {
-    'step_length_m': 'step length',
+    **{name: each.words.partition(',')[0] for name, each in NUMBERS.items()},
     'zero_amplitude_m': '0-amplitude',
     'ringing_hz': 'frequency of ringing',
     'decay_s': 'decay of ringing',

@@ -12,7 +12,8 @@ import numpy as np
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, WrongKind
-from stickslip_ros.parameters import Scalar
+from stickslip_ros.lab.tables.numbers import NUMBERS
+from stickslip_ros.parameters import Parameters, Scalar
 from stickslip_ros.units import unit_of
 
 OF_TRACES = ('position_m', 'force_n', 'foot_position_m')
@@ -30,10 +31,11 @@ _ROUNDING = 1.0 / math.sqrt(12.0)
 class SawtoothSteps(NamedTuple):
     """A saw-tooth from rest, with numbers read at its end."""
 
-    amplitude_m: float  # stroke of the feet
+    amplitude_m: float  # stroke of the feet; 0 with a voltage
     frequency_hz: float  # steps per second, below 0 backwards
     steps: int = 0  # before the reading; 0: until the numbers are steady
     is_steady: bool = True  # whether the numbers were steady when read
+    voltage_v: float = 0.0  # peak to peak, in place of the stroke
 
 
 class ZeroAmplitudeRuns(NamedTuple):
@@ -47,6 +49,22 @@ class VoltageStep(NamedTuple):
     """A downward step of the voltage from rest; the runner rings after it."""
 
     amplitude_m: float  # stroke of the feet; below about 0.1 nm nothing slips
+    voltage_v: float = 0.0  # in place of the stroke
+
+
+class AtRest(NamedTuple):
+    """No drive: constants of the stand."""
+
+
+def stroke_m(drive: SawtoothSteps | VoltageStep, stand: Parameters) -> float:
+    """Return the stroke of the feet of a stand, m; refuse a voltage that it cannot give."""
+    amplifier = stand.amplifier
+    range_v = amplifier.voltage_max - amplifier.voltage_min
+    if drive.voltage_v > range_v:
+        limit = f'above the {range_v:g} V that the amplifier gives'
+        hint = 'raise amplifier.voltage_max, or leave the row out'
+        raise OutOfRange('voltage_v', drive.voltage_v, 'V', limit, hint)
+    return drive.amplitude_m or drive.voltage_v * stand.actuator.gain
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,21 +81,16 @@ class Voltage:
         return float(self.rows[-1, 0])
 
 
-Drive: TypeAlias = SawtoothSteps | ZeroAmplitudeRuns | VoltageStep | Voltage
+Drive: TypeAlias = SawtoothSteps | ZeroAmplitudeRuns | VoltageStep | AtRest | Voltage
+_DRIVES = {'steps': SawtoothSteps, 'zero': ZeroAmplitudeRuns, 'ring': VoltageStep, 'rest': AtRest}
 QUANTITIES: Mapping[type[Drive], tuple[str, ...]] = {
-    SawtoothSteps: ('force_n', 'step_length_m', 'energy_loss_per_step_j'),
-    ZeroAmplitudeRuns: ('zero_amplitude_m',),
-    VoltageStep: ('ringing_hz', 'decay_s'),
+    **{
+        kind: tuple(name for name, each in NUMBERS.items() if each.drive == drive)
+        for drive, kind in _DRIVES.items()
+    },
     Voltage: OF_TRACES,
 }
 """Quantities by drive: a voltage gives quantities over time, all others give numbers."""
-NUMBERS = {
-    quantity: drive
-    for drive, quantities in QUANTITIES.items()
-    for quantity in quantities
-    if drive is not Voltage
-}
-"""Quantities that are one number, and their drives."""
 
 
 @dataclass(frozen=True, eq=False)

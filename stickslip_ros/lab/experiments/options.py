@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from stickslip_ros.lab.tables.experiment import MeasuredTable, Reading
+from stickslip_ros.parameters import Parameters, ReplaceableDefault
 
 if TYPE_CHECKING:
     from stickslip_ros.lab.tables.formats import Table
@@ -40,7 +41,9 @@ class ReadingOptions:
     """Threads; 0: one per core."""
 
     def reading(
-        self, report: Callable[[MeasuredTable], None] | None = None, *, is_run: bool = True
+        self, report: Callable[[MeasuredTable], None] | None, stand: Parameters | None
     ) -> Reading:
-        """Return options of reading tables; with ``is_run`` tables over time need a preload."""
-        return Reading(self.headers, self.preloads_n, report, is_run)
+        """Return options of reading tables; of a ``stand`` a preload that was set holds too."""
+        own_n = None if stand is None else stand.stand.preload
+        given_n = None if isinstance(own_n, ReplaceableDefault) else own_n
+        return Reading(self.headers, self.preloads_n, report, stand is not None, given_n)

@@ -19,6 +19,7 @@ from stickslip_ros.drive.records import FOOT, FORCE, POSITION
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.lab.experiments.experiment import (
+    AtRest,
     Drive,
     Experiment,
     SawtoothSteps,
@@ -26,12 +27,14 @@ from stickslip_ros.lab.experiments.experiment import (
     Voltage,
     VoltageStep,
     ZeroAmplitudeRuns,
+    stroke_m,
 )
 from stickslip_ros.lab.experiments.ring_down import RingDown, ring_down, voltage_of_step
 from stickslip_ros.lab.runs.batch import Pool, Progress, run_courses
 from stickslip_ros.lab.runs.courses import Course, bundle_for, together
 from stickslip_ros.lab.runs.sawtooth_run import drive_course
 from stickslip_ros.lab.runs.zero_amplitude import zero_amplitude_course
+from stickslip_ros.lab.tables.numbers import NUMBERS
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import stop_if_asked
 
@@ -45,8 +48,6 @@ _AT_ONCE = 20_000  # samples between two checks for a stop
 _COLUMNS = {'position_m': POSITION, 'force_n': FORCE, 'foot_position_m': FOOT}
 """Columns of a trace, by quantity."""
 _SETTLED = 10.0  # time constants after which a low-pass has settled
-_FIELDS = {'force_n': 'force_mean_n'}
-"""Fields of a run of steps whose name is not that of the quantity."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,11 +115,11 @@ def predict_all(
         made = run_courses(_course, new, bundle_for(stands[0]), pool=pool, progress=progress)
     for run, result in zip(new, made, strict=True):
         kept[run].append(result)
-    results = iter([kept[run][0] for run in runs])
+    results = iter([(run, kept[run][0]) for run in runs])
     return [
         [
-            [_look(result, each, shift_s) for each in one.seen]
-            for one, shift_s, result in zip(
+            [_look(result, run[0], each, shift_s) for each in one.seen]
+            for one, shift_s, (run, result) in zip(
                 experiments, of_stand, islice(results, len(experiments)), strict=True
             )
         ]
@@ -142,11 +143,14 @@ def _course(run: Run) -> Course[Any]:
     """Return the course of a run, which ends at its trace or its numbers."""
     stand, drive, load_n, end_s = run
     if isinstance(drive, SawtoothSteps):
-        return drive_course(stand, *drive[:3], load_n=load_n)
+        wave = (stroke_m(drive, stand), drive.frequency_hz, drive.steps)
+        return drive_course(stand, *wave, load_n=load_n)
     if isinstance(drive, ZeroAmplitudeRuns):
         return zero_amplitude_course(stand, *drive)
     if isinstance(drive, VoltageStep):
         return _ring_down_course(stand, drive, load_n)
+    if isinstance(drive, AtRest):
+        return (none for none in list[Any]())
     return trace_course(stand, drive, load_n, end_s)
 
 
@@ -180,10 +184,12 @@ def trace_course(
     return trace
 
 
-def _look(result: Any, seen: Seen, shift_s: float) -> Prediction:
+def _look(result: Any, stand: Parameters, seen: Seen, shift_s: float) -> Prediction:
     """Return the readings of a sensor for the result of a run."""
     if not seen.is_trace:
-        number = np.array([getattr(result, _FIELDS.get(seen.quantity, seen.quantity))])
+        shown = NUMBERS[seen.quantity].shown
+        value = getattr(result, seen.quantity) if shown is None else shown(result, stand)
+        number = np.array([value])
         none = np.empty(0)
         return Prediction(number, none, none, getattr(result, 'steady', True))
     true = result[:, _COLUMNS[seen.quantity]]

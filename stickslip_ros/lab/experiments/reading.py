@@ -3,6 +3,7 @@
 
 """Experiments out of files: recordings of any rig, tables over time, tables by amplitude."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -17,8 +18,8 @@ from stickslip_ros.instrument.sensors.signal_chain import low_pass_gain
 from stickslip_ros.lab.experiments.clocks import lone_outliers
 from stickslip_ros.lab.experiments.commanded import NOTHING_ASKED, Commanded, commanded
 from stickslip_ros.lab.experiments.experiment import (
-    NUMBERS,
     OF_TRACES,
+    AtRest,
     Drive,
     Experiment,
     SawtoothSteps,
@@ -35,7 +36,6 @@ from stickslip_ros.lab.runs.recorded_run import recording_of
 from stickslip_ros.lab.runs.replay import DriveInput
 from stickslip_ros.lab.runs.sweep import bare_name
 from stickslip_ros.lab.runs.zero_amplitude import WITHOUT_CELL
-from stickslip_ros.lab.tables.columns import sigma_name
 from stickslip_ros.lab.tables.experiment import (
     BY_AMPLITUDE,
     OVER_TIME,
@@ -43,6 +43,7 @@ from stickslip_ros.lab.tables.experiment import (
     listed_sources,
     read_experiment,
 )
+from stickslip_ros.lab.tables.numbers import BACK, NUMBERS, sigma_name
 from stickslip_ros.lab.waveform.recognise import GIVE_COMMANDS, recognise
 from stickslip_ros.parameters import SENSORS, Parameters, ReplaceableDefault, Scalar
 from stickslip_ros.recording.reader import Recording
@@ -59,8 +60,6 @@ LONGEST_S = 2.0
 """Longest recording simulated in full; longer ones need a window."""
 LEAD_S = 0.05
 """Simulated time before a window, from rest: contacts forget their start in a few steps."""
-_OF_FREE = ('step_length_m', 'zero_amplitude_m')
-"""Numbers of a runner without a load cell; all others too, if no force was measured."""
 _OWN = ('stand.', 'load_cell.contact', 'load_cell.gap')
 """Names of the parameters of this package that were set for a recording."""
 
@@ -85,7 +84,7 @@ def read_experiments(
     outliers = options.outliers
     if outliers < 0.0:
         raise OutOfRange('outliers', outliers, '', 'below 0', 'give 6, or 0 to keep all')
-    reading, listed = options.reading(report), listed_sources(given)
+    reading, listed = options.reading(report, stand), listed_sources(given)
     reading.check_count(len(listed))
     found = list[Experiment]()
     for number, each in enumerate(listed):
@@ -101,9 +100,7 @@ def read_experiments(
                     if quantity in table.columns and not np.any(table.columns[quantity]):
                         hint = f'check the column {quantity}'
                         raise RecordingError(table.origin, f'has only 0 as {quantity}', hint)
-                found += of_points(
-                    table.origin, table.columns, options.frequency_hz, options.steps
-                )
+                found += of_points(table.origin, table.columns, stand, options)
                 continue
             one = _of_table(table, stand, reading.preload_n(number), options)
         found.append(without_outliers(one, outliers) if outliers else one)
@@ -329,37 +326,52 @@ def experiment_over_time(
 def of_points(
     origin: str,
     columns: Mapping[str, Any],
-    frequency_hz: float,
-    steps: int,
+    stand: Parameters,
+    options: ReadingOptions,
     varied: Sequence[str] = (),
 ) -> list[Experiment]:
     """
     Return one experiment for each number of each row, in the order of NUMBERS.
 
-    ``columns`` are those of POINT_COLUMNS, and ``varied`` columns of parameters. ``frequency_hz``
-    holds without such a column; ``steps`` are the cycles before a reading, 0 until steady.
+    ``columns`` are those of POINT_COLUMNS, and ``varied`` columns of parameters. The frequency of
+    the options holds without such a column. A blocking force without a voltage is that of the full
+    range.
 
     """
-    found = list[Experiment]()
+    found, steps, amplifier = list[Experiment](), options.steps, stand.amplifier
+    nothing = [0.0] * len(columns['preload_n'])
+    strokes_m, volts, loads_n = (
+        columns.get(name, nothing) for name in ('amplitude_m', 'voltage_v', 'load_n')
+    )
     for quantity, kind in NUMBERS.items():
         values, sigma = columns.get(quantity, ()), columns.get(sigma_name(quantity))
-        is_free = quantity in _OF_FREE or 'force_n' not in columns
         for row, value in enumerate(values):
-            settings: dict[str, Scalar] = dict(WITHOUT_CELL if is_free else {})
+            if math.isnan(value):
+                continue
+            settings: dict[str, Scalar] = {}
+            if kind.runner == 'free' or (kind.runner != 'held' and 'force_n' not in columns):
+                settings |= WITHOUT_CELL
+            elif kind.runner == 'held' and stand.load_cell.contact == 'absent':
+                settings['load_cell.contact'] = 'attached'
             settings['stand.preload'] = float(columns['preload_n'][row])
             settings |= {bare_name(name): columns[name][row] for name in varied}
-            hertz = float(
-                columns['frequency_hz'][row] if 'frequency_hz' in columns else frequency_hz
-            )
-            drive: Drive = ZeroAmplitudeRuns(hertz, *filter(None, [steps]))
-            if kind is not ZeroAmplitudeRuns:
-                stroke_m = float(columns['amplitude_m'][row])
-                drive = VoltageStep(stroke_m)
-                if kind is SawtoothSteps:
-                    drive = SawtoothSteps(stroke_m, hertz, steps, is_steady=not steps)
+            stroke_m, voltage_v = float(strokes_m[row]), float(volts[row])
+            if kind.runner == 'held' and not (stroke_m or voltage_v):
+                voltage_v = amplifier.voltage_max - amplifier.voltage_min
+            hertz = float(columns.get('frequency_hz', [options.frequency_hz] * len(values))[row])
+            if quantity in BACK.values():
+                hertz = -abs(hertz)
+            drives: dict[str, Drive] = {
+                'rest': AtRest(),
+                'zero': ZeroAmplitudeRuns(hertz, *filter(None, [steps])),
+                'ring': VoltageStep(stroke_m, voltage_v),
+                'steps': SawtoothSteps(stroke_m, hertz, steps, not steps, voltage_v),
+            }
             error = None if sigma is None else float(sigma[row])
             seen = Seen(quantity, np.array([value]), sigma=error)
-            found.append(Experiment(f'{origin} row {row + 1}', settings, drive, (seen,)))
+            load_n = 0.0 if kind.drive == 'rest' else float(loads_n[row])
+            where = f'{origin} row {row + 1}'
+            found.append(Experiment(where, settings, drives[kind.drive], (seen,), load_n))
     return found
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from scipy import optimize
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.lab.experiments.experiment import Voltage, VoltageStep
+from stickslip_ros.lab.experiments.experiment import Voltage, VoltageStep, stroke_m
 from stickslip_ros.parameters import Parameters
 
 _REST_S, _SEEN_S = 1e-4, 2e-3  # before the step, and after it: 10 to 30 periods of a runner
@@ -28,7 +28,7 @@ class RingDown(NamedTuple):
 def voltage_of_step(step: VoltageStep, stand: Parameters) -> Voltage:
     """Return the voltage of a step down, from rest, as fast as the amplifier falls."""
     low_v = stand.amplifier.voltage_min
-    high_v = low_v + step.amplitude_m / stand.actuator.gain
+    high_v = low_v + stroke_m(step, stand) / stand.actuator.gain
     fall_s = (high_v - low_v) / stand.amplifier.slew_rate
     rows = (0.0, high_v), (_REST_S, high_v), (_REST_S + fall_s, low_v), (_REST_S + _SEEN_S, low_v)
     return Voltage(np.array(rows))

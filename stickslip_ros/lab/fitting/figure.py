@@ -14,16 +14,18 @@ from stickslip_ros.lab.comparison.figure import draw_comparison
 from stickslip_ros.lab.comparison.result import (
     AMPLITUDE_COLUMN,
     TIME_COLUMN,
+    VOLTAGE_COLUMN,
     Compared,
     Comparison,
     Part,
     Side,
 )
-from stickslip_ros.lab.experiments.experiment import NUMBERS, Voltage
+from stickslip_ros.lab.experiments.experiment import Voltage
 from stickslip_ros.lab.fitting.result import FitResult
+from stickslip_ros.lab.tables.numbers import NUMBERS
 from stickslip_ros.parameters import Scalar
 
-_OF_AXIS = (AMPLITUDE_COLUMN, PRELOAD_COLUMN)  # the first column that numbers have
+_OF_AXIS = (AMPLITUDE_COLUMN, VOLTAGE_COLUMN, PRELOAD_COLUMN)  # the first that is not 0
 _COUNTED = ('steps', 'is_steady')  # settings that do not distinguish curves
 
 
@@ -43,7 +45,7 @@ def draw_fit(fit: FitResult) -> Figure:
         if isinstance(one.drive, Voltage):
             continue
         at: dict[str, Scalar] = {PRELOAD_COLUMN: one.settings['stand.preload']}
-        at |= {name: x for name, x in one.drive._asdict().items() if name not in _COUNTED}
+        at |= {name: x for name, x in one.drive._asdict().items() if x and name not in _COUNTED}
         axis = next(name for name in _OF_AXIS if name in at)
         model = fit.predicted[number][one.seen.index(each)].values
         row = float(at.pop(axis)), float(each.values[0]), float(model[0]), error

@@ -121,7 +121,7 @@ def _experiment(
     settings: dict[str, Scalar] = {**like.settings, 'stand.preload': preload_n}
     if isinstance(like.drive, SawtoothSteps):
         stroke_m = min(volts * stand.actuator.gain, full_stroke_m(stand))
-        drive = like.drive._replace(amplitude_m=stroke_m, frequency_hz=hertz)
+        drive = like.drive._replace(amplitude_m=stroke_m, frequency_hz=hertz, voltage_v=0.0)
         return Experiment('planned', settings, drive, like.seen)
     period_s, rows = 1.0 / hertz, [(0.0, 0.0), (REST_S, 0.0)]
     fall_s = volts / stand.amplifier.slew_rate if volts > 0.0 else 0.5 * period_s

@@ -24,6 +24,7 @@ from stickslip_ros.lab.experiments.predict import Prediction, predict_all
 from stickslip_ros.lab.fitting.free import Coordinate
 from stickslip_ros.lab.fitting.metric import Allowance, Metric, metric_of, waves_of
 from stickslip_ros.lab.runs.batch import Pool
+from stickslip_ros.lab.tables.numbers import NUMBERS, SHEET_SHARE
 from stickslip_ros.parameters import Parameters
 
 _GAIN, _ROOM = 'actuator.gain', 1e-6
@@ -285,8 +286,8 @@ class Problem:
 
     def settings(self, number: int) -> tuple[object, ...]:
         """Return the settings of an experiment of steps."""
-        one = self.experiments[number]
-        return (*one.settings.items(), *self.steps(number)[:2], one.load_n)
+        one, drive = self.experiments[number], self.steps(number)
+        return (*one.settings.items(), drive._replace(steps=0), one.load_n)
 
     def with_cycles(self, cycles: Mapping[int, int]) -> 'Problem':
         """Return the problem with other numbers of cycles in experiments of steps."""
@@ -332,20 +333,22 @@ def noise_at_first(experiments: Sequence[Experiment]) -> StandardErrors:
     Return standard errors as given, or estimated from traces.
 
     Numbers without an error share an unknown one: together with traces a share of the largest
-    number at first; without traces chi-square scales it.
+    number at first, beside a data sheet SHEET_SHARE of it; else chi-square scales it.
 
     """
     seen = [each for one in experiments for each in one.seen]
     has_traces = any(each.is_trace for each in seen)
+    is_sheet = any(not each.is_trace and NUMBERS[each.quantity].is_of_sheet for each in seen)
+    is_known = has_traces or is_sheet or all(each.sigma is not None for each in seen)
+    share = UNKNOWN_SHARE if has_traces else SHEET_SHARE if is_sheet else 1.0
 
     def error_of(each: Seen) -> float:
         if each.is_trace:
             return max(each.noise, FINEST)
-        if each.sigma is not None and (has_traces or all(one.sigma is not None for one in seen)):
+        if each.sigma is not None and is_known:
             return each.sigma
-        return largest_of(experiments, each.quantity) * (UNKNOWN_SHARE if has_traces else 1.0)
+        return largest_of(experiments, each.quantity) * share
 
-    is_known = has_traces or all(each.sigma is not None for each in seen)
     return StandardErrors(is_known, tuple(tuple(map(error_of, one.seen)) for one in experiments))
 
 
@@ -392,7 +395,7 @@ def pose(
     if not noise.known:
         least, what = least + 1, f'{what} and one for the standard error of the points'
     if problem.count < least:
-        hint = 'measure more, or free fewer parameters'
+        hint = 'measure more, free fewer parameters, or state a tolerance in the tables'
         raise OutOfRange('number of points', problem.count, '', f'below {least}, {what}', hint)
     for one in experiments:
         _check_scale(one, parameters)

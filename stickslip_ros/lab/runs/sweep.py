@@ -52,6 +52,7 @@ SWEEP_COLUMNS = (
     *('energy_loss_per_step_j', 'steady', 'steps', 'energy_residual'),
 )
 """Columns of a table that come from a run, next to ``STOP_RULE``."""
+STEP_BACK = 'step_back_m'  # size of the step backwards, where it was asked for
 STOP_RULE = 'stop_rule'  # a column of every sweep and of no experiment
 STEADY_RULE = (
     f'mean force of a cycle (free runner: step length) within {STEADY_ERROR:.2%} of its limit, by '
@@ -86,6 +87,7 @@ class Sweep:
     frequencies_hz: tuple[float, ...]
     amplitudes_m: tuple[float, ...]  # vary fastest
     steps: int = 0  # per run; 0 until steady
+    both_ways: bool = False  # whether each case runs backwards too
 
     def __post_init__(self) -> None:
         """Refuse invalid combinations before the runs."""
@@ -106,6 +108,9 @@ class Sweep:
             there = self.parameters.updated(dict(values))
             for case in cases:
                 FREQUENCY_SPEC.check('frequency', case.frequency_hz)
+                if self.both_ways and case.frequency_hz < 0.0:
+                    hertz, limit = case.frequency_hz, 'below 0 with --both-ways'
+                    raise OutOfRange('frequency', hertz, 'Hz', limit, 'give it above 0')
                 # An amplitude of 0 makes no steps; the next one checks the frequency.
                 if (voltage_v := voltage_for(there, case.amplitude_m)) > 0.0:
                     check_request(Request('sawtooth', (voltage_v, case.frequency_hz, 0.0)), there)
@@ -127,6 +132,7 @@ class Sweep:
             'frequencies_hz': self.frequencies_hz,
             'amplitudes_m': self.amplitudes_m,
             'steps': self.steps,
+            'both_ways': self.both_ways,
         }
         return identify('sweep', self.parameters, len(self.cases()), settings)
 
@@ -263,7 +269,7 @@ def run_sweep(
     """Run a sweep with ``run_batch``; return a row per case: varied values and results."""
     cases = sweep.cases()
     return run_courses(
-        partial(case_course, sweep.parameters, sweep.steps, sweep.columns()),
+        partial(case_course, sweep),
         cases,
         bundle=bundle_for(sweep.parameters.updated(dict(cases[0].values))),
         journal=journal,
@@ -273,14 +279,16 @@ def run_sweep(
     )
 
 
-def case_course(
-    parameters: Parameters, steps: int, columns: tuple[str, ...], case: SweepCase
-) -> Course[Row]:
-    """Return the row of a case; ``columns`` are varied parameters with their own column."""
-    values, wave = dict(case.values), (case.amplitude_m, case.frequency_hz)
-    run = yield from drive_course(parameters.updated(values), *wave, steps)
-    row: Row = {column_name(name): values[name] for name in columns}
+def case_course(sweep: Sweep, case: SweepCase) -> Course[Row]:
+    """Return the row of a case."""
+    values, steps = dict(case.values), sweep.steps
+    stand, hertz = sweep.parameters.updated(values), case.frequency_hz
+    run = yield from drive_course(stand, case.amplitude_m, hertz, steps)
+    row: Row = {column_name(name): values[name] for name in sweep.columns()}
     row |= {name: getattr(run, name) for name in SWEEP_COLUMNS}
+    if sweep.both_ways:
+        run = yield from drive_course(stand, case.amplitude_m, -hertz, steps)
+        row[STEP_BACK] = -run.step_length_m
     return row | {STOP_RULE: stop_rule(steps)}
 
 

@@ -15,7 +15,7 @@ from stickslip_ros.errors import RecordingError, UnknownName, WrongKind
 from stickslip_ros.extras import load_extra
 from stickslip_ros.files import prepare_output, replacing
 from stickslip_ros.lab.runs.journal import Row
-from stickslip_ros.lab.runs.sweep import SETTINGS, STOP_RULE, SWEEP_COLUMNS, bare_name
+from stickslip_ros.lab.runs.sweep import SETTINGS, STEP_BACK, STOP_RULE, SWEEP_COLUMNS, bare_name
 from stickslip_ros.lab.tables.experiment import POINT_COLUMNS
 from stickslip_ros.lab.tables.formats import DATA_FRAME
 from stickslip_ros.parameters import Parameters, Scalar, Spec, spec_of
@@ -31,7 +31,7 @@ _MEASURED = ('force_mean_n', 'step_length_m', 'energy_loss_per_step_j')
 RUN_COLUMNS = {*SWEEP_COLUMNS, STOP_RULE} - {*SETTINGS, *_MEASURED}
 """Columns with details of a run; unknown columns are varied parameters."""
 _NUMBERS = {name: POINT_COLUMNS[name] for name in SETTINGS}
-_NUMBERS |= dict.fromkeys(_MEASURED, Spec(float, 0.0, '', '', ''))
+_NUMBERS |= dict.fromkeys((*_MEASURED, STEP_BACK), Spec(float, 0.0, '', '', ''))
 INDEX = ('', 'Unnamed: 0')  # names of the index column that pandas writes
 _REWRITE = 'write the table again with: stickslip sweep'
 
@@ -101,7 +101,8 @@ def read_table(path: 'Path | DataFrame') -> tuple[list[Row], dict[str, Scalar] |
     checked = []
     for number, row in enumerate(rows, first):
         where = f'{path}: line {number}'
-        missing = sorted(name for name in (*_NUMBERS, 'steady') if row.get(name) in (None, ''))
+        needed = {*_NUMBERS, 'steady'} - {STEP_BACK}
+        missing = sorted(name for name in needed if row.get(name) in (None, ''))
         if missing:
             raise RecordingError(where, f'column {missing[0]} has no value', _REWRITE)
         if None in row:

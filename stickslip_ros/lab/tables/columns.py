@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from stickslip_ros.errors import QUOTED, RecordingError, quoted
 from stickslip_ros.lab.tables.layout import TextForm
+from stickslip_ros.lab.tables.numbers import BACK, DIRECTIONS, NUMBERS, sigma_name
 from stickslip_ros.lab.tables.units import factor_of, split_unit
 from stickslip_ros.parameters import SENSORS, Spec
 
@@ -20,25 +21,25 @@ USUAL: Mapping[str, tuple[str, ...]] = {
     'preload_n': ('preload', 'fp', 'normal force', 'vorlast', 'vorspannkraft', 'normalkraft'),
     'amplitude_m': ('amplitude', 'stroke', 'hub'),
     'frequency_hz': ('frequency', 'freq', 'f', 'frequenz'),
-    'force_n': ('force', 'f', 'load', 'load cell', 'generated force', 'kraft'),
-    'step_length_m': ('step length', 'step size', 'step', 'schrittlänge', 'schrittweite'),
-    'zero_amplitude_m': ('zero amplitude', '0 amplitude', 'nullamplitude'),
-    'ringing_hz': ('ringing', 'ringing frequency', 'ring down frequency', 'ausschwingfrequenz'),
-    'decay_s': ('decay', 'decay time', 'ring down time', 'abklingzeit'),
+    'load_n': ('external force', 'external load'),
+    'direction': ('direction', 'richtung'),
+    'tolerance': ('tolerance', 'toleranz'),
+    **{name: tuple(each.words.split(', ')) for name, each in NUMBERS.items() if each.words},
     **{each.quantity: (each.words,) for each in SENSORS if each.switch},
 }
 """Usual names of quantities, in lower case, words separated by one blank."""
-SIGMA = '_sigma_'
 SIGMAS = re.compile(
     r'(\b(sigma|σ|std|sd|stdev|std dev|standard (deviation|error)|uncertainty|err|error|'
     r'unsicherheit|standardabweichung|fehler)\b|±)( (of|der|des)\b)?'
 )
+_DIRECTED = re.compile(rf'\b({"|".join(filter(str.isalpha, DIRECTIONS))})\b')
 MEAN = re.compile(r'\b(mean|average|avg|mittelwert|mittlere)\b( (of|der|des)\b)?')
-LIKELY = {'m': 'nm', 'N': 'mN', 's': 's', 'V': 'V', 'Hz': 'Hz'}
+LIKELY = {'m': 'nm', 'N': 'mN', 's': 's', 'V': 'V', 'Hz': 'Hz', '%': '%'}
+LIKELY |= {'kg': 'g', 'F': 'nF', 'm/s': 'mm/s', 'V/s': 'V/us'}
 """Units suggested for a column without a unit."""
 
 
-Found = Mapping[str, Sequence[tuple[int, str]]]  # places and units of candidate columns
+Found = dict[str, list[tuple[int, str]]]  # places and units of candidate columns
 
 
 @dataclass(frozen=True)
@@ -53,17 +54,13 @@ class Column:
     first: float  # its first number, in SI
 
 
-def sigma_name(name: str) -> str:
-    """Return the column of the uncertainty: ``force_sigma_n`` for ``force_n``."""
-    stem, _, unit = name.rpartition('_')
-    return f'{stem}{SIGMA}{unit}'
-
-
 def find_columns(
     layout: TextForm, specs: Mapping[str, Spec], named: Mapping[str, str], where: str
 ) -> tuple[Found, list[str]]:
     """Return candidate columns of each quantity, and the headers of the other columns."""
-    found = {name: [_named(layout, name, named[name], where)] for name in named if name in specs}
+    found: Found = {
+        name: [_named(layout, name, named[name], where)] for name in named if name in specs
+    }
     taken = {at for [(at, _)] in found.values()}
     unread = []
     for at, header in enumerate(layout.names):
@@ -126,9 +123,14 @@ def recognised(bare: str, unit: str, specs: Mapping[str, Spec]) -> str | None:
     """Return the quantity of a name; the unit decides between two."""
     name = _plain(MEAN.sub('', _plain(bare)))
     quantity = _plain(SIGMAS.sub('', name))
+    way = _DIRECTED.search(quantity)
+    of_both = way and (_plain(_DIRECTED.sub('', quantity)) or 'step')
     for target, usual in USUAL.items():
+        is_known = quantity in usual
+        if way and target in BACK and of_both in usual:
+            target, is_known = BACK[target] if DIRECTIONS[way[0]] < 0.0 else target, True  # noqa: PLW2901
         column = target if quantity == name else sigma_name(target)
-        is_known = quantity in usual and column in specs
+        is_known = is_known and column in specs
         if is_known and (not unit or factor_of(unit, specs[column].unit)):
             return column
     return None

@@ -26,21 +26,28 @@ from stickslip_ros.errors import (
 from stickslip_ros.files import read_bytes, replacing
 from stickslip_ros.lab.tables.columns import (
     LIKELY,
-    SIGMA,
     Column,
     find_columns,
     listed,
     map_hint,
     resolve_columns,
-    sigma_name,
     suggestion,
 )
 from stickslip_ros.lab.tables.formats import tables_in
 from stickslip_ros.lab.tables.layout import EMPTY, HEAD_BYTES, TextForm, layout_of, to_number
+from stickslip_ros.lab.tables.numbers import (
+    BACK,
+    DIRECTIONS,
+    NUMBERS,
+    SIGMA,
+    completed,
+    sheet_as_table,
+    sigma_name,
+)
 from stickslip_ros.lab.tables.units import factor_of, in_si, split_unit
 from stickslip_ros.parameters import AMPLITUDE_SPEC, FREQUENCY_SPEC, SENSORS, Spec, spec_of
 from stickslip_ros.process.stopping import stop_if_asked
-from stickslip_ros.units import quantity
+from stickslip_ros.units import quantity, unit_of
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -65,23 +72,24 @@ def _sigma(unit: str, text: str) -> Spec:
     return Spec(float, 0.0, unit, 'measured', f'standard deviation of {text}', 0.0)
 
 
+def _number(name: str) -> Spec:
+    spec = _measured(unit_of(name), name, _LARGEST.get(unit_of(name), 1e12))
+    return dataclasses.replace(spec, minimum=0.0) if NUMBERS[name].is_of_sheet else spec
+
+
+_NUMBERS = [name for name, each in NUMBERS.items() if each.words]
+_LARGEST = {'N': 1e3, 'm': 1.0, 'm/s': 10.0, 'Hz': 1e6, 's': 10.0, 'V': 1e5, 'kg': 10.0, 'F': 1e-3}
 POINT_COLUMNS: Mapping[str, Spec] = {
     'preload_n': spec_of('stand.preload'),
     'amplitude_m': dataclasses.replace(AMPLITUDE_SPEC, maximum=LARGEST_AMPLITUDE_M),
     'frequency_hz': FREQUENCY_SPEC,
-    'force_n': _measured('N', 'generated force, mean over a cycle', 1e3),
-    'step_length_m': _measured('m', 'net motion per cycle of a free runner', 1.0),
-    'zero_amplitude_m': _measured(
-        'm', '0-amplitude, extrapolated from step lengths', LARGEST_AMPLITUDE_M
-    ),
-    'ringing_hz': _measured('Hz', 'frequency at which a runner rings after a step', 1e6),
-    'decay_s': _measured('s', 'time in which that falls to 1/e', 10.0),
+    'voltage_v': Spec(float, 0.0, 'V', 'measured', 'saw-tooth, peak to peak', 0.0, 1e5),
+    'load_n': _measured('N', 'constant force on the runner along +x', 1e3),
+    'direction': _measured('', 'up or down', 1.0),
+    'tolerance': Spec(float, 20.0, '%', 'measured', 'standard error', 1e-3, 1e3),
+    **{name: _number(name) for name in _NUMBERS},
     'amplitude_sigma_m': _sigma('m', 'the amplitude'),
-    'force_sigma_n': _sigma('N', 'the force'),
-    'step_length_sigma_m': _sigma('m', 'the step length'),
-    'zero_amplitude_sigma_m': _sigma('m', 'the 0-amplitude'),
-    'ringing_sigma_hz': _sigma('Hz', 'the frequency of ringing'),
-    'decay_sigma_s': _sigma('s', 'the time of decay'),
+    **{sigma_name(name): _sigma(unit_of(name), name) for name in _NUMBERS},
 }
 TIME_COLUMNS: Mapping[str, Spec] = {
     'time_s': _measured('s', 'time of the sample; each after the one before', 1e12),
@@ -97,7 +105,7 @@ _NEEDED = {BY_AMPLITUDE: ('preload_n', 'amplitude_m'), OVER_TIME: ('time_s',)}
 PRELOAD_QUANTITY = 'zero_amplitude_m'  # without an amplitude
 _PER_PRELOAD = ('force_n', 'step_length_m')  # may have a column per preload
 MEASURED = {
-    BY_AMPLITUDE: (*_PER_PRELOAD, PRELOAD_QUANTITY, 'ringing_hz', 'decay_s'),
+    BY_AMPLITUDE: tuple(_NUMBERS),
     OVER_TIME: (*(each.quantity for each in SENSORS), 'voltage_v', 'foot_m'),
 }
 """Columns of which at least one is needed."""
@@ -126,6 +134,7 @@ class Reading:
     preloads_n: Sequence[float] = ()  # of tables without such a column: one each, or one for all
     report: Callable[[MeasuredTable], None] | None = None  # called with each table
     is_run: bool = False  # tables over time are simulated, so that preloads_n apply
+    stand_n: float | None = None  # preload of tables by amplitude without one; None: refused
 
     def __post_init__(self) -> None:
         """Check column names and preloads."""
@@ -155,7 +164,7 @@ class Reading:
             raise OutOfRange('number of preloads', len(self.preloads_n), '', limit, hint)
 
     def preload_n(self, number: int) -> float | None:
-        """Return the preload of a table, counted from 0."""
+        """Return the preload given for a table, counted from 0."""
         given = self.preloads_n
         if len(given) == 1:
             return given[0]
@@ -188,7 +197,10 @@ def read_experiment(
         if isinstance(head, Path):
             head = read_bytes(head, 'check the path', HEAD_BYTES + 1)
         try:
-            laid_out.append((source, layout_of(head[: HEAD_BYTES + 1], origin), origin))
+            layout = layout_of(head[: HEAD_BYTES + 1], origin)
+            if (columns := sheet_as_table(head, layout)) != head:
+                source, layout = columns, layout_of(columns, origin)  # noqa: PLW2901
+            laid_out.append((source, layout, origin))
         except RecordingError as error:
             refusals.append(error)
     if laid_out:
@@ -218,13 +230,18 @@ def read_joined(
 
 
 def _below_each_other(parts: Sequence[MeasuredTable], origin: str) -> MeasuredTable:
-    names = list(parts[0].columns)
-    for part in parts:
-        for name in dict.fromkeys([*names, *part.columns]):
-            if name not in part.columns or name not in names:
-                without = part if name in names else parts[0]
+    names = list(dict.fromkeys(name for part in parts for name in part.columns))
+    blanks = dict[str, float]()  # beside a data sheet
+    if any(NUMBERS[name].is_of_sheet for name in names if name in NUMBERS):
+        blanks = dict.fromkeys((*NUMBERS, *map(sigma_name, NUMBERS)), np.nan)
+        blanks |= {'voltage_v': 0.0, 'load_n': 0.0}
+    for name in names:
+        for part in parts:
+            if name in blanks and name not in part.columns:
+                part.columns[name] = np.full(len(part.columns['preload_n']), blanks[name])
+            if name not in part.columns:
                 hint = 'give files with the same columns'
-                raise RecordingError(without.origin, f'has no {name}, as another file has', hint)
+                raise RecordingError(part.origin, f'has no {name}, as another file has', hint)
     return MeasuredTable(
         origin=origin,
         kind=BY_AMPLITUDE,
@@ -263,10 +280,17 @@ def _read(
             parts.append(_read(source, alone, origin, of_one, 0, kind, measured))
         return _below_each_other(parts, origin)
     names, unread = find_columns(layout, EXPERIMENT_COLUMNS[kind], reading.columns, where)
+    steps = {*BACK, *BACK.values()} & names.keys()
+    if steps and [
+        split_unit(layout.names[at])[0].lower() for at, _ in names.get('force_n', [])
+    ] == ['load']:
+        names['load_n'] = names.pop('force_n')
     preload_n = reading.preload_n(number) if kind == BY_AMPLITUDE else None
     if preload_n is not None and 'preload_n' in names:
         hint = 'leave --preload away, or give as many as there are files'
         raise RecordingError(where, f'names a preload, and --preload {preload_n:g} too', hint)
+    if 'preload_n' not in names and preload_n is None and kind == BY_AMPLITUDE:
+        preload_n = reading.stand_n
     given = [*names] if preload_n is None else ['preload_n', *names]
     _check_there(given, kind, measured or MEASURED[kind], unread, where)
     chosen = resolve_columns(names, layout, EXPERIMENT_COLUMNS[kind], where)
@@ -291,6 +315,9 @@ def _read(
     ]
     if preload_n is not None:
         values = {'preload_n': np.full(len(lines), preload_n), **values}
+    if kind == BY_AMPLITUDE:
+        values, more = completed(values, where)
+        gaps += more
     notes = (*layout.notes, *(f'column {quoted(each)} was not read' for each in unread), *gaps)
     others = tuple(firsts), tuple(unread), tuple(gaps)
     experiment = MeasuredTable(origin, kind, values, notes, *others)
@@ -311,7 +338,7 @@ def _check_useful(reading: Reading, kind: str, where: str) -> None:
 
 
 def _whole_rows(
-    values: Mapping[str, Array],
+    values: dict[str, Array],
     lines: Lines,
     chosen: Sequence[Column],
     kind: str,
@@ -320,20 +347,31 @@ def _whole_rows(
     """
     Return complete rows, their lines, and notes on omitted rows.
 
-    By amplitude a row needs all values; over time, the time and the first of ``measured``.
+    By amplitude a row needs a number with its settings; over time, the time and the first of
+    ``measured``.
 
     """
     is_known = {name: ~np.isnan(each) for name, each in values.items()}
-    gaps = [
-        f'{np.sum(~is_known[each.name])} of {len(lines)} rows without {quoted(each.header)} were '
-        f'left out, the first is line {lines[~is_known[each.name]][0]}'
-        for each in chosen
-        if not is_known[each.name].all()
-    ]
     wanted = [name for name in measured if name in values][:1]
-    needed = values if kind == BY_AMPLITUDE else ['time_s', *wanted]
-    is_kept = np.all([is_known[name] for name in needed], axis=0)
+    is_kept = np.all([is_known[name] for name in ('time_s', *wanted) if name in values], axis=0)
     is_kept &= np.any([is_known[name] for name in values if name not in _NEEDED[kind]], axis=0)
+    is_lost = np.ones(len(lines), dtype=bool)
+    if kind == BY_AMPLITUDE:
+        numbers = {name: is_known[name] for name in values if name in NUMBERS}
+        for name, is_there in numbers.items():
+            needs = (*NUMBERS[name].settings, sigma_name(name))
+            numbers[name] = np.all([is_there, *(is_known.get(x, is_there) for x in needs)], axis=0)
+            values[name] = np.where(numbers[name], values[name], np.nan)
+        is_kept = np.any([*numbers.values()], axis=0)
+        is_lost = np.any(
+            [~is_kept, *(is_known[name] & ~numbers[name] for name in numbers)], axis=0
+        )
+    gaps = []
+    for each in chosen:
+        out = ~is_known[each.name] & is_lost
+        if np.any(out):
+            text = f'{np.sum(out)} of {len(lines)} rows without {quoted(each.header)}'
+            gaps.append(f'{text} were left out, the first is line {lines[out][0]}')
     return {name: each[is_kept] for name, each in values.items()}, lines[is_kept], gaps
 
 
@@ -373,7 +411,7 @@ def _columns_of_preloads(layout: TextForm, reading: Reading, where: str) -> dict
 
 def _kind(layout: TextForm, reading: Reading, where: str) -> str:
     """Return whether a table is over time or by amplitude."""
-    by_amplitude = (*_NEEDED[BY_AMPLITUDE], *MEASURED[BY_AMPLITUDE][len(_PER_PRELOAD) :])
+    by_amplitude = (*_NEEDED[BY_AMPLITUDE], *MEASURED[BY_AMPLITUDE][1:])  # a force may be in time
     for kind, needed in ((OVER_TIME, ('time_s',)), (BY_AMPLITUDE, by_amplitude)):
         specs = {name: EXPERIMENT_COLUMNS[kind][name] for name in needed}
         if find_columns(layout, specs, reading.columns, where)[0]:
@@ -392,7 +430,13 @@ def _check_there(
     if PRELOAD_QUANTITY in there & set(MEASURED[BY_AMPLITUDE]) and set(_PER_PRELOAD) & there:
         hint = 'give it in a table of its own, a row for each preload'
         raise RecordingError(where, f'has both {PRELOAD_QUANTITY} and numbers by amplitude', hint)
-    needed = ('preload_n',) if there == {PRELOAD_QUANTITY} else _NEEDED[kind]
+    needed = list(_NEEDED[kind])
+    if {'amplitude_m', 'voltage_v'} <= {*names} and kind == BY_AMPLITUDE:
+        hint = 'take one away; a stroke is the gain times the voltage'
+        raise RecordingError(where, 'has both amplitude_m and voltage_v', hint)
+    asks = [each for each in there & NUMBERS.keys() if 'amplitude_m' in NUMBERS[each].settings]
+    if kind == BY_AMPLITUDE and ('voltage_v' in names or (there and not asks)):
+        needed.remove('amplitude_m')
     missing: list[tuple[str, ...]] = [(name,) for name in needed if name not in names]
     if not there:
         missing.append(tuple(measured))
@@ -406,6 +450,8 @@ def _check_there(
             hint = f'say which column it is, as {option}'
         if name == 'preload_n':
             hint += ', or give the preload of the file in N, as --preload 0.5'
+        elif name == 'amplitude_m' and not unread:
+            hint += ', or voltage_v, in V'
         raise RecordingError(where, problem, hint)
     for name in names:
         of_what = name.replace(SIGMA, '_')
@@ -480,18 +526,22 @@ def _chunks(source: Path | bytes, layout: TextForm, origin: str) -> Iterator[tup
 
 def _to_floats(cells: Any, lines: Lines, decimal: str, column: Column, origin: str) -> Array:
     """Return cells as numbers, NaN for empty ones; refuse the first other cell."""
-    if cells.dtype.kind in 'iuf':
+    if cells.dtype.kind in 'iuf' and column.name != 'direction':
         values = cells.to_numpy(dtype=np.float64)
         wrong = np.flatnonzero(np.isinf(values))
     else:
         texts = [str(cell).strip() for cell in cells]
+        if column.name == 'direction':
+            ways = {**dict.fromkeys(EMPTY, ''), **DIRECTIONS}
+            texts, decimal = [str(ways.get(text.lower(), 'x')) for text in texts], '.'
         values = np.array([to_number(text, decimal) for text in texts])
         is_empty = [text.lower() in EMPTY for text in texts]
         wrong = np.flatnonzero(~np.isfinite(values) & ~np.array(is_empty))
     if len(wrong):
         where = _place(origin, lines[wrong[0]], column)
         hint = 'correct the row, or leave the cell empty'
-        raise WrongKind(where, str(cells.iloc[wrong[0]]), 'a finite number', hint)
+        wanted = 'up or down' if column.name == 'direction' else 'a finite number'
+        raise WrongKind(where, str(cells.iloc[wrong[0]]), wanted, hint)
     return np.asarray(values)
 
 

@@ -15,30 +15,36 @@ from stickslip_ros.extras import load_extra
 from stickslip_ros.units import power_of_ten
 
 SI_UNITS = ('s', 'm', 'N', 'V', 'Hz')
-_SUFFIX = re.compile(r'(.*[^_\s])[_\s]([kmuµμnp]?)(s|m|n|v|hz)', re.IGNORECASE)
+_SUFFIX = re.compile(
+    r'(.*[^_\s])(?<!_per)[_\s]([kmuµμnp]?)(s|m|n|v|hz|g|f|m_per_s|v_per_s)', re.IGNORECASE
+)
 # Headers may have 60,000 equal characters: adjacent parts must not match the same ones.
 BRACKETED = re.compile(r'(.*\S|)\s*[\[(]([^\[\]()]*)[\])]\s*')
 SLASHED = re.compile(r'(.*\S)\s*/\s*([^\s/]+)\s*')
-SCALED = re.compile(r'([-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?)?\s*([^\W\d]+)', re.IGNORECASE)
+SCALED = re.compile(
+    r'([-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?)?\s*([^\W\d]+(?:/[^\W\d]+)?)', re.IGNORECASE
+)
 _WORDS = {'second': 's', 'sec': 's', 'meter': 'm', 'metre': 'm'}
 _WORDS |= {'newton': 'N', 'volt': 'V', 'hertz': 'Hz'}
 _DIGITS, _WHOLE_END = 23, 2.0**53
 """Limits of exact floats: digits of powers of ten, and whole numbers."""
 BASES = {unit.lower(): unit for unit in SI_UNITS}
+BASES |= {'kg': 'kg', 'g': 'g', 'f': 'F', 'm_per_s': 'm/s', 'v_per_s': 'V/s'}
 
 
 @cache
 def factor_of(text: str, si_unit: str) -> float | None:
     """Return the factor of a unit or amount (``50 mN``) to an SI unit; None if not convertible."""
+    if text.strip() == si_unit:
+        return 1.0
     scaled = SCALED.fullmatch(text.strip())
     if scaled is None or not math.isfinite(float(scaled[1] or 1.0)):
         return None
     number, unit = float(scaled[1] or 1.0), scaled[2]
     unit = _WORDS.get(unit.lower().removesuffix('s'), unit)
-    powers = {each: power_of_ten(unit, each) for each in SI_UNITS}
-    if (power := powers[si_unit]) is not None:
+    if (power := power_of_ten(unit, si_unit)) is not None:
         return number * float(f'1e{power}')
-    if any(each is not None for each in powers.values()):
+    if any(power_of_ten(unit, each) is not None for each in (*SI_UNITS, *BASES.values())):
         return None
     pint = load_extra(f'the unit {unit}', 'pint')
     for name in (unit, unit.lower()):

@@ -58,9 +58,10 @@ def test_the_page_of_data_documents_every_column_of_an_experiment_file():
     for name, spec in {**POINT_COLUMNS, **TIME_COLUMNS}.items():
         if optional & {name, name.replace('_sigma_', '_')}:
             continue
-        assert f'`{name}`' in page
         if '_sigma_' not in name:
             assert f'| `{name}` | {spec.unit} |' in page
+    assert {'force_sigma_n', 'speed_sigma_m_per_s'} <= {*POINT_COLUMNS, *TIME_COLUMNS}
+    assert 'as `force_sigma_n` or `speed_sigma_m_per_s`' in page
 
 
 def test_the_page_defines_every_number_of_the_table(capsys: Any, example: Path):

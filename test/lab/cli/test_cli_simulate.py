@@ -49,6 +49,17 @@ def test_voltage_and_amplitude_are_two_words_for_one_thing(capsys: Any):
     assert by_voltage['force_mean_n'] == pytest.approx(by_amplitude['force_mean_n'], rel=1e-6)
 
 
+def test_both_ways_says_the_size_of_the_step_backwards(capsys: Any):
+    words = (*AMPLITUDE, '--steps', '20', '--no-load-cell', '--both-ways')
+    both = simulate(capsys, *words)
+    assert both.keys() == {*KEYS, 'step_back_m'}
+    assert both['step_back_m'] == pytest.approx(both['step_length_m'], rel=1e-6, abs=0.0)
+    assert main(['simulate', *words]) == 0
+    assert 'backwards   94.26' in capsys.readouterr().out
+    assert main(['simulate', *words, '--frequency=-500']) == 2
+    assert "wave of --both-ways '-500.0' is not a saw-tooth" in capsys.readouterr().err
+
+
 def test_set_and_a_parameter_file_choose_the_stand(capsys: Any, tmp_path: Path):
     settings = tmp_path / 'stand.yaml'
     settings.write_text('/**:\n  ros__parameters:\n    stand: {preload: 0.2}\n', encoding='utf-8')

@@ -447,7 +447,7 @@ WISHES = {
     f'{FIT} --figure fit.bmp': "kind of picture '.bmp' is not known",
     'import points.csv --preload much': "--preload 'much' is not a number in uN, mN, N or kN",
     'import points.csv -o clean.txt': "output 'clean.txt' is not a .csv file; end its name so",
-    'import points.csv --map voltage_v=force_n': '--map voltage_v= is without effect on an',
+    'import points.csv --map foot_m=force_n': '--map foot_m= is without effect on an',
     f'{OPTIMISE} beauty': "'beauty' is not",
     f'{OPTIMISE} speed --frequency 1:2:3': 'frequency',
     f'{OPTIMISE} vibration --speed fast': "--speed 'fast' is not a number in nm/s, um/s",

@@ -24,7 +24,7 @@ from stickslip_ros.extras import MissingExtra
 from stickslip_ros.lab.runs import batch
 from stickslip_ros.lab.runs.batch import ClusterError, Interrupted, run_batch, run_courses
 from stickslip_ros.lab.runs.journal import Journal, JournalIdentity, identify
-from stickslip_ros.lab.runs.sweep import SweepCase, case_course
+from stickslip_ros.lab.runs.sweep import Sweep, SweepCase, case_course
 from stickslip_ros.parameters import Parameters
 
 # Dask warns where making its folder takes more than a second.
@@ -324,7 +324,7 @@ def scheduler() -> Iterator[str]:
 def drive(count: int):
     """Return a task of the package, which workers can import, and its cases."""
     cases = [SweepCase((), case * 160e-9 / count, 1000.0) for case in range(count)]
-    return partial(case_course, Parameters(), 10, ()), cases
+    return partial(case_course, Sweep(Parameters(), (), (1000.0,), (0.0,), 10)), cases
 
 
 def test_a_cluster_of_two_processes_gives_the_same_to_the_bit(scheduler, tmp_path, monkeypatch):

@@ -29,7 +29,7 @@ from stickslip_ros.lab.runs.sweep import (
     run_sweep,
     stop_rule,
 )
-from stickslip_ros.lab.runs.sweep_table import check_table_path, write_table
+from stickslip_ros.lab.runs.sweep_table import check_table_path, read_table, write_table
 from stickslip_ros.parameters import AMPLITUDE_SPEC, spec_of
 
 PRELOAD = spec_of('stand.preload')
@@ -142,7 +142,7 @@ def test_a_case_solves_nothing_that_one_before_it_has_solved(stand, monkeypatch)
         }
         solved.clear()
         case = SweepCase(tuple(values.items()), 60e-9, 1000.0)
-        alone(case_course(stand, 1, (), case))
+        alone(case_course(Sweep(stand, (), (1000.0,), (60e-9,), 1), case))
         return len(solved)
 
     assert solves_of() >= GROUPS * (INDENTING + TABULATING)
@@ -211,7 +211,7 @@ def test_a_varied_parameter_is_named_with_its_unit(stand):
 
 def test_a_steady_run_has_the_force_of_the_reference(stand):
     case = SweepCase((('stand.preload', 0.1),), 160e-9, 1000.0)
-    row = alone(case_course(stand, 0, (), case))
+    row = alone(case_course(Sweep(stand, (), (1000.0,), (160e-9,)), case))
     assert row['force_mean_n'] == pytest.approx(0.061, rel=FORCE_ERROR, abs=0.0)
     assert row['steady'] is True
     assert row['stop_rule'] == stop_rule(0)
@@ -271,3 +271,16 @@ def test_a_table_in_a_place_that_is_taken_is_refused(short, tmp_path):
     (tmp_path / 'file').write_text('')
     with pytest.raises(RecordingError, match='cannot be written'):
         write_table([{'a': 1.0}], tmp_path / 'file' / 'a.csv', short.parameters)
+
+
+def test_both_ways_adds_the_step_backwards_of_a_mirrored_drive_which_a_table_keeps(
+    stand, tmp_path
+):
+    free = stand.updated({'load_cell.contact': 'absent'})
+    (row,) = run_sweep(Sweep(free, (), (1000.0,), (160e-9,), 20, both_ways=True))
+    assert row['step_back_m'] == -run_drive(free, 160e-9, -1000.0, 20).step_length_m
+    assert row['step_back_m'] == pytest.approx(row['step_length_m'], rel=1e-6, abs=0.0)
+    write_table([row], tmp_path / 'a.csv', free)
+    assert read_table(tmp_path / 'a.csv')[0][0]['step_back_m'] == row['step_back_m']
+    with pytest.raises(OutOfRange, match='frequency -1000 Hz is below 0 with --both-ways'):
+        Sweep(free, (), (-1000.0,), (160e-9,), both_ways=True)

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.lab.tables.columns import sigma_name
 from stickslip_ros.lab.tables.experiment import (
     BY_AMPLITUDE,
     OVER_TIME,
@@ -16,6 +15,7 @@ from stickslip_ros.lab.tables.experiment import (
     parse_experiment,
     read_experiment,
 )
+from stickslip_ros.lab.tables.numbers import sigma_name
 
 POINTS = 'preload_n,amplitude_m,force_n\n'
 TIMES = 'time_s,position_m\n'
@@ -63,7 +63,7 @@ def test_every_uncertainty_belongs_to_a_column():
         ('preload_n,force_n\n1,2\n', 'line 1: there is no amplitude_m; add it, in m'),
         (
             'preload_n,amplitude_m\n1,2\n',
-            'step_length_m or zero_amplitude_m or ringing_hz or decay_s; add',
+            'or decay_s or step_back_m or speed_m_per_s',
         ),
         ('time_s,temp\n1,2\n', 'or voltage_v or foot_m; not under'),
         (

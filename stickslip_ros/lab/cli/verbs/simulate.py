@@ -24,6 +24,7 @@ VALUES = 'VALUES'
 _SLEW = option(
     '--slew', 'set amplifier.slew_rate, as 150V/us', metavar='V/S', dest='amplifier.slew_rate'
 )
+BOTH_WAYS = switch('--both-ways', 'run backwards too, and state the step length both ways')
 RUNNERS = either(
     WORKERS,
     option(
@@ -63,6 +64,7 @@ SIMULATE = (
         ),
         _SLEW,
         *options_of(SIMULATE_IN_PYTHON, 'frequency_hz', 'steps'),
+        BOTH_WAYS,
         NO_LOAD_CELL,
         DRAWS,
         output('record the run as MCAP'),
@@ -85,6 +87,7 @@ SIMULATE = (
             f'GROUP.NAME={VALUES}',
         ),
         *options_of('runs.sweep.sweep', 'steps'),
+        BOTH_WAYS,
         NO_LOAD_CELL,
         DRAWS,
         output('.csv or .parquet', required=True),

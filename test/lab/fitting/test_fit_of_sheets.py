@@ -1,0 +1,178 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""A step curve and a data sheet of a rig of springs teach a drive; each number is known."""
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from spring_rig import SHARES, SLEW_V_PER_S, Rig
+from test_fit_of_numbers import RIG, linear, stand
+
+from stickslip_ros.drive.build import friction_limit_n, slew_of
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.lab.comparison.compare import CompareOptions, compare
+from stickslip_ros.lab.experiments.options import ReadingOptions
+from stickslip_ros.lab.experiments.predict import predict
+from stickslip_ros.lab.experiments.reading import read_experiments
+from stickslip_ros.lab.fitting.fit import FitOptions, fit
+from stickslip_ros.lab.linear.linearise import linearise
+from stickslip_ros.lab.runs.sawtooth_run import run_drive, simulate
+from stickslip_ros.lab.runs.zero_amplitude import zero_amplitude
+from stickslip_ros.parameters import Parameters
+
+STEPS, PERIOD_S = 14, 1e-3
+SET = Parameters().updated({'stand.preload': 0.5})
+FREE = SET.updated({'load_cell.contact': 'absent'})
+
+
+def predicted(columns: dict[str, list[Any]], on: Parameters, **said: Any) -> list[float]:
+    """Give the predictions of a table of an owner."""
+    read = read_experiments(pd.DataFrame(columns), on, ReadingOptions(**said))
+    return [float(each.values[0]) for [each] in predict(on, read)]
+
+
+def steps_m(rig: Rig, volts: float) -> tuple[float, float]:
+    """Give the sizes of the steps of a rig up and down."""
+    found = []
+    for low_v, high_v in ((0.0, volts), (volts, 0.0)):
+        ramp_s = PERIOD_S - volts / SLEW_V_PER_S
+        cycles = [
+            (k * PERIOD_S + at_s, to_v)
+            for k in range(STEPS)
+            for at_s, to_v in ((ramp_s, high_v), (PERIOD_S, low_v))
+        ]
+        time_s, position_m = rig.positions(np.array([(0.0, low_v), *cycles]), 1e6, 1)
+        places_m = np.interp(PERIOD_S * np.array([STEPS - 10, STEPS]), time_s, position_m)
+        found.append(abs(np.diff(places_m)[0]) / 10.0)
+    return found[0], found[1]
+
+
+def test_a_step_curve_and_a_sheet_teach_a_drive_and_hold_for_other_voltages():
+    rig = RIG
+    rows = {volts: steps_m(rig, volts) for volts in (140.0, 180.0, 220.0, 260.0, 300.0)}
+
+    def curve(*volts: float) -> pd.DataFrame:
+        up, down = np.transpose([rows[each] for each in volts])
+        columns = {'Voltage (V)': volts, 'step up (nm)': 1e9 * up, 'step down (nm)': 1e9 * down}
+        return pd.DataFrame({**columns, 'tolerance (%)': 3.0})
+
+    sheet = pd.DataFrame(
+        [
+            ('holding force', rig.friction * rig.preload_n * sum(SHARES), 'N'),
+            ('moving mass', 1e3 * rig.mass_kg, 'g'),
+            ('resonance frequency', 1e-3 * linear(rig)[0], 'kHz'),
+        ],
+        columns=['quantity', 'value', 'unit'],
+    )
+    began = stand(rig).updated({'contact.friction': 0.35, 'actuator.gain': 6e-10})
+    free = ['contact.friction', 'actuator.gain', 'runner.mass']
+    said: Any = {'steps': STEPS}
+    found = fit(
+        [curve(140.0, 180.0, 260.0), sheet],
+        free,
+        parameters=began,
+        options=FitOptions(**said, starts=1),
+    )
+    truth = (rig.friction, rig.gain_m_per_v, rig.mass_kg)
+    for one, true in zip(found.estimates, truth, strict=True):
+        assert one.low < true < one.high
+        assert one.standard_error < 0.2 * true
+    assert found.holds
+    told = {row[0] for section in found.sections() for row in section.rows}
+    assert 'points' in told
+    compared = compare(
+        curve(220.0, 300.0),
+        found.parameters,
+        options=CompareOptions(**said),
+        draws=found.draws(20),
+    )
+    assert [each.name for each in compared.quantities] == ['step_length_m', 'step_back_m']
+    assert [each.agreement.within_95 for each in compared.quantities] == [1.0, 1.0]
+    assert all(each.parts[0].axis == 'voltage_v' for each in compared.quantities)
+    assert len(found.plot().axes) == 10
+
+
+def test_the_numbers_of_a_sheet_are_those_of_the_stand():
+    sheet = {
+        'holding force (N)': [0.4],
+        'moving mass (g)': [3.0],
+        'stage frequency (kHz)': [9.0],
+        'capacitance (nF)': [5.0],
+        'slew rate (V/us)': [150.0],
+    }
+    found = predicted(sheet, SET.updated({'amplifier.current_max': 0.5}))
+    mu, share = SET.contact.friction, 2**0.5 / 2
+    assert found[0] == pytest.approx(mu * 0.5 * (2 * share + 4 * share / 2), rel=1e-12, abs=0.0)
+    assert found[0] == pytest.approx(friction_limit_n(SET), rel=1e-12, abs=0.0)
+    assert found[1] == SET.runner.mass
+    assert found[2] == pytest.approx(linearise(FREE).resonance_hz, rel=1e-12, abs=0.0)
+    assert found[3:] == [SET.actuator.capacitance, 0.5 / SET.actuator.capacitance]
+    assert slew_of(SET) == SET.amplifier.slew_rate
+
+
+def test_a_step_at_a_voltage_is_that_of_its_stroke_both_ways_and_with_a_load():
+    columns = {
+        'voltage (V)': [200.0, 200.0],
+        'load_n': [0.0, 0.05],
+        'step up (nm)': [9.0, 9.0],
+        'step down (nm)': [9.0, 9.0],
+        'speed (um/s)': [9.0, 9.0],
+    }
+    up, pushed, down, held, speed, _ = predicted(columns, SET, frequency_hz=500.0)
+    run = partial(run_drive, FREE, 200.0 * SET.actuator.gain)
+    assert up == run(500.0).step_length_m
+    assert pushed == run(500.0, load_n=0.05).step_length_m
+    assert down == pytest.approx(up, rel=1e-9, abs=0.0)  # a mirrored drive
+    assert held == -run(-500.0, load_n=0.05).step_length_m < down < pushed
+    assert speed == 500.0 * up
+
+
+def test_steps_begin_at_the_onset_voltage():
+    [onset_v] = predicted({'onset voltage (V)': [100.0], 'preload (N)': [0.5]}, Parameters())
+    found = zero_amplitude(SET, 1000.0)
+    assert onset_v == found.zero_amplitude_m / SET.actuator.gain
+    below, above = predicted(
+        {'voltage (V)': [0.9 * onset_v, 1.1 * onset_v], 'step (nm)': [9.0, 9.0]}, SET
+    )
+    assert abs(below) < found.step_min_m < above
+
+
+def test_the_blocking_force_is_the_largest_of_the_stand_against_its_load_cell():
+    [full_n, half_n] = predicted({'blocking force (mN)': [170.0, 90.0], 'V (V)': ['', 150.0]}, SET)
+    stiff = SET.updated({'load_cell.bandwidth': 0.0, 'load_cell.noise_density': 0.0})
+    for force_n, volts in ((full_n, 300.0), (half_n, 150.0)):
+        force = simulate(stiff, voltage_v=volts, frequency_hz=1000.0, steps=200).frame['force_n']
+        assert force_n == pytest.approx(force.max(), rel=0.01, abs=0.0)
+
+
+def test_a_curve_and_a_sheet_are_compared_together():
+    curve = pd.DataFrame({'voltage (V)': [200.0, 300.0], 'step (nm)': [50.0, 90.0]})
+    sheet = pd.DataFrame({'mass (g)': [3.0], 'holding force (N)': [0.4]})
+    report = compare([curve, sheet], SET)
+    points = {each.name: each.agreement.points for each in report.quantities}
+    assert points == {'step_length_m': 2, 'holding_force_n': 1, 'moving_mass_kg': 1}
+    [step_m] = predicted({'step (nm)': [50.0], 'voltage (V)': [200.0]}, SET)
+    assert report.quantities[0].parts[0].b[0] == step_m
+
+
+def test_one_row_is_enough_for_one_parameter_and_a_voltage_out_of_reach_is_refused():
+    one = pd.DataFrame({'voltage (V)': [300.0], 'step (nm)': [90.0]})
+    found = fit(one, ['contact.friction'], parameters=SET, options=FitOptions(starts=1))
+    assert found.estimates[0].low < SET.contact.friction < found.estimates[0].high
+    with pytest.raises(StickSlipError) as refusal:
+        predicted({'voltage (V)': [310.0], 'step (nm)': [90.0]}, SET)
+    assert 'voltage_v 310 V is above the 300 V that the amplifier gives; raise' in str(
+        refusal.value
+    )
+    with pytest.raises(StickSlipError, match='there is no preload_n'):
+        predicted({'voltage (V)': [300.0], 'step (nm)': [90.0]}, Parameters())
+
+
+def test_a_stand_of_another_friction_law_has_no_stage_frequency():
+    sheet = {'stage frequency (Hz)': [9e3], 'mass (g)': [3.0]}
+    with pytest.raises(StickSlipError, match='without one stiffness for all small motions'):
+        predicted(sheet, SET.updated({'contact.law': 'coulomb'}))
