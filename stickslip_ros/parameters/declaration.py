@@ -75,7 +75,7 @@ class Spec:
             If it is outside the bounds, or not among the choices.
 
         """
-        converted: Scalar = _CONVERTERS[self.kind](name, value, self.unit)
+        converted: Scalar = CONVERTERS[self.kind](name, value, self.unit)
         if self.choices and converted not in self.choices:
             allowed = ', '.join(self.choices)
             raise OutOfRange(name, converted, '', 'not one of the choices', f'use {allowed}')
@@ -110,13 +110,17 @@ def _to_float(name: str, value: object, unit: str) -> float:
 def _to_int(name: str, value: object, unit: str) -> int:
     if isinstance(value, int) and not isinstance(value, bool):
         return value
+    if isinstance(value, float) and value.is_integer():
+        return int(value)
     try:
         return int(str(value))
     except ValueError:
         amount = typed_quantity(str(value), unit) if unit else None
         if amount is not None and amount.is_integer():
             return int(amount)
-        raise WrongKind(name, value, 'a whole number', 'give one such as 42') from None
+        raise WrongKind(
+            name, value, 'a whole number', f'give one such as 42 {unit}'.rstrip()
+        ) from None
 
 
 def _to_bool(name: str, value: object, _: str) -> bool:
@@ -132,7 +136,7 @@ def _to_str(name: str, value: object, _: str) -> str:
     return value
 
 
-_CONVERTERS: Mapping[type, Any] = {
+CONVERTERS: Mapping[type, Any] = {
     float: _to_float,
     int: _to_int,
     bool: _to_bool,

@@ -117,6 +117,7 @@ class Recording:
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
+        self.origin = str(path)  # as told to users
         self.files = _find_parts(self.path)
         self.metadata: dict[str, dict[str, str]] = {}
         self.attachments: dict[str, tuple[str, bytes]] = {}

@@ -3,7 +3,7 @@
 
 """Compare two files, or a file and the model, over time or by amplitude."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -63,7 +63,7 @@ class CompareOptions(ReadingOptions):
 
 def compare(
     a: 'Table | Run | Sequence[Table]',
-    b: 'Table | Run | Parameters | None' = None,
+    b: 'Table | Run | Parameters | Mapping[str, object] | None' = None,
     *,
     options: CompareOptions = CompareOptions(),
     draws: Sequence[Parameters] = (),
@@ -95,6 +95,8 @@ def compare(
         If one cannot be read, or the two cannot be compared.
 
     """
+    if isinstance(b, Mapping) and all('.' in str(each) for each in b):
+        b = Parameters().updated(b)
     given = listed_sources(a)
     window_s = None if options.align else options.window_s  # to align needs all of both
     reading = options.reading(report, is_run=isinstance(b, Parameters))
@@ -112,7 +114,9 @@ def compare(
             raise Incomparable('draws', 'need the model as B', hint)
         if b is None:
             return _compared(first, _attached(given[0], reading), options)
-        [other] = listed_sources(b)
+        other, *others = listed_sources(b)
+        if others:
+            raise Incomparable('B', 'is several tables', 'give one; A may be several')
         if window_s is not None and options.shift_s is not None:  # in B's own times
             window_s = window_s[0] - options.shift_s, window_s[1] - options.shift_s
         return _compared(first, _load(other, reading, window_s, len(given)), options)

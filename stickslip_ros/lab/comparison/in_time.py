@@ -93,7 +93,7 @@ def of_recording(recording: Recording, topics: Mapping[str, str]) -> TimeRun:
         described |= parameters.flat()
         changed = parameters.changed()
     rows = max((len(each) for each in series.values()), default=0)
-    return TimeRun(Side(str(recording.path), _RECORDING, rows, described, changed), series)
+    return TimeRun(Side(recording.origin, _RECORDING, rows, described, changed), series)
 
 
 def of_experiment(experiment: MeasuredTable) -> TimeRun:

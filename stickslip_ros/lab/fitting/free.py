@@ -4,7 +4,7 @@
 """The free parameters of a fit, with their bounds and coordinates."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
@@ -161,7 +161,10 @@ def choose_free(
 
 def listed_free(free: FreeParameters) -> list[Free]:
     """Return free parameters, or their names, as a list."""
-    listed = [free] if isinstance(free, str | Free) else free
+    listed = [free] if isinstance(free, str | Free) or not isinstance(free, Iterable) else free
+    if isinstance(free, Mapping) or not all(isinstance(e, str | Free) for e in listed):
+        hint = "write Free('contact.friction', low=0.1, high=0.5)"
+        raise WrongKind('free', free, 'a name, Free or a list of these', hint)
     return [Free(each) if isinstance(each, str) else each for each in listed]
 
 

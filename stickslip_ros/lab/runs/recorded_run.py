@@ -9,7 +9,7 @@ import weakref
 from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError
 from stickslip_ros.files import prepare_output
@@ -60,6 +60,7 @@ class Run(Shown):
     ) -> None:
         self._path = path
         self._result = result
+        self._is_kept = folder is None
         self.topics = topics or {}
         if folder is not None:
             weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
@@ -69,7 +70,9 @@ class Run(Shown):
         """Topics, messages, metadata, attachments; refused if missing or damaged."""
         if self._path is None:
             raise StickSlipError('the run was not recorded; simulate without record=False')
-        return Recording(self._path)
+        recording = Recording(self._path)
+        recording.origin = recording.origin if self._is_kept else 'simulated run'
+        return recording
 
     @property
     def path(self) -> Path:
@@ -122,7 +125,7 @@ class Run(Shown):
         ``attrs`` hold units and source. For a trace larger than memory, use ``table``.
 
         """
-        return frame_of(self.series, str(self.path))
+        return frame_of(self.series, self.recording.origin)
 
     def table(self, window_s: tuple[float, float] | None = None, every: int = 1) -> 'DataFrame':
         """
@@ -153,7 +156,7 @@ class Run(Shown):
         )
         parts, rows = list[pd.DataFrame](), 0
         for found in stretches:
-            frame = frame_of(found, str(self.path))
+            frame = frame_of(found, self.recording.origin)
             parts.append(frame.iloc[-rows % every :: every])
             rows += len(frame)
         whole = pd.concat(parts)
@@ -211,7 +214,7 @@ class Run(Shown):
         return target
 
     def __repr__(self) -> str:
-        text = str(self._path or 'not recorded')
+        text = str(self._path or 'not recorded') if self._is_kept else 'keep it with save(path)'
         if self._result is not None:
             force, step = with_unit(self.force_mean_n, 'N'), with_unit(self.step_length_m, 'm')
             text = f'{self._result.steps} steps of {step}, mean force {force}; {text}'
@@ -272,4 +275,15 @@ def frame_of(found: Mapping[str, Series], source: str) -> 'DataFrame':
     frame: DataFrame = pd.DataFrame(columns)
     frame.attrs['units'] = {'time_s': 's', **{name: each.unit for name, each in found.items()}}
     frame.attrs['source'] = source
+
+    class Plot(type(frame.plot)):  # type: ignore[misc]
+        """``DataFrame.plot`` whose vertical axis of lines is labelled with the columns."""
+
+        def __call__(self, *given: Any, **named: Any) -> Any:
+            drawn = named.get('y') or list(frame)
+            label = ', '.join([drawn] if isinstance(drawn, str) else map(str, drawn))
+            is_of_lines = named.get('kind', 'line') == 'line' and not named.get('subplots')
+            return super().__call__(*given, **({'ylabel': label} if is_of_lines else {}) | named)
+
+    object.__setattr__(frame, 'plot', Plot(frame))
     return frame

@@ -24,6 +24,7 @@ from stickslip_ros.drive.records import ALL, Wave
 from stickslip_ros.drive.runner import cell_force
 from stickslip_ros.drive.waveform import mean_rise_v
 from stickslip_ros.errors import OutOfRange, WrongKind
+from stickslip_ros.files import prepare_output
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.instrument.reports import Output, Status
@@ -194,7 +195,11 @@ def simulate(
         frequency_hz = SAWTOOTH_HZ if frequency_hz is None else frequency_hz
         request = Request('sawtooth', (voltage_v, frequency_hz, float(steps)))
     else:
-        cycle = tuple(np.ravel(np.asarray(waveform, dtype=np.float64)))
+        table = np.asarray(waveform, dtype=np.float64)
+        if table.ndim != 2 or table.shape[1] != 2:
+            hint = 'give rows [time_s, voltage_v]; np.column_stack((times, voltages)) makes them'
+            raise WrongKind('waveform', table.shape, 'a shape (n, 2)', hint)
+        cycle = tuple(np.ravel(table))
         wave = check_request(Request('waveform', cycle), parameters)
         if frequency_hz is None:
             frequency_hz = 1.0 / wave.period_s
@@ -207,6 +212,8 @@ def simulate(
     stand = start_on_wave(parameters, wave)
     folder = Path(tempfile.mkdtemp(prefix='stickslip-')) if record is True else None
     file = Path(record) if isinstance(record, str | Path) else folder and folder / 'run.mcap'
+    if file and not folder:
+        prepare_output(file, is_new=True)
     grid_ns = stand.trace_period_ns if file else stand.block_ns
     joins = is_steered_by_requests(stand, is_recorded=file is not None)
     bench = Bench(stand.updated({'sim.block': stand.trace.period}) if joins else stand)
@@ -232,7 +239,7 @@ def simulate(
         simulated_s=simulated_s,
         wall_s=wall_s,
         real_time_factor=simulated_s / wall_s,
-        recording=str(file or ''),
+        recording='' if folder else str(file or ''),
         **_read_off(bench.plant, ramps, bench.ledger, wave),
     )
     return Run(file, result, folder)

@@ -9,7 +9,7 @@ import math
 import struct
 import zipfile
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,7 +24,7 @@ from stickslip_ros.recording.integrity import is_recording
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-    Table = str | Path | DataFrame
+    Table = str | Path | DataFrame | Mapping[str, Sequence[float]]
 
 # ruff: noqa: PLC0415 - slow imports
 
