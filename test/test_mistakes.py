@@ -62,7 +62,7 @@ MEANT = {
     "Bench({'stand.preload': 0.25}).parameters.stand.preload": 0.25,
     "Parameters(stand={'preload': '250mN'}).stand.preload": 0.25,
     "compare(columns, {'contact.hurst': 0.7}, options={'steps': 5}).quantities[0].name":
-        'force',
+        'force_n',
     "len(fit(columns, 'contact.friction', options={'starts': 1, 'steps': 5}).experiments)": 2,
 }
 REFUSED = {

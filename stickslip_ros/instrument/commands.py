@@ -91,9 +91,7 @@ class Request:
         """Read a number alone, and typed numbers, such as ``10V``."""
         values: Any = self.values
         values = (values,) if isinstance(values, str | float | int) else values
-        if isinstance(values, tuple | list) and not all(
-            isinstance(e, float | int) for e in values
-        ):
+        if isinstance(values, tuple | list) and {*map(type, values)} - {float, int}:
             labels = COMMANDS[self.name].numbers if self.name in COMMANDS else ()
             units = cycle([each.partition(' ')[2] for each in labels or ('',)])
             values = tuple(map(CONVERTERS[float], cycle([self.name]), values, units))

@@ -37,7 +37,8 @@ def reading(public: Any, *, is_made: bool = False) -> Any:
     for each in form.parameters.values():
         if (read := _reader_of(each.annotation)) is not None:
             read = partial(_to_each, read, False) if each.kind is each.VAR_POSITIONAL else read
-            readers.append((each.name, read, unit_of(each.name), each.default))
+            passes = each.default, None if NoneType in get_args(each.annotation) else each.default
+            readers.append((each.name, read, unit_of(each.name), passes))
 
     @wraps(public)
     def call(*given: Any, **named: Any) -> Any:
@@ -45,9 +46,10 @@ def reading(public: Any, *, is_made: bool = False) -> Any:
             bound = form.bind(*given, **named)
         except TypeError:
             raise WrongUse(_meant(public.__qualname__, form, given, named)) from None
-        for name, read, unit, default in readers:
-            if name in bound.arguments and bound.arguments[name] is not default:
-                bound.arguments[name] = read(name, bound.arguments[name], unit)
+        for name, read, unit, passes in readers:
+            value = bound.arguments.get(name, passes[0])
+            if value is not passes[0] and value is not passes[1]:
+                bound.arguments[name] = read(name, value, unit)
         return public(*bound.args, **bound.kwargs)
 
     return call

@@ -213,6 +213,8 @@ def _refuse(group: Checked, name: str, *value: object) -> None:
         spec_of(full)
     except UnknownName as error:
         raise WrongUse(str(error)) from None
+    if not value:  # read of a copy that has no values yet
+        raise AttributeError(full)
     right = f'parameters = parameters.updated({{{full!r}: {value[0]!r}}})'
     raise WrongUse(f'{full} cannot be set, as parameters do not change; write {right}')
 

@@ -40,14 +40,8 @@ from stickslip_ros.lab.tables.columns import (
 from stickslip_ros.lab.tables.formats import tables_in
 from stickslip_ros.lab.tables.layout import EMPTY, HEAD_BYTES, TextForm, layout_of, to_number
 from stickslip_ros.lab.tables.units import factor_of, in_si, split_unit
-from stickslip_ros.parameters import (
-    AMPLITUDE_SPEC,
-    FREQUENCY_SPEC,
-    SENSORS,
-    Parameters,
-    Spec,
-    spec_of,
-)
+from stickslip_ros.parameters import AMPLITUDE_SPEC, FREQUENCY_SPEC, SENSORS, Spec, spec_of
+from stickslip_ros.parameters.declaration import Checked
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.units import quantity
 
@@ -181,16 +175,14 @@ def listed_sources(given: Any) -> list[Any]:
     for at, each in enumerate(sources):
         if isinstance(each, str | PathLike):
             sources[at] = Path(each)
-        elif isinstance(each, Mapping | Parameters | int | float | np.ndarray | NoneType):
+        elif isinstance(each, Mapping | Checked | int | float | np.ndarray | NoneType):
             import pandas as pd  # noqa: PLC0415 - slow import
 
             try:
                 sources[at] = pd.DataFrame(dict(each))  # type: ignore[arg-type]
             except (TypeError, ValueError):  # no mapping, or columns of several lengths
                 hint = "give a path, a Run, a DataFrame or columns as {'time_s': [0, 1]}"
-                raise WrongKind(
-                    'table', each, 'a table with columns of one length', hint
-                ) from None
+                raise WrongKind('data', each, 'a table with columns of one length', hint) from None
     return sources
 
 
