@@ -48,8 +48,6 @@ PUBLIC = {
     'zero_amplitude': 'lab.runs.zero_amplitude',
 }
 """Public names and their modules; type checkers read them in __init__.pyi."""
-MADE = 'Bench CompareOptions FitOptions Free Parameters Request Run SpringContact'
-"""Classes of which users make instances."""
 __all__ = [*PUBLIC]  # noqa: PLE0604 - all are strings
 
 
@@ -57,12 +55,7 @@ def __getattr__(name: str) -> Any:
     """Import a public name."""
     if name not in PUBLIC:
         raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
-    module = import_module(f'{__name__}.{PUBLIC[name]}')
-    from stickslip_ros.parameters.arguments import reading  # noqa: PLC0415 - slow
-
-    globals()[name] = found = reading(getattr(module, name), is_made=name in MADE.split())
-    setattr(module, name, found)
-    return found
+    return getattr(import_module(f'{__name__}.{PUBLIC[name]}'), name)
 
 
 def __dir__() -> list[str]:

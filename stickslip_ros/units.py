@@ -61,13 +61,10 @@ _UNITS: Final[Mapping[str, str]] = {
     '_m2': 'm^2',
     '_hz': 'Hz',
     '_m': 'm',
-    '_mm': 'mm',
-    '_ns': 'ns',
     '_n': 'N',
     '_j': 'J',
     '_s': 's',
     '_v': 'V',
-    'dt': 's',
 }
 """SI units by the suffix of a quantity's name."""
 DISPLAY: Final[Mapping[str, str]] = {

@@ -36,7 +36,7 @@ from stickslip_ros.message_types import (
     TRIGGER,
     WRENCH_STAMPED,
 )
-from stickslip_ros.parameters import FaultParameters, Parameters, Scalar
+from stickslip_ros.parameters import FaultParameters, Parameters, Scalar, reading
 from stickslip_ros.parameters.declaration import CONVERTERS
 from stickslip_ros.units import NANO
 
@@ -50,6 +50,7 @@ TRAJECTORY = 'trajectory'
 """Command that takes settings and numbers."""
 
 
+@reading
 @dataclass(frozen=True)
 class Request:
     """
@@ -91,7 +92,7 @@ class Request:
         """Read a number alone, and typed numbers, such as ``10V``."""
         values: Any = self.values
         values = (values,) if isinstance(values, str | float | int) else values
-        if isinstance(values, tuple | list) and {*map(type, values)} - {float, int}:
+        if isinstance(values, tuple | list) and any(isinstance(each, str) for each in values):
             labels = COMMANDS[self.name].numbers if self.name in COMMANDS else ()
             units = cycle([each.partition(' ')[2] for each in labels or ('',)])
             values = tuple(map(CONVERTERS[float], cycle([self.name]), values, units))

@@ -3,99 +3,80 @@
 
 """Read the arguments of public functions as a shell reads options; refuse with the right call."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import is_dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from functools import partial, wraps
 from inspect import Signature, signature
-from os import PathLike
-from types import FunctionType, NoneType, UnionType
-from typing import Any, get_args, get_origin
+from types import NoneType, UnionType
+from typing import Any, TypeVar, get_args, get_origin
 
 from stickslip_ros.errors import WrongKind, WrongUse
 from stickslip_ros.parameters.declaration import CONVERTERS, Checked
-from stickslip_ros.parameters.tree import Parameters, names_meant
-from stickslip_ros.parameters.typed import example
+from stickslip_ros.parameters.typed import EXAMPLES
 from stickslip_ros.units import unit_of
 
+Public = TypeVar('Public', bound=Callable[..., Any])
 
-def reading(public: Any, *, is_made: bool = False) -> Any:
-    """
-    Return a function, or a class with methods, that reads arguments by annotation and name.
 
-    ``is_made``: users make instances of the class, so that its ``__init__`` reads too.
-
-    """
+def reading(public: Public) -> Public:
+    """Make a function, or the ``__init__`` of a class, read arguments by annotation and name."""
     if isinstance(public, type):
-        found = [(each, *item) for each in public.__mro__ for item in vars(each).items()]
-        for owner, name, method in found:
-            is_ours = isinstance(method, FunctionType) and not hasattr(method, '__wrapped__')
-            if is_ours and (name[0] != '_' or (is_made and name == '__init__')):
-                setattr(owner, name, reading(method))
+        public.__init__ = reading(public.__init__)  # type: ignore[misc]
         return public
-    form, readers = signature(public), list[tuple[str, Any, str, Any]]()
-    for each in form.parameters.values():
-        if (read := _reader_of(each.annotation)) is not None:
-            read = partial(_to_each, read, False) if each.kind is each.VAR_POSITIONAL else read
-            passes = each.default, None if NoneType in get_args(each.annotation) else each.default
-            readers.append((each.name, read, unit_of(each.name), passes))
+    form, readers = signature(public), dict[str, Any]()
+    for name, each in form.parameters.items():
+        read = _reader_of(each.annotation)
+        is_many = read and each.kind is each.VAR_POSITIONAL
+        readers[name] = partial(_to_each, read, 0) if is_many else read
 
     @wraps(public)
     def call(*given: Any, **named: Any) -> Any:
         try:
             bound = form.bind(*given, **named)
-        except TypeError:
-            raise WrongUse(_meant(public.__qualname__, form, given, named)) from None
-        for name, read, unit, passes in readers:
-            value = bound.arguments.get(name, passes[0])
-            if value is not passes[0] and value is not passes[1]:
-                bound.arguments[name] = read(name, value, unit)
+        except TypeError as error:
+            name = public.__qualname__.removesuffix('.__init__')
+            right = _meant(name, form, given, named)
+            raise WrongUse(f'{name}: {error}; did you mean {right}?') from None
+        for name, value in bound.arguments.items():
+            if (read := readers[name]) and value is not form.parameters[name].default:
+                bound.arguments[name] = read(name, value, unit_of(name))
         return public(*bound.args, **bound.kwargs)
 
-    return call
+    call.is_reading = True  # type: ignore[attr-defined]
+    return call  # type: ignore[return-value]
 
 
 def _meant(name: str, form: Signature, given: Sequence[Any], named: Mapping[str, Any]) -> str:
-    """Return what is wrong with a call, and the call that is meant."""
-    name, known = name.removesuffix('.__init__'), dict(form.parameters)
-    given = given[1:] if known.pop('self', None) else given
-    count = sum(each.kind is not each.KEYWORD_ONLY for each in known.values())
-    meant, settings = dict(zip(known, given[: count + 1], strict=False)), dict[str, Any]()
-    others = ''
-    wrong = [word for word in named if word not in known]
-    if name.startswith('Parameters') and len(given) > count:
-        settings = {**given[0]} if isinstance(given[0], Mapping) else {given[0]: given[-1]}
+    """Return the right call in place of a wrong one."""
+    from stickslip_ros.parameters.tree import specs  # noqa: PLC0415 - it imports this module
+
+    parameters = form.parameters.values()
+    known = [each.name for each in parameters if each.kind is not each.VAR_POSITIONAL]
+    needed = [each.name for each in parameters if each.default is each.empty]
+    if known[:1] == ['self']:
+        known, given = known[1:], given[1:]
+    stand, words = 'parameters', [*known, *specs()]
+    if name == 'Parameters':
+        stand, words = 'Parameters()', [*specs()]
+        named = {**named, **(given[0] if given and isinstance(given[0], Mapping) else {})}
+    meant = dict(zip(known, given, strict=False))
     for word, value in named.items():
-        names = [] if word in known or name == 'sweep' else names_meant(word)
-        near = get_close_matches(word, known, n=1, cutoff=0.75 if names else 0.6)
-        if names and (not near or name.startswith('Parameters')):
-            settings[names[0]], others = value, ''.join(f', or {each}' for each in names[1:3])
-        others += f', out of {", ".join(known)}' * (not names and not near)
-        meant |= dict.fromkeys(near, value)
-    needed = [
-        word
-        for word, each in known.items()
-        if word not in meant
-        and each.default is each.empty
-        and each.kind is not each.VAR_POSITIONAL
-    ]
-    problem = f'has no argument {wrong[0]}' if wrong else f'needs {" and ".join(needed)}'
-    if len(given) > count:
-        problem = f'takes {count} of these {len(given)} arguments without a name'
-    for word in needed:  # values are those of a sweep
-        typed = example(unit_of(word)).partition(' ')[0] if unit_of(word) else None
-        meant[word] = {each: named[each] for each in wrong} if word == 'values' else typed
+        stem = word.removesuffix(f'_{unit_of(word).lower()}')
+        near = [word] if word in known else get_close_matches(stem, words, n=1, cutoff=0.5)
+        if near and near[0] not in known and isinstance(value, str | int | float):
+            return f'{stand}.updated({{{near[0]!r}: {value!r}}})'
+        if not near or near[0] not in known:
+            return f'one of {", ".join(known or form.parameters)}'
+        meant[near[0]] = value
     shown = list[str]()
-    for word in (word for word in known if word in meant):
-        is_typed = isinstance(value := meant[word], str | int | float | dict)
-        text = (str if isinstance(value, float) else repr)(value) if is_typed else word
-        shown.append(word if word == text and not shown else f'{word}={text}')
-    right = f'{name}({", ".join(shown)})'
-    if settings:
-        right = f'{"Parameters()" if name == "Parameters" else "parameters"}.updated({settings!r})'
-    else:
-        others += ''.join(f', {word} in {unit_of(word)}' for word in meant if unit_of(word))
-    return f'{name} {problem}; did you mean {right}{others}?'
+    for word in [each for each in known if each in meant or each in needed]:
+        unit = unit_of(word)
+        value = meant.get(word, EXAMPLES[unit].split()[0] if unit else None)
+        is_typed = isinstance(value, str | int | float)
+        text = repr(value) if is_typed else word
+        shown.append(f'{word}={text}' if is_typed or shown else text)
+    units = ''.join(f', {word} in {unit_of(word)}' for word in meant if unit_of(word))
+    return f'{name}({", ".join(shown)}){units}'
 
 
 def _reader_of(annotation: Any) -> Any:
@@ -103,56 +84,39 @@ def _reader_of(annotation: Any) -> Any:
     if 'numpy' in str(annotation):
         return _to_numbers
     kinds = get_args(annotation) if isinstance(annotation, UnionType) else (annotation,)
-    kinds = tuple(each for each in kinds if each is not NoneType)
-    origin, parts = get_origin(kinds[0]), get_args(kinds[0])
-    is_many = parts == (float, float) if origin is tuple else origin in {Sequence, Iterable}
-    if len(kinds) == 1 and is_many and (read := _reader_of(parts[0])):
-        return partial(_to_each, read, origin is tuple)
-    if origin is not Mapping and not all(type(each) is type for each in kinds):
-        return None
-    return (
-        None
-        if annotation is Signature.empty
-        else partial(_to_kind, (origin or kinds[0], *kinds[1:]))
-    )
+    parts, is_one = get_args(kinds[0]), {*kinds[1:]} <= {NoneType}
+    if is_one and kinds[0] in CONVERTERS:
+        return CONVERTERS[kinds[0]]
+    if is_one and (parts == (float, float) or get_origin(kinds[0]) is Sequence):
+        return (read := _reader_of(parts[0])) and partial(_to_each, read, len(parts) - 1)
+    kinds = tuple(get_origin(each) or each for each in kinds)
+    is_any = any(each in {float, tuple, Callable, Signature.empty} for each in kinds)
+    return None if is_any or isinstance(annotation, str) else partial(_to_kind, kinds)
 
 
-def _to_kind(kinds: tuple[Any, ...], name: str, value: Any, unit: str) -> Any:
-    """Return a value of one of these classes, or as the first that can read it."""
-    if len(kinds) > 1 and isinstance(value, kinds):
+def _to_kind(kinds: tuple[Any, ...], name: str, value: Any, _: str) -> Any:
+    """Return a value of one of these classes; a mapping becomes Parameters."""
+    if isinstance(value, kinds):
         return value
-    for kind in kinds:
-        if kind is float or (kind in CONVERTERS and len(kinds) == 1):
-            return CONVERTERS[kind](name, value, unit)
-        if isinstance(value, kind):
-            return value
-        if isinstance(value, Mapping) and issubclass(kind, Checked):
-            prefix = '' if kind is Parameters else f'{name}.'
-            stand = Parameters().updated({f'{prefix}{each}': value[each] for each in value})
-            return getattr(stand, name) if prefix else stand
-        if isinstance(value, Mapping) and is_dataclass(kind):
-            return kind(**value)  # type: ignore[operator]
-    hint = 'give one'
-    if Parameters in kinds:
-        hint = "give Parameters() or {'stand.preload': 0.25}; compare and fit take tables"
-        hint = f'write load_yaml({str(value)!r})' if isinstance(value, str | PathLike) else hint
-    raise WrongKind(name, value, ' or '.join(each.__name__ for each in kinds), hint)
+    if isinstance(value, Mapping) and hasattr(kinds[0], 'updated'):
+        return kinds[0]().updated(value)
+    expected = ' or '.join(each.__name__ for each in kinds if each is not NoneType)
+    hint = "write Parameters().updated({'stand.preload': 0.25}); load_yaml reads files, fit tables"
+    raise WrongKind(name, value, expected, hint if issubclass(kinds[0], Checked) else 'give one')
 
 
-def _to_each(read: Any, is_span: bool, name: str, value: Any, unit: str) -> tuple[Any, ...]:
+def _to_each(read: Any, is_span: int, name: str, value: Any, unit: str) -> tuple[Any, ...]:
     """Return values, or the only one, each of which is read; a span has a start and an end."""
     is_one = isinstance(value, str | Mapping) or not isinstance(value, Iterable)
-    found = tuple(read(name, each, unit) for each in ((value,) if is_one else value))
-    if is_span and not (len(found) == 2 and found[0] <= found[1]):
+    found = tuple(read(name, each, unit) for each in ([value] if is_one else value))
+    if is_span and len(found) != 2:
         raise WrongKind(name, value, 'a start and an end', f"write {name}=('2ms', '4ms')")
     return found
 
 
 def _to_numbers(name: str, value: Any, unit: str) -> Any:
-    """Return finite numbers as an array of any shape."""
-    import numpy as np  # noqa: PLC0415 - slow import
-
-    if isinstance(value, np.ndarray) and value.dtype == float and np.isfinite(value).all():
-        return value
-    read = np.vectorize(CONVERTERS[float], otypes=[float])
-    return read(name, np.asarray(value, dtype=object), unit)[()]
+    """Return finite numbers, nested as they are given."""
+    value = value.tolist() if hasattr(value, 'tolist') else value
+    if isinstance(value, str | Mapping) or not isinstance(value, Iterable):
+        return CONVERTERS[float](name, value, unit)
+    return [_to_numbers(name, each, unit) for each in value]

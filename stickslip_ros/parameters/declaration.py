@@ -110,17 +110,13 @@ def _to_float(name: str, value: object, unit: str) -> float:
 def _to_int(name: str, value: object, unit: str) -> int:
     if isinstance(value, int) and not isinstance(value, bool):
         return value
-    if isinstance(value, float) and value.is_integer():
-        return int(value)
     try:
         return int(str(value))
     except ValueError:
         amount = typed_quantity(str(value), unit) if unit else None
         if amount is not None and amount.is_integer():
             return int(amount)
-        raise WrongKind(
-            name, value, 'a whole number', f'give one such as 42 {unit}'.rstrip()
-        ) from None
+        raise WrongKind(name, value, 'a whole number', 'give one such as 42') from None
 
 
 def _to_bool(name: str, value: object, _: str) -> bool:

@@ -9,14 +9,14 @@ from dataclasses import dataclass, field
 from itertools import compress
 from operator import attrgetter
 
-from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind, WrongUse
+from stickslip_ros.errors import OutOfRange, WrongKind, WrongUse
+from stickslip_ros.parameters.arguments import reading
 from stickslip_ros.parameters.declaration import (
     Checked,
     Scalar,
     Spec,
     declared_by,
     find,
-    full_name,
     switch,
     with_fields,
 )
@@ -52,6 +52,7 @@ from stickslip_ros.units import NS_PER_S
 _PAPER = 'none', 'the stand of the paper'
 
 
+@reading
 @dataclass(frozen=True, kw_only=True)
 @with_fields(
     {each.name: (each.group, field(default_factory=each.group)) for each in SENSORS}, 'trace'
@@ -197,29 +198,14 @@ def _check_multiple(name: str, period_ns: int, of_name: str, of_ns: int) -> None
         raise OutOfRange(name, period_ns, 'ns', limit, 'change one of the two')
 
 
-def names_meant(word: str) -> list[str]:
-    """Return the parameters that ``preload``, ``preload_n`` or ``stand_preload`` may mean."""
-    return [
-        name
-        for name, spec in _SPECS.items()
-        for leaf in [name.rpartition('.')[2]]
-        if word in {name, name.replace('.', '_'), leaf, f'{leaf}_{spec.unit.lower()}'}
-    ]
-
-
-def _refuse(group: Checked, name: str, *value: object) -> None:
-    full = full_name(type(group), name)
-    try:
-        spec_of(full)
-    except UnknownName as error:
-        raise WrongUse(str(error)) from None
-    if not value:  # read of a copy that has no values yet
-        raise AttributeError(full)
-    right = f'parameters = parameters.updated({{{full!r}: {value[0]!r}}})'
+def _refuse_to_set(group: Checked, name: str, value: object) -> None:
+    full = f'{type(group).group()}.{name}'.lstrip('.')
+    spec_of(full)
+    right = f'parameters = parameters.updated({{{full!r}: {value!r}}})'
     raise WrongUse(f'{full} cannot be set, as parameters do not change; write {right}')
 
 
 for _group in (Parameters, *(e.type for e in dataclasses.fields(Parameters) if not e.metadata)):
-    _group.__setattr__ = _group.__getattr__ = _refuse  # type: ignore[union-attr,method-assign]
+    _group.__setattr__ = _refuse_to_set  # type: ignore[method-assign]
 _SPECS = declared_by(Parameters)
 _values_of = attrgetter(*_SPECS)

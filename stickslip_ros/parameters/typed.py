@@ -34,7 +34,7 @@ def to_si(name: str, text: str, unit: str) -> float:
     if number is None or not math.isfinite(number):
         has_kind = unit and number is None
         expected = f'a number in {TYPED.get(unit, unit)}' if has_kind else 'a finite number'
-        raise WrongKind(name, text, expected, f'give one such as {example(unit)}')
+        raise WrongKind(name, text, expected, f'give one such as {_example(unit)}')
     return number
 
 
@@ -52,10 +52,9 @@ def to_si_list(name: str, texts: Sequence[str], unit: str) -> list[float]:
     bare = [text for text in texts if quantity(text, '')]
     if bare and any(quantity(text, '') is None for text in texts):
         limit = 'without a unit, but others have units'
-        raise OutOfRange(name, bare[0], '', limit, f'write all as {example(unit)}')
+        raise OutOfRange(name, bare[0], '', limit, f'write all as {_example(unit)}')
     return numbers
 
 
-def example(unit: str) -> str:
-    """Return two ways to type a quantity."""
+def _example(unit: str) -> str:
     return EXAMPLES.get(unit, f'1{unit} or 1')

@@ -116,8 +116,7 @@ def recover_file(source: Path, output: Path, *, is_part: bool = False) -> Recove
                 result.messages = messages
                 return result
             result.is_whole, result.output = False, str(output)
-            if is_part:
-                make_folder(output.parent)  # of a bag
+            make_folder(output.parent)
             prepare_output(output, is_new=True)
             with replacing(output) as part, part.open('wb') as target:
                 if not _copy(stream, target, result) and not is_part:

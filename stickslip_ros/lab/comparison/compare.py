@@ -39,7 +39,7 @@ from stickslip_ros.lab.tables.experiment import (
     read_joined,
 )
 from stickslip_ros.lab.tables.formats import DATA_FRAME
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters import Parameters, reading
 from stickslip_ros.progress import progress_of
 from stickslip_ros.recording.run_file import EXPERIMENT_FILE
 
@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from stickslip_ros.lab.tables.formats import Table
 
 
+@reading
 @dataclass(frozen=True, kw_only=True)
 class CompareOptions(ReadingOptions):
     """Options of reading two experiments and of matching their times and positions."""
@@ -61,6 +62,7 @@ class CompareOptions(ReadingOptions):
     """Shift the position of B to that of A, as its zero is arbitrary."""
 
 
+@reading
 def compare(
     a: 'Table | Run | Sequence[Table]',
     b: 'Table | Run | Parameters | Mapping[str, object] | None' = None,
@@ -114,9 +116,7 @@ def compare(
             raise Incomparable('draws', 'need the model as B', hint)
         if b is None:
             return _compared(first, _attached(given[0], reading), options)
-        other, *others = listed_sources(b)
-        if others:
-            raise Incomparable('B', 'is several tables', 'give one; A may be several')
+        [other] = listed_sources(b)
         if window_s is not None and options.shift_s is not None:  # in B's own times
             window_s = window_s[0] - options.shift_s, window_s[1] - options.shift_s
         return _compared(first, _load(other, reading, window_s, len(given)), options)

@@ -4,12 +4,12 @@
 """The free parameters of a fit, with their bounds and coordinates."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 from stickslip_ros.errors import OutOfRange, WrongKind
-from stickslip_ros.parameters import Parameters, Scalar, spec_of
+from stickslip_ros.parameters import Parameters, Scalar, reading, spec_of
 from stickslip_ros.parameters.typed import to_si_list
 
 FITTED_GROUPS = ('contact', 'friction_law', 'runner', 'load_cell', 'actuator', 'amplifier')
@@ -43,6 +43,7 @@ Known: TypeAlias = tuple[float, float]
 """A value and its relative standard error."""
 
 
+@reading
 @dataclass(frozen=True)
 class Free:
     """A parameter that a fit may change. Quantities are numbers in SI units, or typed: ``3g``."""
@@ -161,10 +162,7 @@ def choose_free(
 
 def listed_free(free: FreeParameters) -> list[Free]:
     """Return free parameters, or their names, as a list."""
-    listed = [free] if isinstance(free, str | Free) or not isinstance(free, Iterable) else free
-    if isinstance(free, Mapping) or not all(isinstance(e, str | Free) for e in listed):
-        hint = "write Free('contact.friction', low=0.1, high=0.5)"
-        raise WrongKind('free', free, 'a name, Free or a list of these', hint)
+    listed = [free] if isinstance(free, str | Free) else free
     return [Free(each) if isinstance(each, str) else each for each in listed]
 
 

@@ -22,7 +22,7 @@ from stickslip_ros.lab.runs.recorded import (
     stretches_of,
 )
 from stickslip_ros.lab.runs.run_result import SawtoothRun
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters import Parameters, reading
 from stickslip_ros.recording.integrity import is_recording
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.series import Series
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 
+@reading
 class Run(Shown):
     """
     A recorded run: a file, or one that lives as long as this object.
@@ -60,7 +61,7 @@ class Run(Shown):
     ) -> None:
         self._path = path
         self._result = result
-        self._is_kept = folder is None
+        self._origin = '' if folder is None else 'simulated run'
         self.topics = topics or {}
         if folder is not None:
             weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
@@ -70,9 +71,7 @@ class Run(Shown):
         """Topics, messages, metadata, attachments; refused if missing or damaged."""
         if self._path is None:
             raise StickSlipError('the run was not recorded; simulate without record=False')
-        recording = Recording(self._path)
-        recording.origin = recording.origin if self._is_kept else 'simulated run'
-        return recording
+        return Recording(self._path, self._origin)
 
     @property
     def path(self) -> Path:
@@ -214,7 +213,7 @@ class Run(Shown):
         return target
 
     def __repr__(self) -> str:
-        text = str(self._path or 'not recorded') if self._is_kept else 'keep it with save(path)'
+        text = 'keep it with save(path)' if self._origin else str(self._path or 'not recorded')
         if self._result is not None:
             force, step = with_unit(self.force_mean_n, 'N'), with_unit(self.step_length_m, 'm')
             text = f'{self._result.steps} steps of {step}, mean force {force}; {text}'
@@ -226,6 +225,7 @@ class Run(Shown):
         return shown if self._path is None else [*shown, *sections_of(self.recording)]
 
 
+@reading
 def open_run(path: str | Path, topics: Mapping[str, str] | None = None) -> Run:
     """
     Open a recording: an MCAP file, a bag directory, or the common name of parts.
@@ -277,13 +277,13 @@ def frame_of(found: Mapping[str, Series], source: str) -> 'DataFrame':
     frame.attrs['source'] = source
 
     class Plot(type(frame.plot)):  # type: ignore[misc]
-        """``DataFrame.plot`` whose vertical axis of lines is labelled with the columns."""
+        """``DataFrame.plot`` that labels the vertical axis of lines with their columns."""
 
         def __call__(self, *given: Any, **named: Any) -> Any:
-            drawn = named.get('y') or list(frame)
-            label = ', '.join([drawn] if isinstance(drawn, str) else map(str, drawn))
-            is_of_lines = named.get('kind', 'line') == 'line' and not named.get('subplots')
-            return super().__call__(*given, **({'ylabel': label} if is_of_lines else {}) | named)
+            if named.get('kind', 'line') == 'line' and not named.get('subplots'):
+                y = named.get('y') or [*frame]
+                named.setdefault('ylabel', ', '.join(y) if isinstance(y, list) else str(y))
+            return super().__call__(*given, **named)
 
     object.__setattr__(frame, 'plot', Plot(frame))
     return frame

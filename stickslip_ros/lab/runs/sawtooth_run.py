@@ -34,7 +34,7 @@ from stickslip_ros.lab.runs.batch import Progress
 from stickslip_ros.lab.runs.courses import Course, alone, cycles_of
 from stickslip_ros.lab.runs.recorded_run import Run
 from stickslip_ros.lab.runs.run_result import DriveRun, SawtoothRun
-from stickslip_ros.parameters import STROKE_SPEC, Parameters, ReplaceableDefault, spec_of
+from stickslip_ros.parameters import STROKE_SPEC, Parameters, ReplaceableDefault, reading, spec_of
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.progress import progress_of
 from stickslip_ros.recording.run import ReportingBench, RunWriter
@@ -54,6 +54,7 @@ STEADY_STEPS_MAX = 5000  # largest number of steps without a given number
 STEP_LENGTH_CYCLES = 10  # last cycles averaged for the step length
 
 
+@reading
 def run_drive(
     parameters: Parameters,
     amplitude_m: float,
@@ -134,6 +135,7 @@ def drive_course(
     )
 
 
+@reading
 def simulate(
     parameters: Parameters | None = None,
     *,
@@ -195,11 +197,7 @@ def simulate(
         frequency_hz = SAWTOOTH_HZ if frequency_hz is None else frequency_hz
         request = Request('sawtooth', (voltage_v, frequency_hz, float(steps)))
     else:
-        table = np.asarray(waveform, dtype=np.float64)
-        if table.ndim != 2 or table.shape[1] != 2:
-            hint = 'give rows [time_s, voltage_v]; np.column_stack((times, voltages)) makes them'
-            raise WrongKind('waveform', table.shape, 'a shape (n, 2)', hint)
-        cycle = tuple(np.ravel(table))
+        cycle = tuple(np.ravel(np.asarray(waveform, dtype=np.float64)))
         wave = check_request(Request('waveform', cycle), parameters)
         if frequency_hz is None:
             frequency_hz = 1.0 / wave.period_s

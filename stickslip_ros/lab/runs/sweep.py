@@ -33,10 +33,9 @@ from stickslip_ros.parameters import (
     Scalar,
     Spec,
     parse_assignments,
+    reading,
     spec_of,
-    specs,
 )
-from stickslip_ros.parameters.declaration import find
 from stickslip_ros.parameters.typed import to_si_list
 from stickslip_ros.progress import progress_of
 
@@ -139,6 +138,7 @@ class Sweep:
         return tuple(name for name in names if ramped or name != 'stand.preload')
 
 
+@reading
 def sweep(
     parameters: Parameters,
     values: Mapping[str, Iterable[Scalar] | Scalar],
@@ -187,12 +187,11 @@ def sweep(
     given = {'frequency_hz': FREQUENCY_SPEC.default, **values}
     axes = {}
     for name, each in given.items():
-        spec = find({**SPECS, **specs()}, name, 'see docs/reference/parameters.md')
+        spec = SPECS.get(name) or spec_of(name)
         plain: Any = each.tolist() if isinstance(each, np.ndarray | np.generic) else each
-        listed = plain if isinstance(plain, Iterable) else [plain]
-        if isinstance(plain, str):
-            listed = parse_axis(name, plain, spec).values
-        axes[name] = Axis(name, tuple(spec.check(name, value) for value in listed))
+        is_one = isinstance(plain, str) or not isinstance(plain, Iterable)
+        checked = (spec.check(name, value) for value in ([plain] if is_one else plain))
+        axes[name] = Axis(name, tuple(checked))
     chosen = Sweep(
         parameters=parameters,
         varied=tuple(axis for name, axis in axes.items() if name not in SPECS),

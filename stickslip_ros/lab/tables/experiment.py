@@ -8,9 +8,7 @@ import io
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from os import PathLike
 from pathlib import Path
-from types import NoneType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,7 +39,6 @@ from stickslip_ros.lab.tables.formats import tables_in
 from stickslip_ros.lab.tables.layout import EMPTY, HEAD_BYTES, TextForm, layout_of, to_number
 from stickslip_ros.lab.tables.units import factor_of, in_si, split_unit
 from stickslip_ros.parameters import AMPLITUDE_SPEC, FREQUENCY_SPEC, SENSORS, Spec, spec_of
-from stickslip_ros.parameters.declaration import Checked
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.units import quantity
 
@@ -171,19 +168,8 @@ AS_IT_IS = Reading()
 def listed_sources(given: Any) -> list[Any]:
     """Return one source of data, or several, as a list; texts become paths."""
     is_one = isinstance(given, str | Mapping) or hasattr(given, 'to_csv')
-    sources = [given] if is_one or not isinstance(given, Iterable) else [*given]
-    for at, each in enumerate(sources):
-        if isinstance(each, str | PathLike):
-            sources[at] = Path(each)
-        elif isinstance(each, Mapping | Checked | int | float | np.ndarray | NoneType):
-            import pandas as pd  # noqa: PLC0415 - slow import
-
-            try:
-                sources[at] = pd.DataFrame(dict(each))  # type: ignore[arg-type]
-            except (TypeError, ValueError):  # no mapping, or columns of several lengths
-                hint = "give a path, a Run, a DataFrame or columns as {'time_s': [0, 1]}"
-                raise WrongKind('data', each, 'a table with columns of one length', hint) from None
-    return sources
+    sources = given if isinstance(given, Iterable) and not is_one else [given]
+    return [Path(each) if isinstance(each, str) else each for each in sources]
 
 
 def read_experiment(
