@@ -166,7 +166,7 @@ def test_a_table_of_topics_has_gaps_where_one_of_them_is_silent(tmp_path: Path):
 
 
 def test_a_saved_run_is_opened_again(run: Run, tmp_path: Path):
-    path = run.save(tmp_path / 'folder' / 'run.mcap')
+    path = run.save(tmp_path / 'run.mcap')
     again = open_run(path)
     assert_frame_equal(again.frame, run.frame)
     with pytest.raises(StickSlipError, match='it exists'):

@@ -173,7 +173,7 @@ def test_the_number_of_workers_does_not_change_the_tables():
 @pytest.mark.parametrize('name', FIGURES)
 def test_a_figure_is_written_as_table_pictures_and_caption(name, tables, tmp_path):
     figure = FIGURES[name]
-    files = write_figure(figure, tables[name], Parameters(), tmp_path / 'new')
+    files = write_figure(figure, tables[name], Parameters(), tmp_path)
     assert [path.name for path in files] == [
         f'{name}.{kind}' for kind in ('csv', 'md', 'png', 'svg')
     ]
