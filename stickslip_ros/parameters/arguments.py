@@ -15,6 +15,8 @@ from stickslip_ros.parameters.declaration import CONVERTERS, Checked
 from stickslip_ros.parameters.typed import EXAMPLES
 from stickslip_ros.units import unit_of
 
+PARAMETER_NAMES: list[str] = []
+"""Names of all parameters, once they are declared."""
 Public = TypeVar('Public', bound=Callable[..., Any])
 
 
@@ -48,16 +50,14 @@ def reading(public: Public) -> Public:
 
 def _meant(name: str, form: Signature, given: Sequence[Any], named: Mapping[str, Any]) -> str:
     """Return the right call in place of a wrong one."""
-    from stickslip_ros.parameters.tree import specs  # noqa: PLC0415 - it imports this module
-
     parameters = form.parameters.values()
     known = [each.name for each in parameters if each.kind is not each.VAR_POSITIONAL]
     needed = [each.name for each in parameters if each.default is each.empty]
     if known[:1] == ['self']:
         known, given = known[1:], given[1:]
-    stand, words = 'parameters', [*known, *specs()]
+    stand, words = 'parameters', [*known, *PARAMETER_NAMES]
     if name == 'Parameters':
-        stand, words = 'Parameters()', [*specs()]
+        stand, words = 'Parameters()', PARAMETER_NAMES
         named = {**named, **(given[0] if given and isinstance(given[0], Mapping) else {})}
     meant = dict(zip(known, given, strict=False))
     for word, value in named.items():

@@ -10,7 +10,7 @@ from itertools import compress
 from operator import attrgetter
 
 from stickslip_ros.errors import OutOfRange, WrongKind, WrongUse
-from stickslip_ros.parameters.arguments import reading
+from stickslip_ros.parameters.arguments import PARAMETER_NAMES, reading
 from stickslip_ros.parameters.declaration import (
     Checked,
     Scalar,
@@ -208,4 +208,5 @@ def _refuse_to_set(group: Checked, name: str, value: object) -> None:
 for _group in (Parameters, *(e.type for e in dataclasses.fields(Parameters) if not e.metadata)):
     _group.__setattr__ = _refuse_to_set  # type: ignore[method-assign]
 _SPECS = declared_by(Parameters)
+PARAMETER_NAMES.extend(_SPECS)
 _values_of = attrgetter(*_SPECS)

@@ -198,6 +198,7 @@ def test_every_column_of_a_table_is_filled_and_named_with_its_unit(tables):
 
 def test_the_same_table_gives_the_same_bytes(tables, tmp_path):
     for folder in ('first', 'again'):
+        (tmp_path / folder).mkdir()
         write_figure(FIGURES['fig7'], tables['fig7'], Parameters(), tmp_path / folder)
     for suffix in ('csv', 'md', 'png', 'svg'):
         first, again = ((tmp_path / f / f'fig7.{suffix}') for f in ('first', 'again'))
