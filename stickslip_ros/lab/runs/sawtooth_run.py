@@ -23,7 +23,7 @@ from stickslip_ros.drive.ledger import EnergyLedger, take_ledger
 from stickslip_ros.drive.records import ALL, Wave
 from stickslip_ros.drive.runner import cell_force
 from stickslip_ros.drive.waveform import mean_rise_v
-from stickslip_ros.errors import OutOfRange, WrongKind
+from stickslip_ros.errors import OutOfRange, WrongUse
 from stickslip_ros.files import prepare_output
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request, check_request
@@ -187,10 +187,10 @@ def simulate(
 
     """
     parameters = parameters or Parameters()
-    given = (amplitude_m, voltage_v, waveform)
-    if sum(each is not None for each in given) != 1:
-        names = 'amplitude_m, voltage_v, waveform'
-        raise WrongKind(names, given, 'one of them', 'leave out the others')
+    given = sum(each is not None for each in (amplitude_m, voltage_v, waveform))
+    if given != 1:
+        names = 'amplitude_m, voltage_v and waveform'
+        raise WrongUse(f'{given} of {names} are given; give one, such as amplitude_m=100e-9')
     if amplitude_m is not None:
         voltage_v = voltage_for(parameters, amplitude_m)
     if voltage_v is not None:
