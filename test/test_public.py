@@ -110,7 +110,7 @@ def test_a_run_can_be_recorded_where_one_likes(tmp_path: Path):
 
 @pytest.mark.parametrize('given', [{}, {'amplitude_m': 60e-9, 'voltage_v': 300.0}])
 def test_a_run_has_one_wave(given: Any):
-    with pytest.raises(StickSlipError, match='[02] of amplitude_m, .* are given; give one'):
+    with pytest.raises(StickSlipError, match=r'[02] of amplitude_m, .* are given; give one'):
         simulate(Parameters(), **given)
 
 
