@@ -17,8 +17,9 @@ class StickSlipError(Exception):
 
 
 def quoted(value: object) -> str:
-    """Return the repr of a value, cut to QUOTED characters."""
-    return _begin(repr(value), QUOTED)
+    """Return the repr of a value, cut to QUOTED characters; of a table its class."""
+    text = repr(value)
+    return f'<{type(value).__name__}>' if '\n' in text else _begin(text, QUOTED)
 
 
 def _begin(text: str, length: int) -> str:
@@ -63,6 +64,10 @@ class WrongKind(StickSlipError, TypeError):
         super().__init__(f'{name} {quoted(value)} is not {expected}; {hint}')
         self.name = name
         self.value = value
+
+
+class WrongUse(StickSlipError, TypeError, AttributeError):
+    """A call has wrong arguments, or an attribute cannot be used; the text is what is meant."""
 
 
 class RecordingError(StickSlipError):

@@ -35,6 +35,13 @@ def read_text(path: Path, hint: str, form: str) -> str:
         raise RecordingError(path, 'is not text in UTF-8', form) from None
 
 
+def check_folder(folder: Path) -> None:
+    """Refuse a folder that is missing, and name the one to make."""
+    if missing := [each for each in (folder, *folder.parents) if not each.exists()]:
+        hint = f'make {folder}, or choose another'
+        raise RecordingError(missing[-1], 'is a folder that does not exist', hint)
+
+
 def make_folder(folder: Path) -> None:
     """Create a folder if needed, and check that files can be written to it."""
     try:
@@ -47,13 +54,14 @@ def make_folder(folder: Path) -> None:
 
 
 def prepare_output(path: Path, *, is_new: bool = False) -> None:
-    """Check that a file can be written, and create its folder; ``is_new``: it must not exist."""
+    """Check that a file can be written to its folder; ``is_new``: it must not exist."""
     if path.is_dir():
         raise RecordingError(path, 'is a folder', 'choose another name')
     if is_new and path.exists():
         raise RecordingError(path, 'it exists and is not overwritten', 'choose another name')
     if path.exists() and not path.is_file():
         raise RecordingError(path, 'is a device or a pipe, not a file', 'choose another name')
+    check_folder(path.parent)
     make_folder(path.parent)
 
 
@@ -62,7 +70,7 @@ def replacing(path: Path) -> Iterator[Path]:
     """Yield a temporary file to write to; when complete, it replaces the file at the path."""
     part = path.with_name(f'{path.name}.part')
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        check_folder(path.parent)
         yield part
         part.replace(path)
     except OSError as error:

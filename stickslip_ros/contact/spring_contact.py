@@ -14,11 +14,12 @@ from stickslip_ros.contact.springs import (
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.kernels.kernel import entry_point
 from stickslip_ros.kernels.record import record
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters import Parameters, reading
 
 _move = entry_point(move_springs)
 
 
+@reading
 class SpringContact:
     """
     One hemisphere under any history of normal force and displacement, by its springs.

@@ -11,6 +11,7 @@ Topics and services, recording, replay and documentation follow from the row.
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import cycle
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -35,7 +36,8 @@ from stickslip_ros.message_types import (
     TRIGGER,
     WRENCH_STAMPED,
 )
-from stickslip_ros.parameters import FaultParameters, Parameters, Scalar
+from stickslip_ros.parameters import FaultParameters, Parameters, Scalar, reading
+from stickslip_ros.parameters.declaration import CONVERTERS
 from stickslip_ros.units import NANO
 
 WAVEFORM_ROWS_MAX = 100_000
@@ -48,6 +50,7 @@ TRAJECTORY = 'trajectory'
 """Command that takes settings and numbers."""
 
 
+@reading
 @dataclass(frozen=True)
 class Request:
     """
@@ -77,13 +80,23 @@ class Request:
     """
 
     name: str
-    values: Sequence[float] = ()
+    values: 'Sequence[float]' = ()  # read with the units of the command
     settings: tuple[tuple[str, Scalar], ...] = ()
     stamp_ns: int = 0
     frame_id: str = ''
     joints: Joints = NO_JOINTS
     cycles: int = 1
     tag: str = ''
+
+    def __post_init__(self) -> None:
+        """Read a number alone, and typed numbers, such as ``10V``."""
+        values: Any = self.values
+        values = (values,) if isinstance(values, str | float | int) else values
+        if isinstance(values, tuple | list) and any(isinstance(each, str) for each in values):
+            labels = COMMANDS[self.name].numbers if self.name in COMMANDS else ()
+            units = cycle([each.partition(' ')[2] for each in labels or ('',)])
+            values = tuple(map(CONVERTERS[float], cycle([self.name]), values, units))
+        object.__setattr__(self, 'values', values)
 
     @property
     def size(self) -> int:

@@ -3,6 +3,7 @@
 
 """Parameters, each declared once with unit, bounds and source."""
 
+from stickslip_ros.parameters.arguments import reading
 from stickslip_ros.parameters.declaration import (
     AMPLITUDE_SPEC,
     FREQUENCY_SPEC,
@@ -74,6 +75,7 @@ __all__ = [
     'parse_assignments',
     'parse_yaml',
     'read_yaml',
+    'reading',
     'spec_of',
     'specs',
     'to_nanoseconds',

@@ -75,7 +75,7 @@ class Spec:
             If it is outside the bounds, or not among the choices.
 
         """
-        converted: Scalar = _CONVERTERS[self.kind](name, value, self.unit)
+        converted: Scalar = CONVERTERS[self.kind](name, value, self.unit)
         if self.choices and converted not in self.choices:
             allowed = ', '.join(self.choices)
             raise OutOfRange(name, converted, '', 'not one of the choices', f'use {allowed}')
@@ -132,7 +132,7 @@ def _to_str(name: str, value: object, _: str) -> str:
     return value
 
 
-_CONVERTERS: Mapping[type, Any] = {
+CONVERTERS: Mapping[type, Any] = {
     float: _to_float,
     int: _to_int,
     bool: _to_bool,

@@ -3,12 +3,14 @@
 
 """Immutable tree of all parameters, and its flat form ``{'group.name': value}``."""
 
+import dataclasses
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import compress
 from operator import attrgetter
 
-from stickslip_ros.errors import OutOfRange, WrongKind
+from stickslip_ros.errors import OutOfRange, WrongKind, WrongUse
+from stickslip_ros.parameters.arguments import PARAMETER_NAMES, reading
 from stickslip_ros.parameters.declaration import (
     Checked,
     Scalar,
@@ -50,7 +52,8 @@ from stickslip_ros.units import NS_PER_S
 _PAPER = 'none', 'the stand of the paper'
 
 
-@dataclass(frozen=True)
+@reading
+@dataclass(frozen=True, kw_only=True)
 @with_fields(
     {each.name: (each.group, field(default_factory=each.group)) for each in SENSORS}, 'trace'
 )
@@ -139,8 +142,8 @@ class Parameters(Shown, Checked):
         """
         checked: dict[str, dict[str, object]] = {}
         for name, value in values.items():
-            group, _, leaf = name.rpartition('.')
-            checked.setdefault(group, {})[leaf] = spec_of(name).check(name, value)
+            group, _, leaf = str(name).rpartition('.')
+            checked.setdefault(group, {})[leaf] = spec_of(str(name)).check(name, value)
         changes = checked.pop('', {})
         for group, leaves in checked.items():
             changes[group] = getattr(self, group).with_checked(leaves)
@@ -195,5 +198,15 @@ def _check_multiple(name: str, period_ns: int, of_name: str, of_ns: int) -> None
         raise OutOfRange(name, period_ns, 'ns', limit, 'change one of the two')
 
 
+def _refuse_to_set(group: Checked, name: str, value: object) -> None:
+    full = f'{type(group).group()}.{name}'.lstrip('.')
+    spec_of(full)
+    right = f'parameters = parameters.updated({{{full!r}: {value!r}}})'
+    raise WrongUse(f'{full} cannot be set, as parameters do not change; write {right}')
+
+
+for _group in (Parameters, *(e.type for e in dataclasses.fields(Parameters) if not e.metadata)):
+    _group.__setattr__ = _refuse_to_set  # type: ignore[method-assign]
 _SPECS = declared_by(Parameters)
+PARAMETER_NAMES.extend(_SPECS)
 _values_of = attrgetter(*_SPECS)

@@ -18,6 +18,7 @@ import yaml
 
 from stickslip_ros.errors import RecordingError, UnknownName, WrongKind, quoted
 from stickslip_ros.files import read_text
+from stickslip_ros.parameters.arguments import reading
 from stickslip_ros.parameters.declaration import Scalar, Spec
 from stickslip_ros.parameters.tree import Parameters, specs
 
@@ -75,6 +76,7 @@ def _before_values() -> dict[str, str]:
     return found
 
 
+@reading
 def load_yaml(*paths: str | Path) -> Parameters:
     """
     Read ROS parameter files; later files override earlier ones, and the rest keeps its defaults.

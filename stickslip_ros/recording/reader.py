@@ -120,8 +120,9 @@ class Recording:
 
     """
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, origin: str = '') -> None:
         self.path = Path(path)
+        self.origin = origin or str(path)  # as told to users
         self.files = _find_parts(self.path)
         self.metadata: Described = {}
         self.attachments: dict[str, tuple[str, bytes]] = {}

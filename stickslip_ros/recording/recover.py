@@ -22,7 +22,7 @@ from mcap.summary import Summary
 from mcap.writer import Writer
 
 from stickslip_ros.errors import RecordingError
-from stickslip_ros.files import prepare_output, readable, replacing
+from stickslip_ros.files import check_folder, make_folder, prepare_output, readable, replacing
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.bag import bag_parts, files_of_a_bag, write_metadata
 from stickslip_ros.recording.chunks import (
@@ -92,6 +92,7 @@ def recover(path: Path, output: Path | None = None) -> tuple[list[Recovery], Pat
     name = f'{path.name}{MARK}' if is_bag else f'{layout.stem}{MARK}{SUFFIX}'
     copy = Layout.plan(output or path.with_name(name), bag=is_bag, split=bool(parts))
     copy.refuse_existing()
+    check_folder(copy.path.parent)
     recoveries = [
         recover_file(each, copy.part(number), is_part=bool(parts))
         for number, each in enumerate(parts or [path])
@@ -121,6 +122,7 @@ def recover_file(source: Path, output: Path, *, is_part: bool = False) -> Recove
                 result.messages = messages
                 return result
             result.is_whole, result.output = False, str(output)
+            make_folder(output.parent)
             prepare_output(output, is_new=True)
             with replacing(output) as part, part.open('wb') as target:
                 if not _copy(stream, target, result) and not is_part:

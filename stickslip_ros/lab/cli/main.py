@@ -37,12 +37,12 @@ numbers are in SI units: 60e-9.
 EPILOGUE = """\
 examples:
   stickslip simulate --amplitude 60nm --preload 250mN --frequency 500Hz
-  stickslip simulate --voltage 300V --no-load-cell -o runs/free.mcap
-  stickslip sweep --preload 0.1,0.5 --amplitude 0:160nm:33 -o runs/force.csv
-  stickslip import scope.csv --map voltage_v="CH1 (V)" -o runs/voltage.csv
+  stickslip simulate --voltage 300V --no-load-cell -o free.mcap
+  stickslip sweep --preload 0.1,0.5 --amplitude 0:160nm:33 -o force.csv
+  stickslip import scope.csv --map voltage_v="CH1 (V)" -o voltage.csv
   stickslip fit experiment.csv --free contact.friction,runner.damping
-  stickslip compare experiment.csv model -o runs/comparison.html
-  stickslip plot runs/free.mcap --window 3ms@30ms
+  stickslip compare experiment.csv model -o comparison.html
+  stickslip plot free.mcap --window 3ms@30ms
   stickslip drive --set stand.preload=250mN
 
 'stickslip VERB --help' explains a verb. Exit status: 0 done, 1 a check failed,

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from itertools import groupby
 from typing import Any
 
-from stickslip_ros.files import make_folder, prepare_output
+from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.cli.chosen import chosen_look
 from stickslip_ros.lab.cli.printing import CHECK_FAILED, Answer
 from stickslip_ros.lab.runs.recorded import recorded_stand, sections_of
@@ -79,8 +79,6 @@ def plot_verb(arguments: argparse.Namespace) -> Answer:
 
 def recover_verb(arguments: argparse.Namespace) -> Answer:
     """Copy the readable part of a recording into a finished recording."""
-    if arguments.output:
-        make_folder(arguments.output.parent)
     recoveries, written = recover(arguments.file, arguments.output)
     end = f'wrote {written}' if written else f'{arguments.file} is whole: nothing was written'
     parts = [part for each in recoveries for part in _recover_parts(each)]

@@ -3,7 +3,7 @@
 
 """Compare two files, or a file and the model, over time or by amplitude."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -39,7 +39,7 @@ from stickslip_ros.lab.tables.experiment import (
     read_joined,
 )
 from stickslip_ros.lab.tables.formats import DATA_FRAME
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters import Parameters, reading
 from stickslip_ros.progress import progress_of
 from stickslip_ros.recording.run_file import EXPERIMENT_FILE
 
@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from stickslip_ros.lab.tables.formats import Table
 
 
+@reading
 @dataclass(frozen=True, kw_only=True)
 class CompareOptions(ReadingOptions):
     """Options of reading two experiments and of matching their times and positions."""
@@ -61,9 +62,10 @@ class CompareOptions(ReadingOptions):
     """Shift the position of B to that of A, as its zero is arbitrary."""
 
 
+@reading
 def compare(
     a: 'Table | Run | Sequence[Table]',
-    b: 'Table | Run | Parameters | None' = None,
+    b: 'Table | Run | Parameters | Mapping[str, object] | None' = None,
     *,
     options: CompareOptions = CompareOptions(),
     draws: Sequence[Parameters] = (),
@@ -95,6 +97,8 @@ def compare(
         If one cannot be read, or the two cannot be compared.
 
     """
+    if isinstance(b, Mapping) and all('.' in str(each) for each in b):
+        b = Parameters().updated(b)
     given = listed_sources(a)
     window_s = None if options.align else options.window_s  # to align needs all of both
     reading = options.reading(report, b if isinstance(b, Parameters) else None)

@@ -94,7 +94,7 @@ def of_recording(recording: Recording, topics: Mapping[str, str]) -> TimeRun:
         changed = parameters.changed()
     rows = max((len(each) for each in series.values()), default=0)
     notes = tuple(recording.notes)
-    return TimeRun(Side(str(recording.path), _RECORDING, rows, described, changed, notes), series)
+    return TimeRun(Side(recording.origin, _RECORDING, rows, described, changed, notes), series)
 
 
 def of_experiment(experiment: MeasuredTable) -> TimeRun:

@@ -14,7 +14,7 @@ from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.lab.drawing.film import FILM_CYCLES, Film, film_of
 from stickslip_ros.lab.drawing.geometry import DIAGONAL, Geometry, geometry_of
 from stickslip_ros.lab.runs.recorded_run import Run
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters import Parameters, reading
 from stickslip_ros.units import NM, with_unit
 
 _MOVING = ('voltage_v', 'foot_m', 'position_m')
@@ -50,6 +50,7 @@ class Drawing(str):
         return str(self)
 
 
+@reading
 def draw_stand(stand: Parameters | Run, end_s: float | None = None) -> Drawing:
     """
     Draw a stand to scale, or the last cycles of a stepping run as a film.

@@ -170,7 +170,7 @@ def _of_recording(
     voltage = series.get(_VOLTAGE)
     pair = None if voltage is None else (voltage.time_s, voltage.value)
     return experiment_over_time(
-        str(recording.path), pair, seen, stand, preload_n, options, settings, asked_for
+        recording.origin, pair, seen, stand, preload_n, options, settings, asked_for
     )
 
 

@@ -36,7 +36,7 @@ from stickslip_ros.lab.fitting.traces import LOOSE, tightened, with_clocks, with
 from stickslip_ros.lab.fitting.trial import trial_of
 from stickslip_ros.lab.runs.batch import Progress, pool_of, run_batch
 from stickslip_ros.lab.tables.experiment import MeasuredTable
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters import Parameters, reading
 from stickslip_ros.progress import Show, progress_of
 
 if TYPE_CHECKING:
@@ -49,6 +49,7 @@ AROUND = 1.0
 """Distance from the start of other searches of traces, in coordinates: a factor of e, mostly."""
 
 
+@reading
 @dataclass(frozen=True, kw_only=True)
 class FitOptions(ReadingOptions):
     """Options of reading experiments, weighing them and searching."""
@@ -69,6 +70,7 @@ class FitOptions(ReadingOptions):
         return Allowance(self.shape_m, self.step_share)
 
 
+@reading
 def fit(
     experiments: 'Table | Run | Experiment | Sequence[Table | Run | Experiment]',
     free: FreeParameters,

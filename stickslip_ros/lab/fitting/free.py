@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 from stickslip_ros.errors import OutOfRange, WrongKind
-from stickslip_ros.parameters import Parameters, Scalar, spec_of
+from stickslip_ros.parameters import Parameters, Scalar, reading, spec_of
 from stickslip_ros.parameters.typed import to_si_list
 
 FITTED_GROUPS = ('contact', 'friction_law', 'runner', 'load_cell', 'actuator', 'amplifier')
@@ -43,6 +43,7 @@ Known: TypeAlias = tuple[float, float]
 """A value and its relative standard error."""
 
 
+@reading
 @dataclass(frozen=True)
 class Free:
     """A parameter that a fit may change. Quantities are numbers in SI units, or typed: ``3g``."""

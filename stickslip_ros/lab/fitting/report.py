@@ -186,7 +186,6 @@ def check_output(path: Path) -> None:
 
 def write_fit(path: Path, fit: Fit, content: dict[str, Any], origin: str, command: str) -> None:
     """Write a page, the object of ``as_object`` as JSON, or the stand as a ROS parameter file."""
-    path.parent.mkdir(parents=True, exist_ok=True)
     if path.suffix.lower() in HTML:
         fit.save(path, command)
         return

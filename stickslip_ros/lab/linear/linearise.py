@@ -29,7 +29,7 @@ from stickslip_ros.kernels.record import Record
 from stickslip_ros.lab.linear.curves import Complex
 from stickslip_ros.lab.linear.sampled import StateSpace, read, reduce_order, zero_order_hold
 from stickslip_ros.lab.runs.plottable import Plottable
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters import Parameters, reading
 from stickslip_ros.sections import Section, number
 from stickslip_ros.units import MICRO
 
@@ -180,6 +180,7 @@ def _in_um(name: str) -> str:
     return re.sub('_m(?=$|_per_s$)', '_um', name)
 
 
+@reading
 def linearise(parameters: Parameters, at_voltage_v: float | None = None) -> LinearDrive:
     """
     Linearise the drive for motions so small that no contact slips.

@@ -22,7 +22,7 @@ _JITTER_V, _JITTER = 1.0, 0.03
 """A voltage rests if it changes by less than 1 V and 3 % of the last saw-tooth."""
 _MARGIN = 0.15  # share of a period shown before the first and after the last fall
 FREE_S = 0.02  # time that the scope shows without a period, s
-LARGEST = 1e38  # below the largest number of the curves
+DRAWN_MAX = 1e38  # below the largest number of the curves
 HISTORY_BIN_S = 0.01
 HISTORY_KEPT = 1 << 13
 
@@ -124,7 +124,7 @@ def curve_of(x: Array, y: Array, base: float | None = None) -> PanelCurve:
         pair = np.fmin.reduceat(y, starts), np.fmax.reduceat(y, starts)
         x, y = np.repeat(x[0] + width * place[starts], 2), np.column_stack(pair).ravel()
         x[1::2] += 0.5 * width
-    y = np.where(np.abs(y) < LARGEST, y, np.nan)
+    y = np.where(np.abs(y) < DRAWN_MAX, y, np.nan)
     return PanelCurve(x.astype(np.float32), y.astype(np.float32), base)
 
 

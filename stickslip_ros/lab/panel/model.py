@@ -27,8 +27,8 @@ from stickslip_ros.interface.topics import SERVICES
 from stickslip_ros.lab.drawing.film import film_of
 from stickslip_ros.lab.drawing.picture import stand_svg
 from stickslip_ros.lab.panel.curves import (
+    DRAWN_MAX,
     KEPT,
-    LARGEST,
     POSITION_READING,
     RECENT,
     SAMPLE_COLUMNS,
@@ -207,7 +207,7 @@ class Model:
         for name, column in zip(names, block.T, strict=False):
             if name in SAMPLE_COLUMNS:
                 samples[:, SAMPLE_COLUMNS.index(name)] = column
-        samples[~(np.abs(samples) < LARGEST)] = np.nan
+        samples[~(np.abs(samples) < DRAWN_MAX)] = np.nan
         time_s = samples[:, TIME]
         rises = len(samples) and time_s[0] >= 0.0 and (np.diff(time_s) >= 0.0).all()
         if not (rises and time_s[-1] <= INT32_MAX):

@@ -48,7 +48,7 @@ _FRAMES_PAGE = """\
 </body>
 </html>
 """
-SHOWN = ('state', 'twin', 'picture')
+FRAME_KINDS = ('state', 'twin', 'picture')
 """Kinds of news of which a page gets the newest, in the order in which they are sent."""
 DEALT_WITH = 'dealt with'  # message of a page that is ready for the next one
 HEADERS = {
@@ -153,7 +153,7 @@ class _Socket(_Part, WebSocketHandler):
         self._hub.pages.discard(self)
 
     def show(self, kind: str, news: str | bytes) -> None:
-        """Send the newest of a kind in SHOWN as soon as the page has processed the last."""
+        """Send the newest of a kind in FRAME_KINDS as soon as the page has processed the last."""
         self._next[kind] = news
         self._go_on()
 
@@ -168,7 +168,7 @@ class _Socket(_Part, WebSocketHandler):
     def _go_on(self) -> None:
         if not self._busy:
             news, self._next = self._next, {}
-            for kind in SHOWN:
+            for kind in FRAME_KINDS:
                 if kind in news:
                     self.send(news[kind])
 
@@ -216,7 +216,7 @@ class Hub:
             state = json.dumps({'failed': f'{type(error).__name__}: {error}'})
         is_new, self._state_sent = state != self._state_sent, state
         for page in tuple(self.pages):
-            for kind, news in zip(SHOWN, (state * is_new, twin_frame, frame), strict=True):
+            for kind, news in zip(FRAME_KINDS, (state * is_new, twin_frame, frame), strict=True):
                 if news:
                     page.show(kind, news)
 

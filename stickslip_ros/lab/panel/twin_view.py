@@ -12,7 +12,7 @@ import numpy as np
 
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.interface.requests import INT32_MAX
-from stickslip_ros.lab.panel.curves import LARGEST, PanelCurve, curve_of
+from stickslip_ros.lab.panel.curves import DRAWN_MAX, PanelCurve, curve_of
 from stickslip_ros.parameters import specs
 from stickslip_ros.units import NS_PER_S
 
@@ -44,8 +44,8 @@ class TwinView:
 
     def take_reading(self, name: str, stamp_ns: int, value_m: float) -> None:
         """Take a message of twin/position or twin/residual; keep the newest."""
-        if not abs(value_m) < LARGEST:
-            raise WrongKind(f'twin/{name}', value_m, f'a number below {LARGEST:g}', 'send one')
+        if not abs(value_m) < DRAWN_MAX:
+            raise WrongKind(f'twin/{name}', value_m, f'a number below {DRAWN_MAX:g}', 'send one')
         self._heard[name][stamp_ns] = value_m
         if len(self._heard[name]) > _READINGS_KEPT:
             del self._heard[name][next(iter(self._heard[name]))]

@@ -92,7 +92,6 @@ def write_figure(
         drawn = new_figure(*figure.inches, title)
         figure.draw(table, drawn)
     try:
-        folder.mkdir(parents=True, exist_ok=True)
         for path in files:
             if path.suffix == '.csv':
                 table.write(path)

@@ -54,7 +54,6 @@ class Journal:
         self.rows: dict[int, Row] = {}
         self._identity = identity
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
             # Unbuffered: the kernel has each line at once.
             self._file = path.open('ab+', buffering=0)
         except OSError as error:

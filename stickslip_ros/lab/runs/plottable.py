@@ -43,10 +43,9 @@ class Plottable(Shown):
         """
         from stickslip_ros.lab.runs.page import page_of
 
-        page, path = page_of(self.sections(), command), Path(path)
-        with replacing(path) as part:
-            part.write_text(page, encoding='utf-8')
-        return path
+        with replacing(Path(path)) as part:
+            part.write_text(page_of(self.sections(), command), encoding='utf-8')
+        return Path(path)
 
     def _draw(self) -> 'Figure':
         raise NotImplementedError

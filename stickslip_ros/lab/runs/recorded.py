@@ -80,7 +80,7 @@ def sections_of(recording: Recording) -> Iterator[Section]:
         name = each.type_name.rpartition('/')[2]
         rows.append((each.topic, name, each.messages, rate, each.gaps))
     header = 'topic', 'type', 'messages', 'rate (Hz)', 'missing'
-    yield Section(str(recording.path), rows, header, recording.notes)
+    yield Section(recording.origin, rows, header, recording.notes)
     if run := recording.metadata.get(RUN_RECORD):
         yield Section('run', list(run.items()))
     if PARAMETERS_FILE in recording.attachments:

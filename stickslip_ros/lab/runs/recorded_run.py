@@ -9,7 +9,7 @@ import weakref
 from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError
 from stickslip_ros.files import prepare_output
@@ -22,7 +22,7 @@ from stickslip_ros.lab.runs.recorded import (
     stretches_of,
 )
 from stickslip_ros.lab.runs.run_result import SawtoothRun
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters import Parameters, reading
 from stickslip_ros.recording.integrity import is_recording
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.series import Series
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 
+@reading
 class Run(Shown):
     """
     A recorded run: a file, or one that lives as long as this object.
@@ -60,6 +61,7 @@ class Run(Shown):
     ) -> None:
         self._path = path
         self._result = result
+        self._origin = '' if folder is None else 'simulated run'
         self.topics = topics or {}
         if folder is not None:
             weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
@@ -69,7 +71,7 @@ class Run(Shown):
         """Topics, messages, metadata, attachments; refused if missing or damaged."""
         if self._path is None:
             raise StickSlipError('the run was not recorded; simulate without record=False')
-        return Recording(self._path)
+        return Recording(self._path, self._origin)
 
     @property
     def path(self) -> Path:
@@ -122,7 +124,7 @@ class Run(Shown):
         ``attrs`` hold units and source. For a trace larger than memory, use ``table``.
 
         """
-        return frame_of(self.series, str(self.path))
+        return frame_of(self.series, self.recording.origin)
 
     def table(self, window_s: tuple[float, float] | None = None, every: int = 1) -> 'DataFrame':
         """
@@ -153,7 +155,7 @@ class Run(Shown):
         )
         parts, rows = list[pd.DataFrame](), 0
         for found in stretches:
-            frame = frame_of(found, str(self.path))
+            frame = frame_of(found, self.recording.origin)
             parts.append(frame.iloc[-rows % every :: every])
             rows += len(frame)
         whole = pd.concat(parts)
@@ -211,7 +213,7 @@ class Run(Shown):
         return target
 
     def __repr__(self) -> str:
-        text = str(self._path or 'not recorded')
+        text = 'keep it with save(path)' if self._origin else str(self._path or 'not recorded')
         if self._result is not None:
             force, step = with_unit(self.force_mean_n, 'N'), with_unit(self.step_length_m, 'm')
             text = f'{self._result.steps} steps of {step}, mean force {force}; {text}'
@@ -223,6 +225,7 @@ class Run(Shown):
         return shown if self._path is None else [*shown, *sections_of(self.recording)]
 
 
+@reading
 def open_run(path: str | Path, topics: Mapping[str, str] | None = None) -> Run:
     """
     Open a recording: an MCAP file, a bag directory, or the common name of parts.
@@ -273,4 +276,15 @@ def frame_of(found: Mapping[str, Series], source: str) -> 'DataFrame':
     frame = pd.DataFrame(columns) if is_one else pd.DataFrame(columns).droplevel(1)
     frame.attrs['units'] = {'time_s': 's', **{name: each.unit for name, each in found.items()}}
     frame.attrs['source'] = source
+
+    class Plot(type(frame.plot)):  # type: ignore[misc]
+        """``DataFrame.plot`` that labels the vertical axis of lines with their columns."""
+
+        def __call__(self, *given: Any, **named: Any) -> Any:
+            if named.get('kind', 'line') == 'line' and not named.get('subplots'):
+                y = named.get('y') or [*frame]
+                named.setdefault('ylabel', ', '.join(y) if isinstance(y, list) else str(y))
+            return super().__call__(*given, **named)
+
+    object.__setattr__(frame, 'plot', Plot(frame))
     return frame

@@ -23,7 +23,8 @@ from stickslip_ros.drive.ledger import EnergyLedger, take_ledger
 from stickslip_ros.drive.records import ALL, Wave
 from stickslip_ros.drive.runner import cell_force
 from stickslip_ros.drive.waveform import mean_rise_v
-from stickslip_ros.errors import OutOfRange, WrongKind
+from stickslip_ros.errors import OutOfRange, WrongUse
+from stickslip_ros.files import prepare_output
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.instrument.reports import Output, Status
@@ -33,7 +34,7 @@ from stickslip_ros.lab.runs.batch import Progress
 from stickslip_ros.lab.runs.courses import Course, alone, cycles_of
 from stickslip_ros.lab.runs.recorded_run import Run
 from stickslip_ros.lab.runs.run_result import DriveRun, SawtoothRun
-from stickslip_ros.parameters import STROKE_SPEC, Parameters, ReplaceableDefault, spec_of
+from stickslip_ros.parameters import STROKE_SPEC, Parameters, ReplaceableDefault, reading, spec_of
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.progress import progress_of
 from stickslip_ros.recording.run import ReportingBench, RunWriter
@@ -53,6 +54,7 @@ STEADY_STEPS_MAX = 5000  # largest number of steps without a given number
 STEP_LENGTH_CYCLES = 10  # last cycles averaged for the step length
 
 
+@reading
 def run_drive(
     parameters: Parameters,
     amplitude_m: float,
@@ -133,6 +135,7 @@ def drive_course(
     )
 
 
+@reading
 def simulate(
     parameters: Parameters | None = None,
     *,
@@ -184,10 +187,10 @@ def simulate(
 
     """
     parameters = parameters or Parameters()
-    given = (amplitude_m, voltage_v, waveform)
-    if sum(each is not None for each in given) != 1:
-        names = 'amplitude_m, voltage_v, waveform'
-        raise WrongKind(names, given, 'one of them', 'leave out the others')
+    given = sum(each is not None for each in (amplitude_m, voltage_v, waveform))
+    if given != 1:
+        names = 'amplitude_m, voltage_v and waveform'
+        raise WrongUse(f'{given} of {names} are given; give one, such as amplitude_m=100e-9')
     if amplitude_m is not None:
         voltage_v = voltage_for(parameters, amplitude_m)
     if voltage_v is not None:
@@ -207,6 +210,8 @@ def simulate(
     stand = start_on_wave(parameters, wave)
     folder = Path(tempfile.mkdtemp(prefix='stickslip-')) if record is True else None
     file = Path(record) if isinstance(record, str | Path) else folder and folder / 'run.mcap'
+    if file and not folder:
+        prepare_output(file, is_new=True)
     grid_ns = stand.trace_period_ns if file else stand.block_ns
     joins = is_steered_by_requests(stand, is_recorded=file is not None)
     bench = Bench(stand.updated({'sim.block': stand.trace.period}) if joins else stand)
@@ -232,7 +237,7 @@ def simulate(
         simulated_s=simulated_s,
         wall_s=wall_s,
         real_time_factor=simulated_s / wall_s,
-        recording=str(file or ''),
+        recording='' if folder else str(file or ''),
         **_read_off(bench.plant, ramps, bench.ledger, wave),
     )
     return Run(file, result, folder)

@@ -33,6 +33,7 @@ from stickslip_ros.parameters import (
     Scalar,
     Spec,
     parse_assignments,
+    reading,
     spec_of,
 )
 from stickslip_ros.parameters.typed import to_si_list
@@ -143,6 +144,7 @@ class Sweep:
         return tuple(name for name in names if ramped or name != 'stand.preload')
 
 
+@reading
 def sweep(
     parameters: Parameters,
     values: Mapping[str, Iterable[Scalar] | Scalar],

@@ -65,7 +65,7 @@ def write_table(rows: Sequence[Row], path: Path, parameters: Parameters) -> None
 def is_sweep(path: 'Path | DataFrame') -> bool:
     """Return whether a table is a sweep, by its header."""
     if not isinstance(path, Path):
-        return STOP_RULE in path.columns
+        return STOP_RULE in getattr(path, 'columns', ())
     if path.suffix == PARQUET:
         return STOP_RULE in read_parquet(path, _REWRITE).column_names
     try:

@@ -23,7 +23,7 @@ from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.runs.batch import Progress, run_courses
 from stickslip_ros.lab.runs.courses import Course, alone, bundle_for
 from stickslip_ros.lab.runs.sawtooth_run import drive_course, full_stroke_m
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters import Parameters, reading
 from stickslip_ros.progress import progress_of
 from stickslip_ros.sections import Section, Shown, rows_of, said
 
@@ -84,6 +84,7 @@ class ZeroAmplitude(Shown):
         return [Section(title, rows_of(self))]
 
 
+@reading
 def zero_amplitude(
     parameters: Parameters,
     frequency_hz: float = 200.0,
@@ -196,6 +197,7 @@ def _asked(
     )
 
 
+@reading
 def force_onset_m(parameters: Parameters, frequency_hz: float, threshold_n: float = 0.0) -> float:
     """
     Return the amplitude from which force is generated, m; NaN without force.

@@ -176,8 +176,8 @@ AS_IT_IS = Reading()
 
 def listed_sources(given: Any) -> list[Any]:
     """Return one source of data, or several, as a list; texts become paths."""
-    is_one = isinstance(given, str) or hasattr(given, 'to_csv') or not isinstance(given, Iterable)
-    sources = [given] if is_one else given
+    is_one = isinstance(given, str | Mapping) or hasattr(given, 'to_csv')
+    sources = given if isinstance(given, Iterable) and not is_one else [given]
     return [Path(each) if isinstance(each, str) else each for each in sources]
 
 

@@ -9,14 +9,14 @@ import math
 import struct
 import zipfile
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip_ros.errors import RecordingError, StickSlipError
+from stickslip_ros.errors import RecordingError, StickSlipError, WrongKind
 from stickslip_ros.extras import load_extra
 from stickslip_ros.files import readable
 from stickslip_ros.recording.integrity import is_recording, refuse_foreign
@@ -24,7 +24,7 @@ from stickslip_ros.recording.integrity import is_recording, refuse_foreign
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-    Table = str | Path | DataFrame
+    Table = str | Path | DataFrame | Mapping[str, Sequence[float]]
 
 # ruff: noqa: PLC0415 - slow imports
 
@@ -54,7 +54,7 @@ def tables_in(path: 'Path | DataFrame', *, is_named: bool = False) -> Sources:
 
     """
     if not isinstance(path, Path):
-        yield path.attrs.get('source', DATA_FRAME), _csv(path)
+        yield getattr(path, 'attrs', {}).get('source', DATA_FRAME), _csv(path)
         return
     suffix = path.suffix.lower()
     if is_recording(path):
@@ -86,7 +86,14 @@ def tables_in(path: 'Path | DataFrame', *, is_named: bool = False) -> Sources:
 
 
 def _csv(frame: 'DataFrame') -> bytes:
-    """Return a frame as text, with a named index as column."""
+    """Return a frame, or columns, as text, with a named index as column."""
+    from pandas import DataFrame
+
+    try:
+        frame = DataFrame(frame)
+    except (TypeError, ValueError):
+        hint = "give a path, a Run, a DataFrame or columns as {'time_s': [0, 1]}"
+        raise WrongKind('data', frame, 'a table with columns of one length', hint) from None
     frame = frame if frame.index.name is None else frame.reset_index()
     is_named = frame.columns.inferred_type != 'integer'  # text is of type str from pandas 3 on
     content: str = frame.to_csv(index=False, header=is_named)

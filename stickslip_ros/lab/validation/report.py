@@ -123,7 +123,6 @@ def write_report(outcomes: Answers, folder: Path) -> list[Path]:
     """Write all references as page and CSV; return the files."""
     page, table = files = [folder / name for name in (_PAGE, _CSV)]
     try:
-        folder.mkdir(parents=True, exist_ok=True)
         page.write_text(page_of(sections(outcomes), 'stickslip validate'), encoding='utf-8')
         table.write_text(csv_text(outcomes), encoding='utf-8')
     except OSError as error:

@@ -16,7 +16,7 @@ pytestmark = pytest.mark.usefixtures('compiled_kernels')
 
 
 def test_it_measures_writes_and_draws(capsys: Any, tmp_path: Path):
-    table, picture = tmp_path / 'new' / 'bode.csv', tmp_path / 'bode.png'
+    table, picture = tmp_path / 'bode.csv', tmp_path / 'bode.png'
     words = ['--frequency', '1000:5000:3', '--at-voltage', '60', '--preload', '0.25']
     assert main(['bode', *words, '-o', str(table), '--figure', str(picture), '--json']) == 0
     told = json.loads(capsys.readouterr().out)

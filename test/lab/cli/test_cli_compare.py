@@ -103,6 +103,7 @@ def test_the_json_is_the_whole_tree_in_si_units(capsys: Any, example: Path):
 
 
 def test_the_report_tells_its_command(capsys: Any, example: Path):
+    (example / 'pages').mkdir()
     words = ['compare', 'experiment.csv', 'model', '--steps', '20', '--frequency', '500']
     words += ['--set', 'record.name=a b.mcap', '--output', 'pages/page.html']
     assert main(words) == 0

@@ -26,6 +26,7 @@ def table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_import_says_what_it_understood_and_writes_our_form(capsys: Any, table: Path):
+    Path('out').mkdir()
     assert main(['import', 'messung.csv', '--preload', '0.5', '-o', 'out/clean.csv']) == 0
     out, err = capsys.readouterr()
     assert err == ''

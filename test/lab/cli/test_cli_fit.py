@@ -43,7 +43,7 @@ def test_the_fitted_stand_runs_from_its_yaml_and_the_json_says_how_good_it_is(
     experiment, capsys, tmp_path
 ):
     names = 'fit.yaml', 'fit.json', 'fit.html', 'fit.png'
-    yaml, text, page, picture = files = [tmp_path / 'new' / name for name in names]
+    yaml, text, page, picture = files = [tmp_path / name for name in names]
     words = [each for file in files[:3] for each in ('-o', str(file))]
     words += ['--figure', str(picture), '--json']
     assert fit(experiment, *FREE, *QUICK, *words) == 0

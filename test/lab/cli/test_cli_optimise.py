@@ -24,7 +24,7 @@ SHORT = ['--evaluations', '6', '--knots', '6', '--workers', '1']
 
 
 def test_it_writes_a_wave_that_simulate_plays_with_the_same_force(capsys: Any, tmp_path: Path):
-    wave, picture = tmp_path / 'new' / 'wave.csv', tmp_path / 'wave.png'
+    wave, picture = tmp_path / 'wave.csv', tmp_path / 'wave.png'
     words = ['optimise', 'force', *SHORT, '-o', str(wave), '--figure', str(picture), '--json']
     assert main(words) == 0
     told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)  # no NaN

@@ -78,7 +78,7 @@ def test_a_recorded_run_is_described_by_info(capsys: Any, tmp_path: Path):
     assert seen['recording'] == str(file)
     assert main(['info', str(file), '--json']) == 0
     told = json.loads(capsys.readouterr().out)
-    assert told.keys() == {'topics', 'changed_parameters', 'run', 'attachments'}
+    assert told.keys() == {'topics', 'changed_parameters', 'run', 'attachments', 'notes'}
     assert told['changed_parameters'] == {'stand.preload': 0.25, 'load_cell.contact': 'absent'}
     topics = {topic['topic']: topic for topic in told['topics']}
     blocks = round(seen['simulated_s'] * 1e3)

@@ -178,7 +178,7 @@ def test_the_page_says_what_was_compared(pages):
 
 
 def test_the_same_comparison_gives_the_same_bytes(comparison, text, tmp_path):
-    path = tmp_path / 'new' / 'page.html'
+    path = tmp_path / 'page.html'
     assert comparison.save(path, COMMAND) == path
     assert path.read_bytes() == text.encode()
     assert text.startswith('<!DOCTYPE html>')

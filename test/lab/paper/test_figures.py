@@ -173,7 +173,7 @@ def test_the_number_of_workers_does_not_change_the_tables():
 @pytest.mark.parametrize('name', FIGURES)
 def test_a_figure_is_written_as_table_pictures_and_caption(name, tables, tmp_path):
     figure = FIGURES[name]
-    files = write_figure(figure, tables[name], Parameters(), tmp_path / 'new')
+    files = write_figure(figure, tables[name], Parameters(), tmp_path)
     assert [path.name for path in files] == [
         f'{name}.{kind}' for kind in ('csv', 'md', 'png', 'svg')
     ]
@@ -198,6 +198,7 @@ def test_every_column_of_a_table_is_filled_and_named_with_its_unit(tables):
 
 def test_the_same_table_gives_the_same_bytes(tables, tmp_path):
     for folder in ('first', 'again'):
+        (tmp_path / folder).mkdir()
         write_figure(FIGURES['fig7'], tables['fig7'], Parameters(), tmp_path / folder)
     for suffix in ('csv', 'md', 'png', 'svg'):
         first, again = ((tmp_path / f / f'fig7.{suffix}') for f in ('first', 'again'))

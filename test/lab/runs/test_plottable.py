@@ -99,7 +99,7 @@ def test_a_figure_has_its_size_and_letters_that_journals_take(recorded_run: Run,
 def test_a_style_is_typed_and_what_is_none_is_refused(
     recorded_run: Run, table: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ):
-    picture = tmp_path / 'new/a.pdf'
+    picture = tmp_path / 'a.pdf'
     widths_pt = []
     own = tmp_path / 'own.mplstyle'
     own.write_text('figure.figsize: 4, 3', encoding='utf-8')

@@ -98,7 +98,7 @@ def test_a_window_is_cut_to_the_run_or_refused_outside_of_it():
 
 
 def test_the_trace_is_drawn_where_it_is_recorded(recorded_run, tmp_path):
-    plot = plot_run(Recording(recorded_run[1]), tmp_path / 'folder/run.png')
+    plot = plot_run(Recording(recorded_run[1]), tmp_path / 'run.png')
     trace = Recording(recorded_run[1]).trace()
     assert [each.name for each in plot.quantities] == [
         'position_m',
@@ -113,7 +113,7 @@ def test_the_trace_is_drawn_where_it_is_recorded(recorded_run, tmp_path):
     assert [(each.command, each.result) for each in plot.events] == [('sawtooth', 'DONE')]
     assert [each.bit for each in plot.status] == ['MOVING', 'SENSOR_PRESENT', 'AMPLIFIER_ENABLED']
     assert plot.status[0].end_s == plot.events[0].time_s
-    picture = matplotlib.image.imread(tmp_path / 'folder/run.png')
+    picture = matplotlib.image.imread(tmp_path / 'run.png')
     assert picture.shape[1] == PIXELS
     assert all(shows(picture, COLOURS[each.name]) for each in plot.quantities)
 

@@ -226,7 +226,7 @@ def test_an_amplitude_of_zero_is_a_drive_at_rest(stand):
 def test_csv_keeps_every_bit_and_the_parameters(short, tmp_path):
     rows = [*run_sweep(short), {}]
     rows[-1] = {**rows[0], 'force_mean_n': math.nextafter(0.1, 1.0), 'step_length_m': -5e-324}
-    path = tmp_path / 'new' / 'table.csv'
+    path = tmp_path / 'table.csv'
     write_table(rows, path, short.parameters)
     with path.open(newline='', encoding='utf-8') as file:
         version, told, *lines = file

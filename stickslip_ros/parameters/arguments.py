@@ -1,0 +1,122 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""Read the arguments of public functions as a shell reads options; refuse with the right call."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from difflib import get_close_matches
+from functools import partial, wraps
+from inspect import Signature, signature
+from types import NoneType, UnionType
+from typing import Any, TypeVar, get_args, get_origin
+
+from stickslip_ros.errors import WrongKind, WrongUse
+from stickslip_ros.parameters.declaration import CONVERTERS, Checked
+from stickslip_ros.parameters.typed import EXAMPLES
+from stickslip_ros.units import unit_of
+
+PARAMETER_NAMES: list[str] = []
+"""Names of all parameters, once they are declared."""
+Public = TypeVar('Public', bound=Callable[..., Any])
+
+
+def reading(public: Public) -> Public:
+    """Make a function, or the ``__init__`` of a class, read arguments by annotation and name."""
+    if isinstance(public, type):
+        public.__init__ = reading(public.__init__)  # type: ignore[misc]
+        return public
+    form, readers = signature(public), dict[str, Any]()
+    for name, each in form.parameters.items():
+        read = _reader_of(each.annotation)
+        is_many = read and each.kind is each.VAR_POSITIONAL
+        readers[name] = partial(_to_each, read, 0) if is_many else read
+
+    @wraps(public)
+    def call(*given: Any, **named: Any) -> Any:
+        try:
+            bound = form.bind(*given, **named)
+        except TypeError as error:
+            name = public.__qualname__.removesuffix('.__init__')
+            right = _meant(name, form, given, named)
+            raise WrongUse(f'{name}: {error}; did you mean {right}?') from None
+        for name, value in bound.arguments.items():
+            if (read := readers[name]) and value is not form.parameters[name].default:
+                bound.arguments[name] = read(name, value, unit_of(name))
+        return public(*bound.args, **bound.kwargs)
+
+    call.is_reading = True  # type: ignore[attr-defined]
+    return call  # type: ignore[return-value]
+
+
+def _meant(name: str, form: Signature, given: Sequence[Any], named: Mapping[str, Any]) -> str:
+    """Return the right call in place of a wrong one."""
+    parameters = form.parameters.values()
+    known = [each.name for each in parameters if each.kind is not each.VAR_POSITIONAL]
+    needed = [each.name for each in parameters if each.default is each.empty]
+    if known[:1] == ['self']:
+        known, given = known[1:], given[1:]
+    stand, words = 'parameters', [*known, *PARAMETER_NAMES]
+    if name == 'Parameters':
+        stand, words = 'Parameters()', PARAMETER_NAMES
+        named = {**named, **(given[0] if given and isinstance(given[0], Mapping) else {})}
+    meant = dict(zip(known, given, strict=False))
+    for word, value in named.items():
+        stem = word.removesuffix(f'_{unit_of(word).lower()}')
+        near = [word] if word in known else get_close_matches(stem, words, n=1, cutoff=0.5)
+        if near and near[0] not in known and isinstance(value, str | int | float):
+            return f'{stand}.updated({{{near[0]!r}: {value!r}}})'
+        if not near or near[0] not in known:
+            return f'one of {", ".join(known or form.parameters)}'
+        meant[near[0]] = value
+    shown = list[str]()
+    for word in [each for each in known if each in meant or each in needed]:
+        unit = unit_of(word)
+        value = meant.get(word, EXAMPLES[unit].split()[0] if unit else None)
+        is_typed = isinstance(value, str | int | float)
+        text = repr(value) if is_typed else word
+        shown.append(f'{word}={text}' if is_typed or shown else text)
+    units = ''.join(f', {word} in {unit_of(word)}' for word in meant if unit_of(word))
+    return f'{name}({", ".join(shown)}){units}'
+
+
+def _reader_of(annotation: Any) -> Any:
+    """Return a function of name, value and unit that reads a value; None if every value passes."""
+    if 'numpy' in str(annotation):
+        return _to_numbers
+    kinds = get_args(annotation) if isinstance(annotation, UnionType) else (annotation,)
+    parts, is_one = get_args(kinds[0]), {*kinds[1:]} <= {NoneType}
+    if is_one and kinds[0] in CONVERTERS:
+        return CONVERTERS[kinds[0]]
+    if is_one and (parts == (float, float) or get_origin(kinds[0]) is Sequence):
+        return (read := _reader_of(parts[0])) and partial(_to_each, read, len(parts) - 1)
+    kinds = tuple(get_origin(each) or each for each in kinds)
+    is_any = any(each in {float, tuple, Callable, Signature.empty} for each in kinds)
+    return None if is_any or isinstance(annotation, str) else partial(_to_kind, kinds)
+
+
+def _to_kind(kinds: tuple[Any, ...], name: str, value: Any, _: str) -> Any:
+    """Return a value of one of these classes; a mapping becomes Parameters."""
+    if isinstance(value, kinds):
+        return value
+    if isinstance(value, Mapping) and hasattr(kinds[0], 'updated'):
+        return kinds[0]().updated(value)
+    expected = ' or '.join(each.__name__ for each in kinds if each is not NoneType)
+    hint = "write Parameters().updated({'stand.preload': 0.25}); load_yaml reads files, fit tables"
+    raise WrongKind(name, value, expected, hint if issubclass(kinds[0], Checked) else 'give one')
+
+
+def _to_each(read: Any, is_span: int, name: str, value: Any, unit: str) -> tuple[Any, ...]:
+    """Return values, or the only one, each of which is read; a span has a start and an end."""
+    is_one = isinstance(value, str | Mapping) or not isinstance(value, Iterable)
+    found = tuple(read(name, each, unit) for each in ([value] if is_one else value))
+    if is_span and len(found) != 2:
+        raise WrongKind(name, value, 'a start and an end', f"write {name}=('2ms', '4ms')")
+    return found
+
+
+def _to_numbers(name: str, value: Any, unit: str) -> Any:
+    """Return finite numbers, nested as they are given."""
+    value = value.tolist() if hasattr(value, 'tolist') else value
+    if isinstance(value, str | Mapping) or not isinstance(value, Iterable):
+        return CONVERTERS[float](name, value, unit)
+    return [_to_numbers(name, each, unit) for each in value]
