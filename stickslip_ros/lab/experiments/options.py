@@ -26,6 +26,10 @@ class ReadingOptions:
     """
     preloads_n: Sequence[float] = ()
     """Preload of files without a preload: one value for all, or one for each, N."""
+    rate_hz: float | None = None
+    """Rows per second of tables of evenly spaced rows; their columns of times are not read."""
+    start_s: float | None = None
+    """Time of the first row of such a table, s."""
     commands: 'Table | None' = None
     """Table of the times and voltages that drove the recordings, if known."""
     window_s: tuple[float, float] | None = None
@@ -43,4 +47,5 @@ class ReadingOptions:
         self, report: Callable[[MeasuredTable], None] | None = None, *, is_run: bool = True
     ) -> Reading:
         """Return options of reading tables; with ``is_run`` tables over time need a preload."""
-        return Reading(self.headers, self.preloads_n, report, is_run)
+        given = self.headers, self.preloads_n, report, is_run
+        return Reading(*given, rate_hz=self.rate_hz, start_s=self.start_s)
