@@ -12,7 +12,6 @@ from stickslip_ros.errors import QUOTED, RecordingError, quoted
 from stickslip_ros.lab.tables.layout import TextForm, to_number
 from stickslip_ros.lab.tables.units import factor_of, split_unit
 from stickslip_ros.parameters import SENSORS, Spec
-from stickslip_ros.units import unit_of
 
 USUAL: Mapping[str, tuple[str, ...]] = {
     'time_s': ('time', 't', 'x axis', 'x value', 'zeit'),
@@ -50,7 +49,6 @@ SECONDS = re.compile(r'(.*?)_?secs?\n\1_?(nano|n)secs?')
 """Names of two columns that make a time."""
 WIDE = re.compile(r'[-+]?\d{16,}')  # has more digits than a float
 EPOCH = re.compile(r'1\d{9}')  # seconds of 2001 to 2033
-WORD = re.compile(r'[^\W_]+')
 UNCLEAR = re.compile(r'["`$\\]')  # what a shell reads
 
 Places = tuple[tuple[int, str], ...]  # place and unit of a column, or of several that are added
@@ -92,7 +90,7 @@ def find_columns(
 
     """
     found: dict[str, Sequence[Places]] = {
-        name: _named(layout, name, named[name], where) for name in named if name in specs
+        name: _named(layout, name, named[name], specs, where) for name in named if name in specs
     }
     asked = set(found) - set(CONDITIONS)
     taken = {at for several in found.values() for places in several for at, _ in places}
@@ -162,10 +160,18 @@ def suggestion(
         for at in unread:
             bare, own = split_unit(layout.names[at])
             unit = own or layout.units[at]
-            fits, words = factor_of(unit, si), set(WORD.findall(bare.lower()))
+            fits, words = factor_of(unit, si), [each for each in USUAL[name] if len(each) > 1]
             is_usual = recognised(bare, '', {name: specs[name]})
-            if is_usual or fits or not unit:
-                rank = 0 if is_usual else 1 if words & {*USUAL[name]} else 2 if fits else 3
+            if is_usual or fits or not (unit or recognised(bare, '', specs)):
+                rank = (
+                    0
+                    if is_usual
+                    else 1
+                    if any(each in bare.lower() for each in words)
+                    else 2
+                    if fits
+                    else 3
+                )
                 shown = '' if own else unit or likely(layout, si, at)
                 shown = shown if fits or not unit else f'0.05 {si}'
                 ranked.append((rank, order, at, map_hint(name, layout, at, shown)))
@@ -228,17 +234,22 @@ def listed(names: Iterable[str]) -> str:
     return ', '.join(quoted(name) for name in names)
 
 
-def _named(layout: TextForm, name: str, text: str, where: str) -> list[Places]:
+def _named(
+    layout: TextForm, name: str, text: str, specs: Mapping[str, Spec], where: str
+) -> list[Places]:
     """Return places and units of the column, or sum of columns, named by the user."""
     parts = [text] if places_of(layout, text) else text.split(SUM)
     found = [places_of(layout, part) for part in parts]
     for part, places in zip(parts, found, strict=True):
         if not places:
-            hint = f'name one of {listed(filter(None, layout.names))} in --map {name}='
+            there = [at for at, header in enumerate(layout.names) if header]
+            hint = f'name one of {listed(layout.names[at] for at in there)}'
+            if option := suggestion([name], layout, there, specs)[1]:
+                hint += f', as {option}'
             raise RecordingError(where, f'there is no column {quoted(part)}', hint)
         if len(places) > 1 and (name != 'time_s' or len(parts) > 1):
             at, unit = places[0]
-            shown = by_number([(at, unit or likely(layout, unit_of(name), at))])
+            shown = by_number([(at, unit or likely(layout, specs[name].unit, at))])
             problem = f'has {len(places)} columns {quoted(split_unit(part)[0])}'
             raise RecordingError(where, problem, f'name one by number: --map {name}="{shown}"')
     return list(zip(*found, strict=True))

@@ -397,7 +397,13 @@ def _columns_of_preloads(layout: TextForm, reading: Reading, where: str) -> dict
 def _kind(layout: TextForm, reading: Reading, where: str) -> str:
     """Return whether a table is over time or by amplitude."""
     by_amplitude = (*_NEEDED[BY_AMPLITUDE], *MEASURED[BY_AMPLITUDE][len(_PER_PRELOAD) :])
-    for kind, needed in ((OVER_TIME, ('time_s',)), (BY_AMPLITUDE, by_amplitude)):
+    kinds: list[tuple[str, tuple[str, ...]]] = [
+        (OVER_TIME, ('time_s',)),
+        (BY_AMPLITUDE, by_amplitude),
+    ]
+    if reading.rate_hz is not None:  # which gives each table a time
+        kinds.insert(0, (BY_AMPLITUDE, ('preload_n',)))
+    for kind, needed in kinds:
         specs = {name: EXPERIMENT_COLUMNS[kind][name] for name in needed}
         if find_columns(layout, specs, reading.headers, where)[0]:
             return kind

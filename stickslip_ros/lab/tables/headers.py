@@ -42,6 +42,7 @@ Rigol MSO   |t0, tinc                        |            |            |      |s
 Rigol DS    |sequence, increment             |            |sequence    |      |s|start|increment|x|
 Graphtec    |sampling interval, number       |            |            |      |s|    |sampling interval|number|
 data logger |channel name, unit, interval    |channel name|unit        |channel name|s||||timestamp, interval
+Yokogawa    |tracename, hresolution, hunit=s |tracename   |vunit       |tracename|s|hoffset|hresolution||
 Siglent     |source, second                  |source      |second      |source|s|    |  ||
 Tektronix   |horizontal units, vertical units|            |vertical units|time|horizontal units||||
 LeCroy      |segments, time                  |            |            |time  |s|    |  ||
@@ -111,7 +112,7 @@ def read_header(
     firsts = [quantity(row[0].replace(decimal, '.'), '') or 0.0 for row in rows]
     unit = next(iter(values(form.unit)), form.unit)
     if form.names and spacing_s and abs(firsts[-1] - firsts[0] - spacing_s) > 0.01 * spacing_s:
-        unit = ''  # the column numbers the rows
+        form, step_s = form._replace(counter=form.names, step='interval'), spacing_s
     if form.counter:
         unit, start_s = f'{step_s!r} s', start_s - step_s * (firsts[0] == 1.0)
     for at in reversed(range(len(names))):

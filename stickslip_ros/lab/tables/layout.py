@@ -124,6 +124,7 @@ def _below(
         at
         for at, row in enumerate(rows)
         if any(here := _mask(row, decimal))
+        and (here[0] is not False or mask[0] is not None)
         and all(None in pair or pair[0] == pair[1] for pair in zip_longest(here, mask))
     )
     header, names = _header(lines, rows, first, delimiter)
@@ -137,7 +138,7 @@ def _below(
     if header:
         above = next((row for row in reversed(rows[: header - 1]) if len(_trimmed(row)) > 1), [])
         is_row = any(_mask(rows[header - 1], decimal)) and not any(_mask(above, decimal))
-        if is_row and len(above) >= len(rows[first]):
+        if is_row and len(above) >= len(rows[first]) <= len(rows[header - 1]):
             # The assumed header is a faulty row below the true header.
             first = header - 1
             header, names = _header(lines, rows, first, delimiter)

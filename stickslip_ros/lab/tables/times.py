@@ -80,8 +80,9 @@ def _mended(time_s: Array, known: Sequence[NDArray[np.bool_]]) -> tuple[Array, s
 def _spread(time_s: Array) -> tuple[Array, str]:
     """Return times of evenly spaced rows that were printed with too few digits, if they are."""
     changes = np.flatnonzero(np.diff(time_s)) + 1
+    # A tick has a row more or less than another by rounding, two by ties.
     sizes, ticks_s = np.diff(changes), np.diff(time_s)[changes - 1]
-    if len(changes) < 3 or sizes.min() < 2 or np.ptp(sizes) > 1:
+    if len(changes) < 3 or sizes.min() < 2 or np.ptp(sizes) > 1 + (sizes.min() > 3):
         return time_s, ''
     ends = max(changes[0], len(time_s) - changes[-1])
     if ends > sizes.max() or np.ptp(ticks_s) > _ALIKE * ticks_s.min():

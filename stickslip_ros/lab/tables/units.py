@@ -23,8 +23,8 @@ SLASHED = re.compile(r'(.*\S)\s*/\s*([^\s/]+)\s*')
 SCALED = re.compile(r'([-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?)?\s*([^\W\d]+)', re.IGNORECASE)
 _WORDS = {'second': 's', 'sec': 's', 'meter': 'm', 'metre': 'm'}
 _WORDS |= {'newton': 'N', 'volt': 'V', 'hertz': 'Hz'}
-TIMES = ('ms', 'us', 'µs', 'μs', 'ns', 'sec', 'second', 'seconds')
-"""Headers that are a unit of time; a column s may be a way."""
+TIMES = ('ms', 'us', 'µs', 'μs', 'ns')
+"""Headers that are a unit, as are the words; a column s may be a way."""
 _DIGITS, _WHOLE_END = 23, 2.0**53
 """Limits of exact floats: digits of powers of ten, and whole numbers."""
 BASES = {unit.lower(): unit for unit in SI_UNITS}
@@ -80,7 +80,7 @@ def split_unit(header: str) -> tuple[str, str]:
     Split a header into name and unit.
 
     Forms are ``Force (mN)``, ``Force [mN]``, ``Force / mN``, ``Force in mN`` and ``force_mN``. The
-    name is empty if the header is only a unit of time, such as ``in s`` or ``second``.
+    name is empty if the header is only a unit, such as ``in s`` or ``second``.
 
     """
     if (found := BRACKETED.fullmatch(header)) is not None:
@@ -90,4 +90,5 @@ def split_unit(header: str) -> tuple[str, str]:
             return found[1], found[2]
     if (found := _SUFFIX.fullmatch(header)) is not None:
         return found[1], found[2].lower() + BASES[found[3].lower()]
-    return ('', header) if header.strip().lower() in TIMES else (header, '')
+    word = header.strip().lower()
+    return ('', header) if word in TIMES or word.removesuffix('s') in _WORDS else (header, '')
