@@ -13,7 +13,6 @@ from stickslip_ros.units import quantity
 
 Cells = list[str]
 COMMENT = re.compile(r'\s*[#%]+\s*')
-_ASSIGNED = re.compile(r'\s*([^=]*[^=\s])\s*=\s*(.*\S)\s*')
 TIME = 'Time'
 """Name given to a column of times."""
 
@@ -56,9 +55,10 @@ def settings_in(lines: Sequence[str], rows: Sequence[Cells]) -> dict[str, Cells]
     """Return the settings in lines, by name: rows, ``name = value``, names above numbers."""
     found: dict[str, Cells] = {}
     for line, row in zip(lines, rows, strict=True):
-        for cell in [line] if COMMENT.match(line) else row:
-            if pair := _ASSIGNED.fullmatch(COMMENT.sub('', cell, count=1)):
-                found[pair[1].lower()] = [pair[1], pair[2]]
+        for cell in [COMMENT.sub('', line, count=1)] if COMMENT.match(line) else row:
+            name, _, value = map(str.strip, cell.partition('='))
+            if name and value:
+                found[name.lower()] = [name, value]
         found[row[0].strip(' :').lower()] = row
     for above, below in pairwise(rows):
         for name, cell in zip(above, below, strict=False):
@@ -103,7 +103,7 @@ def read_header(
         keys = (f'{form.names[:-1]}{at}' for at in range(len(rows[0])))
         names = [next(iter(values(key)), '') for key in keys]
     elif form.start == 't0':  # settings and units stand in the row of names
-        names = ['' if _ASSIGNED.fullmatch(name) else name for name in names]
+        names = ['' if '=' in name else name for name in names]
         units = [name.strip()[-1:] if name.startswith('CH') else '' for name in names]
     names = list(settings.get(form.names, names))
     indent = next((at for at, name in enumerate(names) if name.strip()), 0)
