@@ -98,17 +98,18 @@ def find_columns(
         unit = unit or layout.units[at]
         target = recognised(bare, unit, specs) or ''
         is_aside = asked and target.replace(SIGMA, '_') not in {*conditions, *asked}
-        if not target or target in found or is_aside:
+        # A second clock of a header with a start, Graphtec, has parts of a second.
+        is_part = target == 'time_s' and layout.start_s is not None and target in others
+        if not target or target in found or is_aside or is_part:
             unread.append(at)
-        elif target == 'time_s' and layout.start_s is not None and target in others:
-            unread.append(at)  # of a Graphtec, parts of a second
         else:
             others.setdefault(target, []).append(((at, unit),))
     if 'time_s' in specs and 'time_s' not in {**found, **others}:
-        for at, names in enumerate(pairwise(layout.names)):
-            if _SECONDS.fullmatch('\n'.join(names).lower()) and {at, at + 1} <= {*unread}:
-                others['time_s'] = [((at, 's'), (at + 1, 'ns'))]
-                unread = [each for each in unread if each not in {at, at + 1}]
+        for at, after in pairwise(unread):
+            names = f'{layout.names[at]}\n{layout.names[after]}'.lower()
+            if after == at + 1 and _SECONDS.fullmatch(names):
+                others['time_s'] = [((at, 's'), (after, 'ns'))]
+                unread = [each for each in unread if each not in {at, after}]
                 break
     return {**found, **others}, unread
 
@@ -148,7 +149,7 @@ def suggestion(
     names: Sequence[str], layout: TextForm, unread: Sequence[int], specs: Mapping[str, Spec]
 ) -> tuple[str, str]:
     """Return a quantity and the option for its likely column, by name, else by unit; or none."""
-    ranked = [(4, 0, 0, '')]
+    ranked = [(2, 0, 0, 0, 0, '')]
     for order, name in enumerate(names):
         si = specs[name].unit
         for at in unread:
@@ -157,19 +158,11 @@ def suggestion(
             fits, words = factor_of(unit, si), [each for each in USUAL[name] if len(each) > 1]
             is_usual = recognised(bare, '', {name: specs[name]})
             if is_usual or fits or not (unit or recognised(bare, '', specs)):
-                rank = (
-                    0
-                    if is_usual
-                    else 1
-                    if any(each in bare.lower() for each in words)
-                    else 2
-                    if fits
-                    else 3
-                )
+                is_like = any(each in bare.lower() for each in words)
                 shown = '' if own else unit or likely(layout, si, at)
-                shown = shown if fits or not unit else f'0.05 {si}'
-                ranked.append((rank, order, at, map_hint(name, layout, at, shown)))
-    _, order, _, option = min(ranked)
+                option = map_hint(name, layout, at, shown if fits or not unit else f'0.05 {si}')
+                ranked.append((not is_usual, not is_like, not fits, order, at, option))
+    *_, order, _, option = min(ranked)
     return names[order], option
 
 
@@ -273,7 +266,7 @@ def _plain(name: str) -> str:
 
 def _check_units(found: Found, layout: TextForm, specs: Mapping[str, Spec], where: str) -> None:
     """Refuse missing or wrong units, all columns at once."""
-    unsaid, options, units = [], [], []
+    unsaid = []
     for name, several in found.items():
         si = specs[name].unit
         wrong = [each for each in several if not all(factor_of(unit, si) for _, unit in each)]
@@ -289,10 +282,8 @@ def _check_units(found: Found, layout: TextForm, specs: Mapping[str, Spec], wher
             if others:
                 added = by_number([(at, shown), *((each, 'ns') for each, _ in others)])
                 option = f'--map {name}="{added}"'
-            unsaid.append(header)
-            units.append(shown)
-            options.append(option)
+            unsaid.append((header, shown, option))
     if unsaid:
-        problem = f'has no unit for {listed(unsaid)}'
+        headers, units, options = zip(*unsaid, strict=True)
         hint = f'is it {", ".join(units)}? give it by {" ".join(options)}'
-        raise RecordingError(where, problem, hint)
+        raise RecordingError(where, f'has no unit for {listed(headers)}', hint)

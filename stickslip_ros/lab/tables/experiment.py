@@ -461,11 +461,8 @@ def _columns_of_preloads(layout: TextForm, reading: Reading, where: str) -> dict
 
 def _kind(layout: TextForm, reading: Reading, where: str) -> str:
     """Return whether a table is over time or by amplitude."""
-    by_amplitude = (*_NEEDED[BY_AMPLITUDE], *MEASURED[BY_AMPLITUDE][1:])  # a force may be in time
-    kinds: list[tuple[str, tuple[str, ...]]] = [
-        (OVER_TIME, ('time_s',)),
-        (BY_AMPLITUDE, by_amplitude),
-    ]
+    points = (*_NEEDED[BY_AMPLITUDE], *MEASURED[BY_AMPLITUDE][1:])  # a force may be in time
+    kinds = [(OVER_TIME, _NEEDED[OVER_TIME]), (BY_AMPLITUDE, points)]
     if reading.rate_hz is not None:  # which gives each table a time
         kinds.insert(0, (BY_AMPLITUDE, ('preload_n',)))
     for kind, needed in kinds:

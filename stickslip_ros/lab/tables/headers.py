@@ -13,8 +13,6 @@ from stickslip_ros.units import quantity
 
 Cells = list[str]
 COMMENT = re.compile(r'\s*[#%]+\s*')
-TIME = 'Time'
-"""Name given to a column of times."""
 
 
 class HeaderFormat(NamedTuple):
@@ -124,7 +122,7 @@ def read_header(
             if rows[0][at].strip():
                 del names[at], units[at]
         elif clock and name == clock:
-            names[at], units[at] = TIME if form.names or form.counter else names[at], unit
+            names[at], units[at] = 'Time' if form.names or form.counter else names[at], unit
     return names, units, start_s if form.step else None, 0.0 if form.counter else step_s
 
 

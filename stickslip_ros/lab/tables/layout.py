@@ -13,13 +13,7 @@ from dataclasses import dataclass
 from itertools import zip_longest
 
 from stickslip_ros.errors import RecordingError
-from stickslip_ros.lab.tables.headers import (
-    COMMENT,
-    TIME,
-    Cells,
-    read_header,
-    settings_in,
-)
+from stickslip_ros.lab.tables.headers import COMMENT, Cells, read_header, settings_in
 from stickslip_ros.lab.tables.units import unit_of_any
 
 HEAD_BYTES = 1 << 16  # bytes that determine the layout
@@ -83,10 +77,8 @@ def layout_of(head: bytes, origin: str) -> TextForm:
     if rows[0][0].strip().lower() == RECORD_LENGTH and len(rows[0]) > BESIDE:
         first = header = 0
         settings = settings_in(lines, rows)
-        shown: tuple[Cells, Cells] = (
-            [*[''] * BESIDE, TIME, settings.get('source', ['', ''])[1]],
-            [],
-        )
+        source = settings.get('source', ['', ''])[1]
+        shown: tuple[Cells, Cells] = [*[''] * BESIDE, 'Time', source], []
     else:
         first, header, shown = _below(lines, rows, mask, delimiter, decimal)
         settings = settings_in(lines[:first], rows[:first])
