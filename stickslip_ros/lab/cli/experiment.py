@@ -35,7 +35,7 @@ def import_verb(arguments: argparse.Namespace) -> Answer:
         prepare_output(output)
     read: list[MeasuredTable] = []
     reading = Reading(**chosen_for(Reading, arguments), report=read.append)
-    reading.check_count(len(arguments.files))
+    reading = reading.for_sources(arguments.files)
     if len(arguments.files) == 1:
         whole = read_experiment(arguments.files[0], reading)
     else:
@@ -87,4 +87,4 @@ def _lines(experiment: MeasuredTable) -> Iterator[str]:
         unit = f'in {each.unit}, times {each.factor:g}; first row {first}'
         yield f'        {each.name} is {each.header!r} {unit}'
     yield from (f'unused  {header!r}' for header in experiment.unread)
-    yield from (f'gap     {text}' for text in experiment.gaps)
+    yield from (f'note    {text}' for text in experiment.gaps)

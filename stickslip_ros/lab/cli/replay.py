@@ -12,7 +12,7 @@ from pathlib import Path
 
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import prepare_output
-from stickslip_ros.lab.cli.chosen import chosen_values
+from stickslip_ros.lab.cli.chosen import chosen_for, chosen_values
 from stickslip_ros.lab.cli.experiment import shown_tables
 from stickslip_ros.lab.cli.printing import CHECK_FAILED, Answer
 from stickslip_ros.lab.experiments.reading import played
@@ -47,7 +47,8 @@ def _replay(arguments: argparse.Namespace, output: Path) -> Replay:
         def show(now_ns: int, end_ns: int) -> None:
             progress(now_ns // 1_000_000, end_ns // 1_000_000)
 
-        reading = Reading(arguments.headers or {}, report=shown_tables(arguments))
+        reading = Reading(**chosen_for(Reading, arguments), report=shown_tables(arguments))
+        reading = reading.for_sources([arguments.file])
         if not reading.headers and is_recording(arguments.file):
             return replay(
                 arguments.file, output, changes, from_rest=arguments.from_rest, progress=show

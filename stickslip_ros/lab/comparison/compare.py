@@ -101,8 +101,9 @@ def compare(
         b = Parameters().updated(b)
     given = listed_sources(a)
     window_s = None if options.align else options.window_s  # to align needs all of both
+    beside = [] if b is None or isinstance(b, Parameters) else listed_sources(b)
     reading = options.reading(report, b if isinstance(b, Parameters) else None)
-    reading.check_count(len(given) + (b is not None and not isinstance(b, Parameters)))
+    reading = reading.for_sources([*given, *beside])
     first = (
         _load(given[0], reading, window_s)
         if len(given) == 1

@@ -27,6 +27,10 @@ class ReadingOptions:
     """
     preloads_n: Sequence[float] = ()
     """Preload of files without a preload: one value for all, or one for each, N."""
+    rate_hz: float | None = None
+    """Rows per second of tables of evenly spaced rows; their columns of times are not read."""
+    start_s: float | None = None
+    """Time of the first row of such a table, s."""
     commands: 'Table | None' = None
     """Table of the times and voltages that drove the recordings, if known."""
     window_s: tuple[float, float] | None = None
@@ -46,4 +50,5 @@ class ReadingOptions:
         """Return options of reading tables; of a ``stand`` a preload that was set holds too."""
         own_n = None if stand is None else stand.stand.preload
         given_n = None if isinstance(own_n, ReplaceableDefault) else own_n
-        return Reading(self.headers, self.preloads_n, report, stand is not None, given_n)
+        given = self.headers, self.preloads_n, report, stand is not None, given_n
+        return Reading(*given, rate_hz=self.rate_hz, start_s=self.start_s)

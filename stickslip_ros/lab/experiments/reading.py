@@ -84,8 +84,8 @@ def read_experiments(
     outliers = options.outliers
     if outliers < 0.0:
         raise OutOfRange('outliers', outliers, '', 'below 0', 'give 6, or 0 to keep all')
-    reading, listed = options.reading(report, stand), listed_sources(given)
-    reading.check_count(len(listed))
+    listed = listed_sources(given)
+    reading = options.reading(report, stand).for_sources(listed)
     found = list[Experiment]()
     for number, each in enumerate(listed):
         if isinstance(each, Experiment):

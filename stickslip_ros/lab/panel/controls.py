@@ -150,7 +150,7 @@ def read_waveform(content: bytes, name: str) -> list[list[float]]:
             columns = read_experiment(path, kind=OVER_TIME, measured=['voltage_v']).columns
         except StickSlipError as error:
             parts = str(error).replace(f'{path}: ', '').split('; ')
-            kept = [each for each in parts if '--map' not in each]
+            kept = [each for each in parts if '--' not in each]
             if kept != parts:
                 kept.append('head the columns as time (ms), voltage (V)')
             raise StickSlipError('; '.join(kept)) from None

@@ -8,6 +8,7 @@ import io
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,16 +26,28 @@ from stickslip_ros.errors import (
 )
 from stickslip_ros.files import read_bytes, replacing
 from stickslip_ros.lab.tables.columns import (
-    LIKELY,
+    ROW,
     Column,
+    epoch_of,
     find_columns,
+    likely,
     listed,
     map_hint,
+    places_of,
     resolve_columns,
+    shown_column,
     suggestion,
 )
 from stickslip_ros.lab.tables.formats import tables_in
-from stickslip_ros.lab.tables.layout import EMPTY, HEAD_BYTES, TextForm, layout_of, to_number
+from stickslip_ros.lab.tables.layout import (
+    BEYOND,
+    EMPTY,
+    HEAD_BYTES,
+    OVER_RANGE,
+    TextForm,
+    layout_of,
+    to_number,
+)
 from stickslip_ros.lab.tables.numbers import (
     BACK,
     DIRECTIONS,
@@ -44,9 +57,11 @@ from stickslip_ros.lab.tables.numbers import (
     sheet_as_table,
     sigma_name,
 )
+from stickslip_ros.lab.tables.times import joined_clocks
 from stickslip_ros.lab.tables.units import factor_of, in_si, split_unit
 from stickslip_ros.parameters import AMPLITUDE_SPEC, FREQUENCY_SPEC, SENSORS, Spec, spec_of
 from stickslip_ros.process.stopping import stop_if_asked
+from stickslip_ros.recording.integrity import is_recording
 from stickslip_ros.units import quantity, unit_of
 
 if TYPE_CHECKING:
@@ -55,6 +70,7 @@ if TYPE_CHECKING:
 Lines = NDArray[np.intp]  # line numbers of rows, from 1
 BY_AMPLITUDE, OVER_TIME = 'experiment by amplitude', 'experiment over time'
 FEMTO = 15  # decimals of summed times, s
+RATE = 'if the rows are evenly spaced in time, give their rate, as --rate 10kHz'
 CHUNK_ROWS = 100_000  # rows read at once, to limit memory
 ALL_COLUMNS = '*'  # all columns of a table with one per preload
 AMOUNT = re.compile(r'(?<![^\W_])(?<![.,-])(\d+(?:[.,]\d+)?)\s*([kmuµμnp]?N)\b')
@@ -100,6 +116,8 @@ TIME_COLUMNS: Mapping[str, Spec] = {
     'voltage_sigma_v': _sigma('V', 'the voltage'),
     'foot_sigma_m': _sigma('m', 'the displacement'),
 }
+_RATE = Spec(float, 0.0, 'Hz', 'measured', 'rows per second', 1e-6, 1e12)
+_START = TIME_COLUMNS['time_s']
 EXPERIMENT_COLUMNS = {BY_AMPLITUDE: POINT_COLUMNS, OVER_TIME: TIME_COLUMNS}
 _NEEDED = {BY_AMPLITUDE: ('preload_n', 'amplitude_m'), OVER_TIME: ('time_s',)}
 PRELOAD_QUANTITY = 'zero_amplitude_m'  # without an amplitude
@@ -135,9 +153,12 @@ class Reading:
     report: Callable[[MeasuredTable], None] | None = None  # called with each table
     is_run: bool = False  # tables over time are simulated, so that preloads_n apply
     stand_n: float | None = None  # preload of tables by amplitude without one; None: refused
+    rate_hz: float | None = None  # of rows; times are counted, columns of times are not read
+    start_s: float | None = None  # time of the first row
+    only_tables: bool = True  # no recording is among the sources, so that no header is a topic
 
     def __post_init__(self) -> None:
-        """Check column names and preloads."""
+        """Check column names, preloads, rate and start."""
         for name in self.headers:
             if name not in {**POINT_COLUMNS, **TIME_COLUMNS}:
                 points, times = ', '.join(POINT_COLUMNS), ', '.join(TIME_COLUMNS)
@@ -145,23 +166,30 @@ class Reading:
                 raise UnknownName('column of --map', name, hint)
         for preload_n in self.preloads_n:
             POINT_COLUMNS['preload_n'].check('--preload', preload_n)
+        if self.rate_hz is not None:
+            _RATE.check('--rate', self.rate_hz)
+        if self.start_s is not None:
+            _START.check('--start', self.start_s)
 
     @property
     def topics(self) -> dict[str, str]:
-        """Entries for recordings: topic and field, ``/rig/cell.wrench.force.x (mN)``."""
+        """Entries that recordings take: topic and field, ``/rig/cell.wrench.force.x (mN)``."""
         return {name: text for name, text in self.headers.items() if text.startswith('/')}
 
-    @property
-    def columns(self) -> dict[str, str]:
-        """Entries for tables."""
-        return {name: text for name, text in self.headers.items() if not text.startswith('/')}
-
-    def check_count(self, tables: int) -> None:
-        """Refuse more preloads than tables."""
-        if len(self.preloads_n) > tables:
-            limit = f'above the number of tables, {tables}'
+    def for_sources(self, listed: Sequence[Any]) -> 'Reading':
+        """Return how to read these sources; refuse more preloads than sources."""
+        if len(self.preloads_n) > len(listed):
+            limit = f'above the number of tables, {len(listed)}'
             hint = 'give one of all, or one of each'
             raise OutOfRange('number of preloads', len(self.preloads_n), '', limit, hint)
+        is_table = [
+            hasattr(each, 'to_csv') or (isinstance(each, Path) and not is_recording(each))
+            for each in listed
+        ]
+        if self.rate_hz is not None and not any(is_table):
+            hint = 'leave it away: a recording has times'
+            raise OutOfRange('--rate', self.rate_hz, 'Hz', 'without effect on recordings', hint)
+        return dataclasses.replace(self, only_tables=all(is_table))
 
     def preload_n(self, number: int) -> float | None:
         """Return the preload given for a table, counted from 0."""
@@ -192,7 +220,7 @@ def read_experiment(
     """Read a measured table, of a workbook the first suitable sheet; refuse with file and line."""
     laid_out: list[tuple[Path | bytes, TextForm, str]] = []
     refusals: list[StickSlipError] = []
-    for origin, source in tables_in(path, is_named=bool(reading.columns)):
+    for origin, source in tables_in(path, is_named=bool(reading.headers)):
         head = source
         if isinstance(head, Path):
             head = read_bytes(head, 'check the path', HEAD_BYTES + 1)
@@ -269,8 +297,18 @@ def _read(
     measured: Sequence[str] = (),
 ) -> MeasuredTable:
     where = f'{origin}: line {layout.header or layout.first}'
+    headers = {
+        name: text
+        for name, text in reading.headers.items()
+        if reading.only_tables or not text.startswith('/') or places_of(layout, text)
+    }
+    reading = dataclasses.replace(reading, headers=headers)
+    if reading.rate_hz is not None:
+        layout = dataclasses.replace(layout, step_s=1.0 / reading.rate_hz, start_s=0.0)
     kind = kind or _kind(layout, reading, where)
-    _check_useful(reading, kind, where)
+    _check_useful(reading, kind, layout, where)
+    if reading.start_s is not None:
+        layout = dataclasses.replace(layout, start_s=reading.start_s)
     preloads = _columns_of_preloads(layout, reading, where) if kind == BY_AMPLITUDE else {}
     if preloads:
         parts = []
@@ -279,10 +317,23 @@ def _read(
             alone = dataclasses.replace(layout, names=tuple(shown))
             parts.append(_read(source, alone, origin, of_one, 0, kind, measured))
         return _below_each_other(parts, origin)
-    names, unread = find_columns(layout, EXPERIMENT_COLUMNS[kind], reading.columns, where)
-    steps = {*BACK, *BACK.values()} & names.keys()
-    if steps and [
-        split_unit(layout.names[at])[0].lower() for at, _ in names.get('force_n', [])
+    return _read_columns(source, layout, origin, reading, number, kind, measured or MEASURED[kind])
+
+
+def _read_columns(
+    source: Path | bytes,
+    layout: TextForm,
+    origin: str,
+    reading: Reading,
+    number: int,
+    kind: str,
+    measured: Sequence[str],
+) -> MeasuredTable:
+    where, specs = f'{origin}: line {layout.header or layout.first}', EXPERIMENT_COLUMNS[kind]
+    names, places = find_columns(layout, specs, reading.headers, where)
+    forces = names.get('force_n', [])
+    if {*BACK, *BACK.values()} & names.keys() and [
+        split_unit(layout.names[at])[0].lower() for [(at, _), *_] in forces
     ] == ['load']:
         names['load_n'] = names.pop('force_n')
     preload_n = reading.preload_n(number) if kind == BY_AMPLITUDE else None
@@ -292,32 +343,34 @@ def _read(
     if 'preload_n' not in names and preload_n is None and kind == BY_AMPLITUDE:
         preload_n = reading.stand_n
     given = [*names] if preload_n is None else ['preload_n', *names]
-    _check_there(given, kind, measured or MEASURED[kind], unread, where)
-    chosen = resolve_columns(names, layout, EXPERIMENT_COLUMNS[kind], where)
-    numbers = _numbers(source, layout, chosen, origin)
-    values, lines, gaps = _whole_rows(*numbers, chosen, kind, measured)
-    if not len(lines):
+    _check_there(given, kind, measured, layout, places, where)
+    chosen = resolve_columns(names, layout, specs, where)
+    numbers, lines, over, counts_from = _numbers(source, layout, chosen, origin)
+    numbers, lines, gaps = _whole_rows(numbers, chosen, lines, over)
+    gaps = counts_from + gaps
+    for column, found in zip(chosen, numbers, strict=True):
+        _check_values(column, found, lines, specs[column.name], layout, origin)
+    values = {each.name: found for each, found in zip(chosen, numbers, strict=True)}
+    if kind == OVER_TIME:
+        hint = ', or '.join(filter(None, (epoch_of(layout), RATE)))
+        values, changed = joined_clocks(chosen, numbers, lines, origin, hint)
+        gaps += changed
+        if measured != MEASURED[kind]:  # all rows have what was asked for
+            known = ~np.isnan(next(values[name] for name in measured if name in values))
+            values = {each: found[known] for each, found in values.items()}
+    rows = len(next(iter(values.values())))
+    if not rows:
         raise RecordingError(where, 'has no values below its header', 'give at least one row')
-    for column in chosen:
-        spec = EXPERIMENT_COLUMNS[kind][column.name]
-        _check_values(column, values[column.name], lines, spec, origin)
-    time_s = values.get('time_s', np.empty(0))
-    wrong = np.flatnonzero(np.diff(time_s) <= 0.0)
-    if len(wrong):
-        before_s, after_s = map(float, time_s[wrong[0] :][:2])
-        limit = f'not after the {before_s:.9g} s of the row before'
-        place = f'{origin}: line {lines[wrong[0] + 1]}, column time_s:'
-        raise OutOfRange(place, after_s, 's', limit, 'sort the rows, and keep one per time')
     firsts = [
         dataclasses.replace(each, first=float(found[np.argmax(~np.isnan(found))]))
-        for each in chosen
-        for found in [values[each.name]]
+        for each, found in zip(chosen, numbers, strict=True)
     ]
     if preload_n is not None:
-        values = {'preload_n': np.full(len(lines), preload_n), **values}
+        values = {'preload_n': np.full(rows, preload_n), **values}
     if kind == BY_AMPLITUDE:
         values, more = completed(values, where)
         gaps += more
+    unread = [shown_column(layout, at) for at in places]
     notes = (*layout.notes, *(f'column {quoted(each)} was not read' for each in unread), *gaps)
     others = tuple(firsts), tuple(unread), tuple(gaps)
     experiment = MeasuredTable(origin, kind, values, notes, *others)
@@ -326,53 +379,50 @@ def _read(
     return experiment
 
 
-def _check_useful(reading: Reading, kind: str, where: str) -> None:
+def _check_useful(reading: Reading, kind: str, layout: TextForm, where: str) -> None:
     """Refuse options that do not apply to a table of this kind."""
     known = EXPERIMENT_COLUMNS[kind]
-    useless = [f'--map {name}=' for name in reading.columns if name not in known]
+    useless = [f'--map {name}=' for name in reading.headers if name not in known]
     if reading.preloads_n and kind == OVER_TIME and not reading.is_run:
         useless.append('--preload')
+    if reading.rate_hz is not None and (kind == BY_AMPLITUDE or 'time_s' in reading.headers):
+        useless.append('--rate' if kind == BY_AMPLITUDE else '--rate with --map time_s=')
+    if reading.start_s is not None and layout.start_s is None:
+        useless.append('--start without --rate')
     if useless:
         problem = f'{useless[0]} is without effect on an {kind}'
         raise RecordingError(where, problem, 'leave it away')
 
 
 def _whole_rows(
-    values: dict[str, Array],
-    lines: Lines,
-    chosen: Sequence[Column],
-    kind: str,
-    measured: Sequence[str],
-) -> tuple[dict[str, Array], Lines, list[str]]:
+    numbers: Sequence[Array], chosen: Sequence[Column], lines: Lines, over: Sequence[int]
+) -> tuple[list[Array], Lines, list[str]]:
     """
-    Return complete rows, their lines, and notes on omitted rows.
+    Return complete rows, their lines, and notes on omitted ones, of which some are over range.
 
-    By amplitude a row needs a number with its settings; over time, the time and the first of
-    ``measured``.
+    Over time a row needs a time, by amplitude a number with its settings.
 
     """
-    is_known = {name: ~np.isnan(each) for name, each in values.items()}
-    wanted = [name for name in measured if name in values][:1]
-    is_kept = np.all([is_known[name] for name in ('time_s', *wanted) if name in values], axis=0)
-    is_kept &= np.any([is_known[name] for name in values if name not in _NEEDED[kind]], axis=0)
+    known = {each.name: ~np.isnan(found) for each, found in zip(chosen, numbers, strict=True)}
+    clocks = [found for each, found in zip(chosen, numbers, strict=True) if each.name == 'time_s']
+    found, is_kept = list(numbers), ~np.all(np.isnan(clocks), axis=0)
     is_lost = np.ones(len(lines), dtype=bool)
-    if kind == BY_AMPLITUDE:
-        numbers = {name: is_known[name] for name in values if name in NUMBERS}
-        for name, is_there in numbers.items():
-            needs = (*NUMBERS[name].settings, sigma_name(name))
-            numbers[name] = np.all([is_there, *(is_known.get(x, is_there) for x in needs)], axis=0)
-            values[name] = np.where(numbers[name], values[name], np.nan)
-        is_kept = np.any([*numbers.values()], axis=0)
-        is_lost = np.any(
-            [~is_kept, *(is_known[name] & ~numbers[name] for name in numbers)], axis=0
-        )
+    if not clocks:
+        whole = dict[str, Any]()
+        for name in known.keys() & NUMBERS.keys():
+            needs = (name, *NUMBERS[name].settings, sigma_name(name))
+            whole[name] = np.all([known[each] for each in needs if each in known], axis=0)
+        for at, each in enumerate(chosen):
+            found[at] = np.where(whole.get(each.name, True), numbers[at], np.nan)
+        is_kept = np.any([*whole.values()], axis=0)
+        is_lost = ~is_kept | np.any([known[name] & ~whole[name] for name in whole], axis=0)
     gaps = []
-    for each in chosen:
-        out = ~is_known[each.name] & is_lost
-        if np.any(out):
-            text = f'{np.sum(out)} of {len(lines)} rows without {quoted(each.header)}'
-            gaps.append(f'{text} were left out, the first is line {lines[out][0]}')
-    return {name: each[is_kept] for name, each in values.items()}, lines[is_kept], gaps
+    for each, values, left_out in zip(chosen, numbers, over, strict=True):
+        if len(without := lines[np.isnan(values) & is_lost]):
+            which = quoted(each.header) + f' ({left_out} over range)' * (left_out > 0)
+            text = f'{len(without)} of {len(lines)} rows without {which} were left out'
+            gaps.append(f'{text}, the first is line {without[0]}')
+    return [each[is_kept] for each in found], lines[is_kept], gaps
 
 
 def _columns_of_preloads(layout: TextForm, reading: Reading, where: str) -> dict[int, Reading]:
@@ -400,30 +450,40 @@ def _columns_of_preloads(layout: TextForm, reading: Reading, where: str) -> dict
         unit = next(filter(None, units), '')
         for each in [name] if name else _PER_PRELOAD:
             if factor_of(unit, POINT_COLUMNS[each].unit):
-                headers, own = {**others, each: f'{header} ({unit})'}, (preload_n,)
+                headers, own = {**others, each: f'#{at + 1} ({unit})'}, (preload_n,)
                 readings[at] = dataclasses.replace(reading, headers=headers, preloads_n=own)
     if len(readings) < len(found):
         problem = f'columns {listed(layout.names[at] for at in found)} are of one preload each'
-        hint = f'say what they hold: {map_hint("force_n", ALL_COLUMNS, "mN")}'
+        hint = f'say what they hold: --map force_n="{ALL_COLUMNS} (mN)"'
         raise RecordingError(where, problem, hint)
     return readings
 
 
 def _kind(layout: TextForm, reading: Reading, where: str) -> str:
     """Return whether a table is over time or by amplitude."""
-    by_amplitude = (*_NEEDED[BY_AMPLITUDE], *MEASURED[BY_AMPLITUDE][1:])  # a force may be in time
-    for kind, needed in ((OVER_TIME, ('time_s',)), (BY_AMPLITUDE, by_amplitude)):
+    points = (*_NEEDED[BY_AMPLITUDE], *MEASURED[BY_AMPLITUDE][1:])  # a force may be in time
+    kinds = [(OVER_TIME, _NEEDED[OVER_TIME]), (BY_AMPLITUDE, points)]
+    if reading.rate_hz is not None:  # which gives each table a time
+        kinds.insert(0, (BY_AMPLITUDE, ('preload_n',)))
+    for kind, needed in kinds:
         specs = {name: EXPERIMENT_COLUMNS[kind][name] for name in needed}
-        if find_columns(layout, specs, reading.columns, where)[0]:
+        if find_columns(layout, specs, reading.headers, where)[0]:
             return kind
     problem = f'columns {listed(filter(None, layout.names))} tell neither a time nor an amplitude'
-    example = next(filter(None, layout.names))
-    hint = f'which one is it? {map_hint("time_s", example, "s")}, or --map amplitude_m=…'
+    named = {at for text in reading.headers.values() for at, _ in places_of(layout, text)}
+    free = [at for at, header in enumerate(layout.names) if header.strip() and at not in named]
+    option = epoch_of(layout) or suggestion(['time_s'], layout, free, TIME_COLUMNS)[1]
+    hint = f'which holds the time? {option}; {RATE}' if option else RATE
     raise RecordingError(where, problem, hint)
 
 
 def _check_there(
-    names: Sequence[str], kind: str, measured: Sequence[str], unread: Sequence[str], where: str
+    names: Sequence[str],
+    kind: str,
+    measured: Sequence[str],
+    layout: TextForm,
+    unread: Sequence[int],
+    where: str,
 ) -> None:
     """Refuse a missing column, and suggest a candidate."""
     there = set(measured) & set(names)
@@ -442,16 +502,18 @@ def _check_there(
         missing.append(tuple(measured))
     for each in missing[:1]:
         problem = f'there is no {" or ".join(each)}'
-        name = each[0]
+        name, option = suggestion(each, layout, unread, EXPERIMENT_COLUMNS[kind])
         hint = 'add one' if each[1:] else f'add it, in {EXPERIMENT_COLUMNS[kind][name].unit}'
         if unread:
-            problem += f'; not understood: {listed(unread)}'
-            name, option = suggestion(each, unread, EXPERIMENT_COLUMNS[kind])
+            problem += f'; not understood: {listed(shown_column(layout, at) for at in unread)}'
+        if option:
             hint = f'say which column it is, as {option}'
-        if name == 'preload_n':
+        if each[0] == 'preload_n':
             hint += ', or give the preload of the file in N, as --preload 0.5'
         elif name == 'amplitude_m' and not unread:
             hint += ', or voltage_v, in V'
+        if each[0] == 'time_s':
+            hint += f'; {RATE}'
         raise RecordingError(where, problem, hint)
     for name in names:
         of_what = name.replace(SIGMA, '_')
@@ -461,30 +523,54 @@ def _check_there(
 
 def _numbers(
     source: Path | bytes, layout: TextForm, chosen: Sequence[Column], origin: str
-) -> tuple[dict[str, Array], Lines]:
-    """Return columns in SI units, and the line of each row; blank lines are skipped."""
-    parts: dict[str, list[Array]] = {column.name: [] for column in chosen}
-    lines, named = [], 1 + max(at for at, name in enumerate(layout.names) if name)
-    for first, chunk in _chunks(source, layout, origin):
+) -> tuple[list[Array], Lines, list[int], list[str]]:
+    """Return columns in SI units, the line of each row, counts of over range, and notes."""
+    parts: list[list[Array]] = [[] for _ in chosen]
+    lines, empty, over = list[Lines](), list[Lines](), [0] * len(chosen)
+    named = 1 + max(at for at, name in enumerate(layout.names) if name)
+    places = [at for each in chosen for at, *_ in each.parts if at != ROW]
+    wide = [at for each in chosen for at, _, begin in each.parts if begin]
+    for first, chunk in _chunks(source, layout, origin, wide):
         stop_if_asked()
-        beyond = np.flatnonzero(chunk.iloc[:, named:].notna().any(axis=1).to_numpy())
+        is_there = chunk.notna().to_numpy()
+        beyond = np.flatnonzero(is_there[:, named:].any(axis=1))
         if len(beyond):
             problem = f'has more values than the {named} columns with names'
             raise RecordingError(f'{origin}: line {first + beyond[0]}', problem, ONE_PER_COLUMN)
-        kept = chunk.iloc[:, [column.index for column in chosen]].notna().any(axis=1).to_numpy()
+        kept = is_there[:, places].any(axis=1)
         lines.append(first + np.flatnonzero(kept))
-        for column in chosen:
-            cells = chunk[column.index][kept]
-            values = _to_floats(cells, lines[-1], layout.decimal, column, origin)
-            values = in_si(values, column.factor)
-            if column.name == 'time_s' and layout.start_s:
-                values = np.round(layout.start_s + values, FEMTO)
-            parts[column.name].append(values)
-    return {name: np.concatenate(each) for name, each in parts.items()}, np.concatenate(lines)
+        empty.append(first + np.flatnonzero(~is_there.any(axis=1)))
+        for number, column in enumerate(chosen):
+            total: Array = np.zeros(len(lines[-1]))
+            for at, factor, begin in column.parts:
+                values = np.asarray(lines[-1] - layout.first, np.float64)
+                if at != ROW:
+                    place = partial(_place, origin, lines[-1], column)
+                    ways = DIRECTIONS if column.name == 'direction' else {}
+                    cells = chunk[at][kept]
+                    values, left_out = _to_floats(cells, layout.decimal, begin, ways, place)
+                    over[number] += left_out
+                total = total + in_si(values, factor)
+            start_s = (layout.start_s or 0.0) if column.name == 'time_s' else 0.0
+            is_sum = start_s or column.parts[1:]
+            parts[number].append(np.round(start_s + total, FEMTO) if is_sum else total)
+    numbers, rows = [np.concatenate(each) for each in parts], np.concatenate(lines)
+    blank = np.concatenate(empty)
+    if any(each.index == ROW for each in chosen) and len(rows) and (blank < rows[-1]).any():
+        problem = 'is empty, so that the times of the rows below are not known'
+        raise RecordingError(f'{origin}: line {blank[0]}', problem, 'take the line away')
+    notes = []
+    for column in chosen:
+        if begin_s := column.begin_s:
+            _check_values(column, np.array([begin_s]), rows, _START, layout, origin)
+            notes.append(f'{quoted(column.header)} counts from {begin_s:.9f} s')
+    return numbers, rows, over, notes
 
 
-def _chunks(source: Path | bytes, layout: TextForm, origin: str) -> Iterator[tuple[int, Any]]:
-    """Yield first line and cells (DataFrame) of chunks of rows."""
+def _chunks(
+    source: Path | bytes, layout: TextForm, origin: str, wide: Sequence[int]
+) -> Iterator[tuple[int, Any]]:
+    """Yield first line and cells (DataFrame) of chunks of rows; those of wide columns as text."""
     import pandas as pd  # noqa: PLC0415 - slow import
 
     line = layout.first
@@ -505,6 +591,7 @@ def _chunks(source: Path | bytes, layout: TextForm, origin: str) -> Iterator[tup
                 na_values=[form for each in EMPTY for form in (each, each.upper())],
                 float_precision='round_trip',
                 chunksize=CHUNK_ROWS,
+                dtype=dict.fromkeys(wide, str),
             ):
                 yield line, chunk
                 line += len(chunk)
@@ -524,32 +611,47 @@ def _chunks(source: Path | bytes, layout: TextForm, origin: str) -> Iterator[tup
         raise RecordingError(f'{origin}: after line {line}', problem, 'save it in UTF-8') from None
 
 
-def _to_floats(cells: Any, lines: Lines, decimal: str, column: Column, origin: str) -> Array:
-    """Return cells as numbers, NaN for empty ones; refuse the first other cell."""
-    if cells.dtype.kind in 'iuf' and column.name != 'direction':
+def _to_floats(
+    cells: Any, decimal: str, begin: int, ways: Mapping[str, float], place: Callable[[int], str]
+) -> tuple[Array, int]:
+    """
+    Return cells less a whole number, NaN for empty ones, and how many are over range.
+
+    ``ways`` are words in place of numbers. Refuses the first other cell.
+
+    """
+    if cells.dtype.kind in 'iuf' and not ways:
         values = cells.to_numpy(dtype=np.float64)
+        is_over = np.abs(values) >= BEYOND
         wrong = np.flatnonzero(np.isinf(values))
     else:
-        texts = [str(cell).strip() for cell in cells]
-        if column.name == 'direction':
-            ways = {**dict.fromkeys(EMPTY, ''), **DIRECTIONS}
-            texts, decimal = [str(ways.get(text.lower(), 'x')) for text in texts], '.'
+        texts = [str(cell).strip() for cell in cells.fillna('')]
+        if ways:
+            words = {**dict.fromkeys(EMPTY, ''), **ways}
+            texts, decimal = [str(words.get(text.lower(), 'x')) for text in texts], '.'
         values = np.array([to_number(text, decimal) for text in texts])
+        is_over = [OVER_RANGE.fullmatch(text) is not None for text in texts]
+        is_over |= np.abs(values) >= BEYOND
         is_empty = [text.lower() in EMPTY for text in texts]
-        wrong = np.flatnonzero(~np.isfinite(values) & ~np.array(is_empty))
+        wrong = np.flatnonzero(~np.isfinite(values) & ~is_over & ~np.array(is_empty, bool))
+        if begin:  # whole numbers are subtracted before they are floats
+            whole = [int(text) - begin if text.isdecimal() else np.nan for text in texts]
+            values = np.where(np.isnan(whole), values - begin, whole)
+            begin = 0
     if len(wrong):
-        where = _place(origin, lines[wrong[0]], column)
         hint = 'correct the row, or leave the cell empty'
-        wanted = 'up or down' if column.name == 'direction' else 'a finite number'
-        raise WrongKind(where, str(cells.iloc[wrong[0]]), wanted, hint)
-    return np.asarray(values)
+        wanted = 'up or down' if ways else 'a finite number'
+        raise WrongKind(place(wrong[0]), str(cells.iloc[wrong[0]]), wanted, hint)
+    return np.where(is_over, np.nan, values - begin), int(np.sum(is_over))
 
 
-def _place(origin: str, line: int, column: Column) -> str:
-    return f'{origin}: line {line}, column {column.header or column.name}:'
+def _place(origin: str, lines: Lines, column: Column, row: int) -> str:
+    return f'{origin}: line {lines[row]}, column {column.header or column.name}:'
 
 
-def _check_values(column: Column, values: Array, lines: Lines, spec: Spec, origin: str) -> None:
+def _check_values(
+    column: Column, values: Array, lines: Lines, spec: Spec, layout: TextForm, origin: str
+) -> None:
     """Refuse the first value out of range; a large one may have another unit."""
     below = values < (-np.inf if spec.minimum is None else spec.minimum)
     above = values > (np.inf if spec.maximum is None else spec.maximum)
@@ -558,12 +660,13 @@ def _check_values(column: Column, values: Array, lines: Lines, spec: Spec, origi
     if not len(wrong):
         return
     value = float(values[wrong[0]])
-    where = _place(origin, lines[wrong[0]], column)
+    where = _place(origin, lines, column, wrong[0])
     if above[wrong[0]]:
         limit = f'above the largest {column.name}, {spec.maximum:g} {spec.unit}'
-        unit, hint = LIKELY[spec.unit], 'correct the row'
-        if unit != column.unit:
-            hint = f'is it {unit}? give it by {map_hint(column.name, column.header, unit)}'
+        unit, hint = likely(layout, spec.unit, column.index), 'correct the row'
+        if unit != column.unit and not column.parts[1:] and column.index != ROW:
+            option = map_hint(column.name, layout, column.index, unit)
+            hint = f'is it {unit}? give it by {option}'
     elif is_sigma:
         limit, hint = 'not above 0', 'give the standard deviation, or take the column away'
     else:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from itertools import zip_longest
 
 from stickslip_ros.errors import RecordingError
+from stickslip_ros.lab.tables.headers import COMMENT, Cells, read_header, settings_in
 from stickslip_ros.lab.tables.units import unit_of_any
 
 HEAD_BYTES = 1 << 16  # bytes that determine the layout
@@ -20,26 +21,27 @@ BLANKS = r'\s+'
 DIALECTS = [(delimiter, sign) for delimiter in ('\t', ';', ',', BLANKS) for sign in '.,']
 DIALECTS.remove((',', ','))
 NUMBER = {
-    '.': re.compile(r'[-+]?(\d+(\.\d*)?|\.\d+)(e[-+]?\d+)?', re.IGNORECASE),
-    ',': re.compile(r'[-+]?(\d+|\d*,\d+)(e[-+]?\d+)?', re.IGNORECASE),
+    '.': re.compile(r'(?:[-+]\s*)?(\d+(\.\d*)?|\.\d+)(e[-+]?\d+)?', re.IGNORECASE),
+    ',': re.compile(r'(?:[-+]\s*)?(\d+|\d*,\d+)(e[-+]?\d+)?', re.IGNORECASE),
 }
+_BLANK = re.compile(r'\s+')
 EMPTY = ('', '-', '--', 'nan', 'na', 'n/a', '#n/a', '#nv', 'null', 'none')
 """Cells without a measured number, in lower case."""
-MISSING = {*EMPTY, 'inf', '-inf'}  # cells that may replace a number, or be text
-_COMMENT = re.compile(r'\s*[#%]+\s*')
+OVER_RANGE = re.compile(
+    r'[-+]*\s*(∞|infinity|(over|under)[ -]?(range|flow|load)?|ovf|ovr|o\.?l\.?|burnout)|[-+]{3,}',
+    re.IGNORECASE,
+)
+"""Cells in place of a number beyond the range of an instrument."""
+BEYOND = 9.9e37  # numbers of instruments (SCPI) for such cells
 BOMS = {codecs.BOM_UTF8: 'utf-8-sig', codecs.BOM_UTF16_LE: 'utf-16', codecs.BOM_UTF16_BE: 'utf-16'}
+MISSING = {*EMPTY, 'inf', '-inf'}  # cells that may replace a number, or be text
 WINDOWS = 'cp1252'
 TEXT_HINT = 'save it as text: CSV in UTF-8, one row for each point or sample'
 RECORD_LENGTH = 'record length'
 """First setting of an old Tektronix export: two columns of settings, time and signal."""
-TIME_BESIDE = 3  # columns left of the time in such a file
-SEQUENCE = 'sequence'
-"""Unit of the first column of a Rigol scope: samples are numbered; first time and interval follow
-the units of the channels."""
-TIME_UNIT = 'horizontal units'
-SIGNAL_UNIT = 'vertical units'
-CHANNEL_UNITS = (SIGNAL_UNIT, 'y_unit_label')
-Cells = list[str]
+BESIDE = 3  # columns left of the time in such a file
+NUMBERING = ('no.', 'no', 'nr', 'number', 'sequence', '#', '1', '-')
+"""Cells of a row of units above numbers without a unit."""
 Mask = tuple[bool | None, ...]
 
 
@@ -56,7 +58,8 @@ class TextForm:
     header: int  # its line, from 1; 0 without header
     first: int  # line of the first row
     notes: tuple[str, ...]  # comment lines above
-    start_s: float = 0.0  # added to times
+    start_s: float | None = None  # of a header that gives times: added to them
+    step_s: float = 0.0  # between rows without a column of times
 
 
 def layout_of(head: bytes, origin: str) -> TextForm:
@@ -71,19 +74,18 @@ def layout_of(head: bytes, origin: str) -> TextForm:
     if not mask:
         problem = f'has no rows of numbers in its first {len(lines)} lines'
         raise RecordingError(f'{origin}: line 1', problem, TEXT_HINT)
-    if rows[0][0].strip().lower() == RECORD_LENGTH and len(rows[0]) > TIME_BESIDE:
-        settings = {row[0].strip().lower(): row[1].strip() for row in rows if len(row) > 1}
+    if rows[0][0].strip().lower() == RECORD_LENGTH and len(rows[0]) > BESIDE:
         first = header = 0
-        names = [*[''] * TIME_BESIDE, 'Time', settings.get('source') or 'signal']
-        units = [*[''] * TIME_BESIDE, *(settings.get(key, '') for key in (TIME_UNIT, SIGNAL_UNIT))]
+        settings = settings_in(lines, rows)
+        source = settings.get('source', ['', ''])[1]
+        shown: tuple[Cells, Cells] = [*[''] * BESIDE, 'Time', source], []
     else:
-        first, header, names, units = _below(lines, rows, mask, delimiter, decimal)
-    start_s, below = 0.0, _trimmed(rows[header])
-    if below[:1] and below[0].strip().lower() == SEQUENCE and all(_mask(below[-2:], decimal)):
-        *units, start, spacing = below
-        start_s, first = to_number(start, decimal), header + 1
-        names = ['time', *names[1 : len(units)]]
-        units = [f'{to_number(spacing, decimal)!r} s', *units[1:]]
+        first, header, shown = _below(lines, rows, mask, delimiter, decimal)
+        settings = settings_in(lines[:first], rows[:first])
+    where = f'{origin}: line {header or first + 1}'
+    names, units, start_s, step_s = read_header(
+        settings, shown, rows[first : first + 2], decimal, where
+    )
     width = max(len(names), len(rows[first]))
     if names and len(_trimmed(names)) < len(_trimmed(rows[first])):
         problem = f'has {len(rows[first])} values, the header in line {header} {len(names)} names'
@@ -100,48 +102,47 @@ def layout_of(head: bytes, origin: str) -> TextForm:
         row=_filled(rows[first], width),
         header=header,
         first=first + 1,
-        notes=tuple(_COMMENT.sub('', note).rstrip() for note in notes if _COMMENT.match(note)),
+        notes=tuple(COMMENT.sub('', note).rstrip() for note in notes if COMMENT.match(note)),
         start_s=start_s,
+        step_s=step_s,
     )
 
 
 def _below(
     lines: Sequence[str], rows: Sequence[Cells], mask: Mask, delimiter: str, decimal: str
-) -> tuple[int, int, Cells, Cells]:
+) -> tuple[int, int, tuple[Cells, Cells]]:
     """Return first row, header line, names and units of a table below its header."""
     first = next(
         at
         for at, row in enumerate(rows)
         if any(here := _mask(row, decimal))
+        and (here[0] is not False or mask[0] is not None)
         and all(None in pair or pair[0] == pair[1] for pair in zip_longest(here, mask))
     )
     header, names = _header(lines, rows, first, delimiter)
+    pairs = zip(names, _mask(rows[first], decimal), strict=False)
+    units = [unit for name, is_number in pairs if is_number and (unit := name.strip(' []()'))]
+    units = [unit for unit in units if unit.lower() not in NUMBERING]
+    if header > 1 and units and all(map(unit_of_any, units)):
+        at, names_above = _header(lines, rows, header - 1, delimiter)
+        if len(names_above) >= len(names):
+            return first, at, (names_above, names)
     if header:
         above = next((row for row in reversed(rows[: header - 1]) if len(_trimmed(row)) > 1), [])
         is_row = any(_mask(rows[header - 1], decimal)) and not any(_mask(above, decimal))
-        if is_row and len(above) >= len(rows[first]):
+        if is_row and len(above) >= len(rows[first]) <= len(rows[header - 1]):
             # The assumed header is a faulty row below the true header.
             first = header - 1
             header, names = _header(lines, rows, first, delimiter)
-    units = [name.strip(' []()') for name in names if name.strip(' []()-')]
-    if header > 1 and units and all(unit_of_any(unit) or unit == '1' for unit in units):
-        at, names_above = _header(lines, rows, header - 1, delimiter)
-        if len(names_above) >= len(names):
-            return first, at, names_above, names
-    # A scope or LabVIEW writes units of time and channels above.
-    settings = {row[0].strip(' :').lower(): row[1:] for row in rows[:first] if len(row) > 1}
-    is_time = ''.join(settings.get('x_dimension', [])[:1]).strip() == 'Time'
-    [time, *_] = settings.get(TIME_UNIT, ['s' if is_time else ''])
-    channels = next((settings[key] for key in CHANNEL_UNITS if key in settings), [])
-    start = next((at for at, name in enumerate(names) if name), 0)
-    units = [''] * start + [time, *channels] if time or channels else []
-    return first, header, names, units
+    return first, header, (names, [])
 
 
 def to_number(cell: str, decimal: str) -> float:
     """Return the number in a cell; NaN for other text."""
     text = cell.strip()
-    return float(text.replace(decimal, '.')) if NUMBER[decimal].fullmatch(text) else math.nan
+    if not NUMBER[decimal].fullmatch(text):
+        return math.nan
+    return float(_BLANK.sub('', text).replace(decimal, '.'))
 
 
 def _decode(head: bytes, origin: str) -> tuple[str, str]:
@@ -169,8 +170,10 @@ def _mask(row: Sequence[str], decimal: str) -> Mask:
     """Return which cells are numbers; None for possibly missing numbers."""
     number = NUMBER[decimal]
     return tuple(
-        None if cell.strip().lower() in MISSING else bool(number.fullmatch(cell.strip()))
-        for cell in row
+        None
+        if text.lower() in MISSING or OVER_RANGE.fullmatch(text)
+        else bool(number.fullmatch(text))
+        for text in map(str.strip, row)
     )
 
 
@@ -204,7 +207,7 @@ def _header(
     for at in reversed(range(first)):
         if not lines[at].strip(' \t,;'):
             continue
-        line = _COMMENT.sub('', lines[at], count=1) if _COMMENT.match(lines[at]) else lines[at]
+        line = COMMENT.sub('', lines[at], count=1) if COMMENT.match(lines[at]) else lines[at]
         width = len(_trimmed(rows[first]))
         names = _split(line, delimiter)
         if delimiter == BLANKS and len(names) != width:

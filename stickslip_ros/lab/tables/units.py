@@ -20,12 +20,15 @@ _SUFFIX = re.compile(
 )
 # Headers may have 60,000 equal characters: adjacent parts must not match the same ones.
 BRACKETED = re.compile(r'(.*\S|)\s*[\[(]([^\[\]()]*)[\])]\s*')
+WITHIN = re.compile(r'(.*\S|)\s*\bin\s+(\S+)\s*')
 SLASHED = re.compile(r'(.*\S)\s*/\s*([^\s/]+)\s*')
 SCALED = re.compile(
     r'([-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?)?\s*([^\W\d]+(?:/[^\W\d]+)?)', re.IGNORECASE
 )
 _WORDS = {'second': 's', 'sec': 's', 'meter': 'm', 'metre': 'm'}
 _WORDS |= {'newton': 'N', 'volt': 'V', 'hertz': 'Hz'}
+TIMES = ('ms', 'us', 'µs', 'μs', 'ns')
+"""Headers that are a unit, as are the words; a column s may be a way."""
 _DIGITS, _WHOLE_END = 23, 2.0**53
 """Limits of exact floats: digits of powers of ten, and whole numbers."""
 BASES = {unit.lower(): unit for unit in SI_UNITS}
@@ -79,11 +82,19 @@ def unit_of_any(text: str) -> bool:
 
 
 def split_unit(header: str) -> tuple[str, str]:
-    """Split ``Force (mN)``, ``Force [mN]``, ``Force / mN`` or ``force_mn`` into name and unit."""
+    """
+    Split a header into name and unit.
+
+    Forms are ``Force (mN)``, ``Force [mN]``, ``Force / mN``, ``Force in mN`` and ``force_mN``. The
+    name is empty if the header is only a unit, such as ``in s`` or ``second``.
+
+    """
     if (found := BRACKETED.fullmatch(header)) is not None:
         return found[1], found[2].strip()
-    if (found := SLASHED.fullmatch(header)) is not None and unit_of_any(found[2]):
-        return found[1], found[2]
+    for form in (SLASHED, WITHIN):
+        if (found := form.fullmatch(header)) is not None and unit_of_any(found[2]):
+            return found[1], found[2]
     if (found := _SUFFIX.fullmatch(header)) is not None:
         return found[1], found[2].lower() + BASES[found[3].lower()]
-    return header, ''
+    word = header.strip().lower()
+    return ('', header) if word in TIMES or word.removesuffix('s') in _WORDS else (header, '')

@@ -1,0 +1,221 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""One measurement with the headers of instruments, and what the user must say of each."""
+
+from collections.abc import Iterable
+from typing import Any
+
+COUNT = 40
+TIMES_S = [round(1e-4 * row, 6) for row in range(COUNT)]
+VOLTS = [5.0 * (row % 10) for row in range(COUNT)]
+MICRONS = [round(0.01 * row + 8e-4 * volts, 6) for row, volts in enumerate(VOLTS)]
+SCOPE = {'voltage_v': 'CH1 (100 V)', 'position_m': 'CH2 (um)'}
+ASIS: dict[str, str] = {}
+
+
+def of(head: str, rows: Iterable[Iterable[object]], sign: str = ',') -> str:
+    return '\n'.join([*head.split('\n'), *(sign.join(map(str, row)) for row in rows), ''])
+
+
+def columns(*given: object) -> Iterable[tuple[Any, ...]]:
+    """Yield rows of lists and of constants, as many as the shortest list has."""
+    lists = (each if isinstance(each, list) else [each] * COUNT for each in given)
+    return zip(*lists, strict=False)
+
+
+def labview(says: str, multi: bool = False) -> str:
+    blank = '\t' if multi else ''
+    return (
+        f'LabVIEW Measurement\t\nWriter_Version\t2\nX_Columns\t{says}\n***End_of_Header***\t\n\n'
+        f'Channels\t2\t\nSamples\t{COUNT}\t{blank}{COUNT}\nTime\t11:42:07\t{blank}11:42:07\n'
+        f'Y_Unit_Label\tVolts\t{blank}um\nX_Dimension\tTime\t{blank}Time\n'
+        f'X0\t0.5\t{blank}0.5\nDelta_X\t1e-4\t{blank}1e-4\n***End_of_Header***\t\t\n'
+    )
+
+
+LATE_S = [round(each + 5e-5, 6) for each in TIMES_S]
+CENTIVOLTS = [each / 100.0 for each in VOLTS]
+FILES: dict[str, tuple[str, dict[str, str], float]] = {
+    'PI': (
+        of(
+            '# REM E-712 \n# DIM = 2 \n# SAMPLE_TIME = 0.000100 \n# NDATA = 40 \n# \n'
+            '# NAME0 = Current Position of axis  1 \n# NAME1 = Control Voltage 1 \n# \n'
+            '# END_HEADER ',
+            columns(MICRONS, VOLTS),
+            '\t',
+        ),
+        {'position_m': 'Current Position of axis  1 (um)', 'voltage_v': 'Control Voltage 1 (V)'},
+        0.0,
+    ),
+    'LabVIEW without times': (
+        of(
+            f'{labview("No")}X_Value\tVoltage\tPosition\tComment',
+            columns('', VOLTS, MICRONS),
+            '\t',
+        ),
+        ASIS,
+        0.5,
+    ),
+    'LabVIEW without a column of times': (
+        of(f'{labview("No")}X_Value\tVoltage\tPosition\tComment', columns(VOLTS, MICRONS), '\t'),
+        ASIS,
+        0.5,
+    ),
+    'LabVIEW with two clocks': (
+        of(
+            f'{labview("Multi", multi=True)}X_Value\tVoltage\tX_Value\tPosition\tComment',
+            columns(TIMES_S, VOLTS, LATE_S, MICRONS),
+            '\t',
+        ),
+        ASIS,
+        0.0,
+    ),
+    'Rigol MSO': (
+        of(
+            'CH1V,CH2V,t0 = -3.000000e-03, tInc = 1.000000e-04,',
+            columns(CENTIVOLTS, MICRONS, '', ''),
+        ),
+        {'voltage_v': 'CH1V (100 V)', 'position_m': 'CH2V (um)'},
+        -3e-3,
+    ),
+    'Graphtec': (
+        of(
+            'Vendor,GRAPHTEC Corporation\nSampling interval,100us\nCH,Signal name,Input,Range\n'
+            'CH1,"Piezo",DC,100V\nData\nNumber,Date&Time,us,CH1,CH2\nNO.,Time,us,V,V',
+            columns(
+                list(range(1, COUNT + 1)),
+                '2021/05/04 09:00:00',
+                [100 * row % 1000 for row in range(COUNT)],
+                [f'+ {each:8.4f}' for each in VOLTS],
+                [f'+ {each:8.4f}' for each in MICRONS],
+            ),
+        ),
+        {'voltage_v': 'CH1 (V)', 'position_m': 'CH2 (um)'},
+        0.0,
+    ),
+    'logger': (
+        of(
+            '\ufeffTimestamp,2021-05-04 09:00:00,Timestamp,2021-05-04 09:00:00\n'
+            'Interval,0.0001,Interval,0.0001\nChannel name,"Piezo",Channel name,"Position"\n'
+            'Unit,"V",Unit,"um"',
+            columns(TIMES_S, VOLTS, TIMES_S, MICRONS),
+        ),
+        ASIS,
+        0.0,
+    ),
+    'logger with numbers of rows': (
+        of(
+            'Channel name,Piezo,Position\nUnit,V,um\nInterval,1e-4',
+            columns(list(range(1, COUNT + 1)), VOLTS, MICRONS),
+        ),
+        ASIS,
+        0.0,
+    ),
+    'two clocks': (
+        of(
+            'Time (s),Position (um),Time (s),Voltage (V)',
+            columns(LATE_S, MICRONS, TIMES_S, VOLTS),
+        ),
+        ASIS,
+        0.0,
+    ),
+    'Siglent': (
+        of(
+            'Sample Interval,Analog:0.0001\nVertical Units,CH1:V,CH2:V\nHorizontal Units,s\n'
+            'Source,CH1,CH2\nSecond,Volt,Volt',
+            columns(TIMES_S, CENTIVOLTS, MICRONS),
+        ),
+        SCOPE,
+        0.0,
+    ),
+    'Yokogawa': (
+        of(
+            '"Header Size",16\n"TraceName","CH1","CH2"\n"BlockSize",40\n"VUnit","V","V"\n'
+            '"HResolution",1.0E-04\n"HOffset",-3.0E-03\n"HUnit","s"\n',
+            columns('', CENTIVOLTS, MICRONS),
+        ),
+        SCOPE,
+        -3e-3,
+    ),
+    'Rohde & Schwarz': (
+        of('in s,C1 in V,C2 in V', columns(TIMES_S, CENTIVOLTS, MICRONS)),
+        {'voltage_v': 'C1 (100 V)', 'position_m': 'C2 (um)'},
+        0.0,
+    ),
+    'LeCroy': (
+        of(
+            'LECROY,1,Waveform\nSegments,1,SegmentSize,40\nSegment,TrigTime,TimeSinceSegment1\n'
+            '#1,14-Nov-2012 11:38:43,0\nTime,CH1,CH2',
+            columns(TIMES_S, CENTIVOLTS, MICRONS),
+        ),
+        SCOPE,
+        0.0,
+    ),
+    'units alone': (
+        of('second,Volt,Volt', columns(TIMES_S, CENTIVOLTS, MICRONS)),
+        {'voltage_v': '#2 (100 V)', 'position_m': '#3 (um)'},
+        0.0,
+    ),
+    'coarse times': (
+        of(
+            'Time(s),CH1(V),CH2(V)',
+            columns([f'{e + 1e-9:.3f}' for e in TIMES_S], CENTIVOLTS, MICRONS),
+        ),
+        SCOPE,
+        0.0,
+    ),
+    'PlotJuggler': (
+        of(
+            '__time,/rig/voltage/data,/rig/position/data',
+            (
+                row
+                for time_s, volts, microns in columns(TIMES_S, VOLTS, MICRONS)
+                for row in ((time_s, volts, ''), (f'{time_s + 2e-5:.6f}', '', microns))
+            ),
+        ),
+        {'voltage_v': '/rig/voltage/data (V)', 'position_m': '/rig/position/data (um)'},
+        0.0,
+    ),
+    'ros2 topic echo': (
+        of(
+            '1620118800,999000000,rig,0,0',
+            (
+                (1620118800 + (9991 + row) // 10_000, (9991 + row) % 10_000 * 100_000, 'rig', u, x)
+                for row, u, x in columns(list(range(COUNT - 1)), VOLTS[1:], MICRONS[1:])
+            ),
+        ),
+        {'time_s': '1 (s) + 2 (ns)', 'voltage_v': '4 (V)', 'position_m': '#5 (um)'},
+        0.999,
+    ),
+    'stamps': (
+        of(
+            'stamp.sec,stamp.nanosec,voltage (V),position (um)',
+            (
+                (7 + (9979 + row) // 10_000, (9979 + row) % 10_000 * 100_000, u, x)
+                for row, u, x in columns(list(range(COUNT)), VOLTS, MICRONS)
+            ),
+        ),
+        ASIS,
+        7.9979,
+    ),
+    'nanoseconds since 1970': (
+        of(
+            'time (ns),voltage (V),position (um)',
+            columns([1620118800123456789 + 100_000 * row for row in range(COUNT)], VOLTS, MICRONS),
+        ),
+        ASIS,
+        0.0,
+    ),
+    'rostopic echo -p': (
+        of(
+            '%time,field.header.seq,field.u,field.x',
+            columns(
+                [1620118800123456789 + 100_000 * row for row in range(COUNT)], 7, VOLTS, MICRONS
+            ),
+        ),
+        {'voltage_v': 'field.u (V)', 'position_m': 'field.x (um)'},
+        0.0,
+    ),
+}
+"""File, what the user must say, and the time of its first voltage."""

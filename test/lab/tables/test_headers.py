@@ -1,0 +1,258 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""Headers of instruments, times of rows, and remedies that are carried out."""
+
+import random
+import re
+from dataclasses import replace
+from typing import Any
+
+import header_files
+import numpy as np
+import pytest
+from header_files import COUNT, FILES, MICRONS, TIMES_S, VOLTS, columns, of
+
+from stickslip_ros import StickSlipError
+from stickslip_ros.lab.tables.experiment import AS_IT_IS, MeasuredTable, Reading, parse_experiment
+from stickslip_ros.units import quantity
+
+ROUNDING = 1e-12
+DEEPEST = 3
+"""Refusals behind each other whose remedies are carried out."""
+
+
+def read(text: str, reading: Reading = AS_IT_IS) -> MeasuredTable:
+    return parse_experiment(text.encode(), 'a.csv', reading)
+
+
+def known(table: MeasuredTable, name: str) -> tuple[np.ndarray, np.ndarray]:
+    rows = ~np.isnan(table.columns[name])
+    return table.columns['time_s'][rows], table.columns[name][rows]
+
+
+@pytest.mark.parametrize('name', FILES)
+def test_an_instrument_says_names_units_and_times(name: str):
+    text, headers, first_s = FILES[name]
+    table = read(text, Reading(headers))
+    late_s = {'two clocks': 5e-5, 'LabVIEW with two clocks': 5e-5, 'PlotJuggler': 2e-5}
+    for column, truth, delay_s in (
+        ('voltage_v', np.array(VOLTS), 0.0),
+        ('position_m', 1e-6 * np.array(MICRONS), late_s.get(name, 0.0)),
+    ):
+        time_s, values = known(table, column)
+        np.testing.assert_allclose(values, truth, rtol=ROUNDING, atol=1e-18)
+        np.testing.assert_allclose(time_s, first_s + delay_s + np.array(TIMES_S), atol=ROUNDING)
+
+
+def test_a_rate_counts_rows_and_sets_the_columns_of_times_aside():
+    text = FILES['coarse times'][0]
+    table = read(text, Reading(header_files.SCOPE, rate_hz=10e3, start_s=-3e-3))
+    assert table.columns['time_s'].tolist() == [round(each - 3e-3, 6) for each in TIMES_S]
+    assert table.unread == ('Time(s)',)
+    points = of('preload_n,amplitude_m,force_n', [(0.5, 6e-8, 0.01)])
+    for given, told in (
+        (Reading(rate_hz=1e3), '--rate is without effect on an experiment by amplitude'),
+        (Reading(start_s=1.0), '--start without --rate is without effect'),
+    ):
+        with pytest.raises(StickSlipError, match=told):
+            read(points, given)
+    with pytest.raises(StickSlipError, match='--rate with --map time_s= is without effect'):
+        read(text, Reading({'time_s': 'Time (s)'}, rate_hz=1e3))
+    with pytest.raises(StickSlipError, match=r'line 3: is empty, so that the times of the rows'):
+        read('voltage (V),a\n1,2\n\n3,4\n', Reading(rate_hz=1e3))
+    for wrong in (0.0, -1.0, float('nan')):
+        with pytest.raises(StickSlipError, match='--rate'):
+            Reading(rate_hz=wrong)
+
+
+def test_only_named_quantities_are_read_and_need_units():
+    text = of('t,q,v,F,sigma F', columns(TIMES_S, MICRONS, 0.1, 0.2, 0.3))
+    table = read(text, Reading({'time_s': 't (s)', 'force_n': 'F (N)', 'force_sigma_n': '#5 (N)'}))
+    assert list(table.columns) == ['time_s', 'force_n', 'force_sigma_n']
+    assert table.unread == ('q', 'v')
+
+
+def test_columns_of_one_name_are_named_by_number():
+    text = of('time (s),CH,CH', columns(TIMES_S, 1, 2))
+    with pytest.raises(StickSlipError, match=r'--map voltage_v="#2 \(V\)"'):
+        read(text, Reading({'voltage_v': 'CH (V)'}))
+    assert read(text, Reading({'voltage_v': '#3 (V)'})).columns['voltage_v'][0] == 2.0
+    with pytest.raises(StickSlipError, match="there is no column '#4"):
+        read(text, Reading({'voltage_v': '#4 (V)'}))
+
+
+@pytest.mark.parametrize(
+    ('header', 'told'),
+    [
+        ('time (s),t (ms),voltage (V)', "columns 'time (s)' and 't (ms)' may both be time_s"),
+        ('voltage (V),time (s),force (N),time (s)', 'may both be time_s'),
+    ],
+)
+def test_clocks_that_do_not_alternate_with_values_are_ambiguous(header: str, told: str):
+    with pytest.raises(StickSlipError, match=re.escape(told)):
+        read(
+            of(header, [range(4), range(1, 5)]) if header.count(',') == 3 else f'{header}\n1,2,3\n'
+        )
+
+
+@pytest.mark.parametrize('name', ['delta_x', 'timestamp'])
+def test_columns_that_began_apart_or_have_other_rates_are_not_joined(name: str):
+    if name == 'timestamp':
+        text = FILES['logger'][0].replace('09:00:00\nInt', '09:00:01\nInt')
+    else:
+        text = FILES['LabVIEW without times'][0].replace('\t1e-4\t1e-4', '\t1e-4\t2e-4')
+    with pytest.raises(StickSlipError, match=f'has columns of different {name}: .*; save them in'):
+        read(text)
+
+
+@pytest.mark.parametrize(
+    'mark', ['∞', '-∞', 'OVER', 'OVERFLOW', '+OVR', 'OL', 'O.L', '+++++', 'Burnout', '9.9E+37']
+)
+def test_marks_of_over_range_are_gaps_and_counted(mark: str):
+    table = read(f'Time,CH\n(us),(V)\n\n0,{mark}\n1,2\n2,\n3,4\n', Reading({'voltage_v': 'CH'}))
+    assert table.columns['voltage_v'].tolist() == [2.0, 4.0]
+    told = "2 of 4 rows without 'CH' (1 over range) were left out, the first is line 4"
+    assert table.gaps == (told,)
+
+
+def test_signs_apart_from_digits_are_read():
+    text = 'time (s),voltage (V)\n+ 0,-   2.5\n+ 1,+ 0.5\n'
+    assert read(text).columns['voltage_v'].tolist() == [-2.5, 0.5]
+
+
+@pytest.mark.parametrize('order', ['swapped', 'reversed', 'shuffled'])
+def test_unsorted_rows_are_sorted_and_it_is_said(order: str):
+    rows = [*columns(TIMES_S, VOLTS)]
+    if order == 'swapped':
+        rows[3], rows[4] = rows[4], rows[3]
+    if order == 'reversed':
+        rows.reverse()
+    if order == 'shuffled':
+        random.Random(1).shuffle(rows)
+    table = read(of('time (s),voltage (V)', rows))
+    assert table.columns['time_s'].tolist() == TIMES_S
+    assert table.columns['voltage_v'].tolist() == VOLTS
+    [note] = table.gaps
+    assert note.endswith('rows were not in the order of time, and are sorted')
+
+
+@pytest.mark.parametrize('begin', [0, 700, 990])
+@pytest.mark.parametrize('step', [10, 13, 37])
+def test_a_clock_that_begins_anew_is_not_sorted(begin: int, step: int):
+    rows = [((begin + step * row) % 1000, row) for row in range(120)]
+    with pytest.raises(StickSlipError, match=r's is not after the .* of the row before; if the'):
+        read(of('time (us),voltage (V)', rows))
+
+
+@pytest.mark.parametrize('times', ['0 0', '0 1 1 2 3', '0 0 1 1 1 1 2 2 3', '0 0 0 1 1 1 3 3 3 4'])
+def test_repeated_times_of_uneven_rows_are_refused(times: str):
+    with pytest.raises(StickSlipError, match='is not after'):
+        read(of('time (s),voltage (V)', ((each, row) for row, each in enumerate(times.split()))))
+
+
+@pytest.mark.parametrize('rows_per_tick', [2.5, 3.3, 7.0, 10.0])
+@pytest.mark.parametrize('rounding', [np.floor, np.rint])
+def test_coarse_times_are_spread_within_their_resolution(rows_per_tick: float, rounding):
+    truth = np.arange(200) / rows_per_tick
+    table = read(of('time (ms),voltage (V)', ((int(each), 1) for each in rounding(truth))))
+    assert np.max(np.abs(1e3 * table.columns['time_s'] - truth)) < 1.0
+    [note] = table.gaps
+    assert 'times repeat, as they are printed to 0.001 s; rows are spread evenly' in note
+
+
+def test_topics_are_no_columns_unless_recordings_are_among_the_sources():
+    text, reading = (
+        of('time (s),voltage (V)', columns(TIMES_S, VOLTS)),
+        Reading({'voltage_v': '/u'}),
+    )
+    with pytest.raises(StickSlipError, match="there is no column '/u'"):
+        read(text, reading)
+    assert read(text, replace(reading, only_tables=False)).columns['voltage_v'].tolist() == VOLTS
+
+
+OTHERS = {
+    'steps': 'voltage (V),up (nm),down (nm)\n20,21,18\n30,63,55\n',
+    'names alone': of('t,q,v,F', columns(TIMES_S, MICRONS, 0.1, 0.2)),
+    'numbers alone': of('0,5,6', columns(TIMES_S, VOLTS, MICRONS)),
+    'numbers of echo': FILES['ros2 topic echo'][0],
+    'unknown names': of('A,B,C', columns(TIMES_S, VOLTS, MICRONS)),
+    'known names without time': of('Voltage,Position', columns(VOLTS, MICRONS)),
+    'ticks': of('chunk;timestamp;value', columns(0, list(range(9, 49)), VOLTS), ';'),
+    'epoch without unit': of('time,position (m)', columns([10**18 + i for i in range(COUNT)], 0)),
+    'pair without times': of('Time,x,Time,u', columns(TIMES_S, MICRONS, TIMES_S, VOLTS)),
+    'two of a name': of('time (s),x (um),x (um)', columns(TIMES_S, 1, 2)),
+    'two forces': of('time (s),force (N),F (mN)', columns(TIMES_S, 1, 2)),
+    'two clocks side by side': of('time (s),t (ms),x (um)', columns(TIMES_S, TIMES_S, 1)),
+    'wrong unit': of('time (s),position (V)', columns(TIMES_S, VOLTS)),
+    'large': of('time (s),position (m)', columns(TIMES_S, 30)),
+    'far': of('time (s),position (m)', columns([10**15 + i for i in range(COUNT)], 0)),
+    'restart': of('time (us),u (V)', (((70 + row) % 100, 1) for row in range(COUNT * 2))),
+    'repeats': of('time (s),u (V)', columns(0, 1)),
+    'points': 'Stroke,force\n60,2\n',
+    'points with preload': 'preload_n,Stroke,force\n1,60,2\n',
+    'point without stroke': 'preload_n,force\n1,2\n',
+    'per preload': 'Hub (nm);Fp = 100 mN;Fp = 250 mN\n60;18;20\n',
+    'long': of(f'time (s),{"x" * 70} (um),"a ""b"" $c"', columns(TIMES_S, 1, 2)),
+    'speed alone': of('time (s),speed (m/s)', columns(TIMES_S, 1)),
+}
+GIVEN = {
+    'nothing': Reading(),
+    'preload': Reading(preloads_n=(0.5,)),
+    'rate': Reading(rate_hz=1e3),
+    'start': Reading(start_s=1.0),
+    'column that is not there': Reading({'voltage_v': 'nothing (V)'}),
+    'topic': Reading({'position_m': '/rig/x'}),
+    'no unit': Reading({'force_n': '#2', 'time_s': '#1'}),
+    'sum without units': Reading({'time_s': '#1 + #2', 'voltage_v': '#2 (V)'}),
+}
+TEXTS = {**{name: text for name, (text, *_) in FILES.items()}, **OTHERS}
+
+
+def remedies(reading: Reading, message: str) -> list[Reading]:
+    """Return what the remedies of a refusal make of the options, each alternative for itself."""
+    if away := re.search(
+        r'(--\w+)(?: without --rate| with --map time_s=| (\w+)=)? is without', message
+    ):
+        headers = {each: text for each, text in reading.headers.items() if each != away[2]}
+        without: dict[str | None, dict[str, Any]] = {
+            '--preload': {'preloads_n': ()},
+            '--rate': {'rate_hz': None},
+        }
+        without['--start'] = {'start_s': None}
+        return [replace(reading, headers=headers, **without.get(away[1], {}))]
+    if 'leave --preload away' in message:
+        return [replace(reading, preloads_n=())]
+    found = list[Reading]()
+    for part in re.split(r'; |, or ', message):
+        if maps := dict(re.findall(r'--map (\w+)="([^"]*)"', part)):
+            found.append(replace(reading, headers={**reading.headers, **maps}))
+        if rate := re.search(r'--rate (\S+)', part):
+            found.append(replace(reading, rate_hz=quantity(rate[1], 'Hz')))
+        if preload := re.search(r'--preload (\S+)', part):
+            found.append(replace(reading, preloads_n=(float(preload[1]),)))
+    return found
+
+
+@pytest.mark.parametrize('name', TEXTS)
+@pytest.mark.parametrize('given', GIVEN)
+def test_each_remedy_that_a_refusal_names_leads_to_another_outcome(name: str, given: str):
+    waiting: list[tuple[Reading, tuple[str, ...]]] = [(GIVEN[given], ())]
+    seen = set[str]()
+    while waiting:
+        reading, told = waiting.pop()
+        if repr(reading) in seen:
+            continue
+        seen.add(repr(reading))
+        try:
+            read(TEXTS[name], reading)
+        except StickSlipError as refusal:
+            message = str(refusal)
+        else:
+            continue
+        assert message not in told, f'{reading} leads to the same refusal'
+        assert '="...' not in message
+        ways = remedies(reading, message)
+        assert ways or '--' not in message, message
+        if len(told) < DEEPEST:
+            waiting += [(each, (*told, message)) for each in ways]
