@@ -52,12 +52,13 @@ from stickslip_ros.lab.tables.numbers import (
     BACK,
     DIRECTIONS,
     NUMBERS,
+    SHEET_SHARE,
     SIGMA,
+    columns_of_sheet,
     completed,
-    sheet_as_table,
     sigma_name,
 )
-from stickslip_ros.lab.tables.times import joined_clocks
+from stickslip_ros.lab.tables.times import TIME_DECIMALS, joined_clocks
 from stickslip_ros.lab.tables.units import factor_of, in_si, split_unit
 from stickslip_ros.parameters import AMPLITUDE_SPEC, FREQUENCY_SPEC, SENSORS, Spec, spec_of
 from stickslip_ros.process.stopping import stop_if_asked
@@ -69,7 +70,6 @@ if TYPE_CHECKING:
 
 Lines = NDArray[np.intp]  # line numbers of rows, from 1
 BY_AMPLITUDE, OVER_TIME = 'experiment by amplitude', 'experiment over time'
-FEMTO = 15  # decimals of summed times, s
 RATE = 'if the rows are evenly spaced in time, give their rate, as --rate 10kHz'
 CHUNK_ROWS = 100_000  # rows read at once, to limit memory
 ALL_COLUMNS = '*'  # all columns of a table with one per preload
@@ -102,7 +102,7 @@ POINT_COLUMNS: Mapping[str, Spec] = {
     'voltage_v': Spec(float, 0.0, 'V', 'measured', 'saw-tooth, peak to peak', 0.0, 1e5),
     'load_n': _measured('N', 'constant force on the runner along +x', 1e3),
     'direction': _measured('', 'up or down', 1.0),
-    'tolerance': Spec(float, 20.0, '%', 'measured', 'standard error', 1e-3, 1e3),
+    'tolerance': Spec(float, 100.0 * SHEET_SHARE, '%', 'measured', 'standard error', 1e-3, 1e3),
     **{name: _number(name) for name in _NUMBERS},
     'amplitude_sigma_m': _sigma('m', 'the amplitude'),
     **{sigma_name(name): _sigma(unit_of(name), name) for name in _NUMBERS},
@@ -226,9 +226,10 @@ def read_experiment(
             head = read_bytes(head, 'check the path', HEAD_BYTES + 1)
         try:
             layout = layout_of(head[: HEAD_BYTES + 1], origin)
-            if (columns := sheet_as_table(head, layout)) != head:
-                source, layout = columns, layout_of(columns, origin)  # noqa: PLW2901
-            laid_out.append((source, layout, origin))
+            if columns := columns_of_sheet(head, layout):
+                laid_out.append((columns, layout_of(columns, origin), origin))
+            else:
+                laid_out.append((source, layout, origin))
         except RecordingError as error:
             refusals.append(error)
     if laid_out:
@@ -263,17 +264,19 @@ def _below_each_other(parts: Sequence[MeasuredTable], origin: str) -> MeasuredTa
     if any(NUMBERS[name].is_of_sheet for name in names if name in NUMBERS):
         blanks = dict.fromkeys((*NUMBERS, *map(sigma_name, NUMBERS)), np.nan)
         blanks |= {'voltage_v': 0.0, 'load_n': 0.0}
-    for name in names:
-        for part in parts:
-            if name in blanks and name not in part.columns:
-                part.columns[name] = np.full(len(part.columns['preload_n']), blanks[name])
-            if name not in part.columns:
-                hint = 'give files with the same columns'
-                raise RecordingError(part.origin, f'has no {name}, as another file has', hint)
+
+    def column(part: MeasuredTable, name: str) -> Array:
+        if name in part.columns:
+            return part.columns[name]
+        if name in blanks:
+            return np.full(len(part.columns['preload_n']), blanks[name])
+        hint = 'give files with the same columns'
+        raise RecordingError(part.origin, f'has no {name}, as another file has', hint)
+
     return MeasuredTable(
         origin=origin,
         kind=BY_AMPLITUDE,
-        columns={name: np.concatenate([part.columns[name] for part in parts]) for name in names},
+        columns={name: np.concatenate([column(part, name) for part in parts]) for name in names},
         notes=tuple(dict.fromkeys(note for part in parts for note in part.notes)),
     )
 
@@ -553,7 +556,7 @@ def _numbers(
                 total = total + in_si(values, factor)
             start_s = (layout.start_s or 0.0) if column.name == 'time_s' else 0.0
             is_sum = start_s or column.parts[1:]
-            parts[number].append(np.round(start_s + total, FEMTO) if is_sum else total)
+            parts[number].append(np.round(start_s + total, TIME_DECIMALS) if is_sum else total)
     numbers, rows = [np.concatenate(each) for each in parts], np.concatenate(lines)
     blank = np.concatenate(empty)
     if any(each.index == ROW for each in chosen) and len(rows) and (blank < rows[-1]).any():

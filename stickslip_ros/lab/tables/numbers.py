@@ -104,14 +104,14 @@ NUMBERS = {name: MeasuredNumber(*row) for name, row in _ROWS.items()}
 """Measured numbers, by column."""
 
 
-def sheet_as_table(content: bytes, layout: TextForm) -> bytes:
-    """Return a table with a row for each number as one with a column for each; else as it is."""
+def columns_of_sheet(content: bytes, layout: TextForm) -> bytes | None:
+    """Return a sheet of a number in each row as a table with columns; None if it is no sheet."""
     named, value, unit = (
         next((name for name in layout.names if name.lower() in known), '')
         for known in (_NAMED, _VALUE, _UNIT)
     )
     if not (named and value) or layout.delimiter == BLANKS or len(content) > HEAD_BYTES:
-        return content
+        return None
     others = [name for name in layout.names if name not in {named, value, unit}]
     lines, table = content.decode(layout.encoding).splitlines()[layout.header :], []
     for cells in csv.reader(lines, delimiter=layout.delimiter, skipinitialspace=True):

@@ -15,7 +15,7 @@ from stickslip_ros.lab.tables.columns import Column
 _ALIKE = 1e-3  # share by which distances of printed times may differ
 _LOCAL, _SHUFFLED = 0.02, 0.4
 """Rows are sorted if each is off by this share of all, or so many are earlier than the last."""
-_DIGITS = 15
+TIME_DECIMALS = 15  # of computed times, s
 
 
 def joined_clocks(
@@ -92,4 +92,4 @@ def _spread(time_s: Array) -> tuple[Array, str]:
     begins_s = time_s - rows_s
     begin_s = max(min(time_s[0], begins_s.min() + 0.5 * tick_s), begins_s.max() - 0.5 * tick_s)
     note = f'times repeat, as they are printed to {tick_s:.6g} s; rows are spread evenly, '
-    return np.round(begin_s + rows_s, _DIGITS), f'{note}{step_s:.6g} s apart'
+    return np.round(begin_s + rows_s, TIME_DECIMALS), f'{note}{step_s:.6g} s apart'

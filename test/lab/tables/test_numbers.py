@@ -9,7 +9,12 @@ import numpy as np
 import pytest
 
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.lab.tables.experiment import MeasuredTable, Reading, read_experiment
+from stickslip_ros.lab.tables.experiment import (
+    MeasuredTable,
+    Reading,
+    read_experiment,
+    read_joined,
+)
 from stickslip_ros.lab.tables.numbers import NUMBERS
 
 READING = Reading(preloads_n=(0.5,))
@@ -78,6 +83,18 @@ def test_a_sheet_with_a_row_for_each_number_has_its_tolerances_or_20_percent(tmp
     close(columns['slew_v_per_s'][4], 150e6)
     [gap] = table.gaps
     assert 'step_length_m, holding_force_n, slew_v_per_s: 20 % is taken; state others' in gap
+
+
+def test_a_curve_that_was_reported_stays_as_it_was_when_it_is_joined_to_a_sheet(tmp_path: Path):
+    for name, text in (('curve', CURVE), ('sheet', SHEET)):
+        (tmp_path / f'{name}.csv').write_text(text, encoding='utf-8')
+    reported = list[tuple[MeasuredTable, set[str]]]()
+    reading = Reading(
+        preloads_n=(0.5,), report=lambda each: reported.append((each, {*each.columns}))
+    )
+    joined = read_joined([tmp_path / 'curve.csv', tmp_path / 'sheet.csv'], reading)
+    assert len(joined.columns['holding_force_n']) == 7
+    assert all(names == {*table.columns} for table, names in reported)
 
 
 def test_a_signal_named_value_is_no_sheet(tmp_path: Path):
