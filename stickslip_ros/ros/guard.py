@@ -21,8 +21,8 @@ class Guard:
     """
     Refusals of a node: counted, and logged once per name and report.
 
-    ``count`` is that of messages and calls refused by the node, ``last`` the reason of the last
-    one. ``tell`` takes a line, by default for the log, in the thread of the executor.
+    ``count`` is the number of refused messages and calls, ``last`` the reason of the latest
+    refusal. ``tell`` takes a line, by default for the log, in the thread of the executor.
 
     """
 
@@ -39,9 +39,10 @@ class Guard:
         """Count a message or a call that the node refuses, by the name of its topic or service."""
         is_foreseen = isinstance(error, StickSlipError | str)
         why = str(error) if is_foreseen else f'{type(error).__name__}: {error}'
-        self.last = f'{name} refused: {why}'[:PROBLEM]
-        self.count += 1
-        self._note(name, self.last)
+        line = f'{name} refused: {why}'[:PROBLEM]
+        with self._lock:  # executors may have several threads
+            self.count, self.last = self.count + 1, line
+        self._note(name, line)
 
     def note(self, event: Event) -> None:
         """Log a command that the drive has refused, or that has failed."""
