@@ -94,7 +94,7 @@ class Trust(NamedTuple):
 
     @contextmanager
     def folder(self, path: Path) -> Iterator[Path]:
-        """Give a folder by its descriptor, which leads to no other that gets its name."""
+        """Open a folder by its descriptor, so that a renamed folder cannot replace it."""
         with self.opened(path, os.O_PATH | os.O_DIRECTORY) as descriptor:
             yield Path(f'/proc/self/fd/{descriptor}')
 
@@ -170,8 +170,8 @@ def cache_problem() -> str:
         return ''
     tried = ', '.join(str(place) for place in _places())
     return (
-        'compiled kernels are kept for this process only: none of the folders '
-        f'{_name()} in {tried} belongs to you and is closed to others, as all above it must be; '
+        'compiled kernels are kept for this process only: '
+        f'no folder {_name()} in {tried} is yours alone, below folders that others cannot write; '
         'set NUMBA_CACHE_DIR'
     )
 

@@ -145,7 +145,7 @@ class Definitions:
         elif base == 'string':
             kind = Text(None)
         elif base == 'wstring':
-            raise ValueError('of wide characters (wstring) writers do not agree how long they are')
+            raise ValueError('wstring is not supported: its length differs between writers')
         else:
             kind = self.struct(base if '/' in base else f'{package}/{base}', depth + 1)
         if count is not None:

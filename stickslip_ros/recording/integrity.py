@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Whether a file is a whole MCAP container, said in words that tell what to do about it."""
+"""Check that a recording is complete; refuse another with a remedy."""
 
 import os
 import shlex
@@ -102,7 +102,7 @@ def open_whole(path: Path, *, checks_data: bool = False) -> Iterator[ChunkReader
                 stream.seek(end)
                 opcode, _, expected = _DATA_END.unpack(stream.read(_DATA_END.size))
                 if opcode != Opcode.DATA_END:
-                    raise ValueError('its data and its summary do not meet')
+                    raise ValueError('its data does not end at its summary')
                 if expected not in {0, _checksum(stream, 0, end) if expected else 0}:
                     raise ValueError('the checksum of its data is wrong')
             stream.seek(0)

@@ -225,7 +225,7 @@ class Recording:
 
     @property
     def notes(self) -> list[str]:
-        """Tell a span of time that is absurd beside the number of messages."""
+        """Warn of messages that are more than 10 s apart on average."""
         messages, (first_s, last_s) = sum(sum(each.values()) for each in self._counts), self.span_s
         if self._window_s != ALL_S or not last_s - first_s > MESSAGE_S * messages > 0:
             return []

@@ -79,7 +79,7 @@ class Recovery:
 
 
 def recover(path: Path, output: Path | None = None) -> tuple[list[Recovery], Path | None]:
-    """Make a recording readable beside the original; return what became of its files and where."""
+    """Copy what is whole of a recording; return a report for each file, and the path."""
     is_bag, hint = path.is_dir(), 'name the directory of a bag'
     if is_bag:
         path = path if path.name else path.resolve()  # the directory in which the user is

@@ -286,7 +286,7 @@ def experiment_over_time(
     lasts_s = (window_s[1] if window_s else ends_s) - begins_s
     if lasts_s > LONGEST_S:
         limit = f'above {LONGEST_S:g} s, the longest simulated in full'
-        hint = 'choose a window of some waves: --window 0.3s@2s'
+        hint = f'choose a window of at most {LONGEST_S - LEAD_S:g} s, some waves: --window 0.3s@2s'
         raise OutOfRange(f'length of {origin}', lasts_s, 's', limit, hint)
     still = [each for each in seen if float(np.std(each.values)) <= MOVES_MIN * each.noise]
     if len(still) == len(seen):

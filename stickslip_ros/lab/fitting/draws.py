@@ -70,8 +70,9 @@ def read_draws(path: Path, count: int = _DRAWS, seed: int = 1) -> list[Parameter
     """
     Return draws of the fit in a file of ``stickslip fit -o fitted.json``.
 
-    Parameters that were not determined stay constant. Raises RecordingError for another file or a
-    fit that failed its checks, OutOfRange for an impossible number.
+    Parameters without a finite error stay constant. Raises RecordingError for another file or a
+    fit that failed its checks, OutOfRange for an impossible number or a parameter that is known to
+    less than a factor of e.
 
     """
     stand, free, place, covariance, holds = _read(path)

@@ -53,9 +53,10 @@ class Free:
     start: float | str | None = None
     """Start of the first search; by default the value of the stand."""
     low: float | str | None = None
-    """Lower bound; by default a decade below the start, and a search may go beyond it."""
+    """Lower bound; by default a decade below start and default. Unless you set a bound, a search
+    may go beyond both."""
     high: float | str | None = None
-    """Upper bound; by default a decade above the start, and a search may go beyond it."""
+    """Upper bound; by default a decade above start and default."""
     known: Known | str | None = None
     """
     Value from another measurement, and its relative standard error.

@@ -106,7 +106,7 @@ class FitResult:
         -------
         list of Parameters
             From the normal distribution of the coordinates (mostly logarithms) at the minimum;
-            parameters that are not determined stay constant.
+            parameters without a finite error stay constant.
 
         """
         free, place = self.problem.free, self.found.place
