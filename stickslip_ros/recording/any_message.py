@@ -16,7 +16,7 @@ from mcap.records import Channel, Schema
 from numpy.typing import NDArray
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName
+from stickslip_ros.errors import RecordingError, UnknownName
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.chunks import (
     ALL_TIMES_NS,
@@ -47,8 +47,6 @@ PART: Final = re.compile(r'([^\W\d]\w*)((?:\[\d+\])*)')
 ORDERS: Final = {0: '>', 1: '<'}
 """numpy's names for the byte orders of plain CDR, by the first two bytes of a message."""
 _HEAD_BYTES: Final = 4
-LENGTHS_MAX: Final = 100_000
-"""Largest number of lengths read before the number; each takes a step for all messages."""
 BLOCK: Final = 1 << 18
 """Messages that are read at once; this bounds the memory."""
 LISTED, LEAVES = 20, 1000
@@ -235,7 +233,7 @@ class Bodies:
 
     def number(self, before: Sequence[Kind | int], dtype: str) -> NDArray[Any]:
         """Return a number behind the fields before it; IndexError if an array is too short."""
-        self._at, self._lengths_left = np.zeros_like(self._starts), LENGTHS_MAX
+        self._at = np.zeros_like(self._starts)
         for each in before:
             if isinstance(each, Kind):
                 self._skip(each)
@@ -267,13 +265,7 @@ class Bodies:
             self._advance(self._length())
 
     def _length(self) -> Places:
-        """Read a length; refuse more than LENGTHS_MAX of them."""
-        stop_if_asked()
-        self._lengths_left -= 1
-        if self._lengths_left < 0:
-            limit = f'above the maximum {LENGTHS_MAX}'
-            hint = 'name a field that stands further in front'
-            raise OutOfRange('number of lengths', LENGTHS_MAX + 1, '', limit, hint)
+        stop_if_asked()  # each takes a step for all messages
         return self._read('u4').astype(np.int64)
 
     def _skip_each(self, element: Kind, counts: Places) -> None:
@@ -289,9 +281,9 @@ class Bodies:
             more = counts > number
             starts, sizes = self._starts[more], self._sizes[more]
             part = Bodies(self._data, starts, starts + sizes, self._order)
-            part._at, part._lengths_left = self._at[more], self._lengths_left
+            part._at = self._at[more]
             part._skip(element)
-            self._at[more], self._lengths_left = part._at, part._lengths_left
+            self._at[more] = part._at
 
 
 def path_of(topic: str, field: str) -> list[str | int]:

@@ -4,6 +4,7 @@
 """Messages of an MCAP file, chunk by chunk, in bounded memory."""
 
 import heapq
+import os
 import struct
 import zlib
 from array import array
@@ -46,8 +47,11 @@ RECORD_HEAD: Final = struct.Struct('<BQ')  # opcode and length
 MESSAGE_HEAD: Final = struct.Struct('<HIQQ')  # channel, sequence number, log and publish time
 SEQUENCE_AT, LOG_TIME_AT = 2, 6
 LENGTH_BYTES: Final = 8  # of a record, in front of it
-INDEX_HEAD: Final = struct.Struct('<BQHI')  # opcode, length, channel, size of its rows
+INDEX_HEAD_BYTES: Final = 15  # of a message index: opcode, length, channel, size of its rows
 INDEX_ROW_BYTES: Final = 16  # a time and a place
+_DATA_END: Final = struct.Struct('<BQI')
+_CRC_BYTES: Final = 4
+_BLOCK_BYTES: Final = 1 << 20
 CHANNELS: Final = 1 << 16  # numbers that a channel may have
 MAGIC: Final = b'\x89MCAP0\r\n'
 _COUNT_ANEW: Final = 'copy its messages with "stickslip recover", which counts anew'
@@ -61,17 +65,11 @@ WHOLE_FILE: Final = ChunkIndex(0, 0, '', 0, 0, 0, {}, 0, 0)
 class ChunkMessages(NamedTuple):
     """Unpacked records, and the wanted messages among them."""
 
-    offset: int  # of the chunk in the file
     data: bytes
     starts: Places  # of each message in the data, behind opcode and length
     channels: NDArray[np.uint16]
     times_ns: Places  # log times
     described: Places  # starts of schemas and channels
-
-    def by_time(self) -> Iterator['Row']:
-        """Give log time, chunk and place of each message, and this object, in order of time."""
-        for place in np.argsort(self.times_ns, kind='stable'):
-            yield int(self.times_ns[place]), self.offset, int(place), self
 
     def descriptions(self) -> Iterator[bytes]:
         """Give the records of schemas and channels."""
@@ -88,7 +86,8 @@ class ChunkMessages(NamedTuple):
         return Message(channel_id, log_time, content, publish_time, sequence)
 
 
-Row = tuple[int, int, int, ChunkMessages]
+Row = tuple[int, int, int, ChunkMessages | None]
+"""Log time, chunk and place of a message; nothing where a chunk begins."""
 
 
 def gather(data: bytes, places: Places, kind: str) -> NDArray[Any]:
@@ -118,9 +117,7 @@ def unpack_chunk(chunk: Chunk) -> bytes:
     return data
 
 
-def find_messages(
-    data: bytes, offset: int, wanted: Collection[int] | None = None
-) -> ChunkMessages:
+def find_messages(data: bytes, wanted: Collection[int] | None = None) -> ChunkMessages:
     """Return the messages of some channels, or of all; ValueError if the data are no records."""
     starts, described, at, end = array('q'), array('q'), 0, len(data)
     while at < end:
@@ -148,7 +145,7 @@ def find_messages(
     if np.any(times_ns > TIME_MAX_NS):
         raise ValueError(f'a time of {times_ns.max()} ns is above {TIME_MAX_NS} ns')
     times_ns = times_ns.astype(np.int64)
-    return ChunkMessages(offset, data, places, channels, times_ns, described_at)
+    return ChunkMessages(data, places, channels, times_ns, described_at)
 
 
 class ChunkReader(SeekingReader):
@@ -160,22 +157,39 @@ class ChunkReader(SeekingReader):
 
     """
 
-    def __init__(self, stream: BinaryIO, size_bytes: int, summary_start: int) -> None:
-        super().__init__(stream, validate_crcs=True, record_size_limit=size_bytes)
+    _opened_bytes = 0  # chunks whose messages are being given in the order of time
+
+    def __init__(self, stream: BinaryIO, summary_start: int) -> None:
+        size_bytes, _ = stream.seek(0, os.SEEK_END), stream.seek(0)
+        super().__init__(stream, record_size_limit=size_bytes)
         self._summary_start = summary_start
 
     def get_summary(self) -> Summary:
         """Return the summary at the end of the file."""
         if self._summary is None:
             self._stream.seek(self._summary_start)
-            self._summary = _summary_of(self._stream.read())
+            data = self._stream.read()
+            checked, behind = data[: -_CRC_BYTES - len(MAGIC)], data[-_CRC_BYTES - len(MAGIC) :]
+            if int.from_bytes(behind[:_CRC_BYTES], 'little') not in {0, zlib.crc32(checked)}:
+                raise ValueError('the checksum of its summary is wrong')
+            self._summary = _summary_of(data)
         return self._summary
 
-    def check_counts(self) -> None:
-        """Compare the statistics with the message indexes of the chunks, which stay packed."""
+    def check(self) -> None:
+        """Check the data by their checksum, and the statistics by the lengths of the indexes."""
+        left_bytes, crc = self._summary_start - _DATA_END.size, 0
+        self._stream.seek(left_bytes)
+        opcode, _, expected = _DATA_END.unpack(self._stream.read(_DATA_END.size))
+        if opcode != Opcode.DATA_END:
+            raise ValueError('its data does not end at its summary')
+        self._stream.seek(0)
+        while expected and (block := self._stream.read(min(left_bytes, _BLOCK_BYTES))):
+            crc, left_bytes = zlib.crc32(block, crc), left_bytes - len(block)
+        if crc != expected:
+            raise ValueError('the checksum of its data is wrong')
         summary, counts = self.get_summary(), Counter[int]()
         for index in summary.chunk_indexes or [WHOLE_FILE]:
-            said = self._counts_of(index)
+            said = _counts_in(index)
             counts += Counter(self._read(index, None).channels.tolist()) if said is None else said
         if unknown := counts.keys() - summary.channels.keys():
             raise ValueError(f'nothing says what channel {min(unknown)} is')
@@ -197,14 +211,14 @@ class ChunkReader(SeekingReader):
         for index in indexes:
             yield self._read(index, wanted)
 
-    def ends(self, topic: str) -> tuple[Message, Message] | None:
+    def ends(self, topic: str) -> list[Message]:
         """Give the first and the last message of a topic, in the order of the file."""
         indexes, wanted = self._select([topic], ALL_TIMES_NS)
-        pieces = (self._read(index, wanted) for index in indexes)
-        first = next((each.message(0) for each in pieces if len(each.starts)), None)
-        pieces = (self._read(index, wanted) for index in reversed(indexes))
-        last = next((each.message(-1) for each in pieces if len(each.starts)), None)
-        return (first, last) if first and last else None
+        found = []
+        for place, order in ((0, indexes), (-1, indexes[::-1])):
+            pieces = (self._read(index, wanted) for index in order)
+            found += next(([each.message(place)] for each in pieces if len(each.starts)), [])
+        return found
 
     def messages(
         self,
@@ -215,46 +229,31 @@ class ChunkReader(SeekingReader):
     ) -> Iterator[tuple[Schema | None, Channel, Message]]:
         """Give schema, channel and message, in the order of log times or of the file."""
         summary = self.get_summary()
-        order = self._by_time if in_time_order else self._by_place
-        rows = order(topics, window_ns)
-        for place, piece in rows:
-            message = piece.message(place)
-            channel = summary.channels[message.channel_id]
-            schema = summary.schemas[channel.schema_id] if channel.schema_id else None
-            yield schema, channel, message
-
-    def _by_place(
-        self, topics: Collection[str] | None, window_ns: tuple[int, int]
-    ) -> Iterator[tuple[int, ChunkMessages]]:
-        for piece in self.pieces(topics, window_ns):
-            for place in range(len(piece.starts)):
-                yield place, piece
-
-    def _by_time(
-        self, topics: Collection[str] | None, window_ns: tuple[int, int]
-    ) -> Iterator[tuple[int, ChunkMessages]]:
-        """Open each chunk when its first message is due; keep the order of equal times."""
         indexes, wanted = self._select(topics, window_ns)
-        later = sorted(indexes, key=begin_of, reverse=True)
-        due: list[tuple[Row, Iterator[Row]]] = []
-        while later or due:
-            if later and not (due and due[0][0] < begin_of(later[-1])):
-                piece = self._read(later.pop(), wanted)
-                opened = [piece, *(row[-1] for row, _ in due)]
-                if (size := sum(len(each.data) for each in opened)) > CHUNK_MAX_BYTES:
-                    raise ValueError(
-                        f'{size} bytes in chunks of one time: above {CHUNK_MAX_BYTES}'
-                    )
-                rows = piece.by_time()
-                if first := next(rows, None):
-                    heapq.heappush(due, (first, rows))
-                continue
-            (_, _, place, piece), rows = due[0]
-            if following := next(rows, None):
-                heapq.heapreplace(due, (following, rows))
-            else:
-                heapq.heappop(due)
-            yield place, piece
+        rows: Iterator[Row]
+        if in_time_order:
+            rows = heapq.merge(*(self._by_time(index, wanted) for index in indexes))
+        else:
+            pieces = self.pieces(topics, window_ns)
+            rows = ((0, 0, at, each) for each in pieces for at in range(len(each.starts)))
+        for _, _, place, piece in rows:
+            if piece is not None:
+                message = piece.message(place)
+                channel = summary.channels[message.channel_id]
+                schema = summary.schemas[channel.schema_id] if channel.schema_id else None
+                yield schema, channel, message
+
+    def _by_time(self, index: ChunkIndex, wanted: set[int] | None) -> Iterator[Row]:
+        """Give the begin of a chunk, which opens it when it is due, and its messages by time."""
+        yield *begin_of(index), -1, None
+        piece = self._read(index, wanted)
+        self._opened_bytes += len(piece.data)
+        if self._opened_bytes > CHUNK_MAX_BYTES:
+            size_bytes = self._opened_bytes
+            raise ValueError(f'{size_bytes} bytes in chunks of one time: above {CHUNK_MAX_BYTES}')
+        for place in np.argsort(piece.times_ns, kind='stable').tolist():
+            yield int(piece.times_ns[place]), index.chunk_start_offset, place, piece
+        self._opened_bytes -= len(piece.data)
 
     def _select(
         self, topics: Collection[str] | None, window_ns: tuple[int, int]
@@ -288,7 +287,7 @@ class ChunkReader(SeekingReader):
         else:
             self._stream.seek(index.chunk_start_offset + RECORD_HEAD.size)
             data = unpack_chunk(Chunk.read(ReadDataStream(self._stream)))
-        piece = find_messages(data, index.chunk_start_offset, wanted)
+        piece = find_messages(data, wanted)
         if index is WHOLE_FILE:
             return piece
         first_ns, last_ns = index.message_start_time, index.message_end_time
@@ -297,28 +296,11 @@ class ChunkReader(SeekingReader):
         if wrong.any():  # a window chooses chunks by these times
             at_ns = piece.times_ns[wrong][0]
             raise ValueError(f'{at} announces {first_ns} ns to {last_ns} ns, and holds {at_ns} ns')
-        found, said = Counter(piece.channels.tolist()), self._counts_of(index)
+        found, said = Counter(piece.channels.tolist()), _counts_in(index)
         if said is not None and any(found[key] != said[key] for key in wanted or found | said):
             problem = f'{at} holds {found.total()} messages, and its index lists others'
             raise Miscounted(self._stream.name, problem, _COUNT_ANEW)
         return piece
-
-    def _counts_of(self, index: ChunkIndex) -> Counter[int] | None:
-        """Return the messages of each channel by the indexes behind a chunk; None without any."""
-        if not index.message_index_length:
-            return None
-        self._stream.seek(index.chunk_start_offset + index.chunk_length)
-        data = self._stream.read(min(index.message_index_length, CHUNK_MAX_BYTES))
-        counts, at = Counter[int](), 0
-        while at < len(data):
-            opcode, length, channel, size = INDEX_HEAD.unpack_from(data, at)
-            begin, at = at + INDEX_HEAD.size, at + RECORD_HEAD.size + length
-            if opcode != Opcode.MESSAGE_INDEX or at != begin + size:
-                raise ValueError(f'no message index is behind byte {index.chunk_start_offset}')
-            counts[channel] += size // INDEX_ROW_BYTES
-        if counts.keys() != index.message_index_offsets.keys():
-            raise ValueError(f'the indexes behind byte {index.chunk_start_offset} are others')
-        return counts
 
 
 @lru_cache(maxsize=SUMMARIES_KEPT)
@@ -355,6 +337,21 @@ def _summary_of(data: bytes) -> Summary:
     if summary.statistics and summary.statistics.chunk_count != listed:
         raise ValueError(f'its index lists {listed} of {summary.statistics.chunk_count} chunks')
     return summary
+
+
+def _counts_in(index: ChunkIndex) -> Counter[int] | None:
+    """Return the messages of each channel by the lengths of their indexes; None without any."""
+    if not index.message_index_length:
+        return None
+    begin = index.chunk_start_offset + index.chunk_length
+    starts = sorted((at, key) for key, at in index.message_index_offsets.items())
+    ends = [*(at for at, _ in starts[1:]), begin + index.message_index_length]
+    if not starts or starts[0][0] != begin:
+        raise ValueError(f'the indexes behind byte {index.chunk_start_offset} are others')
+    rows_bytes = (
+        (key, end - at - INDEX_HEAD_BYTES) for (at, key), end in zip(starts, ends, strict=True)
+    )
+    return Counter({key: size_bytes // INDEX_ROW_BYTES for key, size_bytes in rows_bytes})
 
 
 def begin_of(index: ChunkIndex) -> tuple[int, int]:

@@ -40,8 +40,11 @@ class DatabaseReader(chunks.ChunkReader):
         """Return the head of an MCAP file of ROS 2."""
         return Header('ros2', 'rosbag2')
 
-    def check_counts(self) -> None:
-        """Compare nothing: all counts are those of the rows."""
+    def check(self) -> None:
+        """Check the pages; all counts are those of the rows."""
+        [[said]] = self._connection.execute('PRAGMA quick_check(1)')
+        if said != 'ok':
+            raise ValueError(' '.join(str(said).split()))
 
     def _read(self, index: ChunkIndex, wanted: set[int] | None) -> chunks.ChunkMessages:
         data, first = bytearray(), index.chunk_start_offset
@@ -53,11 +56,11 @@ class DatabaseReader(chunks.ChunkReader):
                 size = chunks.MESSAGE_HEAD.size + len(content)
                 data += chunks.RECORD_HEAD.pack(Opcode.MESSAGE, size)
                 data += chunks.MESSAGE_HEAD.pack(number, 0, time_ns, time_ns) + content
-        return chunks.find_messages(bytes(data), first)
+        return chunks.find_messages(bytes(data))
 
 
 @contextmanager
-def open_database(path: Path, *, checks_data: bool) -> Iterator[DatabaseReader]:
+def open_database(path: Path) -> Iterator[DatabaseReader]:
     """Open a database, which is never written to; refuse one that its recorder has not closed."""
     path = path.resolve()
     for beside in (path.with_name(path.name + ending) for ending in _SIDE_FILES):
@@ -66,10 +69,6 @@ def open_database(path: Path, *, checks_data: bool) -> Iterator[DatabaseReader]:
             command = shlex.quote(_JOIN.format(str(path)))
             raise RecordingError(path, problem, f'end it, then join them: python3 -c {command}')
     with _connected(path) as connection:
-        if checks_data:
-            [[said]] = connection.execute('PRAGMA quick_check(1)')
-            if said != 'ok':
-                raise ValueError(' '.join(str(said).split()))
         names = {name for (name,) in connection.execute(_TABLES)}
         if missing := {'topics', 'messages'} - names:
             problem = f'it is no bag of ROS 2: it has no table {min(missing)}'

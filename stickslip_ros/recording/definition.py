@@ -22,7 +22,6 @@ from typing import Final, TypeAlias
 
 from stickslip_ros.errors import quoted
 from stickslip_ros.interface.schemas import FIELDS
-from stickslip_ros.recording.chunks import CHUNK_MAX_BYTES
 
 _NUMBERS: Final = {
     'bool': 'u1',
@@ -128,7 +127,7 @@ class Definitions:
             width: Width | None = _NOTHING
             for _, kind in kinds:
                 width = None if width is None or kind.width is None else then(width, kind.width)
-            self._known[name] = Struct(_bounded(width), kinds)
+            self._known[name] = Struct(width, kinds)
         return self._known[name]
 
     def _field(self, line: str, package: str, depth: int) -> tuple[str, Kind] | None:
@@ -158,7 +157,7 @@ def array(element: Kind, count: int | None) -> ArrayOf:
     width = _NOTHING if count == 0 else None
     if count and element.width is not None:
         width = repeated(element.width, count)
-    return ArrayOf(_bounded(width), element, count)
+    return ArrayOf(width, element, count)
 
 
 @cache
@@ -190,12 +189,6 @@ def _short(name: str) -> str:
     """Return ``package/Name`` of a type, with or without ``msg`` between them."""
     package, _, rest = name.partition('/')
     return f'{package}/{rest.rpartition("/")[2]}'
-
-
-def _bounded(width: Width | None) -> Width | None:
-    if width and max(width) > CHUNK_MAX_BYTES:
-        raise ValueError(f'a type in it takes more than {CHUNK_MAX_BYTES} bytes')
-    return width
 
 
 def leaves(kind: Kind, name: str = '') -> Iterator[tuple[str, Kind]]:

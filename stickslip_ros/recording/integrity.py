@@ -7,7 +7,6 @@ import os
 import shlex
 import sqlite3
 import struct
-import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,7 +14,6 @@ from typing import BinaryIO, Final
 
 import zstandard
 from mcap.exceptions import McapError
-from mcap.opcode import Opcode
 
 from stickslip_ros.errors import RecordingError, StickSlipError
 from stickslip_ros.files import read_bytes, readable
@@ -26,7 +24,6 @@ from stickslip_ros.recording.layout import STORAGES
 _ROS_1_MAGIC: Final = b'#ROSBAG V'
 _PX4_MAGIC: Final = b'ULog\x01\x12\x35'
 PROFILE: Final = 'ros2'
-CRC_BYTES: Final = 4
 
 #: What the libraries underneath raise on bytes that make no sense.
 DAMAGE: Final = (
@@ -42,8 +39,6 @@ DAMAGE: Final = (
     zstandard.ZstdError,
 )
 _FOOTER: Final = struct.Struct('<BQQQI')
-_DATA_END: Final = struct.Struct('<BQI')
-_BLOCK_BYTES: Final = 1 << 20
 
 
 def is_recording(path: Path) -> bool:
@@ -77,7 +72,7 @@ def convert_hint(path: Path) -> str:
 
 
 @contextmanager
-def open_whole(path: Path, *, checks_data: bool = False) -> Iterator[ChunkReader]:
+def open_whole(path: Path) -> Iterator[ChunkReader]:
     """
     Open a recording, and give the reader's complaints about its bytes as RecordingError.
 
@@ -92,24 +87,13 @@ def open_whole(path: Path, *, checks_data: bool = False) -> Iterator[ChunkReader
         raise RecordingError(path, problem, 'check the name and its permissions') from error
     with stream:
         try:
-            if is_database(path):
-                with open_database(path, checks_data=checks_data) as database:
+            begin = stream.read(len(DATABASE_MAGIC))
+            if begin == DATABASE_MAGIC:
+                with open_database(path) as database:
                     yield database
-                return
-            summary_start, size_bytes = _check_ends(path, stream), stream.seek(0, os.SEEK_END)
-            if checks_data:
-                end = summary_start - _DATA_END.size
-                stream.seek(end)
-                opcode, _, expected = _DATA_END.unpack(stream.read(_DATA_END.size))
-                if opcode != Opcode.DATA_END:
-                    raise ValueError('its data does not end at its summary')
-                if expected not in {0, _checksum(stream, 0, end) if expected else 0}:
-                    raise ValueError('the checksum of its data is wrong')
-            stream.seek(0)
-            reader = ChunkReader(stream, size_bytes, summary_start)
-            if checks_data:
-                reader.check_counts()
-            yield reader
+            else:
+                refuse_foreign(path, begin)
+                yield ChunkReader(stream, _summary_start(path, stream))
         except StickSlipError:
             raise
         except DAMAGE as error:
@@ -118,9 +102,9 @@ def open_whole(path: Path, *, checks_data: bool = False) -> Iterator[ChunkReader
             raise RecordingError(path, problem, recover_hint(path)) from error
 
 
-def refuse_foreign(path: Path) -> None:
+def refuse_foreign(path: Path, begin: bytes = b'') -> None:
     """Refuse a file that does not begin as a bag of ROS 2 does, and name the way to one."""
-    begin = _begin_of(path)
+    begin = begin or _begin_of(path)
     if begin.startswith(_ROS_1_MAGIC):
         raise RecordingError(path, 'it is a bag of ROS 1', convert_hint(path))
     if begin.startswith(_PX4_MAGIC):
@@ -134,30 +118,15 @@ def refuse_foreign(path: Path) -> None:
         raise RecordingError(path, 'it is not an MCAP file', hint)
 
 
-def _check_ends(path: Path, stream: BinaryIO) -> int:
-    """Look at both ends of a file; give where its summary begins."""
-    refuse_foreign(path)
+def _summary_start(path: Path, stream: BinaryIO) -> int:
+    """Return where the summary begins; refuse a file without one, or without its end."""
     end_bytes = _FOOTER.size + len(MAGIC)
-    tail_start = max(stream.seek(0, os.SEEK_END) - end_bytes, 0)
-    stream.seek(tail_start)
+    stream.seek(max(stream.seek(0, os.SEEK_END) - end_bytes, 0))
     tail = stream.read()
     if len(tail) < end_bytes or not tail.endswith(MAGIC):
         problem = 'its end is missing: the recording was cut off'
         raise RecordingError(path, problem, recover_hint(path))
-    _, _, summary_start, _, expected = _FOOTER.unpack_from(tail)
+    _, _, summary_start, _, _ = _FOOTER.unpack_from(tail)
     if summary_start == 0:
         raise RecordingError(path, 'it has no summary', recover_hint(path))
-    checked_bytes = tail_start + _FOOTER.size - CRC_BYTES - summary_start
-    if expected not in {0, _checksum(stream, summary_start, checked_bytes)}:
-        raise ValueError('the checksum of its summary is wrong')
     return int(summary_start)
-
-
-def _checksum(stream: BinaryIO, start: int, size_bytes: int) -> int:
-    """Return the checksum of a stretch of a file."""
-    stream.seek(start)
-    crc = 0
-    while size_bytes > 0 and (block := stream.read(min(size_bytes, _BLOCK_BYTES))):
-        crc = zlib.crc32(block, crc)
-        size_bytes -= len(block)
-    return crc

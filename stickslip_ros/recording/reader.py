@@ -84,7 +84,7 @@ class ChannelSummary:
             return 0.0
         return (self.messages - 1) * NS_PER_S / (self.last_ns - self.first_ns)
 
-    def add_all(self, messages: int, first: Stored, last: Stored, origin_ns: int) -> None:
+    def add_all(self, messages: int, first: Stored, last: Stored, *, origin_ns: int) -> None:
         """Count the messages of a file, whose times and numbers rise; one may be repeated."""
         is_repeated = self._sequence == first.sequence
         new = messages - is_repeated
@@ -162,7 +162,8 @@ class Recording:
 
     def _describe(self, file: Path) -> Described:
         """Read a file's summary, attachments and metadata; return the metadata."""
-        with open_whole(file, checks_data=True) as reader:
+        with open_whole(file) as reader:
+            reader.check()
             summary = reader.get_summary()
             profile = reader.get_header().profile
             encodings = {each.encoding for each in summary.schemas.values()}
@@ -298,8 +299,8 @@ class Recording:
         for file, counts in zip(self.files, self._counts, strict=True):
             with open_whole(file) as reader:
                 for topic, count in counts.items():
-                    if count and (ends := reader.ends(topic)):
-                        summaries[topic].add_all(count, *ends, self.time_origin_ns)
+                    if ends := reader.ends(topic) if count else []:
+                        summaries[topic].add_all(count, *ends, origin_ns=self.time_origin_ns)
         return list(summaries.values())
 
     def messages(self, topics: Iterable[str] | None = None) -> Iterator[tuple[str, int, Message]]:

@@ -6,9 +6,8 @@
 import json
 import os
 import shutil
-from bisect import bisect_right
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO, Final
@@ -66,7 +65,7 @@ class Recovery:
 
     source: str
     size_bytes: int
-    is_whole: bool = True  # nothing was to recover; then all but the number of messages is empty
+    is_whole: bool = False  # nothing was to recover; then all but the number of messages is empty
     output: str = ''  # the readable copy
     lost_bytes: int = 0
     messages: int = 0  # that were read
@@ -81,10 +80,8 @@ class Recovery:
 def recover(path: Path, output: Path | None = None) -> tuple[list[Recovery], Path | None]:
     """Copy what is whole of a recording; return a report for each file, and the path."""
     is_bag, hint = path.is_dir(), 'name the directory of a bag'
-    if is_bag:
-        path = path if path.name else path.resolve()  # the directory in which the user is
-        if not path.name:
-            raise RecordingError(path, 'it is no bag', hint)
+    if is_bag and not (path := path if path.name else path.resolve()).name:
+        raise RecordingError(path, 'it is no bag', hint)
     layout = Layout.plan(path, bag=is_bag, split=True)
     parts = [] if path.is_file() else layout.parts()
     if is_bag and not (parts := parts or files_of_a_bag(path)):
@@ -118,14 +115,14 @@ def recover_file(source: Path, output: Path, *, is_part: bool = False) -> Recove
     try:
         with readable(source).open('rb') as stream:
             result = Recovery(str(source), stream.seek(0, os.SEEK_END))
-            if (messages := _messages_if_whole(source)) is not None:
-                result.messages = messages
+            summary = _check(source, result)
+            if result.is_whole:
                 return result
-            result.is_whole, result.output = False, str(output)
+            result.output = str(output)
             make_folder(output.parent)
             prepare_output(output, is_new=True)
             with replacing(output) as part, part.open('wb') as target:
-                if not _copy(stream, target, result) and not is_part:
+                if not _copy(stream, target, result, summary) and not is_part:
                     refuse_foreign(source)
                     problem = 'it ends before its first record'
                     raise RecordingError(source, problem, 'there is nothing in it to recover')
@@ -137,59 +134,52 @@ def recover_file(source: Path, output: Path, *, is_part: bool = False) -> Recove
         raise RecordingError(source, problem, 'name an MCAP file or a bag directory') from error
 
 
-def _messages_if_whole(path: Path) -> int | None:
-    """Return the number of messages of a file if all its checksums match, else None."""
+def _check(path: Path, result: Recovery) -> Summary:
+    """Count the messages of a whole file; return the summary, empty if there is none."""
+    summary = Summary()
     try:
-        with open_whole(path, checks_data=True) as reader:
-            messages = sum(len(piece.starts) for piece in reader.pieces())
-            said = reader.get_summary().statistics
+        with open_whole(path) as reader:
+            summary = reader.get_summary()
+            reader.check()
             list(reader.iter_metadata())
             list(reader.iter_attachments())
+            result.messages = sum(len(piece.starts) for piece in reader.pieces())
+            result.is_whole = True
     except RecordingError:
         if is_database(path):  # its refusal says how to recover it
             raise
-        return None
-    return messages if said is None or said.message_count == messages else None
+    return summary
 
 
-def _copy(stream: BinaryIO, target: BinaryIO, result: Recovery) -> bool:
+def _copy(stream: BinaryIO, target: BinaryIO, result: Recovery, summary: Summary) -> bool:
     """Copy record by record until no record begins; return whether there was any."""
-    summary, header, at, size = Summary(), None, len(MAGIC), result.size_bytes
-    with suppress(RecordingError), open_whole(Path(result.source)) as reader:
-        summary = reader.get_summary()
+    header, at, size = None, len(MAGIC), result.size_bytes
     with suppress(*DAMAGE):
         header = _parse(_content(stream, at, size))
     writer = Writer(target, enable_data_crcs=True)
-    writer.start(getattr(header, 'profile', PROFILE))
+    writer.start(header.profile if isinstance(header, r.Header) else PROFILE)
     copy = _Copy(writer)
     for each in (*summary.schemas.values(), *summary.channels.values()):
         copy.add(each)
-    chunks = {each.chunk_start_offset: each for each in summary.chunk_indexes}
-    places = {*chunks, *(start + each.chunk_length for start, each in chunks.items())}
-    ends = sorted({size, *(each for each in places if each < size)})
     while at < size:
         stop_if_asked()
-        content = b''
-        described: r.McapRecord | None = chunks.get(at)
+        content, record = b'', None
         try:
             content = _content(stream, at, size)
-            described = record = _parse(content)
+            record = _parse(content)
             if isinstance(record, r.DataEnd):
                 break
             copy.add(record)
-            end = at + len(content)
         except DAMAGE as error:
-            # A damaged length reaches over chunks of the index, or has no content.
-            end = min(ends[bisect_right(ends, at)], at + len(content) if content else size)
-            kind = _KINDS.get(content[0]) if content else None
             why = str(error) or 'it ends too early'
-            loss = Loss(at, end - at, f'{kind} damaged ({why})' if kind else why)
-            if isinstance(described, r.Chunk | r.ChunkIndex):
-                first_ns = described.message_start_time - copy.origin_ns
-                last_ns = described.message_end_time - copy.origin_ns
-                loss = replace(loss, first_ns=first_ns, last_ns=last_ns)
-            result.losses.append(loss)
-        at = end
+            if content:
+                why = f'{_KINDS[content[0]]} damaged ({why})'
+            times_ns = []
+            if isinstance(record, r.Chunk):
+                times_ns = [record.message_start_time, record.message_end_time]
+            span_ns = (each - copy.origin_ns for each in times_ns)
+            result.losses.append(Loss(at, len(content) or size - at, why, *span_ns))
+        at += len(content) or size
     result.topics = [each for _, each in copy.channels.values()]
     result.unchecked = copy.unchecked
     result.lost_bytes = sum(each.size_bytes for each in result.losses)
@@ -202,14 +192,11 @@ def _copy(stream: BinaryIO, target: BinaryIO, result: Recovery) -> bool:
         result.notes.append(f'its statistics count {result.counted} messages: {fate}')
     stream.seek(max(size - len(MAGIC), 0))
     if stream.read() != MAGIC:
-        result.notes.append(
-            'it was not finished: what came after its last chunk was never written'
-        )
-    elif not result.losses:
-        note = (
-            'every chunk is whole; its index, its metadata or a name may be damaged: look at them'
-        )
+        note = 'it was not finished: what came after its last chunk was never written'
         result.notes.append(note)
+    elif not result.losses:
+        note = 'every chunk is whole; its index, its metadata or a name may be damaged'
+        result.notes.append(f'{note}: look at them')
     account = {**asdict(result), 'source': Path(result.source).name, 'output': ''}
     writer.add_metadata(RECOVERY_RECORD, {key: json.dumps(each) for key, each in account.items()})
     writer.finish()  # type: ignore[no-untyped-call]
@@ -262,7 +249,7 @@ class _Copy:
         """Write a record; of two descriptions of one thing the first one counts."""
         match record:
             case r.Chunk():
-                piece = find_messages(unpack_chunk(record), 0)
+                piece = find_messages(unpack_chunk(record))
                 for each in piece.descriptions():
                     self.add(_parse(each))
                 if unknown := {*map(int, np.unique(piece.channels))} - self.channels.keys():
