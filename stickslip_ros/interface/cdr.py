@@ -170,33 +170,6 @@ def unpack(type_name: str, data: bytes) -> m.Message:
     return message
 
 
-class ArrayReader:
-    """
-    Reads arrays as ``unpack`` does, but as views of their bytes.
-
-    The head of an array is read again only if it differs from that of the array before.
-
-    """
-
-    def __init__(self) -> None:
-        self._head, self._size_bytes = b'', -1
-        self._last = m.ArrayMessage((), (), np.empty(0))
-
-    def read(self, data: bytes) -> m.ArrayMessage:
-        """Read the bytes of a ``std_msgs/msg/Float64MultiArray``; refuse what ``unpack`` does."""
-        if len(data) != self._size_bytes or not data.startswith(self._head):
-            read = unpack(FLOAT64_ARRAY, data)
-            assert isinstance(read, m.ArrayMessage)
-            if not read.data.size:
-                return read
-            tail_bytes = (len(data) - len(_HEADER)) % 8
-            self._head = data[: len(data) - tail_bytes - 8 * read.data.size]
-            self._size_bytes, self._last = len(data), read
-        shape = self._last.data.shape
-        numbers = np.frombuffer(data, '<f8', self._last.data.size, len(self._head))
-        return self._last._replace(data=numbers.reshape(shape))
-
-
 def _text_field(text: str) -> bytes:
     """
     Pack a string: its length with the closing zero, the text, a zero.

@@ -20,8 +20,9 @@ import numpy as np
 from mcap.records import Message as Stored
 
 from stickslip_ros.errors import RecordingError, UnknownName
-from stickslip_ros.interface.cdr import ArrayReader, unpack
+from stickslip_ros.interface.cdr import unpack
 from stickslip_ros.interface.messages import (
+    ArrayMessage,
     JointMessage,
     Message,
     find_quantity,
@@ -358,14 +359,15 @@ class Recording:
 
         """
         name = self.find(topic)
-        arrays, columns = ArrayReader(), None
+        columns = None
         # A block comes when its last sample has been taken.
         window_ns = self._window_ns(is_open=True)
         start_s, end_s = self._window_s
         for kind, _, message in self._stored([name], window_ns, in_time_order=True):
             if kind != FLOAT64_ARRAY:
                 continue
-            each = arrays.read(message.data)
+            each = unpack(kind, message.data)
+            assert isinstance(each, ArrayMessage)
             at_s = (message.log_time - self.time_origin_ns) / NS_PER_S
             if self.is_ours and each.data.ndim == 2 and at_s > end_s and each.data[0, 0] > end_s:
                 break

@@ -121,30 +121,6 @@ def test_what_is_packed_comes_back(case: Case):
     assert written(cdr.unpack(type_name, data)) == written(message)
 
 
-@settings(deterministic, max_examples=50)
-@given(st.lists(arrays(1, 0) | arrays(2, 1), min_size=1, max_size=3), st.booleans())
-def test_arrays_that_are_read_in_turn_are_those_that_are_read_alone(
-    cases: list[Case], packed_by_ros: bool
-):
-    reader = cdr.ArrayReader()
-    for type_name, packed, message in cases:
-        theirs = bytes(serialize_message(deserialize_message(packed, ROS_TYPES[type_name])))
-        data = theirs if packed_by_ros else packed
-        assert written(reader.read(data)) == written(message)
-        if unpacked_array(data).data.size:
-            changed = data[:-1] + bytes([data[-1] ^ 1])  # a number; the head is that of the last
-            assert written(reader.read(changed)) == written(unpacked_array(changed))
-
-
-def test_an_array_that_is_cut_off_is_refused_behind_one_that_is_whole():
-    whole = cdr.pack_float64_array(np.ones((3, 2)), ['sample', 't[s],force[N]'])
-    reader = cdr.ArrayReader()
-    for data in (whole[:-8], b'', whole[:40]):
-        reader.read(whole)
-        with pytest.raises(RecordingError, match='check the type'):
-            reader.read(data)
-
-
 @deterministic
 @given(CASES)
 def test_ros_reads_what_is_packed(case: Case):

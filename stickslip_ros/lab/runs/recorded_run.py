@@ -7,7 +7,7 @@ import math
 import shutil
 import weakref
 from collections.abc import Mapping
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -277,14 +277,21 @@ def frame_of(found: Mapping[str, Series], source: str) -> 'DataFrame':
     frame.attrs['units'] = {'time_s': 's', **{name: each.unit for name, each in found.items()}}
     frame.attrs['source'] = source
 
-    class Plot(type(frame.plot)):  # type: ignore[misc]
+    object.__setattr__(frame, 'plot', _labelled_plots()(frame))
+    return frame
+
+
+@cache
+def _labelled_plots() -> Any:
+    from pandas.plotting import PlotAccessor
+
+    class Plot(PlotAccessor):
         """``DataFrame.plot`` that labels the vertical axis of lines with their columns."""
 
         def __call__(self, *given: Any, **named: Any) -> Any:
             if named.get('kind', 'line') == 'line' and not named.get('subplots'):
-                y = named.get('y') or [*frame]
+                y = named.get('y') or [*self._parent]  # type: ignore[attr-defined]
                 named.setdefault('ylabel', ', '.join(y) if isinstance(y, list) else str(y))
             return super().__call__(*given, **named)
 
-    object.__setattr__(frame, 'plot', Plot(frame))
-    return frame
+    return Plot
