@@ -36,7 +36,6 @@ from stickslip_ros.recording.definition import (
     Number,
     Struct,
     leaves,
-    then,
     way_to,
 )
 from stickslip_ros.recording.integrity import open_whole
@@ -271,11 +270,10 @@ class Bodies:
     def _skip_each(self, element: Kind, counts: Places) -> None:
         """Skip an array of a kind whose length each message gives."""
         if element.width is not None:
-            at, power = self._at, element.width
-            for bit in range(int(counts.max()).bit_length()):
-                at = at + np.where(counts >> bit & 1, np.array(power)[at % ALIGNMENT], 0)
-                power = then(power, power)
-            self._advance(at - self._at)
+            width = np.array(element.width)
+            first = width[self._at % ALIGNMENT]
+            each = width[(self._at + first) % ALIGNMENT]  # of all others
+            self._advance(np.where(counts > 0, first + (counts - 1) * each, 0))
             return
         for number in range(int(counts.max())):
             more = counts > number

@@ -87,12 +87,10 @@ def then(first: Width, second: Width) -> Width:
 
 
 def repeated(width: Width, count: int) -> Width:
-    """Return the Width of `count` equal successive fields."""
-    total, power = _NOTHING, width
-    while count:
-        total = then(total, power) if count & 1 else total
-        power, count = then(power, power), count >> 1
-    return total
+    """Return the Width of `count` equal successive fields; all but the first have one length."""
+    firsts = enumerate(width) if count else ()
+    lengths = (each + (count - 1) * width[(at + each) % ALIGNMENT] for at, each in firsts)
+    return tuple(lengths) or _NOTHING
 
 
 class Definitions:

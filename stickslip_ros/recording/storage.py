@@ -29,11 +29,7 @@ FOLLOWED_BY: Final = 'followed_by'
 """Entry of a part's closing record: the file in which the run goes on, or nothing."""
 SECURE_AFTER: Final = 1 / 2
 """Share of the flush period, by the clock, after which a chunk is written to the disk."""
-COMPRESSIONS: Final = {
-    'zstd': CompressionType.ZSTD,
-    'lz4': CompressionType.LZ4,
-    'none': CompressionType.NONE,
-}
+COMPRESSIONS: Final = {each.name.lower(): each for each in reversed(CompressionType)}
 
 Attachments = Mapping[str, tuple[str, bytes]]  # media type and bytes of each attachment
 Metadata = Mapping[str, Mapping[str, str]]
