@@ -178,7 +178,7 @@ class ChunkReader(SeekingReader):
             said = self._counts_of(index)
             counts += Counter(self._read(index, None).channels.tolist()) if said is None else said
         if unknown := counts.keys() - summary.channels.keys():
-            raise ValueError(f'nothing says what channel {min(unknown)} is')
+            raise ValueError(f'channel {min(unknown)} is not described')
         if (statistics := summary.statistics) is None:
             return
         by_channel = Counter(statistics.channel_message_counts) or counts  # empty: not known
@@ -299,7 +299,7 @@ class ChunkReader(SeekingReader):
             raise ValueError(f'{at} announces {first_ns} ns to {last_ns} ns, and holds {at_ns} ns')
         found, said = Counter(piece.channels.tolist()), self._counts_of(index)
         if said is not None and any(found[key] != said[key] for key in wanted or found | said):
-            problem = f'{at} holds {found.total()} messages, and its index lists others'
+            problem = f'{at} holds {found.total()} messages, but its index lists others'
             raise Miscounted(self._stream.name, problem, _COUNT_ANEW)
         return piece
 
@@ -314,10 +314,14 @@ class ChunkReader(SeekingReader):
             opcode, length, channel, size = INDEX_HEAD.unpack_from(data, at)
             begin, at = at + INDEX_HEAD.size, at + RECORD_HEAD.size + length
             if opcode != Opcode.MESSAGE_INDEX or at != begin + size:
-                raise ValueError(f'no message index is behind byte {index.chunk_start_offset}')
+                raise ValueError(
+                    f'the message index behind byte {index.chunk_start_offset} is missing'
+                )
             counts[channel] += size // INDEX_ROW_BYTES
         if counts.keys() != index.message_index_offsets.keys():
-            raise ValueError(f'the indexes behind byte {index.chunk_start_offset} are others')
+            raise ValueError(
+                f'the message indexes behind byte {index.chunk_start_offset} do not match'
+            )
         return counts
 
 
@@ -350,7 +354,9 @@ def _summary_of(data: bytes) -> Summary:
     for one, other in pairwise(summary.chunk_indexes):
         if other.chunk_start_offset < one.chunk_start_offset + one.chunk_length:
             at = other.chunk_start_offset
-            raise ValueError(f'its index lists the chunk at byte {at} twice, or within another')
+            raise ValueError(
+                f'its index lists the chunk at byte {at} twice, or inside another chunk'
+            )
     listed = len(summary.chunk_indexes)
     if summary.statistics and summary.statistics.chunk_count != listed:
         raise ValueError(f'its index lists {listed} of {summary.statistics.chunk_count} chunks')

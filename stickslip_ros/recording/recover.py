@@ -84,11 +84,11 @@ def recover(path: Path, output: Path | None = None) -> tuple[list[Recovery], Pat
     if is_bag:
         path = path if path.name else path.resolve()  # the directory in which the user is
         if not path.name:
-            raise RecordingError(path, 'it is no bag', hint)
+            raise RecordingError(path, 'it is not a bag', hint)
     layout = Layout.plan(path, bag=is_bag, split=True)
     parts = [] if path.is_file() else layout.parts()
     if is_bag and not (parts := parts or files_of_a_bag(path)):
-        raise RecordingError(path, 'there is no recording in it', hint)
+        raise RecordingError(path, 'it holds no recording', hint)
     name = f'{path.name}{MARK}' if is_bag else f'{layout.stem}{MARK}{SUFFIX}'
     copy = Layout.plan(output or path.with_name(name), bag=is_bag, split=bool(parts))
     copy.refuse_existing()
@@ -128,7 +128,7 @@ def recover_file(source: Path, output: Path, *, is_part: bool = False) -> Recove
                 if not _copy(stream, target, result) and not is_part:
                     refuse_foreign(source)
                     problem = 'it ends before its first record'
-                    raise RecordingError(source, problem, 'there is nothing in it to recover')
+                    raise RecordingError(source, problem, 'it holds nothing to recover')
                 target.flush()
                 os.fsync(target.fileno())
             return result
@@ -266,7 +266,7 @@ class _Copy:
                 for each in piece.descriptions():
                     self.add(_parse(each))
                 if unknown := {*map(int, np.unique(piece.channels))} - self.channels.keys():
-                    raise ValueError(f'nothing says what channel {min(unknown)} is')
+                    raise ValueError(f'channel {min(unknown)} is not described')
                 for place in range(len(piece.starts)):
                     self.add(piece.message(place))
                 self.unchecked -= len(piece.starts) if record.uncompressed_crc else 0

@@ -99,7 +99,7 @@ def test_a_position_wins_and_what_is_empty_or_no_number_is_not_commanded(request
         (
             joint((), (), (2.0,)),
             OutOfRange,
-            'joint effort 2 N is not what the drive can follow; command a position or a velocity',
+            'joint effort 2 N is not supported; command a position or a velocity',
         ),
         (
             joint((0.0, 1e-7), names=OWN * 2),

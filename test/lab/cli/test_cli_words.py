@@ -459,7 +459,7 @@ WISHES = {
     'simulate --amplitude 60nm --preload 1m': "stand.preload '1m' is not a number in uN, mN, N",
     'simulate --amplitude 30m': 'is above the 1.6e-07 m that the amplifier reaches; lower it; 30',
     'simulate --amplitude -100nm': 'amplitude -1e-07 m is below the minimum 0 m',
-    'simulate --voltage 300 --steps -1': '2147483647; give one, or 0 for no fixed number',
+    'simulate --voltage 300 --steps -1': '2147483647; give a whole number; 0 runs until stopped',
     'sweep --amplitude 20,60nm -o a.csv': "amplitude '20' is without a unit, but others have",
     'sweep --amplitude 0:160e-9 -o a.csv': "'0:160e-9' is not start:stop:count; write",
     'sweep --amplitude 1nm --workers -1 -o a.csv': 'number of workers -1 is not from 0 to 1024',
