@@ -455,7 +455,7 @@ WISHES = {
     f'{OPTIMISE} speed -o wave.mcap': 'wave.mcap',
     'plot a.mcap --width 89': '--width 89 m is wider than a page; write 89mm for millimetres',
     'plot a.mcap --window 3ms@30': "window '30' is without a unit",
-    'simulate --amplitude 60mN': 'is not a number in nm, um, mm or m; give one such',
+    'simulate --amplitude 60mN': 'is not a number in nm, um, mm or m; give a quantity such',
     'simulate --amplitude 60nm --preload 1m': "stand.preload '1m' is not a number in uN, mN, N",
     'simulate --amplitude 30m': 'is above the 1.6e-07 m that the amplifier reaches; lower it; 30',
     'simulate --amplitude -100nm': 'amplitude -1e-07 m is below the minimum 0 m',

@@ -74,10 +74,10 @@ SIMULATE = (
         'sweep',
         'run the drive at every combination of values; a table',
         'Run the drive alone, without sensors, at every combination of values. VALUES are a list, '
-        '0.1N,0.5N, or a range start:stop:count with both ends, 0:160nm:33. A run ends after 200 '
-        'to 5000 steps, when the mean force (free runner: step length) is within 0.02% of its '
-        'limit, or after --steps. FILE.journal keeps finished runs: after Ctrl-C or a crash the '
-        'same command continues.',
+        '0.1N,0.5N, or a range start:stop:count with both ends, 0:160nm:33. A run ends when it is '
+        'steady: mean force of a cycle (free runner: step length) within 0.02% of its limit, by '
+        'the last 40 steps; 200 to 5000 steps; --steps sets their number. FILE.journal keeps '
+        'finished runs: after Ctrl-C or a crash the same command continues.',
         option('--preload', 'vary stand.preload', metavar=VALUES),
         option('--amplitude', 'peak-to-peak displacements', metavar=VALUES, required=True),
         option('--frequency', 'steps per second', metavar=VALUES, default='1kHz'),
