@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Errors of the package: a message gives value, unit, limit and a hint what to do."""
+"""Errors of the package: a message gives value, unit, limit and remedy."""
 
 QUOTED, PROBLEM, MESSAGE = 60, 300, 2000
 """Longest quoted value, problem (which may quote a file) and message, characters."""
@@ -67,11 +67,11 @@ class WrongKind(StickSlipError, TypeError):
 
 
 class WrongUse(StickSlipError, TypeError, AttributeError):
-    """A call has wrong arguments, or an attribute cannot be used; the text is what is meant."""
+    """A call has wrong arguments, or an attribute cannot be used; the text names the right use."""
 
 
 class RecordingError(StickSlipError):
-    """A file cannot be written or read; the message gives the problem and a hint what to do."""
+    """A file cannot be written or read; the message gives the problem and the remedy."""
 
     def __init__(self, path: object, problem: str, hint: str) -> None:
         super().__init__(f'{path}: {_begin(problem, PROBLEM)}; {hint}')

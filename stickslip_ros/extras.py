@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Import optional packages on demand; an error names the command that installs a missing one."""
+"""Import optional packages on demand; an error names the command that installs them."""
 
 import importlib
 import re

@@ -36,7 +36,7 @@ def read_text(path: Path, hint: str, form: str) -> str:
 
 
 def check_folder(folder: Path) -> None:
-    """Refuse a folder that is missing, and name the one to make."""
+    """Refuse a missing folder, and name the folder to make."""
     if missing := [each for each in (folder, *folder.parents) if not each.exists()]:
         hint = f'make {folder}, or choose another'
         raise RecordingError(missing[-1], 'is a folder that does not exist', hint)

@@ -47,13 +47,13 @@ def number(name: str, value: float, digits: str, unit: str = '') -> tuple[str, s
     return name, f'{value * FACTORS[unit]:{digits}}', unit
 
 
-def said(words: str, digits: str, **default: Any) -> Any:
+def report_field(words: str, digits: str, **default: Any) -> Any:
     """Return a dataclass field that ``rows_of`` prints; its name ends with its SI unit."""
     return dataclasses.field(**default, metadata={'words': words, 'digits': digits})
 
 
 def rows_of(result: Any) -> list[tuple[str, str, str]]:
-    """Return the rows of the fields that ``said`` declares."""
+    """Return the rows of the fields that ``report_field`` declares."""
     rows = []
     for each in dataclasses.fields(result):
         if each.metadata:

@@ -111,7 +111,7 @@ def draw(found, frozen):
     right.legend()
 
 
-def together(found, frozen):
+def compare_means(found, frozen):
     """Compare the mean step on one line with that of lines that stay."""
     steps = found['stroke 150 nm']
     return pd.Series(

@@ -50,7 +50,7 @@ def steady_deflection(law: Record, coulomb_n: float, v_m_per_s: float) -> float:
 
 @kernel
 def plastic_share(law: Record, z_m: float, v_m_per_s: float, steady_m: float) -> float:
-    """Return alpha: 0 for elastic bristles, 1 for sliding ones; always 1 except in EPM."""
+    """Return alpha: 0 for elastic bristles, 1 for sliding bristles; always 1 except in EPM."""
     if law.number != EPM:
         return 1.0
     if z_m * v_m_per_s <= 0.0:

@@ -127,7 +127,7 @@ def answer_towards(contact: Record, state: Record, direction: float) -> float:
 
 @kernel
 def next_preload(contact: Record, preload_n: float, dt_s: float) -> float:
-    """Return the preload after a step towards the wanted one, N."""
+    """Return the preload after a step towards its target, N."""
     largest_n = contact.preload_n_per_s * dt_s
     gap_n = contact.preload_n - preload_n
     if abs(gap_n) <= largest_n * (1.0 + ARRIVAL_SLACK):

@@ -138,7 +138,7 @@ class Bench:
 
     @property
     def replaced(self) -> int:
-        """Number of set points replaced by the next one of their topic, without an event."""
+        """Number of set points replaced by a later set point of their topic, without an event."""
         return self.motion.replaced + self._preloads_replaced
 
     @property

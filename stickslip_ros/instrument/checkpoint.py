@@ -77,8 +77,8 @@ def unpack(data: bytes) -> tuple[Parameters, Any, Any]:
         raise _refusal('is not recognised', HINT)
     form, version, kinds, digest = found
     if (form, kinds) != (FORMAT, KINDS_DIGEST):
-        hint = 'use the sources that have saved it, or start from rest'
-        raise _refusal(f'is of another form, {form}, that of version {version}', hint)
+        hint = 'use the version that saved it, or start from rest'
+        raise _refusal(f'has another state form, {form} of version {version}', hint)
     if digest != hashlib.sha256(body).hexdigest():
         raise _refusal('is damaged: its SHA-256 differs', 'take another copy of the file')
     unpacker = zlib.decompressobj()

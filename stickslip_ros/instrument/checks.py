@@ -40,7 +40,7 @@ def check_sawtooth(
     check_frequency(parameters, amplitude_v, frequency_hz)
     if not (steps == math.floor(steps) and 0 <= steps <= STEPS_MAX):
         limit = f'not a whole number from 0 to {STEPS_MAX}'
-        raise OutOfRange('steps', steps, '', limit, 'give one, or 0 for no fixed number')
+        raise OutOfRange('steps', steps, '', limit, 'give a whole number; 0 runs until stopped')
     return sawtooth(parameters.amplifier.voltage_min, amplitude_v, frequency_hz, int(steps))
 
 
@@ -79,7 +79,7 @@ def _stepping(parameters: Parameters, frequency_hz: float, steps: int) -> Wave:
 
 def check_waveform(parameters: Parameters, numbers: Array, cycles: int = 1) -> Wave:
     """
-    Return a wave that plays rows of time and voltage, given one after another.
+    Return a wave that plays rows of time and voltage, given as a flat list.
 
     ``cycles`` is the number of plays; 0 repeats until replaced. A repeated wave must be closed.
 
@@ -90,13 +90,13 @@ def check_waveform(parameters: Parameters, numbers: Array, cycles: int = 1) -> W
         raise WrongKind('waveform', numbers[:8].tolist(), expected, 'send [t0, V0, t1, V1, ...]')
     wave = numbers.reshape(rows, 2)
     if wave[0, 0] != 0.0:
-        hint = 'let the first row be the start'
+        hint = 'start the table at 0 s'
         raise OutOfRange('waveform time of row 1', float(wave[0, 0]), 's', 'not 0 s', hint)
     falls = np.flatnonzero(np.diff(wave[:, 0]) <= 0.0)
     if len(falls):
         row = int(falls[0]) + 1
         limit = f'not after that of row {row}, {wave[row - 1, 0]:g} s'
-        hint = 'let the times rise'
+        hint = 'use rising times'
         raise OutOfRange(f'waveform time of row {row + 1}', float(wave[row, 0]), 's', limit, hint)
     for row in (int(np.argmin(wave[:, 1])), int(np.argmax(wave[:, 1]))):
         check_range(parameters, f'waveform voltage of row {row + 1}', float(wave[row, 1]))
@@ -117,8 +117,8 @@ def check_repetition(parameters: Parameters, wave: Array, cycles: int) -> None:
         raise OutOfRange('last waveform voltage', float(last_v), 'V', limit, hint)
     shortest_s = 1.0 / parameters.amplifier.frequency_max
     if period_s < shortest_s:
-        limit = f'below the {shortest_s:.4g} s of amplifier.frequency_max'
-        raise OutOfRange('waveform period', float(period_s), 's', limit, 'slow it down')
+        limit = f'below 1/amplifier.frequency_max, {shortest_s:.4g} s'
+        raise OutOfRange('waveform period', float(period_s), 's', limit, 'lengthen the cycle')
 
 
 def check_position(parameters: Parameters, x_m: float) -> float:
@@ -134,7 +134,7 @@ def check_position(parameters: Parameters, x_m: float) -> float:
 
 
 def fastest_m_per_s(parameters: Parameters) -> float:
-    """Return the largest possible velocity, that of steps as long as the stroke, m/s."""
+    """Return the largest velocity, of steps as long as the stroke, m/s."""
     return parameters.actuator.gain * parameters.step.amplitude * parameters.step.frequency
 
 
@@ -142,7 +142,7 @@ def check_velocity(parameters: Parameters, name: str, velocity_m_per_s: float) -
     """Refuse a velocity that steps cannot reach; steps must be possible."""
     fastest = fastest_m_per_s(parameters)
     if abs(velocity_m_per_s) > fastest:
-        limit = f'above the {fastest:.4g} m/s of steps as long as the stroke'
+        limit = f'above the largest velocity of steps, {fastest:.4g} m/s'
         hint = 'lower it or raise step.frequency'
         raise OutOfRange(name, velocity_m_per_s, 'm/s', limit, hint)
     steps_of(parameters, 1)
@@ -167,7 +167,7 @@ def check_preload(parameters: Parameters, force_n: float) -> float:
         limit = f'below the {lowest_n:g} N that hold the runner'
         raise OutOfRange('preload', force_n, 'N', limit, 'raise it')
     if parameters.contact.travel:
-        limit = f'a change from {parameters.stand.preload:g} N, which contact.travel excludes'
+        limit = f'a change from {parameters.stand.preload:g} N, excluded by contact.travel'
         raise OutOfRange('preload', force_n, 'N', limit, 'set contact.travel to 0')
     if force_n > limit_n:
         limit = f'above the {limit_n:g} N that the stand allows'

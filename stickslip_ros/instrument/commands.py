@@ -89,7 +89,7 @@ class Request:
     tag: str = ''
 
     def __post_init__(self) -> None:
-        """Read a number alone, and typed numbers, such as ``10V``."""
+        """Convert single numbers and quantities such as ``10V``."""
         values: Any = self.values
         values = (values,) if isinstance(values, str | float | int) else values
         if isinstance(values, tuple | list) and any(isinstance(each, str) for each in values):

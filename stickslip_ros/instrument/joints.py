@@ -51,7 +51,7 @@ def check_joints(parameters: Parameters, joints: Joints) -> Goal | None:
     )
     if effort_n is not None:
         hint = 'command a position or a velocity'
-        raise OutOfRange('joint effort', effort_n, 'N', 'not what the drive can follow', hint)
+        raise OutOfRange('joint effort', effort_n, 'N', 'not supported', hint)
     if position_m is not None:
         return Goal(check_position(parameters, position_m))
     if velocity_m_per_s is not None:
@@ -64,9 +64,9 @@ def _number_of(
 ) -> float | None:
     """Return the number of the own joint; None if it is not given."""
     if len(numbers) not in (0, len(names)):
-        hint = 'give a number for each name, or an empty list; .nan is not commanded'
+        hint = 'give a number for each name, or an empty list; .nan commands nothing'
         raise WrongKind(label, list(numbers[:8]), f'a list of {len(names)} numbers', hint)
     number = numbers[names.index(own)] if numbers else math.nan
     if math.isinf(number):
-        raise WrongKind(label, number, 'a finite number', 'send a number; .nan is not commanded')
+        raise WrongKind(label, number, 'a finite number', 'send a number; .nan commands nothing')
     return None if math.isnan(number) else number

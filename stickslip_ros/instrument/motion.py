@@ -320,5 +320,5 @@ class Motion:
 
 
 def _continues(running: Identity, command: Identity) -> bool:
-    """Return whether a command has the topic and the sender of the running one."""
+    """Return whether a command has the topic and the sender of the running command."""
     return (running.name, running.tag) == (command.name, command.tag)

@@ -137,7 +137,7 @@ class PositionLoop:
 
     def update(self, target_m: float, position_m: float) -> Steps | Level:
         """
-        Return the next action, when the last one is over.
+        Return the next action after the end of the last action.
 
         Parameters
         ----------

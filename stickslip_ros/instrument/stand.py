@@ -101,7 +101,7 @@ class SimulatedStand:
 
     @property
     def is_preloaded(self) -> bool:
-        """Whether the preload has reached the wanted one."""
+        """Whether the preload has reached its target."""
         return bool(self._preload.item() == self.wanted_n)
 
     def reset(self) -> None:

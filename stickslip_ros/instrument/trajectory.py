@@ -130,7 +130,9 @@ def check_trajectory(
     rows, rest = divmod(len(numbers), len(Point._fields))
     if rest or not 1 <= rows <= POINTS_MAX:
         expected = f'1 to {POINTS_MAX} points of time, position, velocity and acceleration'
-        raise WrongKind('trajectory', numbers[:8].tolist(), expected, 'send fewer, or whole ones')
+        raise WrongKind(
+            'trajectory', numbers[:8].tolist(), expected, 'send whole points, or fewer'
+        )
     for name in settings.keys() - set(_SETTINGS):
         raise UnknownName('setting of a trajectory', name, f'use {", ".join(_SETTINGS)}')
     table = numbers.reshape(rows, len(Point._fields))
@@ -152,7 +154,7 @@ def check_trajectory(
         raise OutOfRange('trajectory degree', trajectory.degree, '', limit, 'take one of these')
     last_m_per_s = abs(trajectory.end.velocity_m_per_s)
     if trajectory.degree > 1 and last_m_per_s > _REST_SHARE * fastest_m_per_s(parameters):
-        hint = 'let it end at rest'
+        hint = 'end the trajectory at rest'
         raise OutOfRange('last trajectory velocity', last_m_per_s, 'm/s', 'not 0 m/s', hint)
     places_m, speeds_m_per_s = _sampled(table, trajectory.degree)
     ways_m = np.append(places_m, table[:, 1])
@@ -176,14 +178,14 @@ def _tolerance(settings: Mapping[str, Scalar], name: str, default: float) -> flo
 def _check_times(times_s: Array) -> None:
     """Refuse times that do not rise, or start before 0."""
     if times_s[0] < 0.0:
-        hint = 'let times count from the start'
+        hint = 'count times from the start'
         raise OutOfRange('trajectory time of point 1', times_s[0], 's', 'below 0 s', hint)
     falls = np.flatnonzero(np.diff(times_s) <= 0.0)
     if len(falls):
         row = int(falls[0]) + 1
         limit = f'not after that of point {row}, {times_s[row - 1]:g} s'
         name = f'trajectory time of point {row + 1}'
-        raise OutOfRange(name, float(times_s[row]), 's', limit, 'let the times rise')
+        raise OutOfRange(name, float(times_s[row]), 's', limit, 'use rising times')
 
 
 def _sampled(table: Array, degree: int) -> tuple[Array, Array]:

@@ -229,7 +229,7 @@ class _Cursor:
         return int.from_bytes(self._claim(4, 4), 'little')
 
     def text(self) -> str:
-        """Take a string; some writers leave out the closing zero of an empty one."""
+        """Take a string; some writers leave out the closing zero of an empty string."""
         encoded = bytes(self._claim(self.uint32(), 1))
         if encoded[-1:] not in (b'', b'\0'):
             raise ValueError('a text in them has no closing zero')

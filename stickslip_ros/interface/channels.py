@@ -20,7 +20,7 @@ class Qos:
 
     def to_yaml(self) -> str:
         """
-        Return the profile as a recording stores it: a YAML sequence of one complete entry.
+        Return the profile in the form of a recording: a YAML sequence of one complete entry.
 
         The numbers are those of ``rmw/types.h``. Every distribution reads numbers; only later
         ones read names.

@@ -198,7 +198,7 @@ def _typed_number(name: str, text: str, unit: str) -> float:
     if unit and number not in {0.0, 1.0}:
         raise WrongKind(name, text, unit, 'give 1 for on, 0 for off')
     if number is None or not number.is_integer():
-        raise WrongKind(name, text, 'a whole number', 'give one such as 42')
+        raise WrongKind(name, text, 'a whole number', 'give an integer such as 42')
     return number
 
 
@@ -287,7 +287,7 @@ def _checked_stamp_ns(topic: Topic, stamp_ns: int) -> int:
 
 
 def _check_layout(topic: Topic, message: m.ArrayMessage, first: int) -> None:
-    """Refuse a table whose layout, from axis `first` on, is not that of rows in order."""
+    """Refuse a table unless its layout, from axis `first` on, has rows in order."""
     count, width = message.data.size, len(topic.numbers)
     sizes, strides = list(message.sizes[first:]), list(message.strides[first:])
     # A count that gives no whole rows may be declared: the check of the numbers refuses it.

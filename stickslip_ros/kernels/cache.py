@@ -74,7 +74,7 @@ class Folders(NamedTuple):
 
 
 class Trust(NamedTuple):
-    """Owners of what may be unpickled, and bits of a mode that it must not have."""
+    """Trusted owners of files to unpickle, and forbidden bits of their mode."""
 
     owners: tuple[int, ...]
     closed: int = OTHERS_WRITE
@@ -145,7 +145,7 @@ def cache_folders() -> Folders:
 
 def _is_fixed(place: Path) -> bool:
     """
-    Return whether others can exchange neither a folder nor what is in it.
+    Return whether a folder and its content are safe from exchange by other users.
 
     Folders above this module are left out, since who can exchange them can exchange the module. A
     group with the number of the user has this user alone, as programs with a umask of 002 assume.

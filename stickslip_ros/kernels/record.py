@@ -45,7 +45,7 @@ def kind(**fields: Field) -> Kind:
 
 def records(of: Kind, **values: Any) -> Any:
     """
-    Return an array of one record, whose type numba finds faster than that of a record.
+    Return an array of one record; numba finds its type faster than that of a record.
 
     Parameters
     ----------

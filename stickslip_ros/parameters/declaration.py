@@ -116,7 +116,7 @@ def _to_int(name: str, value: object, unit: str) -> int:
         amount = typed_quantity(str(value), unit) if unit else None
         if amount is not None and amount.is_integer():
             return int(amount)
-        raise WrongKind(name, value, 'a whole number', 'give one such as 42') from None
+        raise WrongKind(name, value, 'a whole number', 'give an integer such as 42') from None
 
 
 def _to_bool(name: str, value: object, _: str) -> bool:

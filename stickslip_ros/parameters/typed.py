@@ -34,7 +34,7 @@ def to_si(name: str, text: str, unit: str) -> float:
     if number is None or not math.isfinite(number):
         has_kind = unit and number is None
         expected = f'a number in {TYPED.get(unit, unit)}' if has_kind else 'a finite number'
-        raise WrongKind(name, text, expected, f'give one such as {_example(unit)}')
+        raise WrongKind(name, text, expected, f'give a quantity such as {_example(unit)}')
     return number
 
 

@@ -136,7 +136,9 @@ class Field:
         values = np.empty(len(starts))
         for each in np.unique(representations).tolist():
             if each not in ORDERS:
-                raise ValueError(f'a message on {self._topic} is no plain CDR but {each:#06x}')
+                raise ValueError(
+                    f'a message on {self._topic} has the encoding {each:#06x}, not plain CDR'
+                )
             these = representations == each
             bodies = Bodies(piece.data, starts[these] + _HEAD_BYTES, ends[these], ORDERS[each])
             try:
@@ -191,7 +193,7 @@ class JsonField(Field):
             except (LookupError, TypeError):
                 raise self._unknown(islice(_leaves_in(message), LEAVES)) from None
             except (ValueError, RecursionError):
-                problem = f'has a message on {self._topic} that is no JSON'
+                problem = f'has a message on {self._topic} that is not JSON'
                 raise RecordingError(self._file, problem, 'name another topic') from None
             stamps.append(_stamp_in(message) if self._by_stamp else (0, 0))
         stamps_ns = self._to_ns(*map(np.array, zip(*stamps, strict=True)))
@@ -237,7 +239,7 @@ class Bodies:
             if isinstance(each, Kind):
                 self._skip(each)
             elif (shortest := self._read('u4').min()) <= each:
-                raise IndexError(f'a message has {shortest} in that array')
+                raise IndexError(f'the array of a message has {shortest} elements')
         return self._read(dtype)
 
     def _read(self, dtype: str) -> NDArray[Any]:
@@ -248,7 +250,7 @@ class Bodies:
     def _advance(self, by: Places) -> None:
         self._at = self._at + by
         if np.any(self._at > self._sizes):
-            raise ValueError('a message ends before its fields do')
+            raise ValueError('a message is shorter than its fields')
 
     def _skip(self, kind: Kind) -> None:
         if kind.width is not None:

@@ -153,7 +153,7 @@ def bag_parts(path: Path) -> list[Path]:
         hint = 'record it with storage mcap or sqlite3'
         raise RecordingError(path, f'it is a bag of storage {quoted(storage)}', hint)
     if mode != 'none':
-        raise RecordingError(path, f'rosbag2 has compressed each {mode} of it', convert_hint(path))
+        raise RecordingError(path, f'it is compressed by {mode}', convert_hint(path))
     missing = [name for name in names if not (path / name).is_file()]
     if missing or not names:
         raise RecordingError(

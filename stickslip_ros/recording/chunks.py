@@ -192,7 +192,7 @@ class ChunkReader(SeekingReader):
             said = _counts_in(index)
             counts += Counter(self._read(index, None).channels.tolist()) if said is None else said
         if unknown := counts.keys() - summary.channels.keys():
-            raise ValueError(f'nothing says what channel {min(unknown)} is')
+            raise ValueError(f'channel {min(unknown)} is not described')
         if (statistics := summary.statistics) is None:
             return
         by_channel = Counter(statistics.channel_message_counts) or counts  # empty: not known
@@ -298,7 +298,7 @@ class ChunkReader(SeekingReader):
             raise ValueError(f'{at} announces {first_ns} ns to {last_ns} ns, and holds {at_ns} ns')
         found, said = Counter(piece.channels.tolist()), _counts_in(index)
         if said is not None and any(found[key] != said[key] for key in wanted or found | said):
-            problem = f'{at} holds {found.total()} messages, and its index lists others'
+            problem = f'{at} holds {found.total()} messages, but its index lists others'
             raise Miscounted(self._stream.name, problem, _COUNT_ANEW)
         return piece
 
@@ -332,7 +332,9 @@ def _summary_of(data: bytes) -> Summary:
     for one, other in pairwise(summary.chunk_indexes):
         if other.chunk_start_offset < one.chunk_start_offset + one.chunk_length:
             at = other.chunk_start_offset
-            raise ValueError(f'its index lists the chunk at byte {at} twice, or within another')
+            raise ValueError(
+                f'its index lists the chunk at byte {at} twice, or inside another chunk'
+            )
     listed = len(summary.chunk_indexes)
     if summary.statistics and summary.statistics.chunk_count != listed:
         raise ValueError(f'its index lists {listed} of {summary.statistics.chunk_count} chunks')
@@ -347,7 +349,7 @@ def _counts_in(index: ChunkIndex) -> Counter[int] | None:
     starts = sorted((at, key) for key, at in index.message_index_offsets.items())
     ends = [*(at for at, _ in starts[1:]), begin + index.message_index_length]
     if not starts or starts[0][0] != begin:
-        raise ValueError(f'the indexes behind byte {index.chunk_start_offset} are others')
+        raise ValueError(f'the message indexes behind byte {index.chunk_start_offset} do not match')
     rows_bytes = (
         (key, end - at - INDEX_HEAD_BYTES) for (at, key), end in zip(starts, ends, strict=True)
     )

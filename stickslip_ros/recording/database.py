@@ -71,7 +71,7 @@ def open_database(path: Path) -> Iterator[DatabaseReader]:
     with _connected(path) as connection:
         names = {name for (name,) in connection.execute(_TABLES)}
         if missing := {'topics', 'messages'} - names:
-            problem = f'it is no bag of ROS 2: it has no table {min(missing)}'
+            problem = f'it is not a bag of ROS 2: table {min(missing)} is missing'
             raise RecordingError(path, problem, 'name a bag')
         yield DatabaseReader(path, connection)
 
@@ -104,7 +104,7 @@ def _content_of(path: Path, *_version: int) -> tuple[Summary, dict[int, int]]:
         for row, topic, time_ns, size, kind in connection.execute(f'{query} ORDER BY rowid'):
             stop_if_asked()
             if topic not in numbers or kind != 'integerintegerblob':
-                raise ValueError(f'message {row} of topic {quoted(topic)} is no message')
+                raise ValueError(f'message {row} of topic {quoted(topic)} is not a message')
             if time_ns < 0:
                 raise ValueError(f'message {row} has the time {time_ns} ns, below 0 ns')
             if room < size or not blocks:

@@ -99,7 +99,7 @@ class Definitions:
     def __init__(self, name: str, text: str) -> None:
         self._lines: dict[str, list[str]] = {}
         self._known: dict[str, Struct] = {}
-        self._add(_short(name), text or _text_here(_short(name)))
+        self._add(_short(name), text or _installed_text(_short(name)))
 
     def _add(self, name: str, text: str) -> None:
         lines = self._lines[name] = []
@@ -116,7 +116,7 @@ class Definitions:
         name = _short(name)
         if name not in self._known:
             if name not in self._lines:
-                self._add(name, _text_here(name))
+                self._add(name, _installed_text(name))
             if depth > DEPTH_MAX:
                 raise ValueError(f'its types are nested deeper than {DEPTH_MAX}')
             package = name.partition('/')[0]
@@ -132,7 +132,7 @@ class Definitions:
         """Return name and type of a field; None of a constant."""
         found = FIELD.match(line)
         if found is None:
-            raise ValueError(f'{quoted(line)} is no field')
+            raise ValueError(f'{quoted(line)} is not a field')
         base, bound, count, name, constant = found.groups()
         if constant:
             return None
@@ -169,7 +169,7 @@ PLACEHOLDER: Final = ('structure_needs_at_least_one_member', number('u1'))
 """The field that stands for none in an empty message."""
 
 
-def _text_here(name: str) -> str:
+def _installed_text(name: str) -> str:
     """Return the definition of a type, built in or from an installed ROS 2; ValueError if none."""
     package, _, kind = name.partition('/')
     if package == 'std_msgs' and kind.lower() in _NUMBERS:

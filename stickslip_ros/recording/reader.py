@@ -155,11 +155,13 @@ class Recording:
         if runs[0] != runs[1]:
             origins = ', not '.join(each.get(TIME_ORIGIN, 'unknown') for each in runs)
             problem = f'it is of another run than {self.files[0].name} (time origin {origins} ns)'
-            raise RecordingError(file, problem, 'take it away, or open it alone')
+            raise RecordingError(file, problem, 'move it away, or open it as a single file')
         parts = [each.get(PART_RECORD, {}).get('part', '')[:9] for each in (own, first)]
         if all(map(str.isdecimal, parts)) and int(parts[0]) != int(parts[1]) + place:
             problem = f'it is part {parts[0]} in the place of part {int(parts[1]) + place}'
-            raise RecordingError(file, problem, 'put the missing part back, or the parts in order')
+            raise RecordingError(
+                file, problem, 'restore the missing part or the order of the parts'
+            )
 
     def _describe(self, file: Path) -> Described:
         """Read a file's summary, attachments and metadata; return the metadata."""
@@ -406,7 +408,7 @@ class Recording:
         if not found:
             raise UnknownName('topic', name, f'{self.path.name} has {", ".join(self.types)}')
         if len(found) > 1 and depth(found[0]) == depth(found[1]):
-            raise RecordingError(self.path, f'{name} may be {" or ".join(found)}', 'say which')
+            raise RecordingError(self.path, f'{name} may be {" or ".join(found)}', 'name one')
         return found[0]
 
     def records(self, topics: list[str] | None = None) -> Iterator[tuple[str, Stored]]:

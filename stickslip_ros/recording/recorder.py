@@ -208,7 +208,7 @@ class Recorder:
             raise RecordingError(
                 self.path,
                 f'a message of {time_ns} ns comes after one of {self._last_ns} ns',
-                'put messages in the order of their times, from 0 on',
+                'write messages in the order of their times, from 0 ns on',
             )
         self._last_ns = time_ns
 

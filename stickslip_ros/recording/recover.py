@@ -81,11 +81,11 @@ def recover(path: Path, output: Path | None = None) -> tuple[list[Recovery], Pat
     """Copy what is whole of a recording; return a report for each file, and the path."""
     is_bag, hint = path.is_dir(), 'name the directory of a bag'
     if is_bag and not (path := path if path.name else path.resolve()).name:
-        raise RecordingError(path, 'it is no bag', hint)
+        raise RecordingError(path, 'it is not a bag', hint)
     layout = Layout.plan(path, bag=is_bag, split=True)
     parts = [] if path.is_file() else layout.parts()
     if is_bag and not (parts := parts or files_of_a_bag(path)):
-        raise RecordingError(path, 'there is no recording in it', hint)
+        raise RecordingError(path, 'it holds no recording', hint)
     name = f'{path.name}{MARK}' if is_bag else f'{layout.stem}{MARK}{SUFFIX}'
     copy = Layout.plan(output or path.with_name(name), bag=is_bag, split=bool(parts))
     copy.refuse_existing()
@@ -125,7 +125,7 @@ def recover_file(source: Path, output: Path, *, is_part: bool = False) -> Recove
                 if not _copy(stream, target, result, summary) and not is_part:
                     refuse_foreign(source)
                     problem = 'it ends before its first record'
-                    raise RecordingError(source, problem, 'there is nothing in it to recover')
+                    raise RecordingError(source, problem, 'it holds nothing to recover')
                 target.flush()
                 os.fsync(target.fileno())
             return result
@@ -253,7 +253,7 @@ class _Copy:
                 for each in piece.descriptions():
                     self.add(_parse(each))
                 if unknown := {*map(int, np.unique(piece.channels))} - self.channels.keys():
-                    raise ValueError(f'nothing says what channel {min(unknown)} is')
+                    raise ValueError(f'channel {min(unknown)} is not described')
                 for place in range(len(piece.starts)):
                     self.add(piece.message(place))
                 self.unchecked -= len(piece.starts) if record.uncompressed_crc else 0

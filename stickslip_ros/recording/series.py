@@ -38,7 +38,7 @@ class Series:
                 f'shapes of time and value of {self.origin}',
                 shapes,
                 'a pair of equal one-dimensional shapes',
-                'give one value per time',
+                'give a value for each time',
             )
         ends_s = self.time_s[:1], self.time_s[-1:]
         if np.isfinite(ends_s).all() and (self.time_s[1:] >= self.time_s[:-1]).all():
@@ -71,7 +71,7 @@ class Series:
         last = int(np.searchsorted(self.time_s, end_s, 'right'))
         return self._of_checked_times(time_s=self.time_s[first:last], value=self.value[first:last])
 
-    def beside(self, value: Array, unit: str, origin: str) -> 'Series':
+    def with_value(self, value: Array, unit: str, origin: str) -> 'Series':
         """Give another quantity at the same times, shape (n,)."""
         return self._of_checked_times(value=value, unit=unit, origin=origin)
 
@@ -129,7 +129,7 @@ class Columns:
         time_s = columns.pop(_TIME)
         times = Series(time_s, time_s, 's', f'{self._origin} {_TIME}')
         return {
-            name: times.beside(value, self._units[name], f'{self._origin} {name}')
+            name: times.with_value(value, self._units[name], f'{self._origin} {name}')
             for name, value in columns.items()
         }
 

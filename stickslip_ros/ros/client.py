@@ -56,7 +56,7 @@ def open_context(
     domain: int | None = None, namespace: str = '', remaps: Sequence[str] = ()
 ) -> Context:
     """
-    Return a context of rclpy of its own, without signal handlers; end it with ``try_shutdown``.
+    Return a new context of rclpy, without signal handlers; end it with ``try_shutdown``.
 
     Parameters
     ----------

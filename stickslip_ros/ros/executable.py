@@ -113,7 +113,7 @@ def run_node(name: str, make: Callable[[], Node], arguments: Sequence[str] | Non
         stop_if_asked()
         words = list(sys.argv if arguments is None else arguments)
         try:
-            _refuse_others(words)
+            _refuse_unknown_words(words)
             rclpy.init(args=words, signal_handler_options=SignalHandlerOptions.NO)
             node = make()
         except (StickSlipError, RuntimeError) as error:  # the base of RCLError
@@ -132,15 +132,15 @@ def run_node(name: str, make: Callable[[], Node], arguments: Sequence[str] | Non
     return ENDED
 
 
-def _refuse_others(words: list[str]) -> None:
+def _refuse_unknown_words(words: list[str]) -> None:
     """Refuse arguments that are not for ROS, or that ROS cannot read."""
-    hint = 'parameters and names stand behind --ros-args, see --help'
+    hint = 'put parameters and names after --ros-args, see --help'
     try:
         [_, *others] = remove_ros_args(words)
     except rclpy_implementation.UnknownROSArgsError as error:
         raise StickSlipError(f'{error} is not known to ROS; {hint}') from None
     except UnicodeEncodeError as error:
-        raise StickSlipError(f'{quoted(error.object)} is not text in UTF-8; write it so') from None
+        raise StickSlipError(f'{quoted(error.object)} is not text in UTF-8; use UTF-8') from None
     if others:
         raise StickSlipError(f'{quoted(others[0])} is not known; {hint}')
 

@@ -73,13 +73,12 @@ def read_goal(goal: Any, parameters: Parameters, now_ns: int, time_origin_ns: in
         raise UnknownName('joint', names, f'name {own} alone, sim.joint_name of this drive')
     points = list(trajectory.points)
     if not points:
-        raise WrongKind('trajectory', [], 'one with points', 'give at least one')
+        raise WrongKind('trajectory', [], 'a list of points', 'send at least one point')
     counts = [tuple(map(len, _arrays(point))) for point in points]
     if counts[0] not in ((1, 0, 0, 0), (1, 1, 0, 0), (1, 1, 1, 0)) or len(set(counts)) > 1:
         number = next((k for k, each in enumerate(counts, 1) if each != counts[0]), 1)
-        expected = 'one position, and in all points or in none a velocity, or that and an '
-        expected += 'acceleration; no effort'
-        hint = 'fill the arrays of all points alike'
+        expected = '[1, 0, 0, 0], [1, 1, 0, 0] or [1, 1, 1, 0], the same in all points'
+        hint = 'fill positions, velocities, accelerations, in this order; leave effort empty'
         sizes = list(counts[number - 1])
         raise WrongKind(f'sizes of the arrays of point {number}', sizes, expected, hint)
     rows = [(_seconds(each.time_from_start), *map(sum, _arrays(each)[:3])) for each in points]
@@ -112,15 +111,15 @@ def _seconds(duration: Any) -> float:
 
 
 def _tolerances(name: str, tolerances: Any, own: str) -> Iterator[float]:
-    """Give what is said of the position of the joint, which alone is judged."""
+    """Yield the tolerances of the position of the joint; refuse others."""
     for each in tolerances:
         if each.name != own:
             raise UnknownName(f'joint of {name}', each.name, f'name {own}')
         for kind, unit in (('velocity', 'm/s'), ('acceleration', 'm/s2')):
             value = getattr(each, kind)
             if value > 0.0:
-                limit = 'not what the drive judges, as its runner moves in steps'
-                raise OutOfRange(f'{name} {kind}', value, unit, limit, 'leave it 0')
+                limit = 'not supported, as the runner moves in steps'
+                raise OutOfRange(f'{name} {kind}', value, unit, limit, 'set it to 0')
         if each.position:
             yield float(each.position)
 

@@ -39,7 +39,7 @@ _SET_ATTRIBUTES, _GET_ATTRIBUTES = 314, 315
 KNOWS_SLICES: Final = platform.machine() == 'x86_64' and (
     tuple(map(int, re.findall(r'\d+', platform.release())[:2])) >= (6, 12)
 )
-"""Whether a thread may ask for slices of its own; older kernels take no notice."""
+"""Whether a thread may ask for its own slices; older kernels ignore it."""
 _SET_TIMER_SLACK: Final = 29
 
 

@@ -168,8 +168,8 @@ class Session:
             self._time_control.received += 1
             numbers = self._orders.numbers
             if request is not None and numbers >= WAITING_MAX:
-                limit = f'not below the {WAITING_MAX} that may wait for the next block'
-                hint = 'let simulated time run first'
+                limit = f'at the limit of {WAITING_MAX} waiting for the next block'
+                hint = 'advance simulated time first'
                 raise OutOfRange('numbers of commands', numbers, '', limit, hint)
             if request is not None:
                 self._orders.put(Order(NEXT_BLOCK, request=request))

@@ -76,7 +76,7 @@ def settle(
 
 class Operator(DriveClient):
     """
-    A client with a node of its own that collects everything that a drive publishes.
+    A client with its own node that collects every message of a drive.
 
     Parameters
     ----------

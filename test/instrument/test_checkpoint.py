@@ -173,7 +173,7 @@ def test_a_damaged_checkpoint_is_refused(where: int):
 def test_one_of_another_form_says_which_and_what_to_do(change: Mapping[str, object]):
     first, _, body = Bench(Parameters()).save().partition(b'\n')
     head = {**json.loads(first), **change}
-    message = f'{head["format"]}, that of version {head["version"]}.*; use the sources that'
+    message = f'{head["format"]} of version {head["version"]}.*; use the version that'
     with pytest.raises(WrongKind, match=message):
         Bench.restore(json.dumps(head).encode() + b'\n' + body)
 

@@ -99,7 +99,7 @@ def test_a_position_wins_and_what_is_empty_or_no_number_is_not_commanded(request
         (
             joint((), (), (2.0,)),
             OutOfRange,
-            'joint effort 2 N is not what the drive can follow; command a position or a velocity',
+            'joint effort 2 N is not supported; command a position or a velocity',
         ),
         (
             joint((0.0, 1e-7), names=OWN * 2),
@@ -113,8 +113,8 @@ def test_a_position_wins_and_what_is_empty_or_no_number_is_not_commanded(request
             at(1.61e-4),
             OutOfRange,
             (
-                'joint velocity 0.000161 m/s is above the 0.00016 m/s of steps as long as the '
-                'stroke; lower it or raise step.frequency'
+                'joint velocity 0.000161 m/s is above the largest velocity of steps, 0.00016 m/s; '
+                'lower it or raise step.frequency'
             ),
         ),
         (Request('joint', (1e-6,)), WrongKind, 'joint [1e-06] is not without numbers; give names'),

@@ -215,7 +215,7 @@ def test_what_the_amplifier_makes_of_a_saw_tooth_does_the_same_as_a_waveform(ben
         (
             ((0.0, 0.0), (1e-5, 5.0), (2e-5, 0.0)),
             3,
-            'below the 5e-05 s of amplifier.frequency_max',
+            'below 1/amplifier.frequency_max, 5e-05 s',
         ),
         (HILL, 2**31, 'not from 0 to 2147483647'),
     ],

@@ -133,7 +133,7 @@ BACK = ((0.0, 0.0, 0.0, 0.0), (0.1, 1e-6, -1e-4, 0.0), (0.2, 0.0, 0.0, 0.0))
         (trajectory([*ROWS, ROWS[-1]]), 'time of point 5 0.3 s is not after that of point 4'),
         (trajectory(degree=2), 'degree 2 is not one of (1, 3, 5)'),
         (trajectory(ROWS[:2], degree=3), 'last trajectory velocity 2e-05 m/s is not 0 m/s'),
-        (trajectory([ROWS[0], (0.001, 1e-6, 0, 0)]), '0.001 m/s is above the 0.0001'),
+        (trajectory([ROWS[0], (0.001, 1e-6, 0, 0)]), '0.001 m/s is above the largest velocity'),
         (trajectory([ROWS[0], (0.1, 6e-6, 0, 0)]), 'x 6e-06 m is outside the soft limits'),
         (trajectory(BACK, degree=3), 'm is outside the soft limits'),
         (trajectory(goal_tolerance=-2.0), 'goal_tolerance -2 m is not above 0 m; raise it, or -1'),

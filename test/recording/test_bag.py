@@ -236,7 +236,7 @@ def test_chunks_that_another_recorder_compressed_open_here(tmp_path: Path):
 def test_a_bag_that_rosbag2_compressed_by_itself_is_refused(tmp_path: Path, mode: CompressionMode):
     bag = foreign_bag(tmp_path / 'bag', mode)
     with pytest.raises(
-        RecordingError, match=f'has compressed each {mode.name.lower()}'
+        RecordingError, match=f'it is compressed by {mode.name.lower()}'
     ) as refused:
         Recording(bag)
     assert Recording(converted(refused.value)).series('position').value.tolist() == [0.0, 1.0, 2.0]

@@ -123,7 +123,7 @@ HOSTILE: dict[str, tuple[Callable[[], Chunk], str]] = {
         lambda: replace(plain(message(1 << 63)), message_start_time=0, message_end_time=0),
         'a time of 9223372036854775808 ns is above',
     ),
-    'of no channel': (lambda: plain(message(0, channel=7)), 'what channel 7 is'),
+    'of no channel': (lambda: plain(message(0, channel=7)), 'channel 7 is not described'),
     'of little messages': (
         lambda: Chunk('', b'\x05' + bytes(8), 0, 0, 0, 9),
         'a message of 0 bytes is below 22',

@@ -179,7 +179,7 @@ def replaced(*statements: str) -> Callable[[Path], None]:
 
 HOSTILE: dict[str, tuple[Callable[[Path], Any], str]] = {
     'another database': (
-        replaced('DROP TABLE topics'), 'it is no bag of ROS 2: it has no table topics; name a bag',
+        replaced('DROP TABLE topics'), 'of ROS 2: table topics is missing; name a bag',
     ),
     'another table': (
         replaced('ALTER TABLE messages RENAME timestamp TO at'), 'no such column: timestamp',
@@ -188,16 +188,16 @@ HOSTILE: dict[str, tuple[Callable[[Path], Any], str]] = {
         replaced('DROP TABLE messages', 'CREATE VIEW messages AS WITH RECURSIVE n(k) AS '
                  "(SELECT 1 UNION ALL SELECT k + 1 FROM n) SELECT 5 AS topic_id, "
                  "k AS timestamp, x'00' AS data FROM n"),
-        'it has no table messages',
+        'table messages is missing',
     ),
     'a negative time': (
         replaced('UPDATE messages SET timestamp = -5 WHERE id = 2'), 'the time -5 ns, below 0 ns',
     ),
     'a time of text': (
-        replaced("UPDATE messages SET timestamp = 'noon'"), 'message 1 of topic 5 is no message',
+        replaced("UPDATE messages SET timestamp = 'noon'"), 'of topic 5 is not a message',
     ),
     'data of text': (replaced("UPDATE messages SET data = 'x'"), 'message 1 of topic 5 is no'),
-    'an unknown topic': (replaced('UPDATE messages SET topic_id = 6'), 'of topic 6 is no message'),
+    'an unknown topic': (replaced('UPDATE messages SET topic_id = 6'), 'topic 6 is not a message'),
     'a topic twice': (
         replaced('DROP TABLE topics', 'CREATE TABLE topics(id, name, type, serialization_format)',
                  "INSERT INTO topics VALUES (5, '/a', 'b', 'cdr'), (5, '/c', 'd', 'cdr')"),

@@ -222,7 +222,7 @@ DAMAGES: dict[str, tuple[Callable[[bytes], bytes], set[int] | None, str, str]] =
     ),
     'in the index and in the chunk that announces the topics': (
         lambda each: flipped(in_chunks(0)(each), each.rindex(b'/stand/position') + 8),
-        {*range(99)}, 'nothing says what channel', '',
+        {*range(99)}, 'is not described', '',
     ),
 }  # fmt: skip
 
@@ -492,7 +492,7 @@ def test_the_directory_in_which_one_is_may_be_the_bag(cut_bag: Path, monkeypatch
 
 
 def test_the_root_of_all_directories_is_no_bag():
-    with pytest.raises(RecordingError, match=r'^/: it is no bag; name the directory of a bag$'):
+    with pytest.raises(RecordingError, match=r'^/: it is not a bag; name the directory of a bag$'):
         recover(Path('/'))
 
 
@@ -549,7 +549,7 @@ def test_what_is_not_there_is_refused(tmp_path: Path, name: str):
 
 
 def test_a_directory_without_a_recording_is_refused(tmp_path: Path):
-    with pytest.raises(RecordingError, match='there is no recording in it'):
+    with pytest.raises(RecordingError, match='it holds no recording'):
         recover(tmp_path)
 
 

@@ -39,7 +39,7 @@ def test_an_empty_series_is_a_series():
     ids=['lengths', 'axes', 'scalar'],
 )
 def test_arrays_that_do_not_match_are_refused(time_s: object, value: object):
-    with pytest.raises(WrongKind, match='one value per time'):
+    with pytest.raises(WrongKind, match='a value for each time'):
         Series(np.array(time_s), np.array(value), 'm', 'a test')
 
 

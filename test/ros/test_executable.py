@@ -77,8 +77,8 @@ def test_a_refused_parameter_is_one_clear_line_and_status_2(start: Callable):
 @pytest.mark.parametrize(
     ('words', 'line'),
     [
-        (('stand',), "'stand' is not known; parameters and names stand behind --ros-args"),
-        (('-p', 'stand.preload:=0.3'), "'-p' is not known; parameters and names stand behind"),
+        (('stand',), "'stand' is not known; put parameters and names after --ros-args"),
+        (('-p', 'stand.preload:=0.3'), "'-p' is not known; put parameters and names after"),
         (('--ros-args', '--param'), "Failed to parse ROS arguments: Couldn't parse trailing"),
         (('--ros-args', '--bogus'), "['--bogus'] is not known to ROS; parameters and names"),
         (

@@ -133,8 +133,12 @@ def test_a_trajectory_is_followed_and_ends_at_its_last_point(client: Client):
     ('change', 'code', 'words'),
     [
         (lambda goal: goal.trajectory.joint_names.append('other'), -2, 'runner_joint alone'),
-        (lambda goal: goal.trajectory.points.clear(), -1, 'give at least one'),
-        (lambda goal: set_time(goal.trajectory.points[1].time_from_start, 0.0), -1, 'times rise'),
+        (lambda goal: goal.trajectory.points.clear(), -1, 'at least one point'),
+        (
+            lambda goal: set_time(goal.trajectory.points[1].time_from_start, 0.0),
+            -1,
+            'rising times',
+        ),
         (lambda goal: goal.trajectory.points[1].velocities.append(1e-6), -1, 'of point 2'),
         (lambda goal: goal.trajectory.points[1].positions.append(1e-6), -1, 'of point 2'),
         (lambda goal: goal.trajectory.points[1].positions.__setitem__(0, 1e-3), -1, 'step.freq'),

@@ -78,7 +78,7 @@ def test_commands_that_wait_while_time_is_held_take_bounded_memory(session: Sess
     def fill() -> None:
         for _ in range(10):
             session.receive(longest)
-        with pytest.raises(OutOfRange, match='may wait for the next block; let simulated time'):
+        with pytest.raises(OutOfRange, match='waiting for the next block; advance simulated time'):
             session.receive(longest)
 
     fill()

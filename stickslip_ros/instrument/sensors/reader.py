@@ -31,7 +31,7 @@ class Noise:
 
     @property
     def place(self) -> int:
-        """State of the generator after the last number taken, not the last one drawn."""
+        """State of the generator after the last number taken; more are drawn in advance."""
         source = np.random.default_rng(0)
         source.bit_generator.state = self._block_state
         source.standard_normal(self._used - self._leftover)

@@ -29,7 +29,7 @@ from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.series import Series
 from stickslip_ros.ros.executable import stay_on_this_host
-from stickslip_ros.sections import Section, rows_of, said
+from stickslip_ros.sections import Section, report_field, rows_of
 from stickslip_ros.testing import Operator, open_context, reserve_domain
 from stickslip_ros.units import NANO
 
@@ -54,13 +54,13 @@ UNANSWERED = 'ignore:failed to send response:RuntimeWarning'
 class DemoSummary:
     """Results of the demo."""
 
-    steps: int = said('steps made', '.0f')  # of all bursts, counted by the drive
-    free_step_m: float = said('step of the free runner', '.2f')
-    force_n: float = said('force against the load cell', '.2f')  # mean over the last steps
-    loaded_force_n: float = said('force under a load that pulls back', '.2f')  # the same
+    steps: int = report_field('steps made', '.0f')  # of all bursts, counted by the drive
+    free_step_m: float = report_field('step of the free runner', '.2f')
+    force_n: float = report_field('force against the load cell', '.2f')  # mean over the last steps
+    loaded_force_n: float = report_field('force under a load that pulls back', '.2f')  # the same
     behind_s: float  # lag of simulated time behind the clock that was given up
-    dropped: int = said('messages dropped by the recorder', '.0f')
-    exit_status: int = said('node ended with status', '.0f')  # after SIGINT
+    dropped: int = report_field('messages dropped by the recorder', '.0f')
+    exit_status: int = report_field('node ended with status', '.0f')  # after SIGINT
     recording: str
 
     @property
@@ -100,7 +100,7 @@ def demo_verb(arguments: argparse.Namespace) -> Answer:
 
 def _run_demo(parameters: Parameters, folder: Path, say: Callable[[str], None]) -> DemoSummary:
     """
-    Run the drive as a process of its own and command it over topics.
+    Run the drive as a separate process and command it over topics.
 
     The runner walks freely, then against the load cell, out of reach of the free steps and of the
     ramp.
@@ -121,7 +121,7 @@ def _run_demo(parameters: Parameters, folder: Path, say: Callable[[str], None]) 
     )
     settings.write_text(dump_yaml(parameters, 'Parameters of the demo.'), encoding='utf-8')
     chosen = os.environ.get('ROS_DOMAIN_ID')
-    say('starting the drive, a process of its own')
+    say('starting the drive in a separate process')
     with (
         nullcontext(int(chosen)) if chosen else reserve_domain() as domain,
         _drive_process(settings, domain) as process,
@@ -159,7 +159,7 @@ def await_start(operator: Operator, process: 'subprocess.Popen[bytes]') -> None:
 
 @contextmanager
 def _drive_process(settings: Path, domain: int) -> Iterator['subprocess.Popen[bytes]']:
-    """Run the node in a process of its own; end it by SIGINT with the context."""
+    """Run the node in a separate process; end it by SIGINT with the context."""
     command = [sys.executable, '-W', UNANSWERED, '-m', 'stickslip_ros.ros.node']
     command += ['--ros-args', '--params-file', str(settings), '--log-level', 'warn']
     environment = {**os.environ, 'ROS_DOMAIN_ID': str(domain)}

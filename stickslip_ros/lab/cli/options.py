@@ -275,7 +275,7 @@ MAP = (
     *options_of(READING, 'headers'),
     option(
         '--map-file',
-        'YAML file of these names and headers; --map wins',
+        'YAML file of these names and headers; --map overrides it',
         _late('lab.cli.experiment.read_headers'),
         'FILE',
         dest='headers',

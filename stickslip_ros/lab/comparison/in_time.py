@@ -73,7 +73,7 @@ class TimeRun:
         return replace(self, series=series, side=replace(self.side, rows=rows))
 
     def moved(self, alignment: Alignment) -> 'TimeRun':
-        """Return the run in the times of another."""
+        """Return the run on the clock of another run."""
         series = {
             name: replace(each, time_s=each.time_s + alignment.shift_s)
             for name, each in self.series.items()
@@ -82,7 +82,7 @@ class TimeRun:
 
 
 def of_recording(recording: Recording, topics: Mapping[str, str]) -> TimeRun:
-    """Return series and settings of a recording; topics map those of another program."""
+    """Return series and settings of a recording; ``topics`` maps topics of another program."""
     is_mapped = topics and RUN_RECORD not in recording.metadata
     series = mapped_series(recording, topics) if is_mapped else recorded_series(recording)
     run = recording.metadata.get(RUN_RECORD, {})

@@ -10,7 +10,7 @@ from stickslip_ros.drive.records import FOOT, POSITION, TIME, VOLTAGE
 from stickslip_ros.lab.design.objectives import COST_MAX, OBJECTIVES
 from stickslip_ros.lab.design.search import COMPARED_SHAPE, SearchResult
 from stickslip_ros.lab.design.steady_cycle import CONTACT_SHARE
-from stickslip_ros.lab.runs.courses import alone
+from stickslip_ros.lab.runs.courses import run_course
 from stickslip_ros.lab.runs.plotting import GREY, curve_style, new_figure, styled
 from stickslip_ros.units import NM, display_unit
 
@@ -25,7 +25,7 @@ def draw_search(result: SearchResult) -> Figure:
     for number, shape in enumerate(dict.fromkeys((result.best, COMPARED_SHAPE))):
         style = curve_style(number)
         wave, stand = result.shapes[shape].wave, result.search.stand
-        [worth] = alone(result.search.worths(wave, [stand]))
+        [worth] = run_course(result.search.worths(wave, [stand]))
         trace = worth.cycle.trace(contacts=True)
         time_ms = 1e3 * trace[:, TIME]
         voltage.plot(time_ms, trace[:, VOLTAGE], **style, label=shape)

@@ -191,13 +191,13 @@ def keeps_noise(values: Array, share: float) -> bool:
 
     """
     second = np.diff(values, 2)
-    together, against = (
+    sums, differences = (
         np.median(np.abs(each - np.median(each))) ** 2
         for each in (second[1:] + second[:-1], second[1:] - second[:-1])
     )
-    if not together + against > 0.0:
+    if not sums + differences > 0.0:
         return False
-    correlation = float((together - against) / (together + against))
+    correlation = float((sums - differences) / (sums + differences))
     behind = (share**2 - 3.0 * share + 4.0) / (2.0 * share - 6.0)
     return correlation > 0.5 * (_WHITE_CORRELATION + behind)
 

@@ -20,17 +20,17 @@ class ReadingOptions:
 
     headers: Mapping[str, str] = field(default_factory=dict)
     """
-    Column of a table, or topic and field of a recording, with a quantity, and its unit.
+    Quantity and its column in a table, or topic and field in a recording, with the unit.
 
     For example ``{'force_n': 'Force (mN)'}`` or ``{'position_m': '/rig/encoder.point.x'}``.
 
     """
     preloads_n: Sequence[float] = ()
-    """Preload of files without a preload: one value for all, or one for each, N."""
+    """Preload of files without a preload column, N: a value for all, or a value for each."""
     rate_hz: float | None = None
-    """Rows per second of tables of evenly spaced rows; their columns of times are not read."""
+    """Rows per second of evenly spaced tables; replaces their columns of times."""
     start_s: float | None = None
-    """Time of the first row of such a table, s."""
+    """Time of the first row of an evenly spaced table, s."""
     commands: 'Table | None' = None
     """Table of the times and voltages that drove the recordings, if known."""
     window_s: tuple[float, float] | None = None
@@ -47,7 +47,7 @@ class ReadingOptions:
     def reading(
         self, report: Callable[[MeasuredTable], None] | None, stand: Parameters | None
     ) -> Reading:
-        """Return options of reading tables; of a ``stand`` a preload that was set holds too."""
+        """Return the options for tables; a preload that was set in ``stand`` is used too."""
         own_n = None if stand is None else stand.stand.preload
         given_n = None if isinstance(own_n, ReplaceableDefault) else own_n
         given = self.headers, self.preloads_n, report, stand is not None, given_n

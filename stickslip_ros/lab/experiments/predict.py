@@ -31,7 +31,7 @@ from stickslip_ros.lab.experiments.experiment import (
 )
 from stickslip_ros.lab.experiments.ring_down import RingDown, ring_down, voltage_of_step
 from stickslip_ros.lab.runs.batch import Pool, Progress, run_courses
-from stickslip_ros.lab.runs.courses import Course, bundle_for, together
+from stickslip_ros.lab.runs.courses import Course, bundle_for, run_in_lanes
 from stickslip_ros.lab.runs.sawtooth_run import drive_course
 from stickslip_ros.lab.runs.zero_amplitude import zero_amplitude_course
 from stickslip_ros.lab.tables.numbers import NUMBERS
@@ -110,7 +110,7 @@ def predict_all(
     }
     new = [run for run, results in kept.items() if not results]
     if pool is None:
-        made = together(map(_course, new))
+        made = run_in_lanes(map(_course, new))
     else:
         made = run_courses(_course, new, bundle_for(stands[0]), pool=pool, progress=progress)
     for run, result in zip(new, made, strict=True):

@@ -150,7 +150,7 @@ def _of_recording(
     preload_n: float | None,
     options: ReadingOptions,
 ) -> Experiment:
-    """Return the experiment of a recording, of this package or, mapped, of another program."""
+    """Return the experiment of a recording of this package or, with a map, of another program."""
     settings, asked_for = dict[str, Scalar](), None
     if recording.is_ours:
         own = recorded_stand(recording)

@@ -32,8 +32,8 @@ from stickslip_ros.lab.fitting.report import Fit
 from stickslip_ros.lab.fitting.result import RULED_OUT_BY, Minimum, best_of
 from stickslip_ros.lab.fitting.search import along_valley, refine, search_or_nothing
 from stickslip_ros.lab.fitting.statistics import uncertainty
-from stickslip_ros.lab.fitting.traces import LOOSE, tightened, with_clocks, with_its_noise
-from stickslip_ros.lab.fitting.trial import trial_of
+from stickslip_ros.lab.fitting.traces import LOOSE, refine_noise, tightened, with_clocks
+from stickslip_ros.lab.fitting.trial import fit_trial
 from stickslip_ros.lab.runs.batch import Progress, pool_of, run_batch
 from stickslip_ros.lab.tables.experiment import MeasuredTable
 from stickslip_ros.parameters import Parameters, reading
@@ -160,10 +160,10 @@ def fit_experiments(
             each
             for each in rivals
             if each.chi_square - here.chi_square < RULED_OUT_BY
-            and doubt.is_apart(here.place, each.place)
+            and doubt.is_beyond_errors(here.place, each.place)
         )
         missing = missing_from(problem, here.place)
-        trial = None if is_warm else trial_of(problem, missing)
+        trial = None if is_warm else fit_trial(problem, missing)
     return Fit(
         problem=replace(problem, pool=None),
         searches=tuple(searches),
@@ -238,6 +238,6 @@ def _refined(
         refined += [beyond, *more]
         if problem.has_traces:  # the residual at the bound was taken for noise, or for the sensor
             there = refined[-1].place
-            problem, more = with_its_noise(problem, there, allowance, outliers)
+            problem, more = refine_noise(problem, there, allowance, outliers)
             refined += more
     return problem, refined, steady

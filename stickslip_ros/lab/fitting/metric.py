@@ -62,7 +62,7 @@ class Allowance(NamedTuple):
     @property
     def reading_m(self) -> float:
         """
-        Least error of a reading, whatever its noise, as the shape is never exact.
+        Least error of a reading: the shape is never exact, even without noise.
 
         After a fall all motions take microseconds: else a drive without a load cell, read by its
         own sensor with 0.12 nm of noise, gave a friction 3.3 standard errors off.

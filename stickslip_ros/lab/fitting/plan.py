@@ -164,12 +164,12 @@ def information_of(fit: FitResult, candidate: Candidate) -> Array:
     )
     one = dataclasses.replace(candidate.experiment, seen=seen)
     error = _like(fit)[1] * np.sqrt(fit.uncertainty.variance_scale)
-    alone = Problem(
+    candidate_problem = Problem(
         problem.parameters,
         problem.free,
         (one,),
         StandardErrors(True, ((float(error),),)),
         problem.allowance,
     ).measured_at([found])
-    slopes = alone.slopes(place)
+    slopes = candidate_problem.slopes(place)
     return np.asarray(slopes.T @ slopes)

@@ -137,7 +137,7 @@ class Problem:
         return np.asarray((coordinates - lower <= near) | (upper - coordinates <= near))
 
     def widened(self, values: Sequence[float]) -> 'Problem':
-        """Return the problem with the movable bounds moved on which parameters sit."""
+        """Return the problem with wider bounds for parameters on a movable bound."""
         pairs = zip(self.free, values, strict=True)
         free = tuple(one.widened(value, BOUND_SHARE) for one, value in pairs)
         return dataclasses.replace(self, free=free)

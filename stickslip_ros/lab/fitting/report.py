@@ -211,7 +211,7 @@ def _search_warnings(fit: FitResult) -> Iterator[str]:
         yield f'some runs are not steady after {most} steps{depends}'
     if fit.others:
         other = fit.others[0]
-        there = ', '.join(_elsewhere(fit, fit.problem.values(other.place)))
+        there = ', '.join(_other_minima(fit, fit.problem.values(other.place)))
         yield (
             f'{len(fit.others)} other minima are not ruled out at 95 %, the next with a '
             f'chi-square {other.chi_square - fit.chi_square:.2g} above: '
@@ -246,7 +246,7 @@ def _misfit_warnings(fit: FitResult) -> Iterator[str]:
             'not reliable'
         )
     worst = fit.missing[0] if fit.missing else None
-    if worst and fit.is_another and fit.trial and fit.trial.found < worst.expected:
+    if worst and fit.is_trial_different and fit.trial and fit.trial.found < worst.expected:
         yield _other_drive(fit, fit.trial)
     elif worst and not fit.holds:
         yield (
@@ -283,7 +283,7 @@ def _divided_monitors(fit: FitResult) -> Iterator[str]:
 
 def _other_drive(fit: FitResult, trial: Trial) -> str:
     """Return a warning about a trial with more free parameters and another result."""
-    there = ', '.join(_elsewhere(fit, trial.values))
+    there = ', '.join(_other_minima(fit, trial.values))
     return (
         f'the model is incomplete: with {", ".join(trial.names)} free too, chi-square per '
         f'reading falls from {trial.chi_square / fit.readings:.3g} to '
@@ -291,7 +291,7 @@ def _other_drive(fit: FitResult, trial: Trial) -> str:
     )
 
 
-def _elsewhere(fit: FitResult, values: Sequence[float]) -> Iterator[str]:
+def _other_minima(fit: FitResult, values: Sequence[float]) -> Iterator[str]:
     """Yield the parameters with other values at another minimum."""
     for one, value in zip(fit.estimates, values, strict=True):
         if not math.isclose(value, one.value, rel_tol=_SIMILAR):
@@ -304,11 +304,11 @@ def _opposite_ways(fit: FitResult) -> Iterator[str]:
     for number, one, each, _ in fit.problem.seen:
         model = began[number][one.seen.index(each)].values
         if each.is_trace and np.ptp(model) > 0.0:
-            together = float(np.corrcoef(model, each.values)[0, 1])
-            if together < OPPOSITE:
+            correlation = float(np.corrcoef(model, each.values)[0, 1])
+            if correlation < OPPOSITE:
                 yield (
                     f'{one.origin}: {each.quantity} has the opposite sign of the model '
-                    f'(correlation {together:.2f}): if its sensor counts the other way, change '
+                    f'(correlation {correlation:.2f}): if its sensor counts the other way, change '
                     'the sign of the readings; else check the driving voltage'
                 )
 
@@ -337,9 +337,9 @@ def _estimate_warnings(one: Estimate, lacks: str, *, holds: bool) -> Iterator[st
 def _trade_warnings(fit: FitResult) -> Iterator[str]:
     names = [one.name for one in fit.estimates]
     for row, column in zip(*np.triu_indices(len(names), k=1), strict=True):
-        together = float(fit.uncertainty.correlation[row, column])
-        if abs(together) > CORRELATED:
-            yield f'{names[row]} and {names[column]} are correlated by {together:+.3f}'
+        correlation = float(fit.uncertainty.correlation[row, column])
+        if abs(correlation) > CORRELATED:
+            yield f'{names[row]} and {names[column]} are correlated by {correlation:+.3f}'
     doubt = fit.uncertainty
     if doubt.condition > CONDITION_MAX:
         parts = [
@@ -376,7 +376,7 @@ def _points(fit: FitResult) -> list[dict[str, Any]]:
 
 
 def _of_bands(fit: FitResult) -> str:
-    """Return a note on bands of draws; for most fits none."""
+    """Return a note on bands of draws; empty for most fits."""
     preloads = {one.settings.get('stand.preload') for one in fit.experiments}
     names = {one.name for one in fit.estimates}
     is_curved = 'contact.friction' in names and not names.isdisjoint((PREFACTOR, RMS_HEIGHT))

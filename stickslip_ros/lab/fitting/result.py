@@ -150,14 +150,14 @@ class FitResult:
         return bool(self.missing and self.missing[0].chi_square > MISSED_MOST * self.readings)
 
     @property
-    def is_another(self) -> bool:
+    def is_trial_different(self) -> bool:
         """Whether the richer model fits better with different parameters."""
         trial, place = self.trial, self.found.place
         if trial is None or trial.found > min(
             trial.chi_square - _FALL, MISSED_MOST * self.readings
         ):
             return False
-        return self.uncertainty.is_apart(place, self.problem.coordinates(trial.values))
+        return self.uncertainty.is_beyond_errors(place, self.problem.coordinates(trial.values))
 
     @property
     def is_biased(self) -> bool:
@@ -165,7 +165,7 @@ class FitResult:
         place = self.found.place
         return any(
             each.chi_square - each.expected > _FALL
-            and self.uncertainty.is_apart(place, place + np.array(each.moves))
+            and self.uncertainty.is_beyond_errors(place, place + np.array(each.moves))
             for each in self.missing
         )
 
@@ -173,7 +173,9 @@ class FitResult:
     def holds(self) -> bool:
         """Whether the intervals are reliable: the search converged, and the model fits."""
         is_unlikely = self.p_value is not None and self.p_value < P_VALUE_MIN
-        is_doubtful = is_unlikely or self.is_missing_much or self.is_another or self.is_biased
+        is_doubtful = (
+            is_unlikely or self.is_missing_much or self.is_trial_different or self.is_biased
+        )
         is_cut = any(one.at_bound and not one.is_limited(one.value) for one in self.estimates)
         return self.found.converged and not (is_doubtful or is_cut or self.drifts)
 

@@ -55,7 +55,7 @@ def search(problem: Problem, start: Array, most: int = _EVALUATIONS_MAX) -> Mini
 
 
 def search_or_nothing(problem: Problem, start: Array) -> Minimum:
-    """Search; return an empty minimum at an impossible stand, unless it is the user's own."""
+    """Search; return an empty minimum at an impossible stand, but refuse that of the user."""
     most = _EVALUATIONS_MAX if problem.allowance is None else LOOSE_EVALUATIONS_MAX
     try:
         return search(problem, start, most)

@@ -85,7 +85,7 @@ class Uncertainty:
             return 1.0
         return values[0] / values[-1] if values[-1] > 0.0 else float('inf')
 
-    def is_apart(self, place: Array, other: Array) -> bool:
+    def is_beyond_errors(self, place: Array, other: Array) -> bool:
         """Return whether another place lies beyond the errors of this place."""
         return bool(np.any(np.abs(other - place) > _APART * self.errors_z))
 
@@ -160,7 +160,7 @@ def widen(problem: Problem, coordinates: Array, covariance_z: Array) -> Array:
 
 
 def reaching(covariance_z: Array, reach: Array) -> Array:
-    """Widen a covariance so that its 95 % intervals reach so far; infinite variances stay."""
+    """Widen a covariance to 95 % intervals of at least this reach; infinite variances stay."""
     factors = np.maximum(reach / (QUANTILE_95 * np.sqrt(np.diag(covariance_z))), 1.0)
     return np.asarray(covariance_z * np.outer(factors, factors))
 

@@ -104,7 +104,7 @@ def tightened(
     if grid := profile(problem.measured_at(predicted), found[-1].place):
         more = [search(problem, each, LOOSE_EVALUATIONS_MAX) for each in grid.best(1)]
         found += [each for each in more if each.chi_square < found[-1].chi_square]
-    problem, more = with_its_noise(problem, found[-1].place, allowance, outliers)
+    problem, more = refine_noise(problem, found[-1].place, allowance, outliers)
     found += more
     begins = [chain[-1].place for _, chain in chains[1:FOLLOWED_MAX]]
     if grid := profile(problem, found[-1].place):
@@ -155,7 +155,7 @@ def tightened(
     return problem, found, tuple(rivals), tuple(notes)
 
 
-def with_its_noise(
+def refine_noise(
     problem: Problem, place: Array, allowance: Allowance, outliers: float
 ) -> tuple[Problem, list[Minimum]]:
     """Continue from a place with noise, clocks and outliers estimated after each search."""

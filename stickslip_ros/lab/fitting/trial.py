@@ -12,7 +12,7 @@ from stickslip_ros.lab.fitting.search import search
 from stickslip_ros.lab.fitting.traces import LOOSE, to_plain, with_clocks
 
 
-def trial_of(problem: Problem, missing: tuple[Missing, ...]) -> Trial | None:
+def fit_trial(problem: Problem, missing: tuple[Missing, ...]) -> Trial | None:
     """
     Fit again with resonance and bandwidth free; return None if no parameter is missing.
 
@@ -21,10 +21,10 @@ def trial_of(problem: Problem, missing: tuple[Missing, ...]) -> Trial | None:
     the start is needed.
 
     """
-    together = [name for name in OF_A_FALL if name not in {one.name for one in problem.free}]
-    if not missing or not together:
+    freed = [name for name in OF_A_FALL if name not in {one.name for one in problem.free}]
+    if not missing or not freed:
         return None
-    stand, more, _ = choose_free(problem.parameters, together)
+    stand, more, _ = choose_free(problem.parameters, freed)
     experiments = tuple(
         replace(one, seen=tuple(replace(each, slow_s=0.0) for each in one.seen))
         for one in problem.experiments
@@ -33,4 +33,4 @@ def trial_of(problem: Problem, missing: tuple[Missing, ...]) -> Trial | None:
     loose = replace(with_clocks(bare)[0], allowance=LOOSE[0], metrics=())
     ended, chain = to_plain(loose, search(loose, loose.start))
     values = ended.values(chain[-1].place)[: len(problem.free)]
-    return Trial(tuple(together), missing[0].chi_square, chain[-1].chi_square, tuple(values))
+    return Trial(tuple(freed), missing[0].chi_square, chain[-1].chi_square, tuple(values))

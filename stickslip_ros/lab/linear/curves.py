@@ -24,7 +24,7 @@ class BodeCurve(NamedTuple):
     phase_rad: Array  # without jumps by a turn, shape (n,)
 
     def phase_deg(self, measured: Complex | None = None) -> Array:
-        """Return the phase, or the nearest one of a measured response, in degrees."""
+        """Return the phase in degrees, for a measured response the nearest turn."""
         if measured is None:
             return np.degrees(self.phase_rad)
         return np.degrees(self.phase_rad + np.angle(measured / self.response))

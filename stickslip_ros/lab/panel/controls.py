@@ -110,7 +110,7 @@ def sheet() -> dict[str, Any]:
 
 
 def lamps() -> dict[str, Any]:
-    """Return what every page has: status bits, readings, choices of the scope."""
+    """Return the parts of every page: status bits, readings, choices of the scope."""
     return {
         'bits': [
             {'bit': int(bit), 'name': bit.name, 'text': bit.text, 'is_alarm': bool(bit & ALARMS)}

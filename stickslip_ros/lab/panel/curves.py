@@ -45,7 +45,7 @@ class SampleRing:
         return self._table[max(0, self._end - self._capacity) : self._end]
 
     def append(self, rows: Array) -> None:
-        """Append rows; of more than the capacity, the last ones."""
+        """Append rows; keep the last rows up to the capacity."""
         rows = rows[-self._capacity :]
         if self._end + len(rows) > len(self._table):
             kept = self.rows[len(rows) - self._capacity or len(self.rows) :].copy()

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A client of one drive, in a thread of its own, that feeds the model of the panel."""
+"""A client of one drive in a separate thread; it feeds the model of the panel."""
 
 from collections.abc import Callable, Mapping
 from functools import partial

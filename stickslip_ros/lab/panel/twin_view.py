@@ -52,7 +52,7 @@ class TwinView:
         self.has_news |= stamp_ns < self._end_ns  # the current window is shown when it ends
 
     def take_window(self, labels: Sequence[str], row: Sequence[float]) -> None:
-        """Take a row of twin/steps; its window starts at the end of the last one."""
+        """Take a row of twin/steps; its window starts at the end of the last window."""
         named = _named('steps', labels, row)
         window = {k.partition('[')[0]: v for k, v in named.items() if math.isfinite(v)}
         begin_ns, self._window = self._end_ns, window

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Bands of numbers over random stands that fit what is known equally well."""
+"""Bands of numbers over random stands that fit the data equally well."""
 
 from collections.abc import Callable, Mapping, Sequence
 

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, TypeVar, cast
 import stickslip_ros
 from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.extras import load_extra
-from stickslip_ros.lab.runs.courses import Course, together
+from stickslip_ros.lab.runs.courses import Course, run_in_lanes
 from stickslip_ros.lab.runs.journal import Journal
 from stickslip_ros.process.stopping import Stopped, stop_if_asked
 
@@ -123,7 +123,7 @@ def pool_of(workers: int, scheduler: str = '') -> Iterator[Pool]:
 
 def _results(task: Callable[[Any], Any], in_courses: bool, cases: list[Any]) -> list[Any]:
     made = map(task, cases)
-    return together(made) if in_courses else list(made)
+    return run_in_lanes(made) if in_courses else list(made)
 
 
 def _run(

@@ -28,7 +28,7 @@ BUNDLE = 4 * LANES  # courses per worker; only the last ones leave lanes empty
 ROUNDING_S = 1e-12  # rounding error of the time of the last corner
 
 
-def together(courses: Iterable[Course[Result]]) -> list[Result]:
+def run_in_lanes(courses: Iterable[Course[Result]]) -> list[Result]:
     """Run courses to their ends, LANES at a time; return the results in order."""
     results: dict[int, Result] = {}
     coming, going = enumerate(courses), list[tuple[int, Course[Result]]]()
@@ -48,9 +48,9 @@ def together(courses: Iterable[Course[Result]]) -> list[Result]:
         observe_all(asked)
 
 
-def alone(course: Course[Result]) -> Result:
+def run_course(course: Course[Result]) -> Result:
     """Run a course to its end."""
-    return together([course])[0]
+    return run_in_lanes([course])[0]
 
 
 def bundle_for(parameters: Parameters) -> int:

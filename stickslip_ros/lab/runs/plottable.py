@@ -33,7 +33,7 @@ class Plottable(Shown):
 
     def save(self, path: str | Path, command: str = '') -> Path:
         """
-        Write a self-contained page of HTML, with the ``command`` if given; replace an old one.
+        Write a self-contained page of HTML, with the ``command`` if given; replace an old page.
 
         Raises
         ------

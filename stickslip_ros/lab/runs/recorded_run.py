@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 @reading
 class Run(Shown):
     """
-    A recorded run: a file, or one that lives as long as this object.
+    A recorded run in a file; a temporary file lives as long as this object.
 
     Parameters
     ----------

@@ -31,7 +31,7 @@ from stickslip_ros.instrument.reports import Output, Status
 from stickslip_ros.kernels.kernel import in_python
 from stickslip_ros.kernels.record import Record
 from stickslip_ros.lab.runs.batch import Progress
-from stickslip_ros.lab.runs.courses import Course, alone, cycles_of
+from stickslip_ros.lab.runs.courses import Course, cycles_of, run_course
 from stickslip_ros.lab.runs.recorded_run import Run
 from stickslip_ros.lab.runs.run_result import DriveRun, SawtoothRun
 from stickslip_ros.parameters import STROKE_SPEC, Parameters, ReplaceableDefault, reading, spec_of
@@ -73,9 +73,9 @@ def run_drive(
     amplitude_m : float
         Stroke of the feet, m; 0 is a drive at rest.
     frequency_hz : float
-        Steps per second; negative ones go backwards.
+        Steps per second, negative backwards.
     steps : int
-        Number of steps; 0 goes on until the steady state, at most 5000.
+        Number of steps; 0 runs to the steady state, at most 5000 steps.
     load_n : float
         Constant external force on the runner along +x, N.
 
@@ -92,7 +92,7 @@ def run_drive(
     '98.1 nm'
 
     """
-    return alone(drive_course(parameters, amplitude_m, frequency_hz, steps, load_n=load_n))
+    return run_course(drive_course(parameters, amplitude_m, frequency_hz, steps, load_n=load_n))
 
 
 def drive_course(
@@ -161,9 +161,9 @@ def simulate(
     waveform : array-like, shape (n, 2), optional
         In place of a saw-tooth: one cycle of times, s, and voltages, V, that ends as it begins.
     frequency_hz : float, optional
-        Steps per second; negative ones go backwards. By default 1000, or as the waveform says.
+        Steps per second, negative backwards; by default 1000, or that of the waveform.
     steps : int
-        Number of steps; 0 goes on until the force is steady, at most 5000.
+        Number of steps; 0 runs until the force is steady, at most 5000 steps.
     record : path-like or bool
         The file to record; by default one that lives as long as what is returned. ``False``
         records nothing, which takes less time.

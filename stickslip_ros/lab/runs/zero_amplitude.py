@@ -21,11 +21,11 @@ from stickslip_ros.drive.build import UPPER_CONTACTS, contacts_of, friction_limi
 from stickslip_ros.drive.long_step import LANES
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.runs.batch import Progress, run_courses
-from stickslip_ros.lab.runs.courses import Course, alone, bundle_for
+from stickslip_ros.lab.runs.courses import Course, bundle_for, run_course
 from stickslip_ros.lab.runs.sawtooth_run import drive_course, full_stroke_m
 from stickslip_ros.parameters import Parameters, reading
 from stickslip_ros.progress import progress_of
-from stickslip_ros.sections import Section, Shown, rows_of, said
+from stickslip_ros.sections import Section, Shown, report_field, rows_of
 
 WITHOUT_CELL = {'load_cell.contact': 'absent'}  # changes for a free runner
 _STEPS_MIN = 10
@@ -64,17 +64,17 @@ class ZeroAmplitude(Shown):
 
     """
 
-    zero_amplitude_m: float = said("0-amplitude, Edeler's extrapolation", '.3f')
-    slope: float = said('slope of step length', '.4f')
+    zero_amplitude_m: float = report_field("0-amplitude, Edeler's extrapolation", '.3f')
+    slope: float = report_field('slope of step length', '.4f')
     method: str
-    zero_amplitude_direct_m: float = said('0-amplitude, first net step', '.3f')
-    max_presliding_lower_m: float = said('u_max of a lower contact', '.3f')
+    zero_amplitude_direct_m: float = report_field('0-amplitude, first net step', '.3f')
+    max_presliding_lower_m: float = report_field('u_max of a lower contact', '.3f')
     preload_n: float
     frequency_hz: float
-    fit_from_m: float = said('line fitted from', '.2f')
-    fit_to_m: float = said('line fitted up to', '.2f')
-    fit_rms_m: float = said('rms deviation from that line', '.4f')
-    fit_points: int = said('amplitudes of the line', '.0f')
+    fit_from_m: float = report_field('line fitted from', '.2f')
+    fit_to_m: float = report_field('line fitted up to', '.2f')
+    fit_rms_m: float = report_field('rms deviation from that line', '.4f')
+    fit_points: int = report_field('amplitudes of the line', '.0f')
     steps: int
     step_min_m: float
 
@@ -101,7 +101,7 @@ def zero_amplitude(
     parameters : Parameters
         The stand.
     frequency_hz : float
-        Steps per second; negative ones go backwards.
+        Steps per second, negative backwards.
     steps : int
         Steps of each run; its step length is the mean of the last ten.
     workers : int
@@ -219,7 +219,7 @@ def force_onset_m(parameters: Parameters, frequency_hz: float, threshold_n: floa
     '69 nm'
 
     """
-    return alone(onset_course(parameters, frequency_hz, threshold_n))
+    return run_course(onset_course(parameters, frequency_hz, threshold_n))
 
 
 def onset_course(

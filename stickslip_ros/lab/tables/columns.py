@@ -159,7 +159,7 @@ def suggestion(
             is_usual = recognised(bare, '', {name: specs[name]})
             if is_usual or fits or not (unit or recognised(bare, '', specs)):
                 is_like = any(each in bare.lower() for each in words)
-                shown = '' if own else unit or likely(layout, si, at)
+                shown = '' if own else unit or likely_unit(layout, si, at)
                 option = map_hint(name, layout, at, shown if fits or not unit else f'0.05 {si}')
                 ranked.append((not is_usual, not is_like, not fits, order, at, option))
     *_, order, _, option = min(ranked)
@@ -189,8 +189,8 @@ def epoch_of(layout: TextForm) -> str:
     return ''
 
 
-def likely(layout: TextForm, si: str, at: int) -> str:
-    """Return the unit that a column without one may have."""
+def likely_unit(layout: TextForm, si: str, at: int) -> str:
+    """Return the likely unit of a column without a unit."""
     number = to_number(layout.row[at], layout.decimal)
     epoch = (unit for least, unit in _EPOCHS if si == 's' and number >= least)
     return next(epoch, LIKELY.get(si, si))
@@ -241,7 +241,7 @@ def _named(
             raise RecordingError(where, f'there is no column {quoted(part)}', hint)
         if len(places) > 1 and (name != 'time_s' or len(parts) > 1):
             at, unit = places[0]
-            shown = by_number([(at, unit or likely(layout, specs[name].unit, at))])
+            shown = by_number([(at, unit or likely_unit(layout, specs[name].unit, at))])
             problem = f'has {len(places)} columns {quoted(split_unit(part)[0])}'
             raise RecordingError(where, problem, f'name one by number: --map {name}="{shown}"')
     return list(zip(*found, strict=True))
@@ -271,7 +271,7 @@ def _check_units(found: Found, layout: TextForm, specs: Mapping[str, Spec], wher
         si = specs[name].unit
         wrong = [each for each in several if not all(factor_of(unit, si) for _, unit in each)]
         for [(at, unit), *others] in wrong[:1]:
-            header, shown = layout.names[at], likely(layout, si, at)
+            header, shown = layout.names[at], likely_unit(layout, si, at)
             if unit and not others:
                 problem = f'column {quoted(header)} is in {unit}, {name} in {si}'
                 option = map_hint(name, layout, at, f'0.05 {si}')

@@ -30,7 +30,7 @@ from stickslip_ros.lab.tables.columns import (
     Column,
     epoch_of,
     find_columns,
-    likely,
+    likely_unit,
     listed,
     map_hint,
     places_of,
@@ -255,10 +255,10 @@ def read_joined(
         read_experiment(path, reading, number=at, kind=BY_AMPLITUDE, measured=measured)
         for at, path in enumerate(paths)
     ]
-    return _below_each_other(parts, ', '.join(part.origin for part in parts))
+    return _concatenated(parts, ', '.join(part.origin for part in parts))
 
 
-def _below_each_other(parts: Sequence[MeasuredTable], origin: str) -> MeasuredTable:
+def _concatenated(parts: Sequence[MeasuredTable], origin: str) -> MeasuredTable:
     names = list(dict.fromkeys(name for part in parts for name in part.columns))
     blanks = dict[str, float]()  # beside a data sheet
     if any(NUMBERS[name].is_of_sheet for name in names if name in NUMBERS):
@@ -317,9 +317,9 @@ def _read(
         parts = []
         for at, of_one in preloads.items():  # a blank name is not reported as unread
             shown = [' ' if i in preloads and i != at else n for i, n in enumerate(layout.names)]
-            alone = dataclasses.replace(layout, names=tuple(shown))
-            parts.append(_read(source, alone, origin, of_one, 0, kind, measured))
-        return _below_each_other(parts, origin)
+            narrowed = dataclasses.replace(layout, names=tuple(shown))
+            parts.append(_read(source, narrowed, origin, of_one, 0, kind, measured))
+        return _concatenated(parts, origin)
     return _read_columns(source, layout, origin, reading, number, kind, measured or MEASURED[kind])
 
 
@@ -346,7 +346,7 @@ def _read_columns(
     if 'preload_n' not in names and preload_n is None and kind == BY_AMPLITUDE:
         preload_n = reading.stand_n
     given = [*names] if preload_n is None else ['preload_n', *names]
-    _check_there(given, kind, measured, layout, places, where)
+    _check_present(given, kind, measured, layout, places, where)
     chosen = resolve_columns(names, layout, specs, where)
     numbers, lines, over, counts_from = _numbers(source, layout, chosen, origin)
     numbers, lines, gaps = _whole_rows(numbers, chosen, lines, over)
@@ -401,7 +401,7 @@ def _whole_rows(
     numbers: Sequence[Array], chosen: Sequence[Column], lines: Lines, over: Sequence[int]
 ) -> tuple[list[Array], Lines, list[str]]:
     """
-    Return complete rows, their lines, and notes on omitted ones, of which some are over range.
+    Return complete rows, their lines, and notes on omitted rows; count rows over range.
 
     Over time a row needs a time, by amplitude a number with its settings.
 
@@ -480,7 +480,7 @@ def _kind(layout: TextForm, reading: Reading, where: str) -> str:
     raise RecordingError(where, problem, hint)
 
 
-def _check_there(
+def _check_present(
     names: Sequence[str],
     kind: str,
     measured: Sequence[str],
@@ -666,7 +666,7 @@ def _check_values(
     where = _place(origin, lines, column, wrong[0])
     if above[wrong[0]]:
         limit = f'above the largest {column.name}, {spec.maximum:g} {spec.unit}'
-        unit, hint = likely(layout, spec.unit, column.index), 'correct the row'
+        unit, hint = likely_unit(layout, spec.unit, column.index), 'correct the row'
         if unit != column.unit and not column.parts[1:] and column.index != ROW:
             option = map_hint(column.name, layout, column.index, unit)
             hint = f'is it {unit}? give it by {option}'

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Headers of instruments: a table of formats, and what each says of names, units and times."""
+"""Headers of instruments: a table of formats with their names, units and times."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -16,7 +16,7 @@ COMMENT = re.compile(r'\s*[#%]+\s*')
 
 
 class HeaderFormat(NamedTuple):
-    """Where an instrument writes what: names of settings, the first cells of rows above."""
+    """Names of settings in the header of an instrument: the first cells of rows above."""
 
     instrument: str
     told_by: str  # settings that are there, also with a value

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Numbers of a drive that owners have: one row each, with its column and its prediction."""
+"""Numbers of a data sheet: a row each, with its column and its prediction."""
 
 import csv
 import io
@@ -53,7 +53,7 @@ class MeasuredNumber(NamedTuple):
 
     @property
     def settings(self) -> tuple[str, ...]:
-        """Columns that it needs; a blocking force without a stroke has that of the full range."""
+        """Required columns; without a stroke a blocking force takes that of the full range."""
         is_full = self.drive in {'zero', 'rest'} or self.runner == 'held'
         strokes = () if is_full else ('amplitude_m', 'amplitude_sigma_m', 'voltage_v', 'direction')
         return ('preload_n', *strokes, *([] if self.drive == 'rest' else ['frequency_hz']))
@@ -105,7 +105,7 @@ NUMBERS = {name: MeasuredNumber(*row) for name, row in _ROWS.items()}
 
 
 def columns_of_sheet(content: bytes, layout: TextForm) -> bytes | None:
-    """Return a sheet of a number in each row as a table with columns; None if it is no sheet."""
+    """Convert a sheet with a number in each row to columns; None for another table."""
     named, value, unit = (
         next((name for name in layout.names if name.lower() in known), '')
         for known in (_NAMED, _VALUE, _UNIT)

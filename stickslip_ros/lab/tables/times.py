@@ -78,7 +78,7 @@ def _mended(time_s: Array, known: Sequence[NDArray[np.bool_]]) -> tuple[Array, s
 
 
 def _spread(time_s: Array) -> tuple[Array, str]:
-    """Return times of evenly spaced rows that were printed with too few digits, if they are."""
+    """Return times spread evenly if they were printed with too few digits."""
     changes = np.flatnonzero(np.diff(time_s)) + 1
     # A tick has a row more or less than another by rounding, two by ties.
     sizes, ticks_s = np.diff(changes), np.diff(time_s)[changes - 1]

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The health of a rig: current fits compared with the first ones."""
+"""The health of a rig: current fits compared with the first fits."""
 
 from typing import NamedTuple
 

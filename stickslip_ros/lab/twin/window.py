@@ -41,7 +41,7 @@ class Window(NamedTuple):
 
 
 def _fault_of(stamps_ns: Sequence[int]) -> str:
-    """Return why a block with these stamps is refused; nothing if it is not."""
+    """Return the reason to refuse a block with these stamps; empty without a reason."""
     first_ns, last_ns = stamps_ns[0], stamps_ns[-1]
     if not 0 <= first_ns <= last_ns < _STAMP_END_NS:
         span = f'{first_ns * NANO:.9g} to {last_ns * NANO:.9g} s'
@@ -94,7 +94,7 @@ class Windows:
         self._last_ns = self._start_ns = self._oldest_ns = -1
 
     def add(self, quantity: str, stamps_ns: Sequence[int], values: Sequence[float]) -> str:
-        """Add samples of a quantity with rising stamps; return why they are refused, if so."""
+        """Add samples of a quantity with rising stamps; return the reason of a refusal."""
         if not len(stamps_ns) or quantity not in self.quantities:
             return f'{quantity} is not expected, or has no samples; send rows of the same columns'
         if why := _fault_of(stamps_ns):

@@ -16,7 +16,7 @@ from stickslip_ros.drive.build import change_preload, plant_of, start_clock, sta
 from stickslip_ros.drive.ledger import take_ledger
 from stickslip_ros.drive.records import ALL
 from stickslip_ros.drive.waveform import sawtooth
-from stickslip_ros.lab.runs.courses import alone, cycles_of
+from stickslip_ros.lab.runs.courses import cycles_of, run_course
 from stickslip_ros.lab.validation.contacts import follow
 from stickslip_ros.parameters import Parameters
 
@@ -43,7 +43,7 @@ def _motion(voltage_v: float, load_n: float, *changes: tuple[str, float | str]) 
     start_clock(states)
     frequency_hz = float(np.copysign(FREQUENCY_HZ, voltage_v))
     wave = sawtooth(0.0, abs(voltage_v), frequency_hz, DRIVEN_CYCLES + 1)
-    ramps = alone(cycles_of(plants, states, wave, DRIVEN_CYCLES, load_n))
+    ramps = run_course(cycles_of(plants, states, wave, DRIVEN_CYCLES, load_n))
     lost_j = take_ledger(plants, states).contact_lost_j
     return CycleMotion(ramps[:, RAMP_MEAN], ramps[:, RAMP_END], lost_j)
 

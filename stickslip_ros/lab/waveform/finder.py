@@ -226,7 +226,7 @@ class Finder:
                 a, b = around = tuple(pieces[index : index + 2])
                 if b.first - a.last > STRAYS_IN_A_ROW or around in settled:
                     index += 1
-                elif one := self._one(a, b):
+                elif one := self._merged(a, b):
                     pieces[index : index + 2] = [one]
                 else:
                     pieces[index : index + 2] = self._met(a, b)
@@ -234,7 +234,7 @@ class Finder:
                     index += 1
         return pieces
 
-    def _one(self, a: WavePiece, b: WavePiece) -> WavePiece | None:
+    def _merged(self, a: WavePiece, b: WavePiece) -> WavePiece | None:
         """Return a piece that explains the samples of two equally well, or None."""
         long, short = (a, b) if a.last - a.first > b.last - b.first else (b, a)
         rest_v = long.rest_v(self.times_s[short.samples], self.volts_v[short.samples])

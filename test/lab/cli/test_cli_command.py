@@ -85,7 +85,7 @@ def test_a_command_is_known_by_its_first_word(capsys: Any):
         ('sawtooth', ['300', '500'], r'takes .*, steps; nothing is given for steps$'),
         ('waveform', ['0s', '0V', '1ms'], r'row after row; nothing is given for voltage$'),
         ('sawtooth', ['300', '500', '1.5'], r"sawtooth steps '1.5' is not a whole number"),
-        ('steps', ['x'], r"^steps 'x' is not a whole number; give one such as 42$"),
+        ('steps', ['x'], r"^steps 'x' is not a whole number; give an integer such as 42$"),
         ('enable_amplifier', ['2'], r"enable_amplifier wanted '2' is not 0 or 1; give 1 for on"),
         ('sawtooth', ['300', '500', '1', '2'], "sawtooth number '2' is not one of its numbers"),
         ('sawtooth', ['volts=3'], "sawtooth number 'volts=3' is not one of its numbers"),

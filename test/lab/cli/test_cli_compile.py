@@ -82,7 +82,7 @@ def test_a_demo_that_finds_no_kernels_waits_for_them_and_says_so(cold_demo, file
     assert told[0] == 0
     assert told == sorted(set(told))
     assert told[-1] < KERNELS
-    assert cold_demo.stderr.splitlines()[0] == 'starting the drive, a process of its own'
+    assert cold_demo.stderr.splitlines()[0] == 'starting the drive in a separate process'
     assert len(files()) == KERNELS
 
 

@@ -190,16 +190,16 @@ LIES: dict[str, tuple[Lie, Lie, int, str]] = {
     'too few are counted': (list, counted(fewer), 1, 'statistics count'),
     'the counts of topics are exchanged': (list, counted(exchanged), 1, 'statistics count'),
     'a chunk is listed twice': (
-        list, of_kind(ChunkIndex, lambda each: [each, each], 2), 2, 'twice, or within another',
+        list, of_kind(ChunkIndex, lambda each: [each, each], 2), 2, 'or inside another chunk',
     ),
     'a chunk is listed within another': (
-        list, of_kind(ChunkIndex, within_another, 2), 2, 'twice, or within another',
+        list, of_kind(ChunkIndex, within_another, 2), 2, 'or inside another chunk',
     ),
     'a chunk is not listed': (list, of_kind(ChunkIndex, lambda _: [], 2), 2, 'chunks'),
     'chunks announce another time': (
         list, chunk(None, message_start_time=0, message_end_time=0), 2, 'announces 0 ns to 0 ns',
     ),
-    'a chunk says that it is empty': (list, chunk(2, message_index_offsets={}), 2, 'are others'),
+    'a chunk says that it is empty': (list, chunk(2, message_index_offsets={}), 2, 'do not match'),
     'a row is left out and not counted': (
         of_kind(MessageIndex, without_last), counted(not_counted), 1, 'its index lists others',
     ),

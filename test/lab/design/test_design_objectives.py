@@ -8,7 +8,7 @@ import pytest
 
 from stickslip_ros.drive.build import friction_limit_n
 from stickslip_ros.lab.design.objectives import WaveGoal, assess
-from stickslip_ros.lab.runs.courses import alone
+from stickslip_ros.lab.runs.courses import run_course
 from stickslip_ros.lab.runs.sawtooth_run import run_drive
 from stickslip_ros.parameters import Parameters
 
@@ -27,5 +27,5 @@ def test_flatness_is_that_of_four_speeds_from_no_load_to_the_whole_load(load_n):
         for share in range(4)
     ]
     flatness = (max(steps_m) - min(steps_m)) / float(np.mean(steps_m))
-    worth = alone(assess(WaveGoal('flatness', load_n), STAND, SAWTOOTH))
+    worth = run_course(assess(WaveGoal('flatness', load_n), STAND, SAWTOOTH))
     assert worth.value == pytest.approx(flatness, rel=1e-4, abs=0.0)

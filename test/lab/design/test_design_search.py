@@ -29,7 +29,7 @@ from stickslip_ros.lab.design.shapes import SHAPES
 from stickslip_ros.lab.design.waves import SPLINE
 from stickslip_ros.lab.runs import batch
 from stickslip_ros.lab.runs.batch import pool_of
-from stickslip_ros.lab.runs.courses import alone
+from stickslip_ros.lab.runs.courses import run_course
 from stickslip_ros.lab.runs.journal import Journal
 from stickslip_ros.parameters import Parameters
 
@@ -129,7 +129,7 @@ def test_a_stopped_search_has_its_best_wave(monkeypatch):
         optimise(long, workers=1, progress=lambda *how_far: done.append(how_far))
     number, cost = done[-1]
     assert 1 < number < 5000
-    [worth] = alone(long.worths(stopped.value.wave, [STAND]))
+    [worth] = run_course(long.worths(stopped.value.wave, [STAND]))
     assert worth.cost == cost < done[0][1]
 
 
@@ -137,9 +137,9 @@ def test_several_stands_judge_by_their_mean():
     wave = SPEED.spaces[SPLINE].wave(SPEED.spaces[SPLINE].start)
     judges = tuple(SPEED.stand.updated({'contact.friction': each}) for each in (0.27, 0.3, 0.33))
     several = dataclasses.replace(SPEED, judges=judges)
-    costs = [worth.cost for worth in alone(several.worths(wave, judges))]
+    costs = [worth.cost for worth in run_course(several.worths(wave, judges))]
     assert len(set(costs)) == 3
-    assert alone(several.cost(wave)) == fmean(costs)
+    assert run_course(several.cost(wave)) == fmean(costs)
 
 
 def test_the_answer_has_every_shape_at_its_best_and_tries_the_best_elsewhere():
@@ -158,7 +158,7 @@ def test_the_answer_has_every_shape_at_its_best_and_tries_the_best_elsewhere():
     assert set(result.unseen) == set(stands) > {'damping 20 N s/m', 'rough lines'}
     elsewhere = stands['amplifier of 50 kHz']
     assert elsewhere.amplifier.bandwidth == 50e3
-    worths = (alone(SMALL.worths(one.wave, [elsewhere])) for one in (best, rival))
+    worths = (run_course(SMALL.worths(one.wave, [elsewhere])) for one in (best, rival))
     values = [worth.value for [worth] in worths]
     gain = values[0] / values[1] - 1.0
     assert result.unseen['amplifier of 50 kHz'] == pytest.approx(gain)

@@ -18,7 +18,7 @@ from stickslip_ros.lab.design.objectives import COST_MAX, OBJECTIVES, WaveGoal, 
 from stickslip_ros.lab.design.shapes import SHAPES
 from stickslip_ros.lab.design.steady_cycle import CONTACT_SHARE, measure
 from stickslip_ros.lab.design.waves import SPLINE, PeriodicWave, Space, playable, write_wave
-from stickslip_ros.lab.runs.courses import alone
+from stickslip_ros.lab.runs.courses import run_course
 from stickslip_ros.lab.runs.replay import read_drive_input
 from stickslip_ros.lab.runs.sawtooth_run import run_drive
 from stickslip_ros.parameters import Parameters
@@ -73,9 +73,9 @@ def test_what_the_amplifier_cannot_play_is_refused(voltage_v, frequency_hz, mess
 
 
 def test_the_saw_tooth_as_a_table_does_what_the_saw_tooth_does():
-    free = alone(measure(FREE, np.array(SAWTOOTH)))
+    free = run_course(measure(FREE, np.array(SAWTOOTH)))
     assert free.step_m == pytest.approx(run_drive(FREE, 160e-9, 1000.0).step_length_m, rel=5e-3)
-    fixed = alone(measure(STAND, np.array(SAWTOOTH), change=1e-5))
+    fixed = run_course(measure(STAND, np.array(SAWTOOTH), change=1e-5))
     force_n = run_drive(STAND, 160e-9, 1000.0, 400).force_mean_n
     following_n = STAND.load_cell.stiffness * fixed.trace()[:, 2].mean()
     assert fixed.force_n + following_n == pytest.approx(force_n, rel=2e-3)
@@ -88,7 +88,7 @@ def test_feet_under_a_runner_that_is_held_lose_the_closed_form_whatever_the_wave
     loss_j = 8.0 * float(trapezoid(force_n, u_m) - 0.5 * force_n[-1] * u_m[-1])
     for shape in (SHAPES['cycloid'].rows(), SHAPES['trapezoid'].rows(fall=0.3)):
         rows = playable(shape, held, 300.0, 50.0)
-        assert alone(measure(held, rows)).work_j == pytest.approx(loss_j, rel=0.02)
+        assert run_course(measure(held, rows)).work_j == pytest.approx(loss_j, rel=0.02)
 
 
 @pytest.mark.parametrize('name', SHAPES)
@@ -96,8 +96,8 @@ def test_no_shape_beats_the_friction_limit(name):
     rows = playable(SHAPES[name].rows(), STAND, 300.0, 1000.0)
     limit_n = friction_limit_n(STAND)
     assert limit_n == pytest.approx(0.3 * 2.0 * np.sqrt(2.0) * 0.5, rel=1e-6)
-    assert alone(assess(WaveGoal('force'), STAND, rows)).value < limit_n
-    energy = alone(assess(WaveGoal('energy'), STAND, rows)).value
+    assert run_course(assess(WaveGoal('force'), STAND, rows)).value < limit_n
+    energy = run_course(assess(WaveGoal('energy'), STAND, rows)).value
     assert np.isnan(energy) if name == 'cycloid' else energy > limit_n
 
 
@@ -106,7 +106,7 @@ def test_backwards_every_objective_has_the_value_of_forwards():
     for objective in OBJECTIVES:
         goal = WaveGoal(objective, speed_m_per_s=5e-5 if objective == 'vibration' else 0.0)
         there, back = (
-            alone(assess(each, STAND, wave.rows(STAND, backwards=each.backwards)))
+            run_course(assess(each, STAND, wave.rows(STAND, backwards=each.backwards)))
             for each in (goal, dataclasses.replace(goal, backwards=True))
         )
         assert back.value == pytest.approx(there.value, rel=1e-3), objective
@@ -116,22 +116,22 @@ def test_constraints_cost_and_waves_that_do_not_advance_are_worthless():
     full = playable(SHAPES['sawtooth'].rows(), STAND, 300.0, 1000.0)
     weak = playable(SHAPES['sawtooth'].rows(), STAND, 60.0, 1000.0)
     for objective in ('speed', 'step', 'energy', 'flatness'):
-        worth = alone(assess(WaveGoal(objective), STAND, weak))
+        worth = run_course(assess(WaveGoal(objective), STAND, weak))
         assert worth.cost == COST_MAX or objective == 'speed'
-    step = alone(assess(WaveGoal('step'), STAND, full))
+    step = run_course(assess(WaveGoal('step'), STAND, full))
     assert (step.cost, step.meets) == (step.value, True)
-    pushed = alone(assess(WaveGoal('step', load_n=0.3), STAND, full))
+    pushed = run_course(assess(WaveGoal('step', load_n=0.3), STAND, full))
     assert pushed.cost > 1.5 * pushed.value
     assert not pushed.meets
-    loaded = alone(assess(WaveGoal('speed', load_n=0.1), STAND, full))
-    assert loaded.value < alone(assess(WaveGoal('speed'), STAND, full)).value
+    loaded = run_course(assess(WaveGoal('speed', load_n=0.1), STAND, full))
+    assert loaded.value < run_course(assess(WaveGoal('speed'), STAND, full)).value
 
 
 @pytest.mark.parametrize('objective', ['vibration', 'energy', 'flatness', 'step'])
 def test_a_speed_that_is_missed_costs_and_one_that_is_made_does_not(objective):
     full = playable(SHAPES['sawtooth'].rows(), STAND, 300.0, 1000.0)
     slow, fast = (
-        alone(assess(WaveGoal(objective, speed_m_per_s=v), STAND, full)) for v in (2e-4, 2e-5)
+        run_course(assess(WaveGoal(objective, speed_m_per_s=v), STAND, full)) for v in (2e-4, 2e-5)
     )
     assert slow.cost == pytest.approx(slow.value * (2e-4 / slow.cycle.speed_m_per_s) ** 4)
     assert not slow.meets
@@ -140,7 +140,7 @@ def test_a_speed_that_is_missed_costs_and_one_that_is_made_does_not(objective):
 
 def test_contacts_that_are_looked_at_slip_fully_once_a_cycle():
     rows = playable(SHAPES['sawtooth'].rows(), FREE, 300.0, 1000.0)
-    cycle = alone(measure(FREE, rows))
+    cycle = run_course(measure(FREE, rows))
     looked, blind = cycle.trace(contacts=True), cycle.trace()
     assert looked[:, 2:CONTACT_SHARE] == pytest.approx(
         blind[:, 2:CONTACT_SHARE], rel=1e-6, abs=1e-15

@@ -21,7 +21,7 @@ from stickslip_ros.lab.paper.curves import (
 )
 from stickslip_ros.lab.paper.figure import write_figure
 from stickslip_ros.lab.paper.make import FIGURES, chosen_figures, make_tables
-from stickslip_ros.lab.runs.courses import alone
+from stickslip_ros.lab.runs.courses import run_course
 from stickslip_ros.lab.runs.plotting import new_figure, styled
 from stickslip_ros.lab.runs.sawtooth_run import run_drive
 from stickslip_ros.lab.runs.zero_amplitude import force_onset_m
@@ -79,7 +79,7 @@ def test_the_line_of_figure_7_is_the_known_presliding_of_the_lower_contacts(
 def test_the_0_amplitudes_of_the_free_runner_are_the_known_ones(profile, known_nm):
     for preload_n, zero_nm in zip((0.1, 0.5, 1.0), known_nm, strict=True):
         stand = stand_at(Parameters(), preload_n, {'contact.profile': profile})
-        found_m, slope = alone(zero_by_steps_m(stand, STEP_HZ))
+        found_m, slope = run_course(zero_by_steps_m(stand, STEP_HZ))
         assert found_m * NM == pytest.approx(zero_nm, abs=ZERO_ERROR_NM)
         assert 0.99 <= slope <= 1.0
 
@@ -92,7 +92,7 @@ def test_a_damped_runner_has_the_0_amplitude_of_the_closed_form_without_rebound(
     stand = stand_at(
         Parameters(), preload_n, {'contact.profile': profile, 'runner.damping': 200.0}
     )
-    found_m, _ = alone(zero_by_steps_m(stand, STEP_HZ))
+    found_m, _ = run_course(zero_by_steps_m(stand, STEP_HZ))
     assert found_m == pytest.approx(quasi_static_zero_m(stand), rel=NO_REBOUND_ERROR, abs=0.0)
 
 
@@ -119,7 +119,7 @@ def test_the_force_at_the_full_stroke_is_the_known_one(preload_n, known_mn):
 
 def test_a_slow_fall_leaves_no_line_to_extrapolate():
     slow = stand_at(Parameters(), 1.0, {'amplifier.slew_rate': 5e6})
-    zero_m, slope = alone(zero_by_steps_m(slow, STEP_HZ))
+    zero_m, slope = run_course(zero_by_steps_m(slow, STEP_HZ))
     assert math.isnan(zero_m)
     assert slope < 0.5
 
@@ -162,11 +162,11 @@ def test_a_free_runner_steps_under_a_rounded_saw_tooth_too():
 
 def test_the_number_of_workers_does_not_change_the_tables():
     figures = chosen_figures(['fig6b', 'slew'])
-    alone, together = (
+    single, pooled = (
         make_tables(figures, Parameters(), points=3, workers=workers) for workers in (1, 3)
     )
-    for name, table in alone.items():
-        for row, same in zip(table.rows, together[name].rows, strict=True):
+    for name, table in single.items():
+        for row, same in zip(table.rows, pooled[name].rows, strict=True):
             assert repr(row) == repr(same)  # not a number is not itself
 
 

@@ -187,7 +187,7 @@ def test_names_can_be_kept_in_a_file(
         ({'position_m': '/rig/encoder.point.x'}, 'its numbers are header.stamp.sec'),
         ({'position_m': '/rig/encodr.vector.x'}, "has no topic and field '/rig/encodr.vector.x'"),
         ({'position_m': '/rig/encoder'}, 'has no topic and field'),
-        ({'voltage_v': '/rig/amp.data[2]'}, 'a message has 2 in that array'),
+        ({'voltage_v': '/rig/amp.data[2]'}, 'the array of a message has 2 elements'),
         ({'voltage_v': '/rig/amp.data'}, 'its numbers are'),
         ({'voltage_v': '/rig/amp..data'}, 'write it as point.x'),
         ({'force_n': '/rig/cell.data (nm)'}, 'a unit of N'),

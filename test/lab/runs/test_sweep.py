@@ -16,7 +16,7 @@ import stickslip_ros
 from stickslip_ros.contact import power_sums, profile
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError, UnknownName, WrongKind
 from stickslip_ros.extras import MissingExtra
-from stickslip_ros.lab.runs.courses import alone
+from stickslip_ros.lab.runs.courses import run_course
 from stickslip_ros.lab.runs.sawtooth_run import run_drive
 from stickslip_ros.lab.runs.sweep import (
     Axis,
@@ -142,7 +142,7 @@ def test_a_case_solves_nothing_that_one_before_it_has_solved(stand, monkeypatch)
         }
         solved.clear()
         case = SweepCase(tuple(values.items()), 60e-9, 1000.0)
-        alone(case_course(Sweep(stand, (), (1000.0,), (60e-9,), 1), case))
+        run_course(case_course(Sweep(stand, (), (1000.0,), (60e-9,), 1), case))
         return len(solved)
 
     assert solves_of() >= GROUPS * (INDENTING + TABULATING)
@@ -211,7 +211,7 @@ def test_a_varied_parameter_is_named_with_its_unit(stand):
 
 def test_a_steady_run_has_the_force_of_the_reference(stand):
     case = SweepCase((('stand.preload', 0.1),), 160e-9, 1000.0)
-    row = alone(case_course(Sweep(stand, (), (1000.0,), (160e-9,)), case))
+    row = run_course(case_course(Sweep(stand, (), (1000.0,), (160e-9,)), case))
     assert row['force_mean_n'] == pytest.approx(0.061, rel=FORCE_ERROR, abs=0.0)
     assert row['steady'] is True
     assert row['stop_rule'] == stop_rule(0)

@@ -31,8 +31,8 @@ DATA = (
     verb(
         'import',
         'read tables of instruments, write them in SI units',
-        'Read tables as instruments and spreadsheets write them (docs/howto/bring_your_data.md), '
-        'print the columns as read, and write them as CSV in SI units. Several tables by '
+        'Read tables of instruments and spreadsheets (docs/howto/bring_your_data.md), print the '
+        'columns as read, and write them as CSV in SI units. Several tables by '
         'amplitude become one.',
         file('tables', nargs='+'),
         *MAP,
@@ -47,8 +47,8 @@ DATA = (
         'table of a sweep (CSV, Parquet) or a table of an experiment '
         '(docs/howto/bring_your_data.md). Tables are compared by amplitude and preload, runs '
         'over time. The word model for B runs the drive at the points of A, or under the voltage '
-        'that drove A: --commands, or the wave recognised in a monitor with ten samples a cycle '
-        'or more. Without B, a recording is compared with its attached experiment.',
+        'of A. The voltage comes from --commands, or from a monitor with ten samples a cycle or '
+        'more. Without B, a recording is compared with its attached experiment.',
         option(
             'files',
             'A: recording or table, or several experiments by amplitude; then B: recording, '
@@ -125,9 +125,9 @@ DATA = (
     verb(
         'plot',
         'draw a recording against time',
-        'Draw a recording: its trace, or without one its topics at 1 kHz; below them, dotted, '
-        'the commands and the status bits. No peak is lost, however many samples there are. For '
-        'a recording of another program --map names the topics.',
+        'Draw the trace of a recording, or else its topics at 1 kHz, with the commands (dotted) '
+        'and the status bits. Thinned curves keep every peak. --map names the topics of another '
+        'program.',
         file('the recording'),
         WINDOW,
         *MAP,
@@ -146,8 +146,8 @@ DATA = (
     verb(
         'export',
         'write the quantities of a recording as a table',
-        'Write the trace of a recording, or without one its topics, as a table with a row for '
-        'each time and units in the names of the columns.',
+        'Write the trace of a recording, or else its topics, as a table with a row for each time '
+        'and units in the column names.',
         file(RECORDING),
         output('.csv, .parquet or .xlsx to write', required=True),
         switch('--readings', 'write position, force and voltage of the topics, not the trace'),
@@ -171,18 +171,18 @@ DATA = (
     verb(
         'replay',
         'run a recording again, or a measured voltage',
-        'Without --set, the requests of a recording give the same data again, byte for byte; if '
-        'not, the exit status is 1. With --set or --params another stand gets the same requests. '
-        'A table of voltages or displacements of the feet over time (see docs/howto/compare.md), '
-        'or a recording of another program with --map, is played as a waveform; in samples of a '
-        'voltage the wave is recognised first, with its true falls.',
+        'Repeat the requests of a recording and compare the data byte for byte; exit status 1 if '
+        'they differ. With --set or --params, repeat them on another stand. A table of voltages '
+        'or foot displacements over time (docs/howto/replay.md), or a recording of another '
+        'program with --map, is played as a waveform; samples of a voltage are played as the '
+        'recognised wave, with true falls.',
         file('recording, or table of voltages'),
         *MAP,
         *options_of(READING, 'rate_hz', 'start_s'),
         output('recording to write'),
         switch(
             '--from-rest',
-            'replay a recording that began during a run from rest: the data will differ',
+            'start a recording that began in mid-run from rest: the data will differ',
         ),
         *PARAMETERS,
     ),

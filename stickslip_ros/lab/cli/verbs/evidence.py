@@ -9,8 +9,8 @@ EVIDENCE = (
     verb(
         'figures',
         "the paper's figures",
-        "Run the drive for the paper's Figs 2, 6 and 7, over the slew rate of the saw-tooth, and "
-        'for a rounded one. Writes for each figure DIR/NAME.csv (all digits, SI), DIR/NAME.png, '
+        "Make the paper's Figs 2, 6 and 7, and figures of the slew rate and of a rounded "
+        'saw-tooth. Writes for each figure DIR/NAME.csv (all digits, SI), DIR/NAME.png, '
         'DIR/NAME.svg, and DIR/NAME.md with the caption. Names: fig2, fig6a, fig6b, fig7, slew, '
         'rounded.',
         folder('runs/figures'),

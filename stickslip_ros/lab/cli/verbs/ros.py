@@ -31,7 +31,7 @@ ROS = (
     ),
     verb(
         'twin',
-        'a fitted stand that watches a rig (needs rclpy)',
+        'run a fitted stand beside a rig (needs rclpy)',
         'Run a fitted stand next to a rig, driven by the same voltage, until Ctrl-C. It listens '
         'to the topics of --map, or to the trace of a drive. Settings are parameters: stickslip '
         'twin --params fitted.yaml --ros-args -p twin.period:=20.0',
@@ -43,7 +43,7 @@ ROS = (
     verb(
         'demo',
         'node and operator over topics: record, draw (needs rclpy)',
-        'Start the node as a process of its own and command it over topics: some steps of the '
+        'Start the node in a separate process and command it over topics: some steps of the '
         'free runner, a direct-voltage ramp, steps against the load cell, also under an external '
         'load. The demo sets load_cell.contact and load_cell.gap. Writes DIR/demo.mcap and '
         'DIR/demo.png.',
@@ -53,9 +53,9 @@ ROS = (
     verb(
         'command',
         'send a command to a drive, wait for its end (needs rclpy)',
-        'Send a command of the table of topics and services to a running drive, and wait for its '
-        'end: stickslip command sawtooth 300V 500Hz 200, or by name: sawtooth amplitude=300V '
-        'frequency=500Hz steps=200. If the drive refuses it, the reason is printed.',
+        'Send a command (docs/reference/interface.md) to a running drive, and wait for its end: '
+        'stickslip command sawtooth 300V 500Hz 200, or by name: sawtooth amplitude=300V '
+        'frequency=500Hz steps=200. A refusal prints the reason of the drive.',
         option('name', 'voltage, sawtooth, steps, position, load, stop, ...', metavar='NAME'),
         option('numbers', 'its numbers, in order or by name', metavar='NUMBER', nargs='*'),
         option('--cycles', 'cycles of a waveform; 0 repeats it', int, default=1),

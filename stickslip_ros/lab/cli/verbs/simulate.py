@@ -76,7 +76,7 @@ SIMULATE = (
         'Run the drive alone, without sensors, at every combination of values. VALUES are a list, '
         '0.1N,0.5N, or a range start:stop:count with both ends, 0:160nm:33. A run ends when it is '
         'steady: mean force of a cycle (free runner: step length) within 0.02% of its limit, by '
-        'the last 40 steps; 200 to 5000 steps; --steps sets a number instead. FILE.journal keeps '
+        'the last 40 steps; 200 to 5000 steps; --steps sets their number. FILE.journal keeps '
         'finished runs: after Ctrl-C or a crash the same command continues.',
         option('--preload', 'vary stand.preload', metavar=VALUES),
         option('--amplitude', 'peak-to-peak displacements', metavar=VALUES, required=True),
@@ -99,10 +99,10 @@ SIMULATE = (
     verb(
         'zero-amplitude',
         'the amplitude below which a free runner makes no steps',
-        "Find the 0-amplitude of a free runner in two ways. Edeler's: a straight line through the "
-        'step lengths at 17 amplitudes, from half-way between the first with a step and the '
-        'largest up to the largest, extrapolated to zero. Directly: the smallest amplitude with '
-        'a net step above 1e-10 m. The load cell is removed, whatever load_cell.contact is.',
+        "Find the 0-amplitude of a free runner in two ways. Edeler's way: fit a straight line to "
+        'step lengths at 17 amplitudes, in the upper half of those that step, and extrapolate it '
+        'to zero. Directly: find the smallest amplitude with a net step above 1e-10 m. The load '
+        'cell is always removed.',
         PRELOAD,
         _SLEW,
         *options_of('runs.zero_amplitude.zero_amplitude', 'frequency_hz', 'steps'),
@@ -113,12 +113,11 @@ SIMULATE = (
     verb(
         'optimise',
         'find the best periodic wave',
-        'Find the best closed wave of one rise and one fall within range, slew rate and current '
-        'of the amplifier: a monotone spline through knots, or a named shape; each is searched '
-        'equally long in its own parameters. OBJECTIVE is speed, force, step, vibration, energy '
-        'or flatness (docs/howto/best_wave.md). Frequency and preload are free between two '
-        'limits. FILE.journal keeps the evaluations: after Ctrl-C, which writes the best wave so '
-        'far, or a crash the same command continues. Needs: pip install cma.',
+        'Find the best periodic wave within range, slew rate and current of the amplifier, among '
+        'monotone splines and named shapes. OBJECTIVE is speed, force, step, vibration, energy '
+        'or flatness (docs/howto/best_wave.md). Frequency and preload can be searched between two '
+        'limits. Ctrl-C writes the best wave so far; the same command continues from '
+        'FILE.journal. Needs: pip install cma.',
         option('objective', 'quantity to optimise', metavar='OBJECTIVE'),
         *options_of('design.objectives.WaveGoal', 'load_n', 'speed_m_per_s', 'backwards'),
         option('--frequency', 'cycles per second', metavar='LOW:HIGH', default='1kHz'),
@@ -134,8 +133,8 @@ SIMULATE = (
     verb(
         'bode',
         'frequency response of the stuck drive, computed and measured',
-        'Find the motion of the stuck runner under voltage and load: in closed form, and measured '
-        'with sines so small that the contacts hardly slip. Frequencies are a list, 100Hz,1kHz, '
+        'Compute the frequency response of the stuck runner to voltage and load in closed form, '
+        'and measure it with small sines. Frequencies are a list, 100Hz,1kHz, '
         'or a range start:stop:count.',
         PRELOAD,
         *options_of('linear.linearise.linearise', 'at_voltage_v'),
@@ -148,10 +147,10 @@ SIMULATE = (
     ),
     verb(
         'compile',
-        'compile the kernels now, so that the first run need not',
+        'compile the kernels before the first run',
         'Compile the kernels of the drive and keep them on the disk, as part of an installation. '
-        'Kernels compiled by root serve all users of the machine. Exit status 1 without a folder '
-        'for them.',
+        'Kernels compiled by root serve all users of the machine. Exit status 1: no folder can '
+        'keep them.',
         switch('--timings', 'print the number of kernels and the time'),
         reports_compilation=True,
     ),
