@@ -24,14 +24,17 @@ from stickslip_ros.lab.runs.sawtooth_run import simulate
 from stickslip_ros.parameters import Parameters
 
 # The same examples in every run and on every machine, however slow it is: a failure found once
-# is found again, and a first call that compiles a kernel fails no deadline.
+# is found again, and a first call that compiles a kernel fails no deadline. A run that holds slow
+# tests, as of `make test-all`, searches twice as long.
 settings.register_profile(
     'deterministic',
+    max_examples=50,
     derandomize=True,
     deadline=None,
     database=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
 )
+settings.register_profile('thorough', settings.get_profile('deterministic'), max_examples=100)
 settings.load_profile('deterministic')
 
 pytest_plugins = ['stickslip_ros.testing.pytest_plugin', 'second_try']
@@ -46,10 +49,12 @@ WINDOW = ('COLUMNS', 'LINES', 'FORCE_COLOR', 'NO_COLOR', 'TTY_COMPATIBLE')
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Let processes that tests start take SIGHUP, under nohup too, and one thread for algebra."""
+    """Let processes take SIGHUP, under nohup too, give algebra one thread, choose the search."""
     if hasattr(config, 'workerinput'):
         end_with_parent()
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    if 'not slow' not in config.option.markexpr:
+        settings.load_profile('thorough')
     # Threads of OpenBLAS spin while they wait, which on busy cores doubles the time of a fit.
     os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
 

@@ -71,13 +71,12 @@ def run(folder: Path, *words: str, **files: str) -> tuple[int, list[str]]:
 
 
 XDIST = ('-p', 'xdist', '-n', '2', '--dist', 'loadfile')
-WORKERS = pytest.mark.parametrize(
+
+
+@pytest.mark.parametrize(
     'words',
     [pytest.param((), marks=pytest.mark.slow, id='alone'), pytest.param(XDIST, id='xdist')],
 )
-
-
-@WORKERS
 def test_what_passes_then_is_named_before_the_closing_line_of_a_green_run(
     tmp_path: Path, words: tuple[str, ...]
 ):
@@ -92,7 +91,10 @@ def test_what_passes_then_is_named_before_the_closing_line_of_a_green_run(
     ]
 
 
-@WORKERS
+@pytest.mark.parametrize(
+    'words',
+    [pytest.param((), id='alone'), pytest.param(XDIST, marks=pytest.mark.slow, id='xdist')],
+)
 def test_what_fails_again_is_red_with_both_reports(tmp_path: Path, words: tuple[str, ...]):
     status, lines = run(tmp_path, *words, once=ONCE, always=ALWAYS)
     assert status == 1

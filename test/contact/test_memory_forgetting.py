@@ -31,7 +31,7 @@ RING_DOWNS = {
 """Displacements in units of that of full slip; the evidence has the even one."""
 
 
-@pytest.mark.parametrize('kind', ['smooth', 'rough'])
+@pytest.mark.parametrize('kind', [pytest.param('smooth', marks=pytest.mark.slow), 'rough'])
 @pytest.mark.parametrize('name', sorted(RING_DOWNS.keys() - {'evenly'}))
 def test_a_ring_down_of_a_million_reversals_stays_within_its_known_error(
     kind, name, smooth_curve, rough_curve

@@ -26,7 +26,14 @@ WORDS = 2500
 """At most, on the page."""
 
 
-@pytest.mark.parametrize('group', GROUPS, ids=str)
+def marks_of(group):
+    """Return the mark of a group whose three cases take seconds: drives of springs."""
+    return pytest.mark.slow if group.quantity.startswith('drive_') else ()
+
+
+@pytest.mark.parametrize(
+    'group', [pytest.param(group, id=str(group), marks=marks_of(group)) for group in GROUPS]
+)
 def test_a_reference_made_anew_is_the_stored_one(group):
     for row in group.rows(SOME if group.is_slow else None):
         stored = STORED[key_of(row)]

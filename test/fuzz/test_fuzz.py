@@ -14,7 +14,7 @@ from stickslip_ros.instrument.commands import COMMANDS
 from stickslip_ros.lab.runs.sawtooth_run import simulate
 from stickslip_ros.parameters import load_yaml, specs
 
-SEEDS = (1, 2)
+SEEDS = (1, pytest.param(2, marks=pytest.mark.slow))
 CASES = 50
 GROUPS = ('actuator', 'amplifier', 'friction_law', 'interferometer', 'load_cell', 'runner')
 NOT_DRAWN = {

@@ -255,4 +255,4 @@ def test_what_would_index_or_count_beyond_is_refused_before_a_kernel_sees_it(
 
 @pytest.mark.parametrize('drive', ['feet apart', 'delayed'])
 def test_each_wrong_value_is_refused_in_a_line_or_runs_on(drive: str):
-    assert not list(failures_of(drive, 0, 89))
+    assert not list(failures_of(drive, 0, 179))

@@ -6,17 +6,21 @@
 import gc
 import os
 import subprocess
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import pytest
 from executables import await_network
 from processes import start_process
 from rclpy.context import Context
 
+from stickslip_ros.parameters import Scalar
 from stickslip_ros.testing import Operator, Stand, open_context
 
 REPORT_S = 0.2
+BLOCK_S = 0.01
+"""Simulated time of a block, where no test asks for another."""
 
 
 @pytest.fixture(scope='session', autouse=True)
@@ -24,6 +28,30 @@ def _surroundings(quiet_ros: None) -> None:
     """Have what the machine has set up for ROS left out of every test."""
     gc.collect()
     gc.freeze()  # a stand that is closed collects garbage: of its own, not all there was
+
+
+@pytest.fixture
+def default_blocks() -> None:
+    """Have drives in real time keep the default of ``sim.block``."""
+
+
+@pytest.fixture
+def start_drive(
+    request: pytest.FixtureRequest, start_drive: Callable[..., Stand]
+) -> Callable[..., Stand]:
+    """Give the function with longer blocks in real time, which take less of the processor."""
+    if 'default_blocks' in request.fixturenames:
+        return start_drive
+
+    def start(
+        parameters: Mapping[str, Scalar] | None = None, namespace: str = '', **options: Any
+    ) -> Stand:
+        given = dict(parameters or {})
+        if not given.get('sim.lockstep'):
+            given.setdefault('sim.block', BLOCK_S)
+        return start_drive(given, namespace, **options)
+
+    return start
 
 
 @pytest.fixture

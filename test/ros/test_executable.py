@@ -23,8 +23,11 @@ from waiting import wait_until
 
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.interface.topics import NODE_NAME
+from stickslip_ros.lab.cli.main import main as stickslip
 from stickslip_ros.recording.reader import Recording
+from stickslip_ros.ros import executable
 from stickslip_ros.ros.executable import DISCOVERY_VARIABLE, stay_on_this_host
+from stickslip_ros.ros.node import main as drive
 from stickslip_ros.runtime.pacing import KNOWS_SLICES, SLICE_S, scheduling
 from stickslip_ros.testing.stand import FIRST_PORT, PORTS_PER_DOMAIN
 from stickslip_ros.units import NANO
@@ -33,8 +36,8 @@ from stickslip_ros.units import NANO
 @pytest.mark.parametrize(
     'signals',
     [
-        (signal.SIGINT,),
-        (signal.SIGTERM,),
+        pytest.param((signal.SIGINT,), marks=pytest.mark.slow),  # ends other tests of this file
+        pytest.param((signal.SIGTERM,), marks=pytest.mark.slow),  # likewise
         (signal.SIGHUP,),
         (signal.SIGINT, signal.SIGHUP, signal.SIGTERM) * 50,
     ],
@@ -70,8 +73,13 @@ def test_a_signal_ends_a_node_that_has_nothing_to_do(start: Callable, meet: Call
 
 
 def test_a_refused_parameter_is_one_clear_line_and_status_2(start: Callable):
+    """Libraries may say more, with other words."""
+    status, errors = end(start(*DRIVE, '--ros-args', '-p', 'stand.prelaod:=0.3'))
+    assert status == 2
+    [only] = [each for each in errors.splitlines() if each.startswith('drive:')]
     line = "drive: parameter 'stand.prelaod' is not known; did you mean stand.preload"
-    assert_is_refused(start(*DRIVE, '--ros-args', '-p', 'stand.prelaod:=0.3'), line)
+    assert only.startswith(line)
+    assert 'Traceback' not in errors
 
 
 @pytest.mark.parametrize(
@@ -87,39 +95,28 @@ def test_a_refused_parameter_is_one_clear_line_and_status_2(start: Callable):
         ),
     ],
 )
-def test_a_word_that_nobody_heeds_is_refused(start: Callable, words: tuple[str, ...], line: str):
-    assert_is_refused(start(*DRIVE, *words), f'drive: {line}')
+def test_a_word_that_nobody_heeds_is_refused(
+    words: tuple[str, ...],
+    line: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+):
+    for step in ('begin', 'wake_in_time', 'stay_on_this_host'):  # for a process of its own
+        monkeypatch.setattr(executable, step, lambda: None)
+    assert drive(['drive', *words]) == 2
+    assert capsys.readouterr().err.startswith(f'drive: {line}')
 
 
-def test_the_command_line_refuses_likewise(start: Callable):
+def test_the_command_line_refuses_likewise(capsys: pytest.CaptureFixture[str]):
+    assert stickslip(['drive', '--set', 'stand.preload=101']) == 2
     line = 'stickslip: stand.preload 101 N is above the maximum 100 N; lower it'
-    assert_is_refused(start(*CLI_DRIVE, '--set', 'stand.preload=101'), line)
+    assert capsys.readouterr().err.startswith(line)
 
 
-def assert_is_refused(process: subprocess.Popen[str], line: str) -> None:
-    """Check the status and what the executable says; libraries may say more, with other words."""
-    status, errors = end(process)
-    assert status == 2
-    name = line.partition(' ')[0]
-    [only] = [each for each in errors.splitlines() if each.startswith(name)]
-    assert only.startswith(line)
-    assert 'Traceback' not in errors
-
-
-@pytest.mark.skipif(not KNOWS_SLICES, reason='Linux grants slices from 6.12 on')
-def test_what_wakes_the_drive_has_short_slices(start: Callable, meet: Callable):
-    """Only the thread that waits for signals, and those of libraries, have others."""
-    process = start(*DRIVE)
-    meet()
-    threads = list(Path(f'/proc/{process.pid}/task').iterdir())
-    told = {each: scheduling(int(each.name)) for each in threads}
-    prompt = {each for each in threads if told[each] and told[each].runtime_ns == SLICE_S * 1e9}
-    names = {each: each / 'comm' for each in threads if each.exists()}
-    assert {each for each in names if names[each].read_text().startswith('dds')} < prompt
-    assert end(process, signal.SIGINT)[0] == 0
-
-
-def test_a_transition_that_does_not_fit_does_not_end_the_process(start: Callable, meet: Callable):
+def test_a_transition_that_does_not_fit_does_not_end_the_process_whose_threads_wake_in_time(
+    start: Callable, meet: Callable, ros_domain: int
+):
+    """Only the thread that waits for signals, and those of libraries, have long slices."""
     process = start(*DRIVE)
     operator = meet()
     request = ChangeState.Request(transition=Transition(id=Transition.TRANSITION_CONFIGURE))
@@ -127,6 +124,15 @@ def test_a_transition_that_does_not_fit_does_not_end_the_process(start: Callable
     operator.spin_until(lambda: future.done() or process.poll() is not None, 'an answer')
     assert process.poll() is None
     assert not future.result().success
+    if KNOWS_SLICES:  # which Linux grants from 6.12 on
+        threads = list(Path(f'/proc/{process.pid}/task').iterdir())
+        told = {each: scheduling(int(each.name)) for each in threads}
+        prompt = {
+            each for each in threads if told[each] and told[each].runtime_ns == SLICE_S * 1e9
+        }
+        names = {each: each / 'comm' for each in threads if each.exists()}
+        assert {each for each in names if names[each].read_text().startswith('dds')} < prompt
+    assert udp_addresses(process.pid, ros_domain) == {EVERYWHERE}  # without the profile
     assert end(process, signal.SIGINT)[0] == 0
 
 
@@ -185,7 +191,7 @@ def test_a_signal_during_imports_ends_an_executable_in_one_line(words: list[str]
         assert end(process, signal.SIGINT) == (status, line)
 
 
-@pytest.mark.parametrize('records', [False, True])
+@pytest.mark.parametrize('records', [pytest.param(False, marks=pytest.mark.slow), True])
 @pytest.mark.parametrize('seed', [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_signals_from_a_random_moment_on_leave_a_whole_recording(
     start: Callable, tmp_path: Path, seed: int, records: bool
@@ -213,7 +219,7 @@ def test_signals_from_a_random_moment_on_leave_a_whole_recording(
         assert recording.metadata['stickslip_recorder']['written'] == str(counted)
 
 
-@pytest.mark.parametrize('words', [DRIVE, CLI_DRIVE])
+@pytest.mark.parametrize('words', [DRIVE, pytest.param(CLI_DRIVE, marks=pytest.mark.slow)])
 def test_signals_until_the_process_is_gone_do_not_kill_it(
     start: Callable, meet: Callable, words: tuple[str, ...]
 ):
@@ -227,8 +233,8 @@ def test_signals_until_the_process_is_gone_do_not_kill_it(
 
 
 PROFILE = Path(__file__).resolve().parents[2] / 'config/loopback.xml'
-EVERYWHERE = '00000000'
-"""The address 0.0.0.0 as /proc/net/udp writes it."""
+EVERYWHERE, ON_THIS_HOST = '00000000', '0100007F'
+"""The addresses 0.0.0.0 and 127.0.0.1 as /proc/net/udp writes them."""
 
 
 @pytest.mark.parametrize(
@@ -255,18 +261,20 @@ def udp_sockets(pid: int) -> list[tuple[str, int]]:
     return [(address, int(port, 16)) for address, port in ends]
 
 
-@pytest.mark.parametrize('is_closed', [False, True], ids=['as it is', 'with the profile'])
+def udp_addresses(pid: int, domain: int) -> set[str]:
+    """Give the addresses to which a process has bound ports of a domain."""
+    first = FIRST_PORT + PORTS_PER_DOMAIN * domain
+    of_domain = range(first, first + PORTS_PER_DOMAIN)
+    return {address for address, port in udp_sockets(pid) if port in of_domain}
+
+
 def test_the_profile_binds_the_ports_of_the_domain_to_this_host(
-    start: Callable, meet: Callable, ros_domain: int, is_closed: bool
+    start: Callable, meet: Callable, ros_domain: int
 ):
     names = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')  # Jazzy, Kilted
-    words = [f'{name}={PROFILE}' for name in names] if is_closed else []
-    process = start('env', *words, *DRIVE)
+    process = start('env', *(f'{name}={PROFILE}' for name in names), *DRIVE)
     operator = meet()  # has no profile, and hears the drive
-    first = FIRST_PORT + PORTS_PER_DOMAIN * ros_domain
-    of_domain = range(first, first + PORTS_PER_DOMAIN)
-    addresses = {address for address, port in udp_sockets(process.pid) if port in of_domain}
-    assert addresses == {'0100007F' if is_closed else EVERYWHERE}
+    assert udp_addresses(process.pid, ros_domain) == {ON_THIS_HOST}
     operator.command('voltage', 50.0)
     assert operator.wait_for_event('voltage', 0)['result'] == 'DONE'
     assert end(process, signal.SIGINT)[0] == 0

@@ -106,6 +106,7 @@ def test_a_fault_set_while_the_drive_is_inactive_holds_when_it_goes_on(stand: An
     assert session.worker.faults == {'dead_foot': 2}
 
 
+@pytest.mark.usefixtures('default_blocks')
 def test_a_schedule_is_kept_to_the_block_and_recorded(start_drive: Callable, tmp_path: Path):
     text = """
     - {at: 0.02, set: {fault.interferometer: freeze}}

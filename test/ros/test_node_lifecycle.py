@@ -115,6 +115,7 @@ def test_a_drive_outlives_a_refused_rebuild(manual: Any):
     assert manual.drive.session is not kept
 
 
+@pytest.mark.usefixtures('default_blocks')
 def test_cleanup_takes_topics_and_services_away_and_configure_begins_anew(
     start_drive: Callable, tmp_path: Path
 ):

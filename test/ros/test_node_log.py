@@ -64,6 +64,7 @@ def now_ns(stand: Any) -> int:
     return int(stand.drive.get_clock().now().nanoseconds)
 
 
+@pytest.mark.usefixtures('default_blocks')
 def test_it_says_who_it_is_and_a_command_that_is_true(start_drive: Callable, log: Log):
     stand = start_drive(namespace='/left', remaps=('command/voltage:=volts',), wait=False)
     [start] = log.lines(f'stickslip_ros {stickslip_ros.__version__}, ROS 2 ')

@@ -55,6 +55,7 @@ def test_the_declared_names_are_those_of_the_package(manual: Any):
     assert set(listed.result.names) - ROS_OWN == specs().keys()
 
 
+@pytest.mark.usefixtures('default_blocks')
 def test_the_values_at_the_start_are_the_defaults_and_what_was_given(
     start_drive: Callable, tmp_path: Path
 ):
@@ -124,6 +125,7 @@ def test_a_parameter_changed_without_a_drive_is_used_by_the_next_one(
         ('sim.seeds', 1, 'undeclared'),
     ],
 )
+@pytest.mark.usefixtures('default_blocks')
 def test_a_bad_change_is_refused_with_a_reason_and_changes_nothing(
     manual: Any, name: str, value: Any, reason: str
 ):

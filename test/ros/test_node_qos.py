@@ -89,6 +89,7 @@ def test_overrides_hold_after_a_new_configuration_and_cannot_change(start_drive:
     assert not stand.operator.set_parameter(name, 'reliable').successful
 
 
+@pytest.mark.usefixtures('default_blocks')
 def test_a_recording_keeps_the_overridden_quality_of_service(start_drive: Callable):
     stand = start_drive({'qos_overrides./position.publisher.depth': 3})
     path = Path(stand.operator.set_recording(wanted=True).message)

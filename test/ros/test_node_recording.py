@@ -52,6 +52,7 @@ def record_a_session(stand: Any) -> Path:
     return Path(answer.message)
 
 
+@pytest.mark.usefixtures('default_blocks')
 def test_a_recording_ends_with_its_name_and_opens(stand: Any, tmp_path: Path):
     path = record_a_session(stand)
     assert path.parent == tmp_path
@@ -161,6 +162,7 @@ def test_an_existing_file_is_not_overwritten(start_drive: Callable, tmp_path: Pa
     assert stand.operator.wait_for_event('voltage', 0)['result'] == 'DONE'
 
 
+@pytest.mark.usefixtures('default_blocks')
 def test_record_on_start_records_from_time_zero(start_drive: Callable, tmp_path: Path):
     stand = start_drive({'record.on_start': True, 'record.name': 'all.mcap'})
     stand.operator.set_recording(wanted=False)
@@ -221,6 +223,7 @@ def test_types_hashes_and_quality_of_service_are_those_of_the_live_topics(stand:
             assert duration_ns == getattr(live.qos_profile, name).nanoseconds
 
 
+@pytest.mark.usefixtures('default_blocks')
 def test_as_fast_as_possible_waits_for_the_disk_and_loses_nothing(
     start_drive: Callable, tmp_path: Path
 ):

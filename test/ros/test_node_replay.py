@@ -59,6 +59,7 @@ def replay_and_check(stand: Any, tmp_path: Path) -> Recording:
     ],
     ids=['with the drive', 'in the middle', 'in parts by duration', 'in parts by size'],
 )
+@pytest.mark.usefixtures('default_blocks')
 def test_everything_asked_of_a_node_in_real_time_is_replayed(
     start_drive: Callable, tmp_path: Path, begins: str, split: dict[str, Any]
 ):

@@ -101,6 +101,7 @@ def call(stand: Any, name: str, wanted: bool | None = None) -> Any:
 
 
 @pytest.mark.parametrize('name', SERVICE_NAMES)
+@pytest.mark.usefixtures('default_blocks')
 def test_a_service_does_what_it_is_for(start_drive: Callable, name: str):
     stand = start_drive({'fault.load_cell_offset': 1.0})
     operator = stand.operator
@@ -178,6 +179,7 @@ def test_what_an_inactive_drive_refuses_is_counted_and_told_once_as_news(manual:
     assert {pair.key: pair.value for pair in reports[1].values}['messages_refused'] == '2'
 
 
+@pytest.mark.usefixtures('default_blocks')
 def test_a_drive_starts_where_another_one_was_saved(start_drive: Callable, tmp_path: Path):
     first = start_drive({'stand.preload': 0.37, 'sim.lockstep': False})
     first.operator.command('sawtooth', (113.76725643485543, 1153.3955451232346, 0.0))
@@ -197,6 +199,7 @@ def test_a_drive_starts_where_another_one_was_saved(start_drive: Callable, tmp_p
     assert replay(tmp_path / 'second.mcap', tmp_path / 'again.mcap').identical
 
 
+@pytest.mark.usefixtures('default_blocks')
 def test_a_checkpoint_of_another_stand_or_of_no_possible_state_is_refused(
     start_drive: Callable, tmp_path: Path
 ):

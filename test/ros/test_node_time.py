@@ -38,6 +38,7 @@ def next_time_part(stand: Any, heard: list[Any]) -> Any:
     return parts[-1]
 
 
+@pytest.mark.usefixtures('default_blocks')
 def test_a_pause_holds_time_and_its_end_lets_it_go_on_without_a_hole(start_drive: Callable):
     stand = start_drive(deep_queues('position'))
     operator = stand.operator
@@ -63,6 +64,7 @@ def test_a_paused_drive_waits_without_work(stand: Any):
     stand.operator.spin_until(lambda: len(condition._waiters) == 1, 'a thread that waits again')
 
 
+@pytest.mark.usefixtures('default_blocks')
 def test_a_step_advances_by_exactly_one_block(stand: Any):
     operator = stand.operator
     held_ns = pause(stand)
@@ -118,6 +120,7 @@ def test_a_command_to_a_paused_drive_waits_for_the_next_block(stand: Any):
     assert [each['command'] for each in operator.events] == ['stop', 'load']
 
 
+@pytest.mark.usefixtures('default_blocks')
 def test_a_slow_drive_is_paused_at_once(start_drive: Callable):
     stand = start_drive({'sim.real_time_factor': 1e-6}, wait=False)
     operator = stand.operator
@@ -165,6 +168,7 @@ def test_following_another_clock_is_allowed_and_refused_is_then_to_publish_one(
     next_time_part(stand, heard)
 
 
+@pytest.mark.usefixtures('default_blocks')
 def test_the_truth_is_published_and_recorded_if_asked_for(
     start_drive: Callable, perfect_sensors: dict[str, float]
 ):

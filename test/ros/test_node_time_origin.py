@@ -15,6 +15,8 @@ from stickslip_ros.recording.run_file import TIME_ORIGIN
 from stickslip_ros.runtime.session import has_system_time
 from stickslip_ros.testing import LockstepClient, deep_queues, stamp_ns
 
+pytestmark = pytest.mark.usefixtures('default_blocks')
+
 BLOCK_NS = Parameters().block_ns
 SYSTEM = {'sim.time_origin': 'system'}
 HOUR_NS = 3600 * 10**9
@@ -171,6 +173,7 @@ def test_a_controller_in_lockstep_sees_simulated_time_whatever_the_origin(start_
 
     client = LockstepClient(stand.operator.node, 1e-3, answer)
     stand.operator.spin_until(lambda: len(seen_s) >= 5, 'five blocks')
+    stand.operator.spin_until(lambda: bool(stand.operator.info), 'the info of the operator')
     client.close()
     assert seen_s[:5] == pytest.approx([1e-3, 2e-3, 3e-3, 4e-3, 5e-3], rel=1e-12)
     assert told_origin_ns(stand) > HOUR_NS

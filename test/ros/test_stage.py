@@ -23,7 +23,7 @@ LAUNCH = Path(__file__).parents[2] / 'launch'
 TARGETS_M = {'x': 1e-6, 'y': -1e-6, 'z': 2e-6}
 NEAR_M = 10e-9
 Z_LOAD_N = -0.05
-FREE = ['-p', 'load_cell.contact:=absent', '-p', 'runner.damping:=5.0']
+FREE = ['-p', 'load_cell.contact:=absent', '-p', 'runner.damping:=5.0', '-p', 'sim.block:=0.01']
 
 
 @pytest.fixture

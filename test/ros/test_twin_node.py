@@ -5,6 +5,7 @@
 
 import threading
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -42,30 +43,34 @@ KEPT = 0.97
 
 
 @pytest.fixture
-def start_twin(ros_domain: int) -> Iterator[Callable[..., StickSlipTwin]]:
-    """Give a function that starts a twin, whose executor has a thread of its own."""
-    context, ended = open_context(ros_domain), threading.Event()
-    executor = SingleThreadedExecutor(context=context)
-    nodes = list[StickSlipTwin]()
+def start_twin() -> Iterator[Callable[..., StickSlipTwin]]:
+    """
+    Give a function that starts a twin beside an operator; its executor has a thread of its own.
 
-    def start(given: dict[str, Any]) -> StickSlipTwin:
-        values = {**STAND, **FREE, **given}
-        overrides = [Parameter(name, value=value) for name, value in values.items()]
-        nodes.append(StickSlipTwin(context=context, parameter_overrides=overrides))
-        executor.add_node(nodes[0])
-        thread.start()
-        return nodes[0]
+    Both have one context: DDS does not always discover a further participant of the process.
 
-    def spin() -> None:
-        while not ended.is_set():
-            executor.spin_once(timeout_sec=0.02)
+    """
+    with ExitStack() as stack:
 
-    thread = threading.Thread(target=spin)
-    yield start
-    ended.set()
-    thread.join()
-    end_node(executor, nodes[0])
-    context.try_shutdown()
+        def start(operator: Operator, given: dict[str, Any]) -> StickSlipTwin:
+            values = {**STAND, **FREE, **given}
+            overrides = [Parameter(name, value=value) for name, value in values.items()]
+            context, ended = operator.node.context, threading.Event()
+            twin = StickSlipTwin(context=context, parameter_overrides=overrides)
+            executor = SingleThreadedExecutor(context=context)
+            executor.add_node(twin)
+
+            def spin() -> None:
+                while not ended.is_set():
+                    executor.spin_once(timeout_sec=0.02)
+
+            thread = threading.Thread(target=spin)
+            thread.start()
+            for end in (partial(end_node, executor, twin), thread.join, ended.set):
+                stack.callback(end)
+            return twin
+
+        yield start
 
 
 @pytest.fixture
@@ -150,10 +155,10 @@ def motion(friction: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 @pytest.mark.slow  # 16 s of windows in real time
 def test_a_rig_of_topics_that_pauses_and_begins_anew_has_a_twin_that_finds_what_has_changed(
-    start_twin: Callable, operator: Operator
+    operator: Operator, start_twin: Callable
 ):
     settings = {'twin.map': MAP}
-    listener = Listener(operator, start_twin(settings))
+    listener = Listener(operator, start_twin(operator, settings))
     rig = operator.node
     amplifier, encoder = (
         rig.create_publisher(PointStamped, f'/rig/{name}', 10_000)
@@ -203,7 +208,8 @@ def test_a_recording_of_a_drive_that_is_played_gives_the_fits_of_the_drive_to_th
 ):
     stand = start_drive({**STAND, 'sim.lockstep': True, 'sim.publish_clock': False})
     operator = stand.operator
-    twin = start_twin({'twin.period': 0.2, 'record.directory': str(tmp_path / 'twin')})
+    settings = {'twin.period': 0.2, 'record.directory': str(tmp_path / 'twin')}
+    twin = start_twin(operator, settings)
     listener = Listener(operator, twin)
 
     def hears_all(publishers: Any, count: int) -> bool:
@@ -255,9 +261,9 @@ def block(time_s: Any, columns: str = 't[s],voltage[V],position[m]') -> bytes:
 
 
 def test_odd_messages_on_a_trace_are_refused_told_and_survived(
-    start_twin: Callable, operator: Operator
+    operator: Operator, start_twin: Callable
 ):
-    twin = start_twin({})
+    twin = start_twin(operator, {})
     listener = Listener(operator, twin)
     rig = operator.node.create_publisher(Float64MultiArray, '/trace', 100)
     operator.spin_until(partial(has_listeners, rig, 2), 'a twin beside the operator')

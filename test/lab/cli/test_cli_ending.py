@@ -151,7 +151,7 @@ def stopped(
     return process.returncode, errors
 
 
-OFTEN = {'simulate', 'sweep', 'fit', 'drive', 'panel'}
+OFTEN = {'simulate', 'sweep', 'drive'}
 """Verbs that `make test` stops; `make test-all` stops each."""
 
 

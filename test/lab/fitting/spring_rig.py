@@ -12,6 +12,7 @@ remembers and rings, a slow sensor, a zero, a drift, a late clock, noise.
 """
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numba
 import numpy as np
@@ -24,6 +25,11 @@ SHARES = (2**0.5 / 2, 2**0.5 / 2, *(2**0.5 / 4,) * 4)
 SPRINGS = 160  # under half a contact
 STEP_S = 1e-7
 SLEW_V_PER_S = 150e6
+MOVES = (
+    *('preload_n', 'friction', 'prefactor', 'mass_kg', 'damping_n_s_per_m'),
+    *('gain_m_per_v', 'gains', 'hysteresis', 'resonance_hz'),
+)
+"""Fields of a rig that move its runner; the others belong to the sensor."""
 
 
 @dataclass(frozen=True)
@@ -49,35 +55,14 @@ class Rig:
 
     def positions(self, rows: np.ndarray, rate_hz: float, seed: int) -> tuple[np.ndarray, ...]:
         """Give times and readings of the sensor under a voltage, corners of shape (n, 2)."""
-        edges_m, stiff, pressed = [], [], []
-        for share in SHARES:
-            half_m, press_n = _row(share * self.preload_n, self.prefactor)
-            edges_m.append(half_m)
-            stiff.append(np.full(SPRINGS, 2.0 * G_STAR_PA * half_m / SPRINGS))
-            pressed.append(self.friction * press_n)
         every = round(1.0 / (rate_hz * STEP_S))
-        steps = round(rows[-1, 0] / STEP_S)
-        voltage_v = np.interp(STEP_S * np.arange(steps + 1), rows[:, 0], rows[:, 1])
-        foot_m = self.gain_m_per_v * _with_memory(voltage_v, self.hysteresis)
-        if self.resonance_hz:
-            omega = 2.0 * np.pi * self.resonance_hz
-            rings = signal.TransferFunction([omega**2], [1.0, 0.14 * omega, omega**2])
-            even = rings.to_discrete(STEP_S, 'tustin')
-            foot_m = signal.lfilter(even.num, even.den, foot_m)
         fine = every if self.filters_readings else 10
-        out = _run(
-            foot_m,
-            np.array(self.gains),
-            np.array(stiff),
-            np.array(pressed),
-            self.mass_kg,
-            self.damping_n_s_per_m,
-            fine,
-        )
+        of_motion = {name: getattr(self, name) for name in MOVES}
+        out = _motion(Rig(**of_motion), rows.tobytes(), fine)
         if self.low_pass_hz and not self.filters_readings:
             kept = np.exp(-2.0 * np.pi * self.low_pass_hz * fine * STEP_S)
             out = signal.lfilter((1.0 - kept,), (1.0, -kept), out)
-        out = out[:: every // fine]
+        out = out[:: every // fine].copy()
         time_s = every * STEP_S * np.arange(len(out))
         noise = np.random.default_rng(seed).normal(0.0, self.noise_m, len(out))
         if not self.is_noise_behind:
@@ -88,6 +73,36 @@ class Rig:
                 out[k] = out[k - 1] + share * (out[k] - out[k - 1])
         readings = out + self.zero_m + self.drift_m_per_s * time_s + noise
         return time_s + self.late_s, readings
+
+
+@lru_cache(maxsize=16)
+def _motion(rig: Rig, rows: bytes, every: int) -> np.ndarray:
+    """Give every so many steps the place of the runner; the values stay as they are."""
+    corners = np.frombuffer(rows).reshape(-1, 2)
+    stiff, pressed = [], []
+    for share in SHARES:
+        half_m, press_n = _row(share * rig.preload_n, rig.prefactor)
+        stiff.append(np.full(SPRINGS, 2.0 * G_STAR_PA * half_m / SPRINGS))
+        pressed.append(rig.friction * press_n)
+    steps = round(corners[-1, 0] / STEP_S)
+    voltage_v = np.interp(STEP_S * np.arange(steps + 1), corners[:, 0], corners[:, 1])
+    foot_m = rig.gain_m_per_v * _with_memory(voltage_v, rig.hysteresis)
+    if rig.resonance_hz:
+        omega = 2.0 * np.pi * rig.resonance_hz
+        rings = signal.TransferFunction([omega**2], [1.0, 0.14 * omega, omega**2])
+        even = rings.to_discrete(STEP_S, 'tustin')
+        foot_m = signal.lfilter(even.num, even.den, foot_m)
+    out = _run(
+        foot_m,
+        np.array(rig.gains),
+        np.array(stiff),
+        np.array(pressed),
+        rig.mass_kg,
+        rig.damping_n_s_per_m,
+        every,
+    )
+    out.flags.writeable = False
+    return out
 
 
 def _row(normal_n: float, prefactor: float) -> tuple[float, np.ndarray]:

@@ -37,7 +37,7 @@ ROUNDING = 1e-6
 ALONE = FitOptions(starts=1, workers=1)
 DOF = 3
 """Five points, two parameters."""
-SETS, SETS_INSIDE = 40, 34
+SETS, SETS_INSIDE = 20, 16
 """With 95 % coverage fewer of 40 come about with a chance of 0.34 %; of intervals half as wide as
 they should be, so many with one of 1.0 %. The seeds are fixed. Studies of 100 data sets and more
 are in docs/explanation/fit.md."""

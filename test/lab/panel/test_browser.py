@@ -48,7 +48,9 @@ def stage(ros_domain: int, tmp_path_factory: pytest.TempPathFactory) -> Iterator
     folder = tmp_path_factory.mktemp('stage')
     with ExitStack() as stack:
         stage = SimpleNamespace(domain=ros_domain)
-        stage.start = lambda: stack.enter_context(tools.drive(ros_domain, folder))
+        stage.start = lambda: stack.enter_context(
+            tools.drive(ros_domain, folder, 'sim.block:=0.01')
+        )
         stage.drive = stage.start()
         words = ['stickslip', 'panel', '--json', '--port', 0]
         stage.panel = stack.enter_context(tools.process(words, ros_domain, folder))

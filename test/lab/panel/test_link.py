@@ -24,6 +24,8 @@ from stickslip_ros.lab.panel.model import PANEL
 from stickslip_ros.testing import Stand
 
 Wait = Callable[[Callable[[dict[str, Any]], object]], None]
+BLOCK_S = 0.01
+"""Longer than the default, so that a drive in real time costs less."""
 BAD = "'x' is not a number; give volts, such as 120.5"
 ACTIVE = ('running', 'late', 'waiting')
 """Words for a drive that is active, on a machine that may be busy."""
@@ -50,7 +52,7 @@ def faults(told: dict[str, Any]) -> dict[str, str]:
 @pytest.fixture
 def stand(start_drive: Callable[..., Stand]) -> Stand:
     """Give a drive that nobody waits for."""
-    return start_drive(wait=False)
+    return start_drive({'sim.block': BLOCK_S}, wait=False)
 
 
 def test_commands_are_carried_out_and_refusals_come_back(stand: Stand, link: Link, wait: Wait):

@@ -113,6 +113,7 @@ function buildPlayer(run) {
   fill("speed", run.speeds, (each) => `${each} ×`);
   byId("seek").min = run.start_s;
   byId("seek").max = run.end_s;
+  byId("seek").value = run.start_s; // the browser has moved it to the end
   document.title = `${run.name} – stickslip panel`;
 }
 
