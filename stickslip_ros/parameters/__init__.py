@@ -11,13 +11,17 @@ from stickslip_ros.parameters.declaration import (
     ReplaceableDefault,
     Scalar,
     Spec,
+    Value,
     declared_by,
 )
 from stickslip_ros.parameters.instrument_groups import FaultParameters
 from stickslip_ros.parameters.physics_groups import (
+    FEET_MAX,
     LAWS,
     AmplifierParameters,
     ContactParameters,
+    FeetParameters,
+    FootGroup,
     FrictionLawParameters,
     StandParameters,
 )
@@ -48,6 +52,7 @@ from stickslip_ros.parameters.yaml_form import (
 
 __all__ = [
     'AMPLITUDE_SPEC',
+    'FEET_MAX',
     'FREQUENCY_SPEC',
     'LAWS',
     'SENSORS',
@@ -56,6 +61,8 @@ __all__ = [
     'AmplifierParameters',
     'ContactParameters',
     'FaultParameters',
+    'FeetParameters',
+    'FootGroup',
     'FrictionLawParameters',
     'InterferometerParameters',
     'LoadCellParameters',
@@ -65,6 +72,7 @@ __all__ = [
     'Sensor',
     'Spec',
     'StandParameters',
+    'Value',
     'declared_by',
     'describe',
     'dump_yaml',
