@@ -73,6 +73,7 @@ class Motion(NamedTuple):
     delay_s: float
 
 
+_NO_LAW_OF_SHARES = "refused under Coulomb's law, which does not define how feet share a load"
 TOGETHER = Motion(1.0, 0.0)
 """Motion of the feet of the paper."""
 
@@ -121,7 +122,11 @@ def plant_of(parameters: Parameters) -> Record:
     motions = motions_of(parameters)
     if list(motions) != [TOGETHER]:
         _separate_motions(plant, parameters, motions)
-    if parameters.actuator.gain_tolerance or plant.piezo.stack_n_per_m:
+    tolerance = parameters.actuator.gain_tolerance
+    if tolerance and parameters.contact.law == 'coulomb':
+        hint = 'set it to 0, or take another contact.law'
+        raise OutOfRange('actuator.gain_tolerance', tolerance, '', _NO_LAW_OF_SHARES, hint)
+    if tolerance or plant.piezo.stack_n_per_m:
         separate_feet(plants, parameters)
     _set_longest_step(plant, parameters)
     set_ideal(plant)
@@ -212,9 +217,10 @@ def piezo_of(parameters: Parameters) -> Record:
     weight = setting.hysteresis * (plays + 1) / ((plays + 1) ** 2 // 4) if plays else 0.0
     omega_per_s = 2.0 * math.pi * setting.resonance
     if setting.stiffness and parameters.contact.law == 'coulomb':
-        limit = "not 0 under Coulomb's law, which does not define how feet share a load"
-        hint = 'take another contact.law'
-        raise OutOfRange('actuator.stiffness', setting.stiffness, 'N/m', limit, hint)
+        hint = 'set it to 0, or take another contact.law'
+        raise OutOfRange(
+            'actuator.stiffness', setting.stiffness, 'N/m', _NO_LAW_OF_SHARES, hint
+        )
     return record(
         PIEZO,
         linear=1.0 - 0.5 * weight * plays,
@@ -417,9 +423,8 @@ def motions_of(parameters: Parameters) -> dict[Motion, list[int]]:
     for i, each in enumerate(kinds_of(parameters.contact, parameters.feet)):
         motions.setdefault(_motion(each), []).append(i)
     if parameters.contact.law == 'coulomb' and list(motions) != [TOGETHER]:
-        limit = "different under Coulomb's law, which does not define how feet share a load"
-        hint = 'give feet.gain 1 and feet.delay 0, or take another contact.law'
-        raise OutOfRange('feet.gain', list(parameters.feet.gain), '', limit, hint)
+        hint = 'set it to 1 and feet.delay to 0, or take another contact.law'
+        raise OutOfRange('feet.gain', list(parameters.feet.gain), '', _NO_LAW_OF_SHARES, hint)
     return motions
 
 
@@ -499,18 +504,17 @@ def separate_feet(plants: Record, parameters: Parameters) -> None:
     each = [i for i, group in enumerate(groups) for _ in range(group.contacts)]
     preload_n = parameters.stand.preload
     loads = np.array([groups[i].share + groups[i].weight_n / preload_n for i in each])
-    tolerance, is_one = parameters.actuator.gain_tolerance, not plant.separate
+    is_one = not plant.separate
     plant.separate, plant.divided, plant.moved = True, True, len(each)
     plant.parts[1 : len(each) + 1] = loads / loads.sum()
     plant.counts[1 : len(each) + 1] = 1.0
-    ratios = gain_ratios(tolerance, parameters.sim.seed, len(each)) if tolerance else np.ones(len(each))
+    plant.ratios[1 : len(each) + 1] = ratios_of(parameters)
     for k, i in enumerate(each, start=1):
         parent, own = next(
             (p, own) for p, own in enumerate(motions.values(), start=1) if i in own
         )
         plant.parents[k] = parent = ALL if is_one else parent
         plant.groups[k] = i if is_one else own.index(i)
-        plant.ratios[k] = before.ratios[parent] * ratios[k - 1]
         plant.lates[k] = before.lates[parent]
         _set_contact_of_foot(plant, k, groups[i], before.contacts[parent].bank)
     _set_curves(plant, parameters)
@@ -563,6 +567,14 @@ def _set_curves(plant: Record, parameters: Parameters) -> None:
         fastest = max(1.0, *(abs(motion.gain) for motion in motions))
         ranges_m = [max(contact.max_displacement_m for contact in own) for own in moved]
         plant.presliding_m = min(ranges_m) / fastest
+
+
+def ratios_of(parameters: Parameters) -> Array:
+    """Return the displacement of each foot per that of the nominal foot, shape (feet,)."""
+    kinds = kinds_of(parameters.contact, parameters.feet)
+    gains = np.repeat([each.gain for each in kinds], [each.count for each in kinds])
+    tolerance = parameters.actuator.gain_tolerance
+    return gains * gain_ratios(tolerance, parameters.sim.seed, len(gains)) if tolerance else gains
 
 
 def gain_ratios(tolerance: float, seed: int, feet: int) -> Array:

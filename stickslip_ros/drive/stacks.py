@@ -152,7 +152,7 @@ def arrive(plant: Record, state: Record, stride: Record) -> None:
 
 @kernel
 def note_ringing(plant: Record, state: Record) -> None:
-    """Store the largest ringing of a foot in the piezo, which limits the length of steps."""
+    """Store the largest ringing of all feet in the piezo, which limits the length of steps."""
     if not bends(plant):
         return
     ring_m = ring_m_per_s = 0.0
@@ -163,6 +163,8 @@ def note_ringing(plant: Record, state: Record) -> None:
         ring_m_per_s = max(ring_m_per_s, abs(state.feet[k].m_per_s))
     state.piezo.ring_m = state.piezo.driving_m + ring_m
     state.piezo.ring_m_per_s = ring_m_per_s
+    for j in range(plant.delayed):
+        state.late[j].piezo.ring_m = state.late[j].piezo.driving_m
 
 
 @kernel

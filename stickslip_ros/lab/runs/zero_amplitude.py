@@ -173,7 +173,7 @@ def _asked(
     if not slope > 0.0:
         hint = 'look at step lengths with: stickslip sweep --no-load-cell'
         raise OutOfRange('slope of step length', slope, '', 'not above 0', hint)
-    lower = contacts_of(free)[UPPER_CONTACTS:]
+    least = min(contacts_of(free), key=lambda contact: contact.max_force_n)
     missed_m = steps_m - mean_m - slope * offsets_m
     method = (
         f"Edeler's extrapolation: straight line through the step lengths of a free runner at "
@@ -185,7 +185,7 @@ def _asked(
         slope=slope,
         method=method,
         zero_amplitude_direct_m=direct_m,
-        max_presliding_lower_m=max(each.max_displacement_m for each in lower),
+        max_presliding_lower_m=least.max_displacement_m,
         preload_n=free.stand.preload,
         frequency_hz=frequency_hz,
         fit_from_m=float(amplitudes_m[0]),
