@@ -318,9 +318,7 @@ def _burst(
     if plant.ideal and abs(rate_v_per_s) >= plant.slew_v_per_s:
         longest_s = longest_on_slope(plant, rate_v_per_s)
     else:
-        longest_s = _longest_in_burst(
-            plant, state.piezo, state.voltage_v, input_v, rate_v_per_s
-        )
+        longest_s = _longest_in_burst(plant, state.piezo, state.voltage_v, input_v, rate_v_per_s)
     contact = plant.contacts[ALL]
     for j in range(plant.delayed):
         late = state.late[j]

@@ -17,15 +17,16 @@ from stickslip_ros.contact.ageing import AGEING
 from stickslip_ros.contact.hemisphere import elasticity_of, lines_of, profile_of
 from stickslip_ros.contact.laws import LAW, MDR
 from stickslip_ros.contact.mdr import Presliding, presliding
+from stickslip_ros.contact.profile import Profile
 from stickslip_ros.contact.reaction import CONTACT, relax
 from stickslip_ros.contact.springs import SPRINGS_IN_ALL, Group, bank_of_rows, spring_bank
-from stickslip_ros.contact.profile import Profile
 from stickslip_ros.contact.travel import NO_PLACE, window_profile
 from stickslip_ros.contact.virgin import tabulate, tabulate_each
 from stickslip_ros.drive.advance import PASSES_MIN
 from stickslip_ros.drive.amplifier import is_direct
 from stickslip_ros.drive.delay import rest_late
 from stickslip_ros.drive.division import divide_among_feet, switch_all_to_springs
+from stickslip_ros.drive.ledger import take_ledger
 from stickslip_ros.drive.piezo import rest_piezo
 from stickslip_ros.drive.records import (
     ALL,
@@ -73,7 +74,7 @@ class Motion(NamedTuple):
     delay_s: float
 
 
-_NO_LAW_OF_SHARES = "refused under Coulomb's law, which does not define how feet share a load"
+NO_LAW_OF_SHARES = "refused under Coulomb's law, which does not define how feet share a load"
 TOGETHER = Motion(1.0, 0.0)
 """Motion of the feet of the paper."""
 
@@ -125,7 +126,7 @@ def plant_of(parameters: Parameters) -> Record:
     tolerance = parameters.actuator.gain_tolerance
     if tolerance and parameters.contact.law == 'coulomb':
         hint = 'set it to 0, or take another contact.law'
-        raise OutOfRange('actuator.gain_tolerance', tolerance, '', _NO_LAW_OF_SHARES, hint)
+        raise OutOfRange('actuator.gain_tolerance', tolerance, '', NO_LAW_OF_SHARES, hint)
     if tolerance or plant.piezo.stack_n_per_m:
         separate_feet(plants, parameters)
     _set_longest_step(plant, parameters)
@@ -218,9 +219,7 @@ def piezo_of(parameters: Parameters) -> Record:
     omega_per_s = 2.0 * math.pi * setting.resonance
     if setting.stiffness and parameters.contact.law == 'coulomb':
         hint = 'set it to 0, or take another contact.law'
-        raise OutOfRange(
-            'actuator.stiffness', setting.stiffness, 'N/m', _NO_LAW_OF_SHARES, hint
-        )
+        raise OutOfRange('actuator.stiffness', setting.stiffness, 'N/m', NO_LAW_OF_SHARES, hint)
     return record(
         PIEZO,
         linear=1.0 - 0.5 * weight * plays,
@@ -375,11 +374,11 @@ def weight_of(parameters: Parameters) -> float:
 def kinds_of(contact: ContactParameters, feet: FeetParameters) -> list[FootGroup]:
     """Return the distinct kinds of feet with their number; on rough lines each foot differs."""
     if contact.profile == 'rough_line':
-        return [each._replace(count=1) for each in feet.groups for _ in range(each.count)]
+        return [each._replace(feet=1) for each in feet.groups for _ in range(each.feet)]
     counts: Counter[FootGroup] = Counter()
     for each in feet.groups:
-        counts[each._replace(count=0)] += each.count
-    return [kind._replace(count=count) for kind, count in counts.items()]
+        counts[each._replace(feet=0)] += each.feet
+    return [kind._replace(feet=count) for kind, count in counts.items()]
 
 
 def groups_of(
@@ -394,7 +393,7 @@ def groups_of(
         else:
             index = i if contact.profile == 'rough_line' else 0
             profile = profile_of(_with_radius(contact, radii_m[i]), index)
-        groups.append(Group(profile, each.count, each.share, each.weight * weight_n))
+        groups.append(Group(profile, each.feet, each.share, each.weight * weight_n))
     return groups
 
 
@@ -408,7 +407,7 @@ def _radii_of(parameters: Parameters) -> tuple[float, ...]:
     return tuple(
         each.radius_m or parameters.contact.radius
         for each in parameters.feet.groups
-        for _ in range(each.count)
+        for _ in range(each.feet)
     )
 
 
@@ -424,7 +423,7 @@ def motions_of(parameters: Parameters) -> dict[Motion, list[int]]:
         motions.setdefault(_motion(each), []).append(i)
     if parameters.contact.law == 'coulomb' and list(motions) != [TOGETHER]:
         hint = 'set it to 1 and feet.delay to 0, or take another contact.law'
-        raise OutOfRange('feet.gain', list(parameters.feet.gain), '', _NO_LAW_OF_SHARES, hint)
+        raise OutOfRange('feet.gain', list(parameters.feet.gain), '', NO_LAW_OF_SHARES, hint)
     return motions
 
 
@@ -472,7 +471,8 @@ def _separate_motions(
 ) -> None:
     """Give feet of equal motion a contact together, and delays an actuator each."""
     contact, feet, weight_n = parameters.contact, parameters.feet, weight_of(parameters)
-    if contact.travel and sum(motions.values(), []) != sorted(sum(motions.values(), [])):
+    order = [kind for own in motions.values() for kind in own]
+    if contact.travel and order != sorted(order):
         limit, hint = 'of equal motion, but apart', 'put groups of equal motion side by side'
         raise OutOfRange('feet.gain', list(feet.gain), '', limit, hint)
     groups, stand = groups_of(contact, feet, weight_n), parameters.stand
@@ -510,14 +510,21 @@ def separate_feet(plants: Record, parameters: Parameters) -> None:
     plant.counts[1 : len(each) + 1] = 1.0
     plant.ratios[1 : len(each) + 1] = ratios_of(parameters)
     for k, i in enumerate(each, start=1):
-        parent, own = next(
-            (p, own) for p, own in enumerate(motions.values(), start=1) if i in own
-        )
+        parent, own = next((p, own) for p, own in enumerate(motions.values(), start=1) if i in own)
         plant.parents[k] = parent = ALL if is_one else parent
         plant.groups[k] = i if is_one else own.index(i)
         plant.lates[k] = before.lates[parent]
         _set_contact_of_foot(plant, k, groups[i], before.contacts[parent].bank)
     _set_curves(plant, parameters)
+
+
+def divide_feet(plants: Record, states: Record, parameters: Parameters) -> None:
+    """Let each foot of a plant go on with a contact of its own, from the present state."""
+    lost_j, before, state = take_ledger(plants, states).contact_lost_j, states.copy(), states[0]
+    separate_feet(plants, parameters)
+    state.contacts[1:] = 0
+    relax(state.contacts[1:], state.preload_n)
+    divide_among_feet(plants, states, before, lost_j)
 
 
 def _set_contact_of_foot(plant: Record, k: int, group: Group, bank: Record) -> None:
@@ -558,7 +565,7 @@ def _set_curves(plant: Record, parameters: Parameters) -> None:
         return
     motions = motions_of(parameters)
     kinds = kinds_of(parameters.contact, parameters.feet)
-    kind = [i for i, each in enumerate(kinds) for _ in range(each.count)]
+    kind = [i for i, each in enumerate(kinds) for _ in range(each.feet)]
     moved = [[c for i, c in zip(kind, contacts, strict=True) if i in m] for m in motions.values()]
     curves = tabulate_each(contacts) if plant.divided else [tabulate(own) for own in moved]
     for k, curve in enumerate(curves, start=1):
@@ -572,7 +579,7 @@ def _set_curves(plant: Record, parameters: Parameters) -> None:
 def ratios_of(parameters: Parameters) -> Array:
     """Return the displacement of each foot per that of the nominal foot, shape (feet,)."""
     kinds = kinds_of(parameters.contact, parameters.feet)
-    gains = np.repeat([each.gain for each in kinds], [each.count for each in kinds])
+    gains = np.repeat([each.gain for each in kinds], [each.feet for each in kinds])
     tolerance = parameters.actuator.gain_tolerance
     return gains * gain_ratios(tolerance, parameters.sim.seed, len(gains)) if tolerance else gains
 

@@ -4,11 +4,8 @@
 """Faults of the drive that may change while it runs."""
 
 from stickslip_ros.contact.laws import COULOMB
-from stickslip_ros.contact.reaction import relax
-from stickslip_ros.drive.build import separate_feet, set_ideal
-from stickslip_ros.drive.division import divide_among_feet
+from stickslip_ros.drive.build import NO_LAW_OF_SHARES, divide_feet, set_ideal
 from stickslip_ros.drive.feet import nominal_place
-from stickslip_ros.drive.ledger import take_ledger
 from stickslip_ros.drive.records import ALL
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.kernels.kernel import in_python
@@ -57,17 +54,13 @@ def change_dead_foot(
     """Stop a foot, from 1, or none, 0; the foot that was dead moves on from its place."""
     plant, state = plants[0], states[0]
     if plant.contacts[ALL].law.number == COULOMB:
-        limit = "not 0 under Coulomb's law, which does not define how feet share a load"
-        raise OutOfRange('fault.dead_foot', dead_foot, '', limit, 'take another contact.law')
+        hint = 'take another contact.law'
+        raise OutOfRange('fault.dead_foot', dead_foot, '', NO_LAW_OF_SHARES, hint)
     if dead_foot > plant.counts[ALL]:
         limit = f'above the number of feet, {plant.counts[ALL]:g}'
         raise OutOfRange('fault.dead_foot', dead_foot, '', limit, 'lower it')
     if not plant.divided:
-        lost_j, before = take_ledger(plants, states).contact_lost_j, states.copy()
-        separate_feet(plants, parameters)
-        state.contacts[1:] = 0
-        relax(state.contacts[1:], state.preload_n)
-        divide_among_feet(plants, states, before, lost_j)
+        divide_feet(plants, states, parameters)
     if plant.dead:
         follows_m = plant.ratios[plant.dead] * _nominal(plant, state, plant.dead)
         state.offsets_m[plant.dead] = _unbent(plant, state, plant.dead) - follows_m

@@ -34,9 +34,7 @@ def nominal_place(plant: Record, state: Record, k: int) -> float:
 
 
 @kernel
-def nominal_way(
-    plant: Record, state: Record, stride: Record, k: int
-) -> tuple[float, float]:
+def nominal_way(plant: Record, state: Record, stride: Record, k: int) -> tuple[float, float]:
     """Return velocity, m/s, and acceleration, m/s^2, of that foot in the present stride."""
     if plant.lates[k]:
         late = state.late[plant.lates[k] - 1]

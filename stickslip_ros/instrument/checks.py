@@ -177,7 +177,7 @@ def check_preload(parameters: Parameters, force_n: float) -> float:
 
 def check_faults(parameters: Parameters, settings: Mapping[str, Scalar]) -> Mapping[str, Scalar]:
     """Return full names of parameters ``fault.*`` and their new values."""
-    for name, value in settings.items():
+    for name in settings:
         if not is_fault(name):
             hint = 'name parameters fault.*, but not fault.schedule'
             raise UnknownName('fault', name, hint)

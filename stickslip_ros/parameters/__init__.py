@@ -11,7 +11,6 @@ from stickslip_ros.parameters.declaration import (
     ReplaceableDefault,
     Scalar,
     Spec,
-    Value,
     declared_by,
 )
 from stickslip_ros.parameters.instrument_groups import FaultParameters
@@ -72,7 +71,6 @@ __all__ = [
     'Sensor',
     'Spec',
     'StandParameters',
-    'Value',
     'declared_by',
     'describe',
     'dump_yaml',

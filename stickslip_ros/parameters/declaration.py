@@ -15,8 +15,6 @@ from stickslip_ros.parameters.typed import to_si
 from stickslip_ros.units import quantity as typed_quantity
 
 Scalar = bool | int | float | str
-Value = Scalar | tuple[Scalar, ...]
-"""A parameter's value: a scalar, or an array of scalars of one kind."""
 
 ASSUMED = 'assumed'
 TABLE_1 = 'Table 1'
@@ -55,7 +53,7 @@ class Spec:
     """
 
     kind: type
-    default: Value
+    default: Any
     unit: str
     source: str
     text: str
@@ -189,9 +187,7 @@ def quantities(
     return declare(Spec(float, default, unit, source, text, *bounds))
 
 
-def counts(
-    default: tuple[int, ...], text: str, *, bounds: tuple[int, int], source: str
-) -> Any:
+def counts(default: tuple[int, ...], text: str, *, bounds: tuple[int, int], source: str) -> Any:
     """Declare an array of whole numbers with inclusive bounds of each."""
     return declare(Spec(int, default, '', source, text, *bounds))
 

@@ -249,7 +249,7 @@ class StandParameters(Checked):
 class FootGroup(NamedTuple):
     """Equal feet: number, normal force of one per preload and per weight, and their motion."""
 
-    count: int
+    feet: int
     share: float
     weight: float
     radius_m: float  # 0: contact.radius

@@ -8,13 +8,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import compress
 from operator import attrgetter
+from typing import Any
 
 from stickslip_ros.errors import OutOfRange, WrongKind, WrongUse
 from stickslip_ros.parameters.arguments import PARAMETER_NAMES, reading
 from stickslip_ros.parameters.declaration import (
     Checked,
     Spec,
-    Value,
     declared_by,
     find,
     switch,
@@ -50,7 +50,7 @@ from stickslip_ros.parameters.sensors import (
 from stickslip_ros.sections import Section, Shown
 from stickslip_ros.units import NS_PER_S
 
-_PAPER = 'none', 'the stand of the paper'
+_PAPER: tuple[str, ...] = 'none', 'the stand of the paper'
 
 
 @reading
@@ -132,7 +132,7 @@ class Parameters(Shown, Checked):
         """Period of the messages of the trace, ns."""
         return to_nanoseconds(self.trace.period)
 
-    def flat(self) -> dict[str, Value]:
+    def flat(self) -> dict[str, Any]:
         """Return ``{'group.name': value}`` in the order of declaration."""
         return dict(zip(_SPECS, _values_of(self), strict=True))
 
@@ -159,10 +159,12 @@ class Parameters(Shown, Checked):
 
     def sections(self) -> list[Section]:
         """Return a table of the values that differ from the stand of the paper."""
-        rows = [(name, value, spec_of(name).unit) for name, value in self.changed().items()]
+        rows: list[tuple[Any, ...]] = [
+            (name, value, spec_of(name).unit) for name, value in self.changed().items()
+        ]
         return [Section('parameters that differ from the default', rows or [_PAPER])]
 
-    def changed(self) -> dict[str, Value]:
+    def changed(self) -> dict[str, Any]:
         """Return the values that differ from the default."""
         return {name: v for name, v in self.flat().items() if v != spec_of(name).default}
 

@@ -19,7 +19,7 @@ import yaml
 from stickslip_ros.errors import RecordingError, UnknownName, WrongKind, quoted
 from stickslip_ros.files import read_text
 from stickslip_ros.parameters.arguments import reading
-from stickslip_ros.parameters.declaration import Spec, Value
+from stickslip_ros.parameters.declaration import Scalar, Spec
 from stickslip_ros.parameters.tree import Parameters, specs
 
 ROS_KEY = 'ros__parameters'
@@ -30,7 +30,7 @@ _LENGTH_MAX = 4_000_000
 """Longest YAML, characters: 15 s of work; the metadata of 10,000 bag files has half as many."""
 
 
-def format_value(value: Value) -> str:
+def format_value(value: Scalar | tuple[Scalar, ...]) -> str:
     """Format a value for YAML 1.1 and ROS: a float keeps its decimal point and all digits."""
     if isinstance(value, tuple):
         return f'[{", ".join(map(format_value, value))}]'
