@@ -59,7 +59,7 @@ REALISTIC = 'share/stickslip_ros/config/realistic.yaml'
 WITHOUT_ROS = (
     'stickslip contact --normal-force 0.7',
     f'stickslip simulate --params {REALISTIC} --voltage 100 --steps 20 -o run.mcap',
-    'stickslip simulate --stage clamp --steps 5',
+    'stickslip simulate --stage clamp --voltage 100 --steps 5',
     'stickslip info run.mcap',
     'stickslip export run.mcap -o run.csv',
     'stickslip compare run.csv run.mcap',
