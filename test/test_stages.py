@@ -29,6 +29,14 @@ FROM_TO = re.compile(r'; (\S+) to (\S+)$')
 ONE_OF = re.compile(r'; (.+) or (\w+)$')
 
 
+def is_in_range(value: Any, comment: str) -> bool:
+    """Return whether a comment ends with a range, or with choices, that hold the value."""
+    if found := ONE_OF.search(comment):
+        return str(value).lower() in [*found[1].split(', '), found[2]]
+    found = FROM_TO.search(comment)
+    return found is not None and float(found[1]) <= value <= float(found[2])
+
+
 def faults_of(text: str) -> list[str]:
     """Return the values of a stage that lack a source, or a range that holds them."""
     faults = []
@@ -37,13 +45,7 @@ def faults_of(text: str) -> list[str]:
         values = yaml.safe_load(f'[{written.strip("[]")}]')
         if not comment.startswith('assumed: ') and not re.search(r'https://\S+\.\S+', comment):
             faults.append(f'{name}: no source')
-        if found := ONE_OF.search(comment):
-            choices = [*found[1].split(', '), found[2]]
-            in_range = all(str(each).lower() in choices for each in values)
-        else:
-            found = FROM_TO.search(comment)
-            in_range = found and all(float(found[1]) <= each <= float(found[2]) for each in values)
-        if not in_range:
+        if not all(is_in_range(each, comment) for each in values):
             faults.append(f'{name}: no range, or outside it')
     return faults
 
@@ -73,9 +75,8 @@ def test_a_value_without_a_source_or_outside_its_range_is_found(lines: str, faul
 
 @pytest.mark.parametrize('name', NAMES)
 def test_a_stage_is_loaded_by_name_and_its_arrays_belong_together(name: str):
-    feet = load_yaml(stage_file(name)).flat()
-    lengths = {len(values) for each, values in feet.items() if each.startswith('feet.')}
-    assert len(lengths) == 1
+    values: dict[str, Any] = {**load_yaml(stage_file(name)).flat()}
+    assert len({len(values[each]) for each in values if each.startswith('feet.')}) == 1
 
 
 def test_the_stages_are_those_of_the_folder_which_are_installed_and_explained(
