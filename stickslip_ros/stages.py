@@ -7,9 +7,6 @@ from pathlib import Path
 
 from stickslip_ros.errors import UnknownName
 
-_FOLDER = Path('config', 'stages')
-_HERE = Path(__file__).resolve()
-
 
 def stage_file(name: str) -> Path:
     """
@@ -29,7 +26,7 @@ def stage_file(name: str) -> Path:
 
 def stage_files() -> dict[str, Path]:
     """Return the files of all stages by name: in the source, or in the nearest ``share``."""
-    shares = (each / 'share' / 'stickslip_ros' for each in _HERE.parents)
-    folders = (each / _FOLDER for each in (_HERE.parents[1], *shares))
-    folder = next(filter(Path.is_dir, folders), _FOLDER)
-    return {file.stem: file for file in sorted(folder.glob('*.yaml'))}
+    source, *above = Path(__file__).resolve().parents[1:]
+    folders = (source, *(each / 'share' / 'stickslip_ros' for each in above))
+    found = (sorted(each.glob('config/stages/*.yaml')) for each in folders)
+    return {file.stem: file for file in next(filter(None, found), [])}

@@ -22,7 +22,7 @@ def drive() -> int:
 
 
 def _drive() -> int:
-    if {'-h', '--help'} & set(_own(sys.argv)):
+    if {'-h', '--help'} & set(takewhile(lambda word: word != '--ros-args', sys.argv)):
         from stickslip_ros.ros.help import help_text
 
         sys.stdout.write(help_text())
@@ -40,14 +40,9 @@ def _drive() -> int:
 
 def with_stage(words: Sequence[str]) -> list[str]:
     """Return a command line with the file of its ``--stage`` in place of the stage, for ROS."""
-    own = _own(words)
+    own = [*takewhile(lambda word: word != '--ros-args', words)]
     if '--stage' not in own:
         return list(words)
     at = own.index('--stage')
     file = stage_file(next(iter(own[at + 1 :]), ''))
     return [*own[:at], '--ros-args', '--params-file', str(file), '--', *words[at + 2 :]]
-
-
-def _own(words: Sequence[str]) -> list[str]:
-    """Return the words before those for ROS."""
-    return list(takewhile(lambda word: word != '--ros-args', words))
