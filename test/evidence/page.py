@@ -68,13 +68,13 @@ def spheres_table() -> str:
 
 
 def layouts_table() -> str:
-    """Return the references of layouts of feet, and how far the finer run moved them."""
+    """Return the references of layouts of feet, and the largest error of each run."""
     lines = [markdown_row(LAYOUT_COLUMNS), '|---' * len(LAYOUT_COLUMNS) + '|']
     rows = read_references((TABLE,))
     for case in dict.fromkeys(row.case for row in rows):
         found = {row.quantity: row for row in rows if row.case == case}
-        names = ('layout', 'voltage_v', 'frequency_hz', 'damping')
-        words = [f'{arguments_of(case)[name]}' for name in names]
+        layout, *axes = arguments_of(case).values()
+        words = [str(layout), *(f'{axis:g}' for axis in axes[:3])]
         if 'layout_force_n' in found:
             words.append(f'{1e3 * found["layout_force_n"].reference:.3f} mN')
         else:

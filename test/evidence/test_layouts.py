@@ -4,6 +4,7 @@
 """Layouts of feet: the drive against springs one by one, and slow walkers against their law."""
 
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -67,7 +68,8 @@ def drive(case: Case) -> dict[str, float]:
 
 def case_in(text: str) -> Case:
     """Return the case of a row, which leaves out defaults."""
-    case = Case(**arguments_of(text))
+    arguments: dict[str, Any] = arguments_of(text)
+    case = Case(**arguments)
     return case._replace(cycles=round(case.cycles), last=round(case.last))
 
 
