@@ -26,7 +26,6 @@ after another; F pulls the runner along its way.
 import math
 from collections.abc import Iterator
 from functools import lru_cache
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numba
@@ -35,12 +34,12 @@ from scipy.optimize import bisect
 
 from evidence.closed_forms import FRICTION, G_STAR_PA, Array, contact_of
 from evidence.group import NUMBA
-from stickslip_ros.lab.validation.references import Reference, case_of
+from stickslip_ros.lab.validation.references import TABLES, Reference, case_of
 
 compiled: Any = numba.njit(fastmath={'reassoc', 'contract', 'nnan', 'nsz'})
 
 BY = 'test/evidence/layouts.py'
-TABLE = Path(__file__).with_name('layouts.csv')
+TABLE = TABLES[1]
 PRELOAD_N, MASS_KG, M_PER_V, SLEW_V_PER_S = 0.5, 3e-3, 160e-9 / 300.0, 150e6
 FINE_PART_S = 12e-6
 """From the begin of a fall; half as long again as a slow fall."""

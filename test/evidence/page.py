@@ -51,7 +51,7 @@ def families_table(outcomes: Mapping[str, Sequence[CheckedAnswer]]) -> str:
 
 def spheres_table() -> str:
     """Return random rough spheres over the body that stands for them: mean and scatter."""
-    rows = [row for row in read_references(TABLES[1:]) if 'spheres' in row.source]
+    rows = [row for row in read_references(TABLES[2:]) if 'spheres' in row.source]
     lines = [markdown_row(SPHERES), '|---' * len(SPHERES) + '|']
     for case in dict.fromkeys(row.case for row in rows):
         load_n, told = float(case.rpartition('=')[2]), []

@@ -3,7 +3,6 @@
 
 """Layouts of feet: the drive against springs one by one, and slow walkers against their law."""
 
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -14,13 +13,8 @@ from evidence.__main__ import has_moved, key_of, stored_by_key
 from evidence.closed_forms import FRICTION, contact_of
 from evidence.layouts import LAYOUTS, M_PER_V, MESHES, PRELOAD_N, Case, Mesh, zero_amplitude_m
 from evidence.page import PAGE, layouts_table, table_in
-from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN
-from stickslip_ros.drive.build import plant_of, start_clock, state_at_rest
-from stickslip_ros.drive.ledger import take_ledger
-from stickslip_ros.drive.waveform import sawtooth
-from stickslip_ros.lab.runs.courses import alone, cycles_of
+from stickslip_ros.lab.validation.layouts import cycles
 from stickslip_ros.lab.validation.references import arguments_of
-from stickslip_ros.parameters import Parameters
 
 STORED = stored_by_key(layouts.TABLE)
 REFERENCES_ERROR = 1e-4
@@ -32,52 +26,11 @@ SLOW = 1e-3
 """Of the stroke: a fall takes 3 ms, nine periods of the contacts at 3 kHz. Seen: 3e-4."""
 
 
-@lru_cache(maxsize=32)
-def drive(case: Case) -> dict[str, float]:
-    """Return the numbers of a case by the package."""
-    layout = LAYOUTS[case.layout]
-    groups = len(layout.counts)
-    parameters = Parameters().updated(
-        {
-            'feet.count': list(layout.counts),
-            'feet.share': list(layout.shares),
-            'feet.weight': [0.0] * groups,
-            'feet.radius': [0.0] * groups,
-            'feet.gain': list(layout.gains),
-            'feet.delay': [delay / case.frequency_hz for delay in layout.delays],
-            'stand.preload': PRELOAD_N,
-            'runner.damping': case.damping,
-            'load_cell.contact': 'attached' if case.cell_n_per_m else 'absent',
-            'load_cell.stiffness': case.cell_n_per_m or layouts.K,
-            'amplifier.slew_rate': case.slew_v_per_s,
-        }
-    )
-    plants, states = plant_of(parameters), state_at_rest(plant_of(parameters), PRELOAD_N)
-    start_clock(states)
-    wave = sawtooth(0.0, case.voltage_v, case.frequency_hz, round(case.cycles) + 1)
-    first = round(case.cycles - case.last)
-    logs = [alone(cycles_of(plants, states, wave, first, case.load_n))]
-    before = take_ledger(plants, states)
-    logs.append(alone(cycles_of(plants, states, wave, round(case.last), case.load_n)))
-    after, rows = take_ledger(plants, states), np.zeros((round(case.cycles), 4))
-    rows[:, :2] = np.concatenate(logs)[:, [RAMP_MEAN, RAMP_END]]
-    rows[first:, 2] = (after.contact_lost_j - before.contact_lost_j) / case.last
-    rows[first:, 3] = (after.feet_work_j - before.feet_work_j) / case.last
-    return layouts.numbers(case, rows)
-
-
 def case_in(text: str) -> Case:
     """Return the case of a row, which leaves out defaults."""
     arguments: dict[str, Any] = arguments_of(text)
     case = Case(**arguments)
     return case._replace(cycles=round(case.cycles), last=round(case.last))
-
-
-@pytest.mark.parametrize('key', STORED, ids=' '.join)
-def test_the_drive_agrees_with_springs_one_by_one(key):
-    row = STORED[key]
-    error = abs(drive(case_in(row.case))[row.quantity] - row.reference)
-    assert error <= row.tolerance * row.relative_to
 
 
 def test_the_table_has_the_rows_of_all_cases_and_their_errors_are_small():
@@ -129,7 +82,7 @@ def slow_walk(voltage_v: float, load_n: float) -> tuple[Case, float]:
 @pytest.mark.parametrize(('voltage_v', 'load_n'), WALKS)
 def test_a_slow_walker_of_the_drive_steps_by_the_law(voltage_v, load_n):
     case, step_m = slow_walk(voltage_v, load_n)
-    error_m = abs(drive(case)['layout_step_m'] - step_m)
+    error_m = abs(cycles(**case._asdict())['layout_step_m'] - step_m)
     assert error_m <= SLOW * voltage_v * M_PER_V
 
 
