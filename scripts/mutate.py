@@ -230,7 +230,7 @@ MUTATIONS = (
     Mutation(
         'feet take no recoil from the recoil', 'drive/stacks.py',
         'return (own - share * pull / plant.counts[ALL]) / (1.0 - share)',
-        'return own - share * pull / len(active_contacts(plant))',
+        'return own - share * pull / plant.counts[ALL]',
     ),
     Mutation(
         'energy of stacks with that of their centre of mass', 'drive/stacks.py',
