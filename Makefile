@@ -7,9 +7,16 @@ DISTRO ?= jazzy
 PYTHON ?= python3
 ARGS   ?=
 WORKERS ?= 3
+PANEL_ARGS = $(subst --stage ,--stage=,$(ARGS))
+STAGE   ?= $(patsubst --stage=%,%,$(filter --stage=%,$(PANEL_ARGS)))
+STAGES  := $(basename $(notdir $(wildcard config/stages/*.yaml)))
 
 ifeq ($(filter $(DISTRO),jazzy kilted),)
 $(error DISTRO is $(DISTRO); there are locks for jazzy and kilted)
+endif
+
+ifneq ($(STAGE),$(filter $(STAGES),$(STAGE)))
+$(error STAGE is $(STAGE); there are $(STAGES))
 endif
 
 SUFFIX := $(if $(filter kilted,$(DISTRO)),-kilted)
@@ -45,10 +52,10 @@ demo: $(VENV)/project.stamp ## run the instrument once: runs/demo.mcap and runs/
 	$(BIN)/stickslip demo $(ARGS)
 	@echo 'next: make panel, to see it move and to move it in the browser' >&2
 
-panel: $(VENV)/kernels.stamp ## a drive, its runner free, and its front panel in the browser, until Ctrl-C; ARGS='--port 0'
-	@$(BIN)/drive --ros-args --log-level warn -p load_cell.contact:=absent & drive=$$!; \
+panel: $(VENV)/kernels.stamp ## a drive, its runner free, and its front panel in the browser, until Ctrl-C; ARGS='--stage clamp --port 0'
+	@$(BIN)/drive $(addprefix --stage ,$(STAGE)) --ros-args --log-level warn -p load_cell.contact:=absent & drive=$$!; \
 	trap 'kill $$drive 2> /dev/null; wait $$drive' EXIT; trap : INT TERM; \
-	$(BIN)/stickslip panel $(ARGS) || test $$? -eq 130
+	$(BIN)/stickslip panel $(filter-out --stage=%,$(PANEL_ARGS)) || test $$? -eq 130
 
 OF_ROS := test/interface test/lab/cli test/recording test/ros test/runtime test/test_launch_files.py
 PYTEST = $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder --max-worker-restart=0 --second-try

@@ -55,6 +55,7 @@ data_files = [
     ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
     (SHARE, ['package.xml']),
     (f'{SHARE}/config', files('config', '*.*')),
+    (f'{SHARE}/config/stages', files('config/stages', '*.yaml')),
     (f'{SHARE}/launch', files('launch', '*.launch.py')),
 ]
 # `ros2 run` looks in lib/stickslip_ros. colcon puts the console scripts there by setup.cfg; pip

@@ -69,6 +69,7 @@ FOUND_FIRST = {
     'howto/bring_your_data': ('MATLAB', 'units', 'CSV', 'Excel', 'HDF5', 'LabVIEW'),
     'howto/fit': ('fit', 'encoder'),
     'howto/several_drives': ('namespace',),
+    'howto/which_stage': ('SmarAct', 'attocube', 'stage'),
     'howto/test_a_controller': ('pytest', 'lockstep'),
     'howto/ros2_control': ('MoveIt', 'trajectory'),
     'howto/when_something_is_odd': ('late', 'slow'),

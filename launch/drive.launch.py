@@ -10,10 +10,13 @@ from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import LifecycleNode
 
+from stickslip_ros import stage_file
+
 STAND = Path(__file__).parents[1] / 'config' / 'test_stand.yaml'
 IN_FILE = 'empty: as in params_file'
 ARGUMENTS = {
     'params_file': (str(STAND), 'file of parameters'),
+    'stage': ('', 'another kind of stage, as clamp; a given params_file wins over it'),
     'namespace': ('', 'namespace of the drive'),
     'name': ('stickslip_drive', 'name of the node'),
     'autostart': ('', f'true or false: configure and activate it; {IN_FILE}'),
@@ -51,8 +54,7 @@ def start_drive(context: LaunchContext) -> list[LifecycleNode]:
 
     """
     given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
-    if not Path(given['params_file']).is_file():
-        raise FileNotFoundError(f'params_file {given["params_file"]!r} is no file; check the path')
+    files = parameter_files(given['stage'], given['params_file'])
     parameters = {
         'autostart': given['autostart'],
         'record.on_start': given['record'],
@@ -67,7 +69,7 @@ def start_drive(context: LaunchContext) -> list[LifecycleNode]:
         executable='drive',
         namespace=given['namespace'],
         name=given['name'],
-        parameters=[given['params_file'], chosen],
+        parameters=[*files, chosen],
         remappings=[('joint_states', given['joint_states'])],
         ros_arguments=['--log-level', given['log_level']],
         respawn=given['respawn'] == 'true',
@@ -75,3 +77,12 @@ def start_drive(context: LaunchContext) -> list[LifecycleNode]:
         output='screen',
     )
     return [drive]
+
+
+def parameter_files(stage: str, params_file: str) -> list[str]:
+    """Return the files of a drive; later ones win. The default file is a stage as well."""
+    if not Path(params_file).is_file():
+        raise FileNotFoundError(f'params_file {params_file!r} is no file; check the path')
+    if not stage:
+        return [params_file]
+    return [str(stage_file(stage)), *([params_file] if params_file != str(STAND) else [])]

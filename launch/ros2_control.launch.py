@@ -37,8 +37,9 @@ def generate_launch_description() -> LaunchDescription:
 
 def start_control(context: LaunchContext) -> list[Action]:
     """Return who publishes the description, the controller manager, what loads, and the drive."""
-    file = LaunchConfiguration('params_file').perform(context)
-    bodies = robot_description(load_yaml(file).updated({'sim.joint_name': OWN['joint_name']}))
+    given = (LaunchConfiguration(name).perform(context) for name in ('stage', 'params_file'))
+    stand = load_yaml(*runpy.run_path(str(DRIVE))['parameter_files'](*given))
+    bodies = robot_description(stand.updated({'sim.joint_name': OWN['joint_name']}))
     hardware = (CONFIG / 'ros2_control.urdf').read_text(encoding='utf-8')
     controllers = str(CONFIG / 'ros2_control.yaml')  # to both: since Jazzy, the spawner needs it
     described = bodies.replace('</robot>', f'{hardware}</robot>')

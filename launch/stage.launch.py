@@ -21,11 +21,12 @@ from stickslip_ros import load_yaml, robot_description
 
 DRIVE = Path(__file__).with_name('drive.launch.py')
 OWN = {
-    axis: {'seed': seed, 'joint_name': f'{axis}_joint', 'frame_prefix': f'{axis}/'}
+    axis: {'seed': seed, 'joint_name': f'{axis}_joint', 'frame_prefix': f'{axis}/', 'stage': ''}
     for axis, seed in zip('xyz', '123', strict=True)
 }
 """Arguments of drive.launch.py that differ; the others can be given, and hold for all."""
 NAMESPACE = 'stage', 'namespace of the stage; those of its drives are x, y and z in it'
+AXES = {axis: ('', f'kind of stage of {axis}, as clamp; empty: as in params_file') for axis in OWN}
 Z_LOAD = '-0.05', 'force on the runner of z, N, once it is active: the weight of what stands on it'
 START_TIMEOUT_S = '120'
 """A first start compiles the kernels."""
@@ -40,6 +41,7 @@ def generate_launch_description() -> LaunchDescription:
     """
     shown = {
         **runpy.run_path(str(DRIVE))['ARGUMENTS'],
+        **AXES,
         'namespace': NAMESPACE,
         'z_load': Z_LOAD,
     }
@@ -57,15 +59,19 @@ def start_stage(context: LaunchContext) -> list[Action]:
         LaunchConfiguration(each).perform(context)
         for each in ('params_file', 'namespace', 'z_load')
     )
-    frames = runpy.run_path(str(DRIVE))['FRAMES']
+    drive = runpy.run_path(str(DRIVE))
+    own_of = {
+        axis: {**own, 'stage': LaunchConfiguration(axis).perform(context)}
+        for axis, own in OWN.items()
+    }
     stands = [
-        load_yaml(file).updated(
+        load_yaml(*drive['parameter_files'](own['stage'], file)).updated(
             {
                 'sim.joint_name': own['joint_name'],
-                **{key: own['frame_prefix'] + frame for key, frame in frames.items()},
+                **{key: own['frame_prefix'] + frame for key, frame in drive['FRAMES'].items()},
             }
         )
-        for own in OWN.values()
+        for own in own_of.values()
     ]
     bodies = {'robot_description': ParameterValue(robot_description(*stands), value_type=str)}
     publisher = Node(
@@ -84,7 +90,7 @@ def start_stage(context: LaunchContext) -> list[Action]:
                 'joint_states': f'/{namespace}/joint_states',
             }.items(),
         )
-        for axis, own in OWN.items()
+        for axis, own in own_of.items()
     ]
     z_drive = f'/{namespace}/z'
     load = ExecuteProcess(

@@ -36,12 +36,15 @@ def generate_launch_description() -> LaunchDescription:
 
 def start_view(context: LaunchContext) -> list[Node]:
     """Return robot_state_publisher with the bodies of the stand in the file of parameters."""
-    file, prefix, namespace = (
+    drive = runpy.run_path(str(DRIVE))
+    stage, file, prefix, namespace = (
         LaunchConfiguration(name).perform(context)
-        for name in ('params_file', 'frame_prefix', 'namespace')
+        for name in ('stage', 'params_file', 'frame_prefix', 'namespace')
     )
-    frames = runpy.run_path(str(DRIVE))['FRAMES'] if prefix else {}
-    stand = load_yaml(file).updated({name: prefix + frame for name, frame in frames.items()})
+    frames = drive['FRAMES'] if prefix else {}
+    stand = load_yaml(*drive['parameter_files'](stage, file)).updated(
+        {name: prefix + frame for name, frame in frames.items()}
+    )
     bodies = {'robot_description': ParameterValue(robot_description(stand), value_type=str)}
     publisher = Node(
         package='robot_state_publisher',

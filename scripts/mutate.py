@@ -126,7 +126,7 @@ MUTATIONS = (
         'friction of one upper contact 10 % lower', 'drive/build.py',
         '        contacts += [solved] * group.contacts\n',
         '        contacts += [solved] * group.contacts\n'
-        '    group, few = groups_of(contact, weight_n)[0], 0.9 * contact.friction\n'
+        '    group, few = groups_of(contact, feet, weight_n)[0], 0.9 * contact.friction\n'
         '    contacts[0] = presliding(group.profile, elasticity, few, group.share * preload_n)\n',
     ),
     Mutation(
@@ -141,8 +141,8 @@ MUTATIONS = (
     ),
     Mutation(
         'weight without the lower contacts', 'drive/build.py',
-        '(LOWER_CONTACTS, LOWER_SHARE, weight_n)',
-        '(LOWER_CONTACTS, LOWER_SHARE, 0.0)',
+        'each.weight * weight_n',
+        'each.weight * 0.0',
     ),
     Mutation(
         'one-sided load cell without its gap', 'drive/runner.py',
@@ -182,10 +182,8 @@ MUTATIONS = (
     ),
     Mutation(
         'springs are divided with one foot uncounted', 'drive/division.py',
-        'count = 0.0\n'
-        '    for other in range(1, CONTACTS):',
-        'count = 0.0\n'
-        '    for other in range(2, CONTACTS):',
+        'count += 1.0 if is_equal else 0.0',
+        'count += 1.0 if is_equal and other > 1 else 0.0',
     ),
     Mutation(
         'damping twice in short steps only', 'drive/runner.py',
@@ -231,8 +229,8 @@ MUTATIONS = (
     ),
     Mutation(
         'feet take no recoil from the recoil', 'drive/stacks.py',
-        'return (own - share * pull / len(active_contacts(plant))) / (1.0 - share)',
-        'return own - share * pull / len(active_contacts(plant))',
+        'return (own - share * pull / plant.counts[ALL]) / (1.0 - share)',
+        'return own - share * pull / plant.counts[ALL]',
     ),
     Mutation(
         'energy of stacks with that of their centre of mass', 'drive/stacks.py',

@@ -50,6 +50,7 @@ SHIPPED = (
     'stickslip_ros/lab/validation/references.csv',
     'share/stickslip_ros/package.xml',
     'share/stickslip_ros/config/test_stand.yaml',
+    'share/stickslip_ros/config/stages/clamp.yaml',
     'share/stickslip_ros/launch/drive.launch.py',
     'share/ament_index/resource_index/packages/stickslip_ros',
     'lib/stickslip_ros/drive',
@@ -58,6 +59,7 @@ REALISTIC = 'share/stickslip_ros/config/realistic.yaml'
 WITHOUT_ROS = (
     'stickslip contact --normal-force 0.7',
     f'stickslip simulate --params {REALISTIC} --voltage 100 --steps 20 -o run.mcap',
+    'stickslip simulate --stage clamp --voltage 100 --steps 5',
     'stickslip info run.mcap',
     'stickslip export run.mcap -o run.csv',
     'stickslip compare run.csv run.mcap',

@@ -44,6 +44,7 @@ PUBLIC = {
     'robot_description': 'lab.drawing.urdf',
     'run_drive': 'lab.runs.sawtooth_run',
     'simulate': 'lab.runs.sawtooth_run',
+    'stage_file': 'stages',
     'sweep': 'lab.runs.sweep',
     'zero_amplitude': 'lab.runs.zero_amplitude',
 }

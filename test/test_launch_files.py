@@ -18,7 +18,7 @@ from typing import Any
 import pytest
 import yaml
 
-from stickslip_ros.errors import RecordingError
+from stickslip_ros.errors import RecordingError, UnknownName
 from stickslip_ros.parameters import specs
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -65,9 +65,14 @@ FOREIGN = {
     'rviz2': {'rviz2'},
 }
 """Executables that other packages have."""
-OWN = {'stage.launch.py': {'z_load'}, 'twin.launch.py': {'map'}}
+OWN = {'stage.launch.py': {'z_load', 'x', 'y', 'z'}, 'twin.launch.py': {'map'}}
 """Arguments that drive.launch.py has not."""
 ARGUMENTS = table_of(DRIVE, 'ARGUMENTS').keys()
+VALUES = {
+    'params_file': str(ROOT / 'config' / 'coupled.yaml'),
+    **dict.fromkeys(('stage', 'x', 'y', 'z'), 'clamp'),
+}
+"""Values of arguments that do not take any text."""
 
 
 def test_all_are_installed_and_shipped(keywords: dict[str, Any]):
@@ -187,7 +192,7 @@ def test_every_argument_that_it_shows_changes_what_is_started(
     plain = launch(file)
     assert plain.shown <= ARGUMENTS | OWN.get(file.name, set())
     for name in plain.shown:
-        value = str(ROOT / 'config' / 'coupled.yaml') if name == 'params_file' else 'true'
+        value = VALUES.get(name, 'true')
         assert launch(file, **{name: value}).nodes != plain.nodes, name
 
 
@@ -237,6 +242,23 @@ def test_a_stage_has_three_drives_in_its_namespace_and_one_description_of_all(
         '--timeout',
         '120',
     ]
+
+
+def test_each_axis_of_a_stage_can_be_of_another_kind_below_the_file_of_the_user(
+    launch: Callable[..., Launched],
+):
+    own = VALUES['params_file']
+    _, *drives, _ = launch(STAGE, x='clamp', y='walker', params_file=own).nodes
+    files = [words['parameters'][:-1] for _, words in drives]
+    kinds = [str(ROOT / 'config' / 'stages' / f'{name}.yaml') for name in ('clamp', 'walker')]
+    assert files == [[kinds[0], own], [kinds[1], own], [own]]
+
+
+def test_a_stage_stands_alone_if_no_file_is_given(launch: Callable[..., Launched]):
+    [(_, words)] = launch(DRIVE, stage='walker').nodes
+    assert words['parameters'][:-1] == [str(ROOT / 'config' / 'stages' / 'walker.yaml')]
+    with pytest.raises(UnknownName, match='the stages are clamp, '):
+        launch(DRIVE, stage='screw')
 
 
 def test_the_manager_of_nav2_keeps_no_bond_and_finds_the_drive(launch: Callable[..., Launched]):
@@ -322,7 +344,7 @@ def test_its_description_can_be_built_and_shows_the_arguments_that_it_has(file: 
     description = runpy.run_path(str(file))['generate_launch_description']()
     declared = [each.name for each in description.get_launch_arguments()]
     fixed = set(runpy.run_path(str(file)).get('OWN', {}))
-    own = {'seed', 'joint_name', 'frame_prefix', 'joint_states', 'name'}
+    own = {'seed', 'joint_name', 'frame_prefix', 'joint_states', 'name', 'stage'}
     own = {'two_drives': {'namespace', 'seed', 'frame_prefix'}, 'stage': own}.get(
         file.name.partition('.')[0], fixed
     )

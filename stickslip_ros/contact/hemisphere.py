@@ -95,11 +95,16 @@ def spectrum_of(contact: ContactParameters) -> Spectrum:
     return Spectrum(contact.hurst, contact.rms_height, contact.cutoff_lower, contact.cutoff_upper)
 
 
-def lines_of(contact: ContactParameters) -> Record:
-    """Return the lines under the feet for travelling roughness, read-only."""
+def lines_of(contact: ContactParameters, radii_m: tuple[float, ...] = ()) -> Record:
+    """
+    Return the lines under the feet for travelling roughness, read-only.
+
+    ``radii_m`` are those of the first feet; others have ``contact.radius``.
+
+    """
     from stickslip_ros.contact.travel import track_of  # noqa: PLC0415 - numba is imported by it
 
-    return track_of(contact, spectrum_of(contact), elasticity_of(contact).normal_pa)
+    return track_of(contact, spectrum_of(contact), elasticity_of(contact).normal_pa, radii_m)
 
 
 def prefactor_of(contact: ContactParameters) -> float:

@@ -30,10 +30,11 @@ from stickslip_ros.contact.memory import elongation
 from stickslip_ros.contact.profile import Profile
 from stickslip_ros.kernels.kernel import kernel, noinline_kernel
 from stickslip_ros.kernels.record import COUNT, FLOAT, Kind, Record, kind, record
+from stickslip_ros.parameters import FEET_MAX
 
 SPRINGS_IN_ALL = 128
 """Springs of all groups together; with this number a changing preload runs in real time."""
-GROUPS_MAX = 6
+GROUPS_MAX = FEET_MAX
 SLIP_SLACK = 1e-12
 """Rounding of a sum of slipping springs, relative to the limit."""
 SHIFT_ITERATIONS = 100
@@ -52,7 +53,7 @@ def bank_kind(springs: int) -> Kind:
     """Return the type of a bank with room for a number of springs."""
     per_spring = (FLOAT, (springs,))
     return kind(
-        groups=COUNT,  # Groups of equal contacts, at most 6
+        groups=COUNT,  # Groups of equal contacts, at most GROUPS_MAX
         # Index of the first spring of each group; after the last group, the number of springs
         first=(COUNT, (GROUPS_MAX + 1,)),
         heights_m=per_spring,  # Depth at which a spring begins to press, rising within a group

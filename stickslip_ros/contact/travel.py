@@ -85,9 +85,16 @@ TRACK = kind(
 
 
 @lru_cache(maxsize=8)
-def track_of(contact: ContactParameters, spectrum: Spectrum, normal_pa: float) -> Record:
+def track_of(
+    contact: ContactParameters,
+    spectrum: Spectrum,
+    normal_pa: float,
+    radii_m: tuple[float, ...] = (),
+) -> Record:
     """
-    Return the lines under six feet, with windows at their start, read-only.
+    Return the lines under the feet, with windows at their start, read-only.
+
+    ``radii_m`` are those of the first feet; others have ``contact.radius``.
 
     Raises
     ------
@@ -99,11 +106,13 @@ def track_of(contact: ContactParameters, spectrum: Spectrum, normal_pa: float) -
     power_m2 = line_power(spectrum, contact.line_length, contact.line_points)
     waves = waves_of_line(contact.travel * power_m2, contact)
     places_m = spacing_m * (np.arange(contact.line_points // 2) + 0.5)
-    rises_m = places_m**2 / contact.radius
+    radii = np.full((GROUPS_MAX, 1), contact.radius)
+    radii[: len(radii_m), 0] = radii_m
+    rises_m = places_m**2 / radii.max()
     # From the spectrum, not from random waves, so the width is the same for all seeds.
     covariance_m2 = contact.line_points * np.fft.irfft(power_m2, contact.line_points)
     change_m = np.sqrt(2.0 * (covariance_m2[0] - covariance_m2[: len(places_m)]))
-    is_wide = (rises_m > WIDE * change_m) & (places_m >= WIDTH_MIN * contact.radius)
+    is_wide = (rises_m > WIDE * change_m) & (places_m >= WIDTH_MIN * radii.max())
     half = int(np.argmax(is_wide)) + 1 if is_wide.any() else len(places_m)
     half = TILE // 2 * min(math.ceil(2 * half / TILE), 2 * len(places_m) // TILE)
     if not 0 < 2 * half <= WINDOW_MAX:
@@ -125,7 +134,7 @@ def track_of(contact: ContactParameters, spectrum: Spectrum, normal_pa: float) -
     )
     track.waves[: len(waves)] = waves
     track.phases[:] = rng.uniform(0.0, 2.0 * np.pi, track.phases.shape)
-    track.fixed_m[:, : 2 * half] = both_m**2 / contact.radius
+    track.fixed_m[:, : 2 * half] = both_m**2 / radii
     middle = slice(contact.line_points // 2 - half, contact.line_points // 2 + half)
     for foot in range(GROUPS_MAX if contact.travel < 1.0 else 0):
         seed = contact.line_seed + foot

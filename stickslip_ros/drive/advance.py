@@ -24,6 +24,7 @@ import numpy as np
 from stickslip_ros.arrays import Array
 from stickslip_ros.contact.laws import MDR
 from stickslip_ros.contact.reaction import remembers_turns
+from stickslip_ros.drive import delay
 from stickslip_ros.drive.amplifier import (
     Stretch,
     clamp,
@@ -48,7 +49,7 @@ from stickslip_ros.drive.long_step import (
 )
 from stickslip_ros.drive.piezo import fastest_m_per_s
 from stickslip_ros.drive.plant import may_pass, pace_of, step
-from stickslip_ros.drive.records import ALL, FOOT, FORCE, POSITION, VOLTAGE, Wave
+from stickslip_ros.drive.records import ALL, CORNERS, FOOT, FORCE, POSITION, VOLTAGE, Wave
 from stickslip_ros.drive.runner import cell_force
 from stickslip_ros.drive.travel import update_curves
 from stickslip_ros.drive.waveform import ramp_is_over, row_at
@@ -200,8 +201,12 @@ def observe(
             ahead = stretch_ahead(plant, wave, state.clock, slewed_v, row)
             settled_s = time_to_settle(plant, wave, before_v, ahead.start_v, ahead.rate_v_per_s)
             stretch_s = min(remaining_s, ahead.lasts_s, settled_s)
+            if plant.delayed:
+                stretch_s = min(stretch_s, delay.time_to_corner(plant, state))
             advance_stretch(drives, ahead.start_v, ahead.rate_v_per_s, stretch_s)
-            if state.passes_left < 0:
+            if plant.delayed:
+                delay.end_stretch(plant, state, ahead.start_v, ahead.rate_v_per_s, stretch_s)
+            if state.passes_left < 0 or state.history.is_lost:
                 return
             if is_direct(plant):
                 fall_is_over = has_caught_up(plant, ahead, state.voltage_v, stretch_s)
@@ -287,12 +292,14 @@ def take_short_steps(
     state.places_m[ALL] = state.foot_m
     left_s, input_v = stretch_s, start_v
     while left_s > 0.0 and may_pass(state):
-        dt_s, steps, left_s = _burst(plant, state, input_v, rate_v_per_s, left_s)
+        before_s = left_s
+        dt_s, steps, left_s = _burst(plant, state, input_v, rate_v_per_s, stretch_s, left_s)
         pace = pace_of(plant, state, dt_s)
         from_v = clamp(plant, input_v)
         for i in range(1, steps + 1):
             to_v = clamp(plant, input_v + rate_v_per_s * (i * dt_s))
-            step(plant, state, from_v, to_v, load_n, pace)
+            at_s = stretch_s - before_s + (i - 1) * dt_s
+            step(plant, state, from_v, to_v, load_n, pace, at_s)
             from_v = to_v
         input_v = clamp(plant, start_v + rate_v_per_s * (stretch_s - left_s))
         state.piezo.slewed_v = input_v
@@ -300,14 +307,25 @@ def take_short_steps(
 
 @kernel
 def _burst(
-    plant: Record, state: Record, input_v: float, rate_v_per_s: float, left_s: float
+    plant: Record,
+    state: Record,
+    input_v: float,
+    rate_v_per_s: float,
+    stretch_s: float,
+    left_s: float,
 ) -> tuple[float, int, float]:
-    """Return length and number of the next equal steps, and the remaining time."""
+    """Return length and number of the next equal steps, and the remaining time of the stretch."""
     if plant.ideal and abs(rate_v_per_s) >= plant.slew_v_per_s:
         longest_s = longest_on_slope(plant, rate_v_per_s)
     else:
-        longest_s = _longest_in_burst(plant, state, input_v, rate_v_per_s)
+        longest_s = _longest_in_burst(plant, state.piezo, state.voltage_v, input_v, rate_v_per_s)
     contact = plant.contacts[ALL]
+    for j in range(plant.delayed):
+        late = state.late[j]
+        own_v = delay.late_voltage(plant, state, j, stretch_s - left_s)
+        own_v_per_s = state.history.rate_v_per_s[late.corner]
+        own_s = _longest_in_burst(plant, late.piezo, late.voltage_v, own_v, own_v_per_s)
+        longest_s = min(longest_s, own_s)
     if contact.law.number != MDR:
         longest_s /= LAW_REFINEMENT
     if contact.ageing.rate_share > 0.0:
@@ -315,7 +333,7 @@ def _burst(
         past_m_per_s = plant.gain_m_per_v * rate_v_per_s - state.velocity_m_per_s
         gap_m_per_s = abs(abs(past_m_per_s) - abs(slip_m_per_s))
         longest_s /= RATE_REFINEMENT
-        longest_s = min(longest_s, GAP_SHARE * contact.curve.limit_m / gap_m_per_s)
+        longest_s = min(longest_s, GAP_SHARE * plant.presliding_m / gap_m_per_s)
     steps = max(1, math.ceil(left_s / longest_s - STEP_SLACK))
     dt_s = left_s / steps
     if steps <= BURST or (plant.ideal and not contact.ageing.on) or longest_s >= plant.dt_s:
@@ -324,23 +342,25 @@ def _burst(
 
 
 @kernel
-def _longest_in_burst(plant: Record, state: Record, input_v: float, rate_v_per_s: float) -> float:
-    """Return the longest step that resolves the next motion of the mean foot, s."""
+def _longest_in_burst(
+    plant: Record, memory: Record, voltage_v: float, input_v: float, rate_v_per_s: float
+) -> float:
+    """Return the longest step that resolves the next motion of an actuator, s."""
     piezo, tau_s, gain = plant.piezo, plant.amplifier.tau_s, plant.gain_m_per_v
-    limit_m = plant.contacts[ALL].curve.limit_m
+    limit_m = plant.presliding_m
     share = min(plant.dt_s / CROSSING_S, 1.0 / CROSSING_STEPS_MIN)
     longest_s, fastest_v_per_s = plant.dt_s, rate_v_per_s
     if tau_s > 0.0:
         # The rate of the output stays between its present value and the rate of the input.
-        output_v_per_s = (input_v - state.voltage_v) / tau_s
+        output_v_per_s = (input_v - voltage_v) / tau_s
         if abs(output_v_per_s) > abs(rate_v_per_s):
             fastest_v_per_s = output_v_per_s
         settling_m = gain * tau_s * abs(output_v_per_s - rate_v_per_s)
         longest_s = _longest_on_parabola(settling_m, limit_m, SETTLING * share * tau_s, longest_s)
-    speed_m_per_s = fastest_m_per_s(plant, state.piezo, fastest_v_per_s)
+    speed_m_per_s = fastest_m_per_s(plant, memory, fastest_v_per_s)
     if piezo.omega_per_s > 0.0:
-        rung_m = abs(state.piezo.ring_m - state.piezo.driving_m)
-        rung_m += abs(state.piezo.ring_m_per_s) / piezo.omega_per_s
+        rung_m = abs(memory.ring_m - memory.driving_m)
+        rung_m += abs(memory.ring_m_per_s) / piezo.omega_per_s
         smooth_s = RINGING * share / piezo.omega_per_s
         longest_s = _longest_on_parabola(rung_m, limit_m, smooth_s, longest_s)
     travel_m = share * limit_m
@@ -417,6 +437,11 @@ def check_motion(states: Record, load_n: float) -> None:
         With the state of the drive.
 
     """
+    if states['history']['is_lost'].item():
+        raise StickSlipError(
+            f'feet.delay spans more than {CORNERS} corners of the voltage; shorten it, send fewer '
+            'corners, or set amplifier.resolution to 0 V'
+        )
     if states['passes_left'].item() < 0:
         raise StickSlipError(
             f'time stands still after {states[0].passes_made} passes, {_place(states, load_n)}; '

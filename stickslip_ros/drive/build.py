@@ -4,8 +4,11 @@
 """Build the records of the drive from parameters."""
 
 import math
+from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,20 +17,21 @@ from stickslip_ros.contact.ageing import AGEING
 from stickslip_ros.contact.hemisphere import elasticity_of, lines_of, profile_of
 from stickslip_ros.contact.laws import LAW, MDR
 from stickslip_ros.contact.mdr import Presliding, presliding
+from stickslip_ros.contact.profile import Profile
 from stickslip_ros.contact.reaction import CONTACT, relax
 from stickslip_ros.contact.springs import SPRINGS_IN_ALL, Group, bank_of_rows, spring_bank
-from stickslip_ros.contact.travel import NO_PLACE
+from stickslip_ros.contact.travel import NO_PLACE, window_profile
 from stickslip_ros.contact.virgin import tabulate, tabulate_each
 from stickslip_ros.drive.advance import PASSES_MIN
 from stickslip_ros.drive.amplifier import is_direct
+from stickslip_ros.drive.delay import rest_late
 from stickslip_ros.drive.division import divide_among_feet, switch_all_to_springs
+from stickslip_ros.drive.ledger import take_ledger
 from stickslip_ros.drive.piezo import rest_piezo
 from stickslip_ros.drive.records import (
     ALL,
     AMPLIFIER,
     BUTTON,
-    CONTACTS,
-    FEET,
     FRAME,
     PIEZO,
     PLANT,
@@ -40,17 +44,13 @@ from stickslip_ros.kernels.record import Record, record, records
 from stickslip_ros.parameters import (
     LAWS,
     ContactParameters,
+    FeetParameters,
+    FootGroup,
     FrictionLawParameters,
     Parameters,
     StandParameters,
 )
 
-UPPER_CONTACTS = 2
-LOWER_CONTACTS = 4
-UPPER_SHARE = math.sqrt(2.0) / 2.0
-"""Normal force of an upper contact per preload, F_n1 / F_p (Eq. 19)."""
-LOWER_SHARE = math.sqrt(2.0) / 4.0
-"""Normal force of a lower contact per preload, F_n2 / F_p (Eq. 19)."""
 PHASE_MAX = 1.1
 """Largest product of step and angular frequency, or damping rate. The steps are series in both;
 up to this limit the energy balances to a few 1e-3."""
@@ -67,6 +67,18 @@ FEET_STREAM = 40
 """Number of the random stream of the gains; sensors have others."""
 
 
+class FeetMotion(NamedTuple):
+    """FeetMotion of feet: displacement per that of the nominal foot, and delay, s."""
+
+    gain: float
+    delay_s: float
+
+
+NO_LAW_OF_SHARES = "refused under Coulomb's law, which does not define how feet share a load"
+TOGETHER = FeetMotion(1.0, 0.0)
+"""FeetMotion of the feet of the paper."""
+
+
 def plant_of(parameters: Parameters) -> Record:
     """
     Return the constants of a drive, an array of one record of PLANT.
@@ -74,8 +86,9 @@ def plant_of(parameters: Parameters) -> Record:
     Raises
     ------
     OutOfRange
-        If frame, load button, stacks or different gains are set under Coulomb's law, which does
-        not define how contacts share a load; if the frame is not heavier than its feet.
+        If frame, load button, stacks or feet that move differently are set under Coulomb's law,
+        which does not define how contacts share a load; if the frame is not heavier than its
+        feet; if travelling roughness has feet of equal motion that are no neighbours.
 
     """
     attached = parameters.load_cell.contact == 'attached'
@@ -95,7 +108,7 @@ def plant_of(parameters: Parameters) -> Record:
         walls=walls_of(parameters),
         button=button_of(parameters),
         frame=frame_of(parameters),
-        ratios=_ratios(parameters),
+        load_n=parameters.stand.load,
     )
     plant = plants[0]
     if attached:
@@ -103,11 +116,20 @@ def plant_of(parameters: Parameters) -> Record:
         plant.per_kg = 1.0 / plant.mass_kg
         plant.damping_n_s_per_m += plant.button.damping_n_s_per_m
     plant.contacts[ALL] = all_contacts(parameters)
+    plant.ratios[ALL], plant.counts[ALL] = 1.0, parameters.feet.total
+    plant.presliding_m = plant.contacts[ALL].curve.limit_m
     if parameters.contact.travel:
-        plant.track = lines_of(parameters.contact)
-    _set_longest_step(plant, parameters)
-    if parameters.actuator.gain_tolerance or plant.piezo.stack_n_per_m:
+        plant.track = lines_of(parameters.contact, _radii_of(parameters))
+    motions = motions_of(parameters)
+    if list(motions) != [TOGETHER]:
+        _separate_motions(plant, parameters, motions)
+    tolerance = parameters.actuator.gain_tolerance
+    if tolerance and parameters.contact.law == 'coulomb':
+        hint = 'set it to 0, or take another contact.law'
+        raise OutOfRange('actuator.gain_tolerance', tolerance, '', NO_LAW_OF_SHARES, hint)
+    if tolerance or plant.piezo.stack_n_per_m:
         separate_feet(plants, parameters)
+    _set_longest_step(plant, parameters)
     set_ideal(plant)
     return plants
 
@@ -130,7 +152,7 @@ def _set_longest_step(plant: Record, parameters: Parameters) -> None:
         longest_s *= TRAVEL_MARGIN
     plant['dt_s'] = min(parameters.sim.dt, longest_s)
     rise_m = plant['gain_m_per_v'] * plant['amplifier']['resolution_v']
-    is_low = rise_m < LOW_TREAD * plant['contacts'][ALL]['curve']['limit_m']
+    is_low = rise_m < LOW_TREAD * plant['presliding_m']
     plant['tread_s'] = plant['dt_s'] / (1 if is_low else TREADS_PER_STEP)
 
 
@@ -154,8 +176,9 @@ def longest_step_s(parameters: Parameters, contact: Record, cell_n_per_m: float)
         loss_per_s = 2.0 * parameters.frame.damping_ratio * frame_per_s
         fastest_per_s = max(fastest_per_s, between_per_s, frame_per_s, loss_per_s)
     if parameters.actuator.stiffness:
-        # A foot has at most a quarter of the stiffness of all feet.
-        foot_per_s = math.sqrt(0.25 * contact_n_per_m / parameters.actuator.foot_mass)
+        # A foot of the paper has at most a quarter of the stiffness of all feet.
+        share = max(0.25, stiffest_share(parameters))
+        foot_per_s = math.sqrt(share * contact_n_per_m / parameters.actuator.foot_mass)
         fastest_per_s = max(fastest_per_s, foot_per_s)
     cell, button_per_s = parameters.load_cell, 2.0 * math.pi * parameters.load_cell.resonance
     if cell.contact == 'one_sided':
@@ -195,9 +218,8 @@ def piezo_of(parameters: Parameters) -> Record:
     weight = setting.hysteresis * (plays + 1) / ((plays + 1) ** 2 // 4) if plays else 0.0
     omega_per_s = 2.0 * math.pi * setting.resonance
     if setting.stiffness and parameters.contact.law == 'coulomb':
-        limit = "not 0 under Coulomb's law, which does not define how feet share a load"
-        hint = 'take another contact.law'
-        raise OutOfRange('actuator.stiffness', setting.stiffness, 'N/m', limit, hint)
+        hint = 'set it to 0, or take another contact.law'
+        raise OutOfRange('actuator.stiffness', setting.stiffness, 'N/m', NO_LAW_OF_SHARES, hint)
     return record(
         PIEZO,
         linear=1.0 - 0.5 * weight * plays,
@@ -234,11 +256,12 @@ def button_of(parameters: Parameters) -> Record:
 
 def frame_of(parameters: Parameters) -> Record:
     """Return the frame."""
-    setting, feet_kg = parameters.frame, FEET * parameters.actuator.foot_mass
+    setting, feet = parameters.frame, parameters.feet.total
+    feet_kg = feet * parameters.actuator.foot_mass
     if not setting.mass:
         return record(FRAME)
     if feet_kg >= setting.mass:
-        limit = f'not above the mass of its six feet, {feet_kg:g} kg'
+        limit = f'not above the mass of its {feet} feet, {feet_kg:g} kg'
         hint = 'raise it, or make the feet lighter'
         raise OutOfRange('frame.mass', setting.mass, 'kg', limit, hint)
     if parameters.contact.law == 'coulomb':
@@ -279,23 +302,28 @@ def walls_of(parameters: Parameters) -> Record:
 
 
 def all_contacts(parameters: Parameters) -> Record:
-    """Return the constants of the six contacts as one, a record of CONTACT, read-only."""
+    """Return the constants of all contacts as one, a record of CONTACT, read-only."""
+    stand, weight_n = parameters.stand, weight_of(parameters)
     return _kept_contact(
-        parameters.contact, parameters.friction_law, parameters.stand, weight_of(parameters)
+        parameters.contact, parameters.feet, parameters.friction_law, stand, weight_n
     )
 
 
 @lru_cache(maxsize=MODELS_KEPT)
 def _kept_contact(
-    contact: ContactParameters, law: FrictionLawParameters, stand: StandParameters, weight_n: float
+    contact: ContactParameters,
+    feet: FeetParameters,
+    law: FrictionLawParameters,
+    stand: StandParameters,
+    weight_n: float,
 ) -> Record:
     """Return the constants of ``all_contacts``; the last few are kept."""
-    contacts = _contacts_at(contact, stand.preload, weight_n)
+    contacts = _contacts_at(contact, feet, stand.preload, weight_n)
     largest_n = max(stand.preload_limit, stand.preload, stand.preload_end)
     return record(
         CONTACT,
         curve=tabulate(contacts),
-        bank=_kept_bank(contact, weight_n, largest_n),
+        bank=_kept_bank(contact, feet, weight_n, largest_n, None),
         law=_law_of(LAWS.index(contact.law), law, contacts),
         ageing=ageing_of(contact),
         compliance=contact.friction * elasticity_of(contact).cattaneo_mindlin,
@@ -305,11 +333,18 @@ def _kept_contact(
 
 
 @lru_cache(maxsize=MODELS_KEPT)
-def _kept_bank(contact: ContactParameters, weight_n: float, preload_max_n: float) -> Record:
-    """Return the springs of all contacts up to a preload, a record of BANK, read-only."""
-    groups = groups_of(contact, weight_n)
-    springs = SPRINGS_IN_ALL // len(groups)
-    return spring_bank(groups, elasticity_of(contact), contact.friction, preload_max_n, springs)
+def _kept_bank(
+    contact: ContactParameters,
+    feet: FeetParameters,
+    weight_n: float,
+    preload_max_n: float,
+    motion: FeetMotion | None,
+) -> Record:
+    """Return the springs of the contacts with a motion, or of all, a record of BANK, read-only."""
+    kinds, groups = kinds_of(contact, feet), groups_of(contact, feet, weight_n)
+    own = [g for each, g in zip(kinds, groups, strict=True) if motion in (None, _motion(each))]
+    springs = SPRINGS_IN_ALL // len(own)
+    return spring_bank(own, elasticity_of(contact), contact.friction, preload_max_n, springs)
 
 
 def ageing_of(contact: ContactParameters) -> Record:
@@ -336,32 +371,80 @@ def weight_of(parameters: Parameters) -> float:
     return parameters.runner.mass * STANDARD_GRAVITY_M_PER_S2 * parameters.stand.weight
 
 
-def groups_of(contact: ContactParameters, weight_n: float = 0.0) -> list[Group]:
-    """
-    Return the groups of equal contacts; rough lines are all different.
+def kinds_of(contact: ContactParameters, feet: FeetParameters) -> list[FootGroup]:
+    """Return the distinct kinds of feet with their number; on rough lines each foot differs."""
+    if contact.profile == 'rough_line':
+        return [each._replace(feet=1) for each in feet.groups for _ in range(each.feet)]
+    counts: Counter[FootGroup] = Counter()
+    for each in feet.groups:
+        counts[each._replace(feet=0)] += each.feet
+    return [kind._replace(feet=count) for kind, count in counts.items()]
 
-    Upper contacts carry the preload, lower contacts the preload and the weight of the runner, at
-    the same angle (Eq. 19).
 
-    """
-    counts = ((UPPER_CONTACTS, UPPER_SHARE, 0.0), (LOWER_CONTACTS, LOWER_SHARE, weight_n))
-    if contact.profile != 'rough_line':
-        return [Group(profile_of(contact), n, share, share * w_n) for n, share, w_n in counts]
-    each = [(share, share * w_n) for count, share, w_n in counts for _ in range(count)]
-    return [Group(profile_of(contact, i), 1, *loads) for i, loads in enumerate(each)]
+def groups_of(
+    contact: ContactParameters, feet: FeetParameters, weight_n: float = 0.0
+) -> list[Group]:
+    """Return the contacts of each kind of foot under the weight of the runner, N (Eq. 19)."""
+    kinds, groups = kinds_of(contact, feet), list[Group]()
+    radii_m = tuple(each.radius_m or contact.radius for each in kinds)
+    for i, each in enumerate(kinds):
+        if contact.travel:
+            profile: Profile = window_profile(lines_of(contact, radii_m), i)
+        else:
+            index = i if contact.profile == 'rough_line' else 0
+            profile = profile_of(_with_radius(contact, radii_m[i]), index)
+        groups.append(Group(profile, each.feet, each.share, each.weight * weight_n))
+    return groups
+
+
+@lru_cache(maxsize=MODELS_KEPT)
+def _with_radius(contact: ContactParameters, radius_m: float) -> ContactParameters:
+    return contact if radius_m == contact.radius else replace(contact, radius=radius_m)
+
+
+def _radii_of(parameters: Parameters) -> tuple[float, ...]:
+    """Return the radius of each foot, m."""
+    return tuple(
+        each.radius_m or parameters.contact.radius
+        for each in parameters.feet.groups
+        for _ in range(each.feet)
+    )
+
+
+def _motion(each: FootGroup) -> FeetMotion:
+    """Return the motion of a kind of foot; a guide has no delay."""
+    return FeetMotion(each.gain, each.delay_s if each.gain else 0.0)
+
+
+def motions_of(parameters: Parameters) -> dict[FeetMotion, list[int]]:
+    """Return the distinct motions of feet, and the indices of their kinds in ``kinds_of``."""
+    motions: dict[FeetMotion, list[int]] = {}
+    for i, each in enumerate(kinds_of(parameters.contact, parameters.feet)):
+        motions.setdefault(_motion(each), []).append(i)
+    if parameters.contact.law == 'coulomb' and list(motions) != [TOGETHER]:
+        hint = 'set it to 1 and feet.delay to 0, or take another contact.law'
+        raise OutOfRange('feet.gain', list(parameters.feet.gain), '', NO_LAW_OF_SHARES, hint)
+    return motions
 
 
 def contacts_of(parameters: Parameters) -> list[Presliding]:
-    """Return the six contacts, the two upper ones first, under the normal forces of Eq. 19."""
-    return _contacts_at(parameters.contact, parameters.stand.preload, weight_of(parameters))
+    """Return the contact of each foot, in the order of the groups, under its normal force."""
+    weight_n = weight_of(parameters)
+    return _contacts_at(parameters.contact, parameters.feet, parameters.stand.preload, weight_n)
+
+
+def stiffest_share(parameters: Parameters) -> float:
+    """Return the largest share of a foot in the stiffness of all sticking contacts."""
+    each = [contact.stick_stiffness_n_per_m for contact in contacts_of(parameters)]
+    return max(each) / sum(each)
 
 
 def _contacts_at(
-    contact: ContactParameters, preload_n: float, weight_n: float
+    contact: ContactParameters, feet: FeetParameters, preload_n: float, weight_n: float
 ) -> list[Presliding]:
     elasticity = elasticity_of(contact)
     contacts: list[Presliding] = []
-    for group in groups_of(contact, weight_n):
+    for group in groups_of(contact, feet, weight_n):
         normal_n = group.share * preload_n + group.weight_n
         solved = presliding(group.profile, elasticity, contact.friction, normal_n)
         contacts += [solved] * group.contacts
@@ -383,27 +466,72 @@ def _law_of(number: int, law: FrictionLawParameters, contacts: Sequence[Preslidi
     )
 
 
-def separate_feet(plants: Record, parameters: Parameters) -> None:
-    """Give each foot of a plant its own contact, so the feet move separately."""
-    plant, groups = plants[0], groups_of(parameters.contact, weight_of(parameters))
-    each = [group for group in groups for _ in range(group.contacts)]
-    preload_n = parameters.stand.preload
-    loads = np.array([group.share + group.weight_n / preload_n for group in each])
-    plant.separate = True
-    plant.parts[1:] = loads / loads.sum()
-    plant.groups[1:] = np.repeat(np.arange(len(groups)), [group.contacts for group in groups])
-    for k, group in enumerate(each, start=1):
-        _set_contact_of_foot(plant, k, group)
+def _separate_motions(
+    plant: Record, parameters: Parameters, motions: dict[FeetMotion, list[int]]
+) -> None:
+    """Give feet of equal motion a contact together, and delays an actuator each."""
+    contact, feet, weight_n = parameters.contact, parameters.feet, weight_of(parameters)
+    order = [kind for own in motions.values() for kind in own]
+    if contact.travel and order != sorted(order):
+        limit, hint = 'of equal motion, but apart', 'put groups of equal motion side by side'
+        raise OutOfRange('feet.gain', list(feet.gain), '', limit, hint)
+    groups, stand = groups_of(contact, feet, weight_n), parameters.stand
+    loads_n = [_load_of(group, stand.preload) for group in groups]
+    delays_s = sorted({motion.delay_s for motion in motions} - {0.0})
+    plant.delayed, plant.delays_s[: len(delays_s)] = len(delays_s), delays_s
+    plant.separate, plant.moved = True, len(motions)
+    largest_n = max(stand.preload_limit, stand.preload, stand.preload_end)
+    for k, (motion, own) in enumerate(motions.items(), start=1):
+        plant.ratios[k] = motion.gain
+        plant.lates[k] = 1 + delays_s.index(motion.delay_s) if motion.delay_s else 0
+        plant.counts[k] = sum(groups[i].contacts for i in own)
+        plant.parts[k] = sum(loads_n[i] for i in own) / sum(loads_n)
+        plant.contacts[k].bank = _kept_bank(contact, feet, weight_n, largest_n, motion)
+        _share_law(plant, k)
     _set_curves(plant, parameters)
 
 
-def _set_contact_of_foot(plant: Record, k: int, group: Group) -> None:
-    """Give a foot its share of the springs and of the law of all contacts."""
+def _load_of(group: Group, preload_n: float) -> float:
+    """Return the normal force of a group at a preload, N."""
+    return group.contacts * (group.share * preload_n + group.weight_n)
+
+
+def separate_feet(plants: Record, parameters: Parameters) -> None:
+    """Give each foot of a plant its own contact, so the feet move separately."""
+    plant, feet = plants[0], parameters.feet
+    before, motions = plant.copy() if plant.separate else plant, motions_of(parameters)
+    groups = groups_of(parameters.contact, feet, weight_of(parameters))
+    each = [i for i, group in enumerate(groups) for _ in range(group.contacts)]
+    preload_n = parameters.stand.preload
+    loads = np.array([groups[i].share + groups[i].weight_n / preload_n for i in each])
+    is_one = not plant.separate
+    plant.separate, plant.divided, plant.moved = True, True, len(each)
+    plant.parts[1 : len(each) + 1] = loads / loads.sum()
+    plant.counts[1 : len(each) + 1] = 1.0
+    plant.ratios[1 : len(each) + 1] = ratios_of(parameters)
+    for k, i in enumerate(each, start=1):
+        parent, own = next((p, own) for p, own in enumerate(motions.values(), start=1) if i in own)
+        plant.parents[k] = parent = ALL if is_one else parent
+        plant.groups[k] = i if is_one else own.index(i)
+        plant.lates[k] = before.lates[parent]
+        _set_contact_of_foot(plant, k, groups[i], before.contacts[parent].bank)
+    _set_curves(plant, parameters)
+
+
+def divide_feet(plants: Record, states: Record, parameters: Parameters) -> None:
+    """Let each foot of a plant go on with a contact of its own, from the present state."""
+    lost_j, before, state = take_ledger(plants, states).contact_lost_j, states.copy(), states[0]
+    separate_feet(plants, parameters)
+    state.contacts[1:] = 0
+    relax(state.contacts[1:], state.preload_n)
+    divide_among_feet(plants, states, before, lost_j)
+
+
+def _set_contact_of_foot(plant: Record, k: int, group: Group, bank: Record) -> None:
+    """Give a foot its share of the springs of a bank, and of the law of all contacts."""
     contacts = group.contacts
-    whole, own, part = plant.contacts[ALL], plant.contacts[k], plant.parts[k]
-    bank = whole.bank
     row = slice(bank.first[plant.groups[k]], bank.first[plant.groups[k] + 1])
-    own.bank = bank_of_rows(
+    plant.contacts[k].bank = bank_of_rows(
         bank.heights_m[np.newaxis, row],
         bank.limit_n_per_m[np.newaxis, row] / contacts,
         bank.shear_n_per_m[np.newaxis, row] / contacts,
@@ -413,6 +541,12 @@ def _set_contact_of_foot(plant: Record, k: int, group: Group) -> None:
         weights_n=[group.weight_n],
         friction=bank.friction,
     )
+    _share_law(plant, k)
+
+
+def _share_law(plant: Record, k: int) -> None:
+    """Give a contact its part of the law of all contacts."""
+    whole, own, part = plant.contacts[ALL], plant.contacts[k], plant.parts[k]
     own.law, own.ageing = whole.law, whole.ageing
     for name in ('bristle_n_per_m', 'bristle_n_s_per_m', 'viscous_n_s_per_m'):
         own.law[name] *= part
@@ -422,38 +556,37 @@ def _set_contact_of_foot(plant: Record, k: int, group: Group) -> None:
 
 def _set_curves(plant: Record, parameters: Parameters) -> None:
     """Tabulate the virgin curves of all contacts at the wanted preload."""
-    preload_n = float(plant.contacts[ALL].preload_n)
-    contacts = _contacts_at(parameters.contact, preload_n, weight_of(parameters))
+    preload_n, weight_n = float(plant.contacts[ALL].preload_n), weight_of(parameters)
+    contacts = _contacts_at(parameters.contact, parameters.feet, preload_n, weight_n)
     plant.contacts[ALL].curve = tabulate(contacts)
+    plant.presliding_m = plant.contacts[ALL].curve.limit_m
     plant.track.laid = NO_PLACE
-    if plant.separate:
-        for k, curve in enumerate(tabulate_each(contacts), start=1):
-            plant.contacts[k].curve = curve
+    if not plant.separate:
+        return
+    motions = motions_of(parameters)
+    kinds = kinds_of(parameters.contact, parameters.feet)
+    kind = [i for i, each in enumerate(kinds) for _ in range(each.feet)]
+    moved = [[c for i, c in zip(kind, contacts, strict=True) if i in m] for m in motions.values()]
+    curves = tabulate_each(contacts) if plant.divided else [tabulate(own) for own in moved]
+    for k, curve in enumerate(curves, start=1):
+        plant.contacts[k].curve = curve
+    if len(motions) > 1:
+        fastest = max(1.0, *(abs(motion.gain) for motion in motions))
+        ranges_m = [max(contact.max_displacement_m for contact in own) for own in moved]
+        plant.presliding_m = min(ranges_m) / fastest
 
 
-def _ratios(parameters: Parameters) -> Array:
-    """
-    Return the displacement of each foot per displacement of the mean foot, shape (CONTACTS,).
-
-    Raises
-    ------
-    OutOfRange
-        If the feet differ under Coulomb's law.
-
-    """
+def ratios_of(parameters: Parameters) -> Array:
+    """Return the displacement of each foot per that of the nominal foot, shape (feet,)."""
+    kinds = kinds_of(parameters.contact, parameters.feet)
+    gains = np.repeat([each.gain for each in kinds], [each.feet for each in kinds])
     tolerance = parameters.actuator.gain_tolerance
-    if tolerance and parameters.contact.law == 'coulomb':
-        limit = "not 0 under Coulomb's law, which does not define how feet share a load"
-        hint = 'set it to 0, or take another contact.law'
-        raise OutOfRange('actuator.gain_tolerance', tolerance, '', limit, hint)
-    ratios = np.ones(CONTACTS)
-    ratios[1:] = gain_ratios(tolerance, parameters.sim.seed) if tolerance else 1.0
-    return ratios
+    return gains * gain_ratios(tolerance, parameters.sim.seed, len(gains)) if tolerance else gains
 
 
-def gain_ratios(tolerance: float, seed: int) -> Array:
-    """Return random gains of the feet within a tolerance, relative to the mean, shape (6,)."""
-    deviations = np.random.default_rng((seed, FEET_STREAM)).uniform(-1.0, 1.0, FEET)
+def gain_ratios(tolerance: float, seed: int, feet: int) -> Array:
+    """Return random gains of the feet within a tolerance, relative to the mean, shape (feet,)."""
+    deviations = np.random.default_rng((seed, FEET_STREAM)).uniform(-1.0, 1.0, feet)
     deviations -= deviations.mean()
     return 1.0 + tolerance * deviations / max(1.0, float(np.abs(deviations).max()))
 
@@ -484,9 +617,12 @@ def state_at_rest(plants: Record, preload_n: float) -> Record:
     if ageing.on:
         states['contacts']['springs']['ages_s'] = ageing.rest_s
         states['contacts']['on_springs'] = True
-    if plants['separate'].item():
-        divide_among_feet(plants, states)
-    rest_piezo(plants[0], states[0]['piezo'])
+    plant, state = plants[0], states[0]
+    if plant.divided:
+        divide_among_feet(plants, states, states.copy(), 0.0)
+    rest_piezo(plant, state['piezo'])
+    if plant.delayed:
+        rest_late(plant, state)
     return states
 
 

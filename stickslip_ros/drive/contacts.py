@@ -4,18 +4,27 @@
 """
 Kernel: the contacts of all feet in a stride.
 
-For the rest of the drive they are one contact against the mean foot, with the sum of the forces.
+For the rest of the drive they are one contact against the nominal foot, with the sum of the
+forces.
 
 """
 
 from stickslip_ros.contact.memory import branch_towards, stiffness_on
 from stickslip_ros.contact.reaction import answer_towards, react, remembers_turns
 from stickslip_ros.contact.virgin import virgin_force
-from stickslip_ros.drive.feet import active_contacts, bends, ratio_of, sliding_motion
+from stickslip_ros.drive.feet import (
+    active_contacts,
+    bends,
+    nominal_place,
+    nominal_way,
+    ratio_of,
+    sliding_motion,
+    wanted_place,
+)
 from stickslip_ros.drive.frame import jerk_of_frame
 from stickslip_ros.drive.long_step import time_to_close, time_to_turn
 from stickslip_ros.drive.oscillator import SIXTH
-from stickslip_ros.drive.stride import way_after
+from stickslip_ros.drive.stride import way_in
 from stickslip_ros.kernels.kernel import kernel
 from stickslip_ros.kernels.record import Record
 
@@ -24,6 +33,8 @@ from stickslip_ros.kernels.record import Record
 def look_ahead(plant: Record, state: Record, stride: Record) -> None:
     """Compute their stiffness ahead of the runner; shorten the stride to the closing of a loop."""
     tangent, driven, drag_n, lasts_s, may_turn = 0.0, 0.0, 0.0, stride.longest_s, False
+    pulled = stride.pulled
+    pulled.speed = pulled.speeding = stride.before_w = 0.0
     for k in active_contacts(plant):
         contact, own, foot = plant.contacts[k], state.contacts[k], state.feet[k]
         speed, speeding, direction = sliding_motion(plant, state, stride, k)
@@ -40,11 +51,20 @@ def look_ahead(plant: Record, state: Record, stride: Record) -> None:
         ratio = ratio_of(plant, k)
         tangent += foot.stiffness
         driven += ratio * foot.stiffness
-        bent_m = state.places_m[k] - state.offsets_m[k] - ratio * state.foot_m
-        stack_n = plant.piezo.stack_n_per_m * bent_m
-        drag_n += ratio * (stack_n if bends(plant) else own.memory.force_n)
+        stack_n = plant.piezo.stack_n_per_m * (state.places_m[k] - wanted_place(plant, state, k))
+        own_n = ratio * (stack_n if bends(plant) else own.memory.force_n)
+        speed, speeding = nominal_way(plant, state, stride, k)
+        pulled.speed += ratio * foot.stiffness * speed
+        pulled.speeding += ratio * foot.stiffness * speeding
+        if plant.lates[k]:
+            stride.before_w += own_n * speed
+        else:
+            drag_n += own_n
     stride.tangent, stride.driven, stride.drag_n = tangent, driven, drag_n
-    stride.pulled.speed, stride.pulled.speeding = stride.path.speed, stride.path.speeding
+    if plant.delayed:
+        stride.driven = 1.0
+    else:
+        pulled.speed, pulled.speeding = stride.path.speed, stride.path.speeding
     stride.before_n, stride.may_turn, stride.lasts_s = state.contact_n, may_turn, lasts_s
 
 
@@ -72,7 +92,7 @@ def pass_middle(plant: Record, state: Record, stride: Record) -> None:
     stride.middle_drag_n = move_contacts(
         plant, state, stride, middle_m, frame_m, 0.5 * stride.lasts_s
     )
-    stride.middle_n = state.contact_n
+    stride.middle_n, stride.middle_w = state.contact_n, stride.late_w
 
 
 @kernel
@@ -82,7 +102,8 @@ def arrive(plant: Record, state: Record, stride: Record) -> None:
     end_drag_n = move_contacts(plant, state, stride, end_m, stride.frame_end_m, h_s)
     last = path.speed + h_s * path.speeding
     work_w = stride.drag_n * path.speed + 4.0 * stride.middle_drag_n * 0.5 * (path.speed + last)
-    state.sums.feet_work_j -= SIXTH * h_s * (work_w + end_drag_n * last)
+    work_w += end_drag_n * last + (stride.before_w + 4.0 * stride.middle_w + stride.late_w)
+    state.sums.feet_work_j -= SIXTH * h_s * work_w
 
 
 @kernel
@@ -90,18 +111,20 @@ def move_contacts(
     plant: Record, state: Record, stride: Record, way_m: float, frame_m: float, time_s: float
 ) -> float:
     """
-    Evaluate all contacts after a time of the stride; return their force on the mean foot, N.
+    Evaluate all contacts after a time of the stride; return their force on the nominal foot, N.
 
     ``way_m`` is the way of the runner, ``frame_m`` the position of the frame. Turning points
     change only at the end of the stride. The work of the feet is the returned force times the way
-    of the mean foot; if stacks bend, it is the force of the stacks.
+    of the nominal foot, and ``late_w`` for delayed feet; if stacks bend, it is that of the stacks.
 
     """
     drag_n, total_n, is_end = 0.0, 0.0, time_s >= stride.lasts_s
     position_m = state.position_m + way_m - frame_m
-    foot_m = state.foot_m + way_after(stride.path, time_s)
+    stride.late_w = 0.0
     for k in active_contacts(plant):
         contact, foot, ratio = state.contacts[k], state.feet[k], ratio_of(plant, k)
+        speed, speeding = nominal_way(plant, state, stride, k)
+        foot_m = nominal_place(plant, state, k) + way_in(speed, speeding, time_s)
         wanted_m = state.offsets_m[k] + ratio * foot_m
         place_m = wanted_m
         if bends(plant):
@@ -119,7 +142,11 @@ def move_contacts(
             foot.load_n, foot.room_m = contact.memory.force_n, 0.0
         state.places_m[k] = place_m
         stack_n = plant.piezo.stack_n_per_m * (place_m - wanted_m)
-        drag_n += ratio * (stack_n if bends(plant) else foot.load_n)
+        own_n = ratio * (stack_n if bends(plant) else foot.load_n)
+        if plant.lates[k]:
+            stride.late_w += own_n * (speed + time_s * speeding)
+        else:
+            drag_n += own_n
         total_n += foot.load_n
         state.preload_n = contact.preload_n
     state.contact_n, stride.passed_s = total_n, time_s

@@ -6,8 +6,8 @@
 from stickslip_ros.contact.laws import MDR
 from stickslip_ros.contact.memory import U, move, set_memory
 from stickslip_ros.contact.reaction import contact_lost, remembers_turns, switch_to_springs
-from stickslip_ros.drive.feet import active_contacts
-from stickslip_ros.drive.records import ALL, CONTACTS
+from stickslip_ros.drive.feet import active_contacts, wanted_place
+from stickslip_ros.drive.records import ALL
 from stickslip_ros.drive.travel import update_curves
 from stickslip_ros.kernels.kernel import entry_point, kernel
 from stickslip_ros.kernels.record import Record
@@ -22,44 +22,56 @@ def switch_all_to_springs(plants: Record, states: Record) -> None:
 
 
 @entry_point
-def divide_among_feet(plants: Record, states: Record) -> None:
+def divide_among_feet(plants: Record, states: Record, befores: Record, lost_j: float) -> None:
     """
-    Give each foot its memory, position and force from all contacts together.
+    Give each foot its memory, position and force from the contact that it was part of.
+
+    ``befores`` has the states and ``lost_j`` the friction loss before; the contacts of the feet
+    are relaxed.
 
     Notes
     -----
-    All contacts have shared one displacement, so each has the same turning points. With them its
-    own virgin curve gives the force of a foot.
+    All feet of a contact have shared one displacement, so each has the same turning points. With
+    them its own virgin curve gives the force of a foot.
 
     """
-    plant, state = plants[0], states[0]
-    whole = state.contacts[ALL]
-    total_n, lost_j = 0.0, 0.0
-    for k in range(1, CONTACTS):
-        state.contacts[k].window_m = whole.window_m
+    plant, state, before = plants[0], states[0], befores[0]
+    total_n = 0.0
+    for k in active_contacts(plant):
+        state.contacts[k].window_m = before.contacts[plant.parents[k]].window_m
     update_curves(plant, state)
-    for k in range(1, CONTACTS):
-        contact = state.contacts[k]
+    for k in active_contacts(plant):
+        contact, whole = state.contacts[k], before.contacts[plant.parents[k]]
         contact.on_springs = whole.on_springs
         contact.preload_n = whole.preload_n
         contact.bristle_m = whole.bristle_m
         contact.slip_m_per_s = whole.slip_m_per_s
-        if remembers_turns(plant.contacts[ALL], whole):
+        if remembers_turns(plant.contacts[k], whole):
             _repeat_turns(plant.contacts[k].curve, contact.memory, whole.memory)
-            lost_j += contact_lost(plant.contacts[k], contact)
+            lost_j -= contact_lost(plant.contacts[k], contact)
         else:
-            force_n = plant.parts[k] * whole.memory.force_n
+            force_n = _part_of(plant, k) * whole.memory.force_n
             if plant.contacts[ALL].law.number == MDR:
-                force_n = _divide_springs(plant, state, k)
+                force_n = _divide_springs(plant, state, whole, k)
             set_memory(contact.memory, whole.memory.u_m, force_n, whole.memory.sense, 0.0, 0.0)
         state.feet[k].load_n = contact.memory.force_n
-        state.places_m[k] = state.foot_m
-        state.offsets_m[k] = 0.0
+        state.offsets_m[k] = before.offsets_m[plant.parents[k]]
+        state.places_m[k] = wanted_place(plant, state, k)
         total_n += contact.memory.force_n
-    lost_j = contact_lost(plant.contacts[ALL], whole) - lost_j
-    for k in range(1, CONTACTS):
+    for k in active_contacts(plant):
         state.contacts[k].memory.lost_j += plant.parts[k] * lost_j
     state.contact_n = total_n
+
+
+@kernel
+def _part_of(plant: Record, k: int) -> float:
+    """Return the share of a foot in the friction limit of the contact that it was part of."""
+    if plant.parents[k] == ALL:
+        return plant.parts[k]
+    whole = 0.0
+    for other in active_contacts(plant):
+        whole += plant.parts[other] if plant.parents[other] == plant.parents[k] else 0.0
+    return plant.parts[k] / whole
 
 
 @kernel
@@ -74,19 +86,17 @@ def _repeat_turns(curve: Record, memory: Record, whole: Record) -> None:
 
 
 @kernel
-def _divide_springs(plant: Record, state: Record, k: int) -> float:
+def _divide_springs(plant: Record, state: Record, whole: Record, k: int) -> float:
     """Give a foot its share of the spring forces of its group; return their sum, N."""
-    group = plant.groups[k]
-    count = 0.0
-    for other in range(1, CONTACTS):
-        if plant.groups[other] == group:
-            count += 1.0
-    bank = plant.contacts[ALL].bank
-    first = bank.first[group]
+    count, group = 0.0, plant.groups[k]
+    for other in active_contacts(plant):
+        is_equal = plant.groups[other] == group and plant.parents[other] == plant.parents[k]
+        count += 1.0 if is_equal else 0.0
+    springs = plant.contacts[k].bank.first[1]
     total_n = 0.0
-    for i in range(bank.first[group + 1] - first):
-        force_n = state.contacts[ALL].springs.forces_n[first + i] / count
+    for i in range(springs):
+        force_n = whole.springs.forces_n[group * springs + i] / count
         state.contacts[k].springs.forces_n[i] = force_n
-        state.contacts[k].springs.ages_s[i] = state.contacts[ALL].springs.ages_s[first + i]
+        state.contacts[k].springs.ages_s[i] = whole.springs.ages_s[group * springs + i]
         total_n += force_n
     return total_n

@@ -4,10 +4,11 @@
 """Faults of the drive that may change while it runs."""
 
 from stickslip_ros.contact.laws import COULOMB
-from stickslip_ros.drive.build import separate_feet, set_ideal
-from stickslip_ros.drive.division import divide_among_feet
+from stickslip_ros.drive.build import NO_LAW_OF_SHARES, divide_feet, set_ideal
+from stickslip_ros.drive.feet import nominal_place
 from stickslip_ros.drive.records import ALL
 from stickslip_ros.errors import OutOfRange
+from stickslip_ros.kernels.kernel import in_python
 from stickslip_ros.kernels.record import Record
 from stickslip_ros.parameters import Parameters
 
@@ -24,8 +25,8 @@ def apply_faults(
     """
     Set the present faults of a drive, and end all others.
 
-    A dead foot, 1 to 6 with the two upper feet first, stays in place, and moves on from there
-    when the fault ends; 0: none. A runner that gets stuck loses its kinetic energy. Without power
+    A dead foot, from 1 in the order of the groups, stays in place, and moves on from there when
+    the fault ends; 0: none. A runner that gets stuck loses its kinetic energy. Without power
     the voltage goes to the lowest.
 
     Raises
@@ -50,16 +51,18 @@ def apply_faults(
 def change_dead_foot(
     plants: Record, states: Record, parameters: Parameters, dead_foot: int
 ) -> None:
-    """Stop a foot, 1 to 6, or none, 0; the foot that was dead moves on from its place."""
+    """Stop a foot, from 1, or none, 0; the foot that was dead moves on from its place."""
     plant, state = plants[0], states[0]
     if plant.contacts[ALL].law.number == COULOMB:
-        limit = "not 0 under Coulomb's law, which does not define how feet share a load"
-        raise OutOfRange('fault.dead_foot', dead_foot, '', limit, 'take another contact.law')
-    if not plant.separate:
-        separate_feet(plants, parameters)
-        divide_among_feet(plants, states)
+        hint = 'take another contact.law'
+        raise OutOfRange('fault.dead_foot', dead_foot, '', NO_LAW_OF_SHARES, hint)
+    if dead_foot > plant.counts[ALL]:
+        limit = f'above the number of feet, {plant.counts[ALL]:g}'
+        raise OutOfRange('fault.dead_foot', dead_foot, '', limit, 'lower it')
+    if not plant.divided:
+        divide_feet(plants, states, parameters)
     if plant.dead:
-        follows_m = plant.ratios[plant.dead] * state.foot_m
+        follows_m = plant.ratios[plant.dead] * _nominal(plant, state, plant.dead)
         state.offsets_m[plant.dead] = _unbent(plant, state, plant.dead) - follows_m
     if dead_foot:
         state.offsets_m[dead_foot] = _unbent(plant, state, dead_foot)
@@ -71,4 +74,9 @@ def _unbent(plant: Record, state: Record, foot: int) -> float:
     if not plant.piezo.stack_n_per_m:
         return float(state.places_m[foot])
     ratio = 0.0 if foot == plant.dead else plant.ratios[foot]
-    return float(state.offsets_m[foot] + ratio * state.foot_m)
+    return float(state.offsets_m[foot] + ratio * _nominal(plant, state, foot))
+
+
+def _nominal(plant: Record, state: Record, foot: int) -> float:
+    """Return the displacement of the nominal foot of a foot's actuator, m."""
+    return float(in_python(nominal_place)(plant, state, foot))

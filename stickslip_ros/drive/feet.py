@@ -4,21 +4,48 @@
 """Kernel: the feet, as one or separate: indices, motion, and energy of their contacts."""
 
 from stickslip_ros.contact.reaction import contact_lost, contact_stored
-from stickslip_ros.drive.records import ALL, CONTACTS
+from stickslip_ros.drive.records import ALL
 from stickslip_ros.kernels.kernel import kernel
 from stickslip_ros.kernels.record import Record
 
 
 @kernel
 def active_contacts(plant: Record) -> range:
-    """Return the indices of the contacts that the drive moves: ALL, or each foot."""
-    return range(1, CONTACTS) if plant.separate else range(ALL, 1)
+    """Return the indices of the contacts that the drive moves: ALL, or the separate ones."""
+    return range(1, 1 + plant.moved) if plant.separate else range(ALL, 1)
 
 
 @kernel
 def ratio_of(plant: Record, k: int) -> float:
-    """Return the way of a foot per way of the mean foot; 0 for a dead foot."""
+    """Return the way of a contact's feet per way of the nominal foot; 0 for a dead foot."""
     return plant.ratios[k] if k == ALL or k != plant.dead else 0.0
+
+
+@kernel
+def in_mean(plant: Record, k: int, value: float) -> float:
+    """Return the part of a value of a contact's feet in the mean over all feet."""
+    return value if k == ALL else value * plant.counts[k] / plant.counts[ALL]
+
+
+@kernel
+def nominal_place(plant: Record, state: Record, k: int) -> float:
+    """Return the displacement of the nominal foot of the actuator of a contact, m."""
+    return state.late[plant.lates[k] - 1].foot_m if plant.lates[k] else state.foot_m
+
+
+@kernel
+def nominal_way(plant: Record, state: Record, stride: Record, k: int) -> tuple[float, float]:
+    """Return velocity, m/s, and acceleration, m/s^2, of that foot in the present stride."""
+    if plant.lates[k]:
+        late = state.late[plant.lates[k] - 1]
+        return late.speed, late.speeding
+    return stride.path.speed, stride.path.speeding
+
+
+@kernel
+def wanted_place(plant: Record, state: Record, k: int) -> float:
+    """Return the displacement of a contact's feet against the frame without load, m."""
+    return state.offsets_m[k] + ratio_of(plant, k) * nominal_place(plant, state, k)
 
 
 @kernel
@@ -28,12 +55,12 @@ def bends(plant: Record) -> bool:
 
 
 @kernel
-def way_of(plant: Record, state: Record, path: Record, k: int) -> tuple[float, float]:
-    """Return velocity, m/s, and acceleration, m/s^2, of a foot against the frame."""
+def way_of(plant: Record, state: Record, stride: Record, k: int) -> tuple[float, float]:
+    """Return velocity, m/s, and acceleration, m/s^2, of a contact's feet against the frame."""
     if bends(plant):
         return state.feet[k].speed, state.feet[k].speeding
-    ratio = ratio_of(plant, k)
-    return ratio * path.speed, ratio * path.speeding
+    ratio, (speed, speeding) = ratio_of(plant, k), nominal_way(plant, state, stride, k)
+    return ratio * speed, ratio * speeding
 
 
 @kernel
@@ -46,7 +73,7 @@ def sliding_motion(
     The direction takes an immediate reversal into account.
 
     """
-    foot_speed, foot_speeding = way_of(plant, state, stride.path, k)
+    foot_speed, foot_speeding = way_of(plant, state, stride, k)
     speed = (stride.runner.speed - stride.sway.speed) - foot_speed
     speeding = (stride.runner.speeding - stride.sway.speeding) - foot_speeding
     turns_at_once = speed * speed < 2.0 * stride.slack_m * abs(speeding)
@@ -58,8 +85,8 @@ def mean_place(plant: Record, state: Record) -> float:
     """Return the mean displacement of all feet against the frame, m."""
     place_m = 0.0
     for k in active_contacts(plant):
-        own_m = state.offsets_m[k] + ratio_of(plant, k) * state.foot_m
-        place_m += (state.places_m[k] if bends(plant) else own_m) / len(active_contacts(plant))
+        own_m = state.places_m[k] if bends(plant) else wanted_place(plant, state, k)
+        place_m += in_mean(plant, k, own_m)
     return place_m
 
 

@@ -11,7 +11,7 @@ term -r M x_s'', which is infinite at each corner of the voltage.
 
 """
 
-from stickslip_ros.drive.feet import active_contacts, bends, mean_place, way_of
+from stickslip_ros.drive.feet import active_contacts, bends, in_mean, mean_place, way_of
 from stickslip_ros.drive.oscillator import SIXTH, add_at_end, add_in_middle, swing_twice
 from stickslip_ros.drive.stride import way_after
 from stickslip_ros.kernels.kernel import kernel
@@ -26,9 +26,9 @@ def feel(plant: Record, state: Record, stride: Record) -> None:
         return
     feet.speed = feet.speeding = 0.0
     for k in active_contacts(plant):
-        speed, speeding = way_of(plant, state, stride.path, k)
-        feet.speed += speed / len(active_contacts(plant))
-        feet.speeding += speeding / len(active_contacts(plant))
+        speed, speeding = way_of(plant, state, stride, k)
+        feet.speed += in_mean(plant, k, speed)
+        feet.speeding += in_mean(plant, k, speeding)
     stride.frame_m = frame_place(plant, state)
     sway.speed = state.centre_m_per_s - frame.feet_share * feet.speed
     force_n = state.contact_n - holding_force(frame, stride.frame_m, sway.speed)

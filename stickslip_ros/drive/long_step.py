@@ -85,7 +85,11 @@ def enter_lane(lanes: Record, i: int, plant: Record, state: Record, load_n: floa
     gamma = plant.damping_n_s_per_m * plant.per_kg
     lanes.runs[i], lanes.walled[i] = 1, plant.walls.exist
     lanes.per_kg[i], lanes.damping_n_s_per_m[i] = plant.per_kg, plant.damping_n_s_per_m
-    lanes.gamma[i], lanes.cell_n_per_m[i], lanes.load_n[i] = gamma, plant.cell_n_per_m, load_n
+    lanes.gamma[i], lanes.cell_n_per_m[i], lanes.load_n[i] = (
+        gamma,
+        plant.cell_n_per_m,
+        load_n + plant.load_n,
+    )
     lanes.gain_m_per_v[i], lanes.rest_v[i] = plant.gain_m_per_v, plant.rest_v
     lanes.foot_m[i], lanes.position_m[i] = state.foot_m, state.position_m
     lanes.velocity_m_per_s[i], lanes.contact_n[i] = state.velocity_m_per_s, state.contact_n
@@ -135,7 +139,7 @@ def longest_on_slope(plant: Record, rate_v_per_s: float) -> float:
     falls = abs(rate_v_per_s) >= plant.slew_v_per_s
     longest_s = plant.dt_s / SLEW_REFINEMENT if falls else plant.dt_s
     foot_m_per_s = plant.gain_m_per_v * abs(rate_v_per_s)
-    travel_m = plant.contacts[ALL].curve.limit_m / SLOPE_STEPS_MIN
+    travel_m = plant.presliding_m / SLOPE_STEPS_MIN
     return longest_s if foot_m_per_s * longest_s <= travel_m else travel_m / foot_m_per_s
 
 

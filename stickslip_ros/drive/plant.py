@@ -17,7 +17,7 @@ import math
 from typing import NamedTuple
 
 from stickslip_ros.contact.laws import COULOMB
-from stickslip_ros.drive import button, contacts, frame, runner, stacks, travel
+from stickslip_ros.drive import button, contacts, delay, frame, runner, stacks, travel
 from stickslip_ros.drive.amplifier import low_pass
 from stickslip_ros.drive.coulomb import take_rigid_stride
 from stickslip_ros.drive.piezo import Ring, displace, prepare_piezo
@@ -46,7 +46,9 @@ def pace_of(plant: Record, state: Record, dt_s: float) -> Pace:
     """Return the constants of steps of a length."""
     half_s, tau_s = 0.5 * dt_s, plant.amplifier.tau_s
     settling = -math.expm1(-half_s / tau_s) if tau_s > 0.0 else 1.0
-    slack_m = (plant.dt_s / TURN_SLACK_S) ** 3 * plant.contacts[ALL].curve.limit_m
+    slack_m = (plant.dt_s / TURN_SLACK_S) ** 3 * plant.presliding_m
+    for j in range(plant.delayed):
+        prepare_piezo(plant, state.late[j].piezo, half_s)
     return Pace(half_s, slack_m, settling, prepare_piezo(plant, state.piezo, half_s))
 
 
@@ -60,9 +62,20 @@ def may_pass(state: Record) -> bool:
 
 @kernel
 def step(
-    plant: Record, state: Record, from_v: float, to_v: float, load_n: float, pace: Pace
+    plant: Record,
+    state: Record,
+    from_v: float,
+    to_v: float,
+    load_n: float,
+    pace: Pace,
+    at_s: float,
 ) -> None:
-    """Advance by a short step with a linear voltage before the amplifier's low-pass."""
+    """
+    Advance by a short step with a linear voltage before the amplifier's low-pass.
+
+    The step begins ``at_s`` after the start of the stretch.
+
+    """
     half_s, half_v, start_m = pace.half_s, 0.5 * (from_v + to_v), state.foot_m
 
     # Amplifier and feet.
@@ -72,21 +85,24 @@ def step(
     foot_m = displace(plant, state.piezo, voltage_v, pace.ring, half_s)
     speeding = ((foot_m - middle_m) - (middle_m - start_m)) / (half_s * half_s)
     speed = (foot_m - start_m) / (2.0 * half_s) - half_s * speeding
+    delay.begin_step(plant, state, at_s, half_s, pace.settling, pace.ring)
 
     # Contacts and runner.
     left_s = 2.0 * half_s
     while left_s > 0.0 and may_pass(state):
         stride = new_stride()
         stride.longest_s = stride.lasts_s = left_s
-        stride.slack_m, stride.load_n = pace.slack_m, load_n
+        stride.slack_m, stride.load_n = pace.slack_m, load_n + plant.load_n
         stride.path.speed, stride.path.speeding = speed, speeding
         if plant.contacts[ALL].law.number == COULOMB:
             take_rigid_stride(plant, state, stride)
         else:
             take_stride(plant, state, stride)
+        delay.pass_stride(plant, state, stride.lasts_s)
         left_s = left_s - stride.lasts_s if stride.lasts_s < left_s else 0.0
         speed += stride.lasts_s * speeding
     state.voltage_v, state.foot_m = voltage_v, foot_m
+    delay.end_step(plant, state)
     stacks.note_ringing(plant, state)
 
 

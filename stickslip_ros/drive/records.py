@@ -16,17 +16,19 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.contact.reaction import CONTACT, CONTACT_STATE
 from stickslip_ros.contact.travel import TRACK
 from stickslip_ros.kernels.record import COUNT, FLAG, FLOAT, kind
+from stickslip_ros.parameters import FEET_MAX
 
 ENDLESS = 1 << 62
 """Cycles of a wave that runs until it is replaced."""
 NO_ROWS: Array = np.empty((0, 2))
 """Table of a wave without a table."""
-FEET = 6
-"""Hemispheres that hold the runner: the two upper ones first."""
 ALL = 0
-"""Index of all contacts together, which an ideal drive moves as one. Feet that differ are moved
-separately, with the indices 1 to FEET."""
-CONTACTS = 1 + FEET
+"""Index of all contacts together, which an ideal drive moves as one. Feet that move differently
+are separate contacts with the indices from 1: one for each distinct motion, or one for each foot.
+"""
+CONTACTS = 1 + FEET_MAX
+CORNERS = 1024
+"""Straight pieces of the voltage that are remembered for delayed feet."""
 TIME, VOLTAGE, FOOT, POSITION, FORCE = range(5)
 """Columns of a trace; a voltage table has the first two."""
 PLAYS_MAX = 64
@@ -109,18 +111,32 @@ PLANT = kind(
     # model
     only_long_steps=FLAG,
     stuck=FLAG,  # Whether the runner is stuck
-    separate=FLAG,  # Whether each foot moves separately, with its own contact
+    load_n=FLOAT,  # Constant external load
+    # Whether contacts move separately, and their number; whether each foot is one of them
+    separate=FLAG,
+    moved=COUNT,
+    divided=FLAG,
     dead=COUNT,  # Foot that does not move, from 1; 0: none
+    presliding_m=FLOAT,  # Least presliding range of the contacts, which limits the steps
     # Optional parts
     amplifier=AMPLIFIER,
     piezo=PIEZO,
     walls=WALLS,
     button=BUTTON,
     frame=FRAME,
-    ratios=(FLOAT, (CONTACTS,)),  # Displacement of each foot per displacement of the mean foot
-    parts=(FLOAT, (CONTACTS,)),  # Share of each contact in the total friction limit
-    groups=(COUNT, (CONTACTS,)),  # Group of equal contacts of each contact
-    # All contacts together, and each contact; the latter are valid if the feet are separate
+    # Of each contact: displacement per displacement of the nominal foot, number of feet, delayed
+    # actuator from 1 (0: none), share in the total friction limit
+    ratios=(FLOAT, (CONTACTS,)),
+    counts=(FLOAT, (CONTACTS,)),
+    lates=(COUNT, (CONTACTS,)),
+    parts=(FLOAT, (CONTACTS,)),
+    # Of each foot: contact from which it was divided, and its group of equal feet there
+    parents=(COUNT, (CONTACTS,)),
+    groups=(COUNT, (CONTACTS,)),
+    # Delays of the delayed actuators, and their number
+    delays_s=(FLOAT, (FEET_MAX,)),
+    delayed=COUNT,
+    # All contacts together, and the separate contacts
     contacts=(CONTACT, (CONTACTS,)),
     track=TRACK,  # Lines under the feet, if roughness travels
 )
@@ -202,6 +218,29 @@ PIEZO_STATE = kind(
 )
 """State of amplifier and piezo."""
 
+LATE = kind(
+    # Present piece of the remembered voltage, and the time since its start
+    corner=COUNT,
+    at_s=FLOAT,
+    voltage_v=FLOAT,  # Output of its amplifier
+    foot_m=FLOAT,  # Displacement of its nominal foot against the frame
+    # Parabola of its way in the present step, and its end
+    speed=FLOAT,
+    speeding=FLOAT,
+    end_m=FLOAT,
+    piezo=PIEZO_STATE,
+)
+"""A delayed actuator: amplifier and piezo that follow the voltage of an earlier time."""
+
+HISTORY = kind(
+    newest=COUNT,  # Piece that ends now; the ring continues at its start
+    is_lost=FLAG,  # Whether a piece was overwritten that a delayed actuator still had to read
+    lasted_s=(FLOAT, (CORNERS,)),
+    start_v=(FLOAT, (CORNERS,)),
+    rate_v_per_s=(FLOAT, (CORNERS,)),
+)
+"""Straight pieces of the voltage before the low-pass."""
+
 FOOT_MOTION = kind(
     m_per_s=FLOAT,  # Velocity against the frame
     # The other fields belong to the present step: parabola of the way, middle and end
@@ -231,7 +270,7 @@ FOOT_MOTION = kind(
 STATE = kind(
     clock=CLOCK,  # Position in the wave
     voltage_v=FLOAT,  # Output of the amplifier
-    # Displacement of the mean foot against the frame, x_s; without load, if stacks bend
+    # Displacement of the nominal foot against the frame, x_s; without load, if stacks bend
     foot_m=FLOAT,
     # The runner
     position_m=FLOAT,
@@ -247,8 +286,11 @@ STATE = kind(
     preload_n=FLOAT,  # Present preload
     sums=SUMS,  # Energy and position integrals
     piezo=PIEZO_STATE,
+    history=HISTORY,
+    late=(LATE, (FEET_MAX,)),
     feet=(FOOT_MOTION, (CONTACTS,)),
-    # Displacement of each foot against the frame, and the part that does not follow the piezo
+    # Displacement of each contact's feet against the frame, and the part that does not follow the
+    # piezo
     places_m=(FLOAT, (CONTACTS,)),
     offsets_m=(FLOAT, (CONTACTS,)),
     # Passes left for the loops over time; below 0: the drive has failed

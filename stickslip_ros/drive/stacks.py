@@ -11,11 +11,20 @@ solved exactly.
 
 """
 
-from stickslip_ros.drive.feet import active_contacts, bends, ratio_of
+from stickslip_ros.drive.feet import (
+    active_contacts,
+    bends,
+    in_mean,
+    nominal_place,
+    nominal_way,
+    ratio_of,
+    wanted_place,
+)
 from stickslip_ros.drive.frame import frame_place, holding_force
 from stickslip_ros.drive.oscillator import SIXTH
 from stickslip_ros.drive.piezo import free_ring, swing_along
-from stickslip_ros.drive.stride import way_after
+from stickslip_ros.drive.records import ALL
+from stickslip_ros.drive.stride import way_in
 from stickslip_ros.kernels.kernel import kernel
 from stickslip_ros.kernels.record import Record
 
@@ -59,9 +68,10 @@ def swing(plant: Record, state: Record, stride: Record) -> None:
         foot.before_n = state.contacts[k].memory.force_n
         foot.n_per_s = foot.stiffness * (past_speed - foot.speed)
         bent_m, grows_m = foot.before_n / piezo.stack_n_per_m, foot.n_per_s / piezo.stack_n_per_m
-        drive_0 = state.offsets_m[k] + ratio * state.foot_m + (bent_m - inert_m)
-        drive_1 = drive_0 + ratio * way_after(stride.path, half_s) + grows_m * half_s
-        drive_2 = drive_0 + ratio * way_after(stride.path, h_s) + grows_m * h_s
+        speed, speeding = nominal_way(plant, state, stride, k)
+        drive_0 = wanted_place(plant, state, k) + (bent_m - inert_m)
+        drive_1 = drive_0 + ratio * way_in(speed, speeding, half_s) + grows_m * half_s
+        drive_2 = drive_0 + ratio * way_in(speed, speeding, h_s) + grows_m * h_s
         foot.middle_m, foot.middle_m_per_s = swing_along(
             piezo, start_m, foot.m_per_s, drive_0, drive_1, ring, half_s
         )
@@ -83,16 +93,18 @@ def frame_recoil(plant: Record, state: Record, stride: Record, time_s: float) ->
 
     """
     piezo, frame, pull, mean_speed = plant.piezo, plant.frame, 0.0, 0.0
-    foot_m = state.foot_m + way_after(stride.path, time_s)
     starts, ends = time_s == 0.0, time_s == stride.lasts_s
     for k in active_contacts(plant):
         foot = state.feet[k]
         speed = foot.end_m_per_s if ends else foot.middle_m_per_s
         speed = foot.m_per_s if starts else speed
+        own_speed, own_speeding = nominal_way(plant, state, stride, k)
+        way_m = way_in(own_speed, own_speeding, time_s)
+        foot_m = nominal_place(plant, state, k) + way_m
         bent_m = state.places_m[k] - state.offsets_m[k] - ratio_of(plant, k) * foot_m
         force_n = foot.load_n - piezo.stack_n_per_m * bent_m
         pull += force_n / piezo.foot_kg - 2.0 * piezo.damping_ratio * piezo.omega_per_s * speed
-        mean_speed += speed / len(active_contacts(plant))
+        mean_speed += in_mean(plant, k, speed)
     frame_m, centre_w = stride.frame_middle_m, stride.centre.middle_m_per_s
     if starts:
         frame_m, centre_w = stride.frame_m, state.centre_m_per_s
@@ -101,7 +113,7 @@ def frame_recoil(plant: Record, state: Record, stride: Record, time_s: float) ->
     share = frame.feet_share
     held_n = holding_force(frame, frame_m, centre_w - share * mean_speed)
     own = (state.contact_n - held_n) * frame.per_kg
-    return (own - share * pull / len(active_contacts(plant))) / (1.0 - share)
+    return (own - share * pull / plant.counts[ALL]) / (1.0 - share)
 
 
 @kernel
@@ -140,17 +152,19 @@ def arrive(plant: Record, state: Record, stride: Record) -> None:
 
 @kernel
 def note_ringing(plant: Record, state: Record) -> None:
-    """Store the largest ringing of a foot in the piezo, which limits the length of steps."""
+    """Store the largest ringing of all feet in the piezo, which limits the length of steps."""
     if not bends(plant):
         return
     ring_m = ring_m_per_s = 0.0
     for k in active_contacts(plant):
-        wanted_m = state.offsets_m[k] + ratio_of(plant, k) * state.foot_m
+        wanted_m = wanted_place(plant, state, k)
         bent_m = state.contacts[k].memory.force_n / plant.piezo.stack_n_per_m
         ring_m = max(ring_m, abs(state.places_m[k] - wanted_m - bent_m))
         ring_m_per_s = max(ring_m_per_s, abs(state.feet[k].m_per_s))
     state.piezo.ring_m = state.piezo.driving_m + ring_m
     state.piezo.ring_m_per_s = ring_m_per_s
+    for j in range(plant.delayed):
+        state.late[j].piezo.ring_m = state.late[j].piezo.driving_m
 
 
 @kernel
@@ -161,7 +175,7 @@ def stacks_energy(plant: Record, state: Record) -> float:
     doubled_j, momentum = 0.0, 0.0
     for k in active_contacts(plant):
         speed = state.feet[k].m_per_s
-        wanted_m = state.offsets_m[k] + ratio_of(plant, k) * state.foot_m
+        wanted_m = wanted_place(plant, state, k)
         bent_m = state.places_m[k] - wanted_m
         doubled_j += plant.piezo.foot_kg * speed * speed
         doubled_j += plant.piezo.stack_n_per_m * bent_m * bent_m

@@ -62,6 +62,11 @@ STRIDE = kind(
     middle_n=FLOAT,
     drag_n=FLOAT,
     middle_drag_n=FLOAT,
+    # Power of the contacts on delayed feet at the start and in the middle, and at the time at
+    # which they were evaluated last
+    before_w=FLOAT,
+    middle_w=FLOAT,
+    late_w=FLOAT,
     # Bent stacks: acceleration of the frame, and free motion of half the stride
     recoil=FLOAT,
     ring_m=FLOAT,
@@ -75,4 +80,10 @@ new_stride = on_stack(STRIDE)
 @kernel
 def way_after(way: Record, time_s: float) -> float:
     """Return the way after a time, m."""
-    return time_s * (way.speed + 0.5 * time_s * way.speeding)
+    return way_in(way.speed, way.speeding, time_s)
+
+
+@kernel
+def way_in(speed: float, speeding: float, time_s: float) -> float:
+    """Return the way with a velocity, m/s, and an acceleration, m/s^2, in a time, m."""
+    return time_s * (speed + 0.5 * time_s * speeding)

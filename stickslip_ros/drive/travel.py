@@ -7,7 +7,7 @@ from stickslip_ros.contact.memory import U, set_memory
 from stickslip_ros.contact.reaction import remembers_turns
 from stickslip_ros.contact.travel import place_of, tabulate_feet
 from stickslip_ros.drive.feet import active_contacts, sliding_motion
-from stickslip_ros.drive.records import ALL, FEET
+from stickslip_ros.drive.records import ALL
 from stickslip_ros.kernels.kernel import kernel, noinline_kernel
 from stickslip_ros.kernels.record import Record
 
@@ -53,10 +53,13 @@ def update_curve(plant: Record, state: Record, k: int) -> None:
     track, contact = plant.track, plant.contacts[k]
     place = place_of(track, state.contacts[k].window_m)
     if track.laid[k] != place:
-        first, last = (0, FEET) if k == ALL else (k - 1, k)
+        first, feet = 0, int(plant.counts[k])
+        if k != ALL:
+            for other in range(1, k):
+                first += int(plant.counts[other])
         bank, preload_n = plant.contacts[ALL].bank, contact.preload_n
         tabulate_feet(
-            track, bank, contact.compliance, preload_n, contact.curve, first, last, place
+            track, bank, contact.compliance, preload_n, contact.curve, first, first + feet, place
         )
         track.laid[k] = place
 

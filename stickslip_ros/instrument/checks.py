@@ -175,13 +175,13 @@ def check_preload(parameters: Parameters, force_n: float) -> float:
     return force_n
 
 
-def check_faults(_: Parameters, settings: Mapping[str, Scalar]) -> Mapping[str, Scalar]:
+def check_faults(parameters: Parameters, settings: Mapping[str, Scalar]) -> Mapping[str, Scalar]:
     """Return full names of parameters ``fault.*`` and their new values."""
-    for name, value in settings.items():
+    for name in settings:
         if not is_fault(name):
             hint = 'name parameters fault.*, but not fault.schedule'
             raise UnknownName('fault', name, hint)
-        spec_of(name).check(name, value)
+    parameters.updated(settings)
     return settings
 
 

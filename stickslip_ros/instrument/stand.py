@@ -54,7 +54,7 @@ class SimulatedStand:
     REMEMBERED: ClassVar[Mapping[str, Any]] = {
         'load_n': float,
         'wanted_n': float,
-        'is_separate': bool,
+        'is_divided': bool,
         'states': (STATE, (1,)),
     }
     plants: Record
@@ -95,9 +95,9 @@ class SimulatedStand:
         return float(self._ramp.item())
 
     @property
-    def is_separate(self) -> bool:
-        """Whether the feet move separately."""
-        return bool(self.plants['separate'].item())
+    def is_divided(self) -> bool:
+        """Whether each foot moves separately."""
+        return bool(self.plants['divided'].item())
 
     @property
     def is_preloaded(self) -> bool:
@@ -131,7 +131,7 @@ class SimulatedStand:
         self._set_states(values['states'])
         check_load(self.parameters, self.load_n)
         stand, plant = self.parameters.stand, self.plants[0]
-        if (values['is_separate'] or faults.dead_foot) and not plant.separate:
+        if (values['is_divided'] or faults.dead_foot) and not plant.divided:
             separate_feet(self.plants, self.parameters)
         if self.wanted_n not in (stand.preload, stand.preload_end):
             check_preload(self.parameters, self.wanted_n)

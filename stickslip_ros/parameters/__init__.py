@@ -15,9 +15,12 @@ from stickslip_ros.parameters.declaration import (
 )
 from stickslip_ros.parameters.instrument_groups import FaultParameters
 from stickslip_ros.parameters.physics_groups import (
+    FEET_MAX,
     LAWS,
     AmplifierParameters,
     ContactParameters,
+    FeetParameters,
+    FootGroup,
     FrictionLawParameters,
     StandParameters,
 )
@@ -48,6 +51,7 @@ from stickslip_ros.parameters.yaml_form import (
 
 __all__ = [
     'AMPLITUDE_SPEC',
+    'FEET_MAX',
     'FREQUENCY_SPEC',
     'LAWS',
     'SENSORS',
@@ -56,6 +60,8 @@ __all__ = [
     'AmplifierParameters',
     'ContactParameters',
     'FaultParameters',
+    'FeetParameters',
+    'FootGroup',
     'FrictionLawParameters',
     'InterferometerParameters',
     'LoadCellParameters',

@@ -6,7 +6,7 @@
 import dataclasses
 import difflib
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -32,8 +32,8 @@ class Spec:
     Attributes
     ----------
     kind : type
-        ``float``, ``int``, ``bool`` or ``str``.
-    default : bool or int or float or str
+        ``float``, ``int``, ``bool`` or ``str``; of an array, the kind of its elements.
+    default : bool or int or float or str or tuple
         Value if none is given, in ``unit``.
     unit : str
         SI unit; empty for pure numbers, switches and names.
@@ -53,7 +53,7 @@ class Spec:
     """
 
     kind: type
-    default: Scalar
+    default: Any
     unit: str
     source: str
     text: str
@@ -63,9 +63,16 @@ class Spec:
     fixed: bool = False
     live: bool = False
 
-    def check(self, name: str, value: object) -> Scalar:
+    @property
+    def is_array(self) -> bool:
+        """Whether the parameter is an array."""
+        return isinstance(self.default, tuple)
+
+    def check(self, name: str, value: object) -> Any:
         """
         Convert a value, or its text from a command line, to the declared kind, and check it.
+
+        An array is a tuple; a single element, or a text such as ``[2, 4]``, is one as well.
 
         Raises
         ------
@@ -75,6 +82,11 @@ class Spec:
             If it is outside the bounds, or not among the choices.
 
         """
+        if self.is_array:
+            return tuple(self._check_element(name, each) for each in _elements_of(value))
+        return self._check_element(name, value)
+
+    def _check_element(self, name: str, value: object) -> Scalar:
         converted: Scalar = CONVERTERS[self.kind](name, value, self.unit)
         if self.choices and converted not in self.choices:
             allowed = ', '.join(self.choices)
@@ -91,6 +103,13 @@ class Spec:
         if self.maximum is not None and value > self.maximum:
             limit = f'above the maximum {self.maximum:g} {self.unit}'.rstrip()
             raise OutOfRange(name, value, self.unit, limit, 'lower it')
+
+
+def _elements_of(value: object) -> Iterable[object]:
+    """Return the elements of an array, also of its text."""
+    if isinstance(value, str):
+        return value.strip().removeprefix('[').removesuffix(']').split(',')
+    return value if isinstance(value, Iterable) else (value,)
 
 
 def _to_float(name: str, value: object, unit: str) -> float:
@@ -159,6 +178,18 @@ def count(
 ) -> Any:
     """Declare a whole number with inclusive bounds."""
     return declare(Spec(int, default, unit, ASSUMED, text, *bounds, live=live))
+
+
+def quantities(
+    default: tuple[float, ...], unit: str, text: str, *, bounds: tuple[float, float], source: str
+) -> Any:
+    """Declare an array of physical quantities in an SI unit, with inclusive bounds of each."""
+    return declare(Spec(float, default, unit, source, text, *bounds))
+
+
+def counts(default: tuple[int, ...], text: str, *, bounds: tuple[int, int], source: str) -> Any:
+    """Declare an array of whole numbers with inclusive bounds of each."""
+    return declare(Spec(int, default, '', source, text, *bounds))
 
 
 def choice(

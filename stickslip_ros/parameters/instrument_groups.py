@@ -15,6 +15,7 @@ from stickslip_ros.parameters.declaration import (
     with_fields,
     words,
 )
+from stickslip_ros.parameters.physics_groups import FEET_MAX
 from stickslip_ros.parameters.sensors import SENSOR_FAULTS
 
 
@@ -253,8 +254,8 @@ class FaultParameters(Checked):
     )
     dead_foot: int = count(
         0,
-        'foot that does not move: 1 and 2 above, 3 to 6 below; 0: none',
-        bounds=(0, 6),
+        'foot that does not move, in the order of feet.count; 0: none',
+        bounds=(0, FEET_MAX),
         live=True,
     )
     runner_stuck: bool = switch(False, 'runner that does not move', live=True)

@@ -5,6 +5,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters.declaration import (
@@ -13,6 +14,8 @@ from stickslip_ros.parameters.declaration import (
     ReplaceableDefault,
     choice,
     count,
+    counts,
+    quantities,
     quantity,
     refuse_below_unless_zero,
     switch,
@@ -27,6 +30,11 @@ LIGHTEST_FRAME_KG = 1e-4
 """Lightest frame: a thirtieth of the runner. Much lighter frames only follow the contacts."""
 LAWS = ('mdr', 'coulomb', 'dahl', 'lugre', 'epm')
 """The contact model and the rival laws; `contact.laws` numbers them in this order."""
+
+FEET_MAX = 12
+"""Most feet of a drive."""
+DELAY_MIN_S, DELAY_MAX_S = 1e-6, 0.05
+"""Shortest and longest delay of a group of feet, if not 0."""
 
 PAPER_RMS_HEIGHT = 1.1221e-6
 PAPER_PREFACTOR = 4.4478e-4
@@ -198,7 +206,7 @@ class FrictionLawParameters(Checked):
 
 @dataclass(frozen=True)
 class StandParameters(Checked):
-    """The frame that holds the six hemispheres."""
+    """The frame that holds the feet."""
 
     preload: float = quantity(
         ReplaceableDefault(0.5),
@@ -212,10 +220,16 @@ class StandParameters(Checked):
     )
     preload_rate: float = quantity(1.0, 'N/s', 'rate of change of the preload', bounds=(1e-6, 1e6))
     weight: bool = switch(
-        False, 'add the weight of the runner to the lower contacts; the paper neglects it'
+        False, 'add the weight of the runner to the contacts (feet.weight); the paper neglects it'
     )
     preload_limit: float = quantity(
         2.0, 'N', 'largest preload that a command may ask for', bounds=(1e-3, 100.0)
+    )
+    load: float = quantity(
+        0.0,
+        'N',
+        'constant external force on the runner, beside that of a command: the weight of a z axis',
+        bounds=(-1000.0, 1000.0),
     )
     load_limit: float = quantity(
         10.0, 'N', 'largest external force that a command may ask for', bounds=(0.0, 1000.0)
@@ -230,6 +244,100 @@ class StandParameters(Checked):
         'stiffness of the end stops; 0: no end stops',
         bounds=(0.0, 1e9),
     )
+
+
+class FootGroup(NamedTuple):
+    """Equal feet: number, normal force of one per preload and per weight, and their motion."""
+
+    feet: int
+    share: float
+    weight: float
+    radius_m: float  # 0: contact.radius
+    gain: float
+    delay_s: float
+
+
+_FOR_ALL = {'weight': 0.0, 'radius': 0.0, 'gain': 1.0, 'delay': 0.0}
+"""Values of groups for which none is given, if there are not as many groups as in the paper."""
+
+
+@dataclass(frozen=True)
+class FeetParameters(Checked):
+    """
+    The feet, in groups of equal ones: an element of each array for each group.
+
+    An array of one element holds for all groups.
+
+    """
+
+    count: tuple[int, ...] = counts(
+        (2, 4), 'feet in each group, 12 at most together', bounds=(1, FEET_MAX), source='Section 2'
+    )
+    share: tuple[float, ...] = quantities(
+        (math.sqrt(2.0) / 2.0, math.sqrt(2.0) / 4.0),
+        '',
+        'normal force of one foot per preload',
+        bounds=(1e-6, 100.0),
+        source='Eq. 19',
+    )
+    weight: tuple[float, ...] = quantities(
+        (0.0, math.sqrt(2.0) / 4.0),
+        '',
+        'normal force of one foot per weight of the runner, where stand.weight is on',
+        bounds=(0.0, 100.0),
+        source='Eq. 19',
+    )
+    radius: tuple[float, ...] = quantities(
+        (0.0, 0.0), 'm', 'radius of a foot; 0: contact.radius', bounds=(0.0, 1.0), source=TABLE_1
+    )
+    gain: tuple[float, ...] = quantities(
+        (1.0, 1.0),
+        '',
+        'displacement per that of actuator.gain; 0: a guide at rest; below 0: against the others',
+        bounds=(-10.0, 10.0),
+        source='Section 2',
+    )
+    delay: tuple[float, ...] = quantities(
+        (0.0, 0.0),
+        's',
+        "delay of the group's voltage, for feet that fall one after another",
+        bounds=(0.0, DELAY_MAX_S),
+        source='Section 2',
+    )
+
+    def check_together(self) -> None:
+        """Give each group a value of each array; refuse another number of values, or of feet."""
+        groups = len(self.count)
+        for name, field in self.__dataclass_fields__.items():
+            values = getattr(self, name)
+            is_default = values == field.default and name in _FOR_ALL
+            if groups != len(values) and is_default:
+                values = (_FOR_ALL[name],)
+            if len(values) not in (1, groups):
+                limit = f'an array of {len(values)}, but feet.count has {groups} groups'
+                hint = f'give {groups} values, or one for all groups'
+                raise OutOfRange(f'feet.{name}', list(values), '', limit, hint)
+            self.__dict__[name] = values * (groups if len(values) == 1 else 1)
+        if sum(self.count) > FEET_MAX:
+            limit = f'above {FEET_MAX} feet together'
+            raise OutOfRange('feet.count', list(self.count), '', limit, 'lower it')
+        for radius in self.radius:
+            refuse_below_unless_zero('feet.radius', radius, 1e-6, 'm')
+        for delay in self.delay:
+            refuse_below_unless_zero('feet.delay', delay, DELAY_MIN_S, 's')
+
+    @property
+    def groups(self) -> tuple[FootGroup, ...]:
+        """The groups, in the order of the arrays."""
+        rows = zip(
+            self.count, self.share, self.weight, self.radius, self.gain, self.delay, strict=True
+        )
+        return tuple(FootGroup(*row) for row in rows)
+
+    @property
+    def total(self) -> int:
+        """Number of feet."""
+        return sum(self.count)
 
 
 @dataclass(frozen=True)
@@ -371,7 +479,7 @@ class ActuatorParameters(Checked):
     gain_tolerance: float = quantity(
         0.0,
         '',
-        "largest relative deviation of a foot's gain from the mean; 0: six equal feet",
+        "largest relative deviation of a foot's gain from the mean; 0: none",
         bounds=(0.0, 0.9),
     )
 

@@ -8,12 +8,12 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import compress
 from operator import attrgetter
+from typing import Any
 
 from stickslip_ros.errors import OutOfRange, WrongKind, WrongUse
 from stickslip_ros.parameters.arguments import PARAMETER_NAMES, reading
 from stickslip_ros.parameters.declaration import (
     Checked,
-    Scalar,
     Spec,
     declared_by,
     find,
@@ -35,6 +35,7 @@ from stickslip_ros.parameters.physics_groups import (
     ActuatorParameters,
     AmplifierParameters,
     ContactParameters,
+    FeetParameters,
     FrameParameters,
     FrictionLawParameters,
     RunnerParameters,
@@ -49,7 +50,7 @@ from stickslip_ros.parameters.sensors import (
 from stickslip_ros.sections import Section, Shown
 from stickslip_ros.units import NS_PER_S
 
-_PAPER = 'none', 'the stand of the paper'
+_PAPER: tuple[str, ...] = 'none', 'the stand of the paper'
 
 
 @reading
@@ -65,6 +66,7 @@ class Parameters(Shown, Checked):
     contact: ContactParameters = field(default_factory=ContactParameters)
     friction_law: FrictionLawParameters = field(default_factory=FrictionLawParameters)
     stand: StandParameters = field(default_factory=StandParameters)
+    feet: FeetParameters = field(default_factory=FeetParameters)
     frame: FrameParameters = field(default_factory=FrameParameters)
     runner: RunnerParameters = field(default_factory=RunnerParameters)
     amplifier: AmplifierParameters = field(default_factory=AmplifierParameters)
@@ -87,7 +89,7 @@ class Parameters(Shown, Checked):
 
     def check_together(self) -> None:
         """
-        Refuse a preload ramp with travelling roughness, and periods that are not multiples.
+        Refuse combinations of groups, and periods that are not multiples.
 
         A block has a whole number of samples, a trace message a whole number of blocks.
 
@@ -95,6 +97,12 @@ class Parameters(Shown, Checked):
         if self.contact.travel and self.stand.preload_end:
             limit, hint = 'a ramp, but contact.travel needs a constant preload', 'set either to 0'
             raise OutOfRange('stand.preload_end', self.stand.preload_end, 'N', limit, hint)
+        if self.stand.weight and not any(self.feet.weight):
+            limit, hint = 'true, but no foot carries the weight', 'set feet.weight'
+            raise OutOfRange('stand.weight', True, '', limit, hint)
+        if self.fault.dead_foot > self.feet.total:
+            limit = f'above the number of feet, {self.feet.total}'
+            raise OutOfRange('fault.dead_foot', self.fault.dead_foot, '', limit, 'lower it')
         _check_multiple('sim.block', self.block_ns, 'sample of trace.sample_rate', self.sample_ns)
         _check_multiple('trace.period', self.trace_period_ns, 'sim.block', self.block_ns)
 
@@ -124,7 +132,7 @@ class Parameters(Shown, Checked):
         """Period of the messages of the trace, ns."""
         return to_nanoseconds(self.trace.period)
 
-    def flat(self) -> dict[str, Scalar]:
+    def flat(self) -> dict[str, Any]:
         """Return ``{'group.name': value}`` in the order of declaration."""
         return dict(zip(_SPECS, _values_of(self), strict=True))
 
@@ -151,10 +159,12 @@ class Parameters(Shown, Checked):
 
     def sections(self) -> list[Section]:
         """Return a table of the values that differ from the stand of the paper."""
-        rows = [(name, value, spec_of(name).unit) for name, value in self.changed().items()]
+        rows: list[tuple[Any, ...]] = [
+            (name, value, spec_of(name).unit) for name, value in self.changed().items()
+        ]
         return [Section('parameters that differ from the default', rows or [_PAPER])]
 
-    def changed(self) -> dict[str, Scalar]:
+    def changed(self) -> dict[str, Any]:
         """Return the values that differ from the default."""
         return {name: v for name, v in self.flat().items() if v != spec_of(name).default}
 

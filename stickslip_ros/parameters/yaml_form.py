@@ -30,8 +30,10 @@ _LENGTH_MAX = 4_000_000
 """Longest YAML, characters: 15 s of work; the metadata of 10,000 bag files has half as many."""
 
 
-def format_value(value: Scalar) -> str:
+def format_value(value: Scalar | tuple[Scalar, ...]) -> str:
     """Format a value for YAML 1.1 and ROS: a float keeps its decimal point and all digits."""
+    if isinstance(value, tuple):
+        return f'[{", ".join(map(format_value, value))}]'
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, float):
@@ -48,7 +50,7 @@ def describe(spec: Spec, *, limits: bool = True) -> str:
     """Describe a parameter in a line: text, unit, bounds or choices, source."""
     line = f'{spec.text} [{spec.unit}]' if spec.unit else spec.text
     if limits and spec.minimum is not None and spec.maximum is not None:
-        line += f'; {spec.minimum:g} to {spec.maximum:g}'
+        line += f'; {"each " if spec.is_array else ""}{spec.minimum:g} to {spec.maximum:g}'
     if limits and spec.choices:
         line += f'; {" | ".join(spec.choices)}'
     return f'{line} ({spec.source})'

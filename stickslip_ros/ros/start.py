@@ -5,10 +5,13 @@
 
 import gc
 import sys
+from collections.abc import Sequence
 from itertools import takewhile
 
+from stickslip_ros.errors import UnknownName
 from stickslip_ros.extras import MissingRos, needs_ros
 from stickslip_ros.process.signals import REFUSED, run
+from stickslip_ros.stages import stage_file
 
 # ruff: noqa: PLC0415 - that is what this module is for
 
@@ -26,9 +29,20 @@ def _drive() -> int:
         return 0
     gc.disable()  # until the node is made, see ``run_node``: a seventh of its start
     try:
+        words = with_stage(sys.argv)
         with needs_ros('the drive'):
             from stickslip_ros.ros.node import main
-    except MissingRos as error:
+    except (MissingRos, UnknownName) as error:
         sys.stderr.write(f'drive: {error}\n')
         return REFUSED
-    return main()
+    return main(words)
+
+
+def with_stage(words: Sequence[str]) -> list[str]:
+    """Return a command line with the file of its ``--stage`` in place of the stage, for ROS."""
+    own = [*takewhile(lambda word: word != '--ros-args', words)]
+    if '--stage' not in own:
+        return list(words)
+    at = own.index('--stage')
+    file = stage_file(next(iter(own[at + 1 :]), ''))
+    return [*own[:at], '--ros-args', '--params-file', str(file), '--', *words[at + 2 :]]

@@ -88,7 +88,7 @@ def test_the_curve_at_a_place_is_that_of_the_sorted_heights_there(separate, plac
             stand.contact.friction,
             group.share * stand.stand.preload + group.weight_n,
         )
-        for foot, group in enumerate(groups_of(stand.contact, weight_n))
+        for foot, group in enumerate(groups_of(stand.contact, stand.feet, weight_n))
     ]
     feet = [[contact] for contact in contacts] if separate else [contacts]
     for k, own in enumerate(feet, start=1 if separate else ALL):

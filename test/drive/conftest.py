@@ -10,13 +10,12 @@ import pytest
 
 from stickslip_ros.drive.advance import advance
 from stickslip_ros.drive.build import (
+    divide_feet,
     plant_of,
-    separate_feet,
     set_ideal,
     start_clock,
     state_at_rest,
 )
-from stickslip_ros.drive.division import divide_among_feet
 from stickslip_ros.drive.ledger import EnergyLedger, take_ledger
 from stickslip_ros.drive.records import ALL, Wave
 from stickslip_ros.kernels.record import Record
@@ -47,8 +46,7 @@ class Drive:
 
     def separate(self) -> 'Drive':
         """Separate the feet."""
-        separate_feet(self.plants, self.parameters)
-        divide_among_feet(self.plants, self.states)
+        divide_feet(self.plants, self.states, self.parameters)
         set_ideal(self.plant)
         return self
 

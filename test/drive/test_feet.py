@@ -100,12 +100,12 @@ def test_feet_that_differ_go_back_from_the_springs_to_their_turning_points(drive
 @pytest.mark.parametrize('tolerance', [1e-3, 0.1, 0.9])
 def test_gains_keep_mean_and_tolerance_and_come_from_the_seed(tolerance):
     for seed in range(50):
-        ratios = gain_ratios(tolerance, seed)
+        ratios = gain_ratios(tolerance, seed, 6)
         assert np.mean(ratios) == pytest.approx(1.0, rel=1e-15)
         assert np.max(np.abs(ratios - 1.0)) <= tolerance * (1.0 + 1e-12)
         assert np.ptp(ratios) > 0.1 * tolerance
-    assert np.array_equal(gain_ratios(tolerance, 3), gain_ratios(tolerance, 3))
-    assert not np.array_equal(gain_ratios(tolerance, 3), gain_ratios(tolerance, 4))
+    assert np.array_equal(gain_ratios(tolerance, 3, 6), gain_ratios(tolerance, 3, 6))
+    assert not np.array_equal(gain_ratios(tolerance, 3, 6), gain_ratios(tolerance, 4, 6))
 
 
 def test_each_foot_goes_its_own_way(drive):

@@ -8,7 +8,7 @@ import math
 import pytest
 
 from stickslip_ros.contact.springs import friction_limit
-from stickslip_ros.drive.build import UPPER_CONTACTS, contacts_of, plant_of, weight_of
+from stickslip_ros.drive.build import contacts_of, plant_of, weight_of
 from stickslip_ros.drive.records import ALL
 from stickslip_ros.kernels.kernel import in_python
 from stickslip_ros.lab.runs.sawtooth_run import run_drive
@@ -32,7 +32,7 @@ def test_by_default_the_runner_weighs_nothing_and_on_demand_3_g():
 
 def test_the_lower_contacts_carry_preload_and_weight_at_45_degrees(heavy):
     normal_n = [contact.max_force_n / 0.3 for contact in contacts_of(heavy)]
-    upper_n, lower_n = normal_n[:UPPER_CONTACTS], normal_n[UPPER_CONTACTS:]
+    upper_n, lower_n = normal_n[:2], normal_n[2:]
     assert sum(upper_n) * math.sqrt(0.5) == pytest.approx(0.1, rel=ROUNDING)
     assert sum(lower_n) * math.sqrt(0.5) == pytest.approx(0.1 + WEIGHT_N, rel=ROUNDING)
 
@@ -40,7 +40,7 @@ def test_the_lower_contacts_carry_preload_and_weight_at_45_degrees(heavy):
 def test_the_springs_carry_the_weight_too_at_any_preload(heavy):
     for changes in ({}, {'actuator.gain_tolerance': 0.01}):
         plant = plant_of(heavy.updated(changes))[0]
-        banks = [contact.bank for contact in plant.contacts[ALL + 1 :]] if changes else []
+        banks = [contact.bank for contact in plant.contacts[1 : 1 + plant.moved]]
         for preload_n in (0.05, 0.1, 0.3):
             upper_n = 0.3 * math.sqrt(2.0) * preload_n
             wanted_n = 2.0 * upper_n + 0.3 * math.sqrt(2.0) * WEIGHT_N

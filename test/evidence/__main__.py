@@ -9,12 +9,15 @@ Exit status 1: a reference moved by more than rounding. The table then has the n
 
 import sys
 import time
+from collections.abc import Iterable
+from pathlib import Path
 
 from evidence import (
     ageing,
     contact_groups,
     half_space,
     laws,
+    layouts,
     published,
     roughness,
     spring_bank,
@@ -23,7 +26,7 @@ from evidence import (
     travelling,
 )
 from evidence.group import Group, csv_text
-from evidence.page import PAGE, families_table, spheres_table, with_table
+from evidence.page import PAGE, families_table, layouts_table, spheres_table, with_table
 from stickslip_ros.lab.validation.references import TABLES, Reference, read_references
 from stickslip_ros.lab.validation.self_test import validate
 
@@ -70,10 +73,21 @@ REPEATABLE = 1e-9
 
 def main() -> int:
     """Make all references, and say which moved."""
-    stored, table, moved = stored_by_key(), [], 0
-    for group in GROUPS:
+    moved = write(TABLES[0], ((str(group), group.rows()) for group in GROUPS))
+    runs = ((' '.join(map(str, case)), layouts.references(case)) for case in layouts.CASES)
+    moved += write(layouts.TABLE, runs)
+    page = with_table(PAGE.read_text(encoding='utf-8'), 'families', families_table(validate()))
+    page = with_table(page, 'layouts', layouts_table())
+    PAGE.write_text(with_table(page, 'spheres', spheres_table()), encoding='utf-8')
+    return 1 if moved else 0
+
+
+def write(path: Path, made: Iterable[tuple[str, Iterable[Reference]]]) -> int:
+    """Make the rows of a table, by names of their codes; return how many moved."""
+    stored, table, moved = stored_by_key(path), [], 0
+    for name, rows in made:
         begin_s = time.process_time()
-        for row in group.rows():
+        for row in rows:
             before = stored.pop(key_of(row), None)
             if before is None:
                 print(f'new: {row.quantity} of {row.case}: {row.reference:.9g}')
@@ -90,19 +104,17 @@ def main() -> int:
             table.append(row)
         took_s = time.process_time() - begin_s
         if took_s > 1.0:
-            print(f'{group}: {took_s:.1f} s')
+            print(f'{name}: {took_s:.1f} s')
     for row in stored.values():
         print(f'gone: {row.quantity} of {row.case} ({row.source})')
-    TABLES[0].write_text(csv_text(table), encoding='utf-8')
-    page = with_table(PAGE.read_text(encoding='utf-8'), 'families', families_table(validate()))
-    PAGE.write_text(with_table(page, 'spheres', spheres_table()), encoding='utf-8')
-    print(f'{len(table)} references in {TABLES[0]}; moved: {moved}')
-    return 1 if moved else 0
+    path.write_text(csv_text(table), encoding='utf-8')
+    print(f'{len(table)} references in {path}; moved: {moved}')
+    return moved
 
 
-def stored_by_key() -> dict[tuple[str, str, str], Reference]:
-    """Return the rows of the table that is there."""
-    return {key_of(row): row for row in read_references(TABLES[:1] if TABLES[0].exists() else ())}
+def stored_by_key(path: Path = TABLES[0]) -> dict[tuple[str, str, str], Reference]:
+    """Return the rows of a table; none if it is not there."""
+    return {key_of(row): row for row in read_references((path,) if path.exists() else ())}
 
 
 def key_of(row: Reference) -> tuple[str, str, str]:

@@ -83,7 +83,7 @@ def main() -> int:
     """Ask one after the other, and write the table."""
     tamaas.set_log_level(tamaas.LogLevel.warning)
     asked = (press_bodies, pull, fit_exponents, press_random_spheres)
-    TABLES[1].write_text(csv_text(row for ask in asked for row in ask()), encoding='utf-8')
+    TABLES[2].write_text(csv_text(row for ask in asked for row in ask()), encoding='utf-8')
     return 0
 
 

@@ -7,13 +7,24 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
+from evidence.layouts import TABLE
 from stickslip_ros.lab.validation.contacts import depth_m, normal_stiffness_n_per_m
-from stickslip_ros.lab.validation.references import TABLES, read_references
+from stickslip_ros.lab.validation.references import TABLES, arguments_of, read_references
 from stickslip_ros.lab.validation.self_test import CheckedAnswer
 
 PAGE = Path(__file__).parents[2] / 'docs' / 'evidence' / 'validation.md'
 FAMILIES = ('family', 'references', 'against', 'tolerance', 'largest error/tolerance')
 SPHERES = ('F_n (N)', 'depth d', 'stiffness dF_n/dd')
+LAYOUT_COLUMNS = (
+    'layout',
+    'V',
+    'Hz',
+    'N s/m',
+    'step or mean force',
+    'loss',
+    'work of the feet',
+    'error',
+)
 ANSWERED = {'depth_m': depth_m, 'normal_stiffness_n_per_m': normal_stiffness_n_per_m}
 
 
@@ -40,7 +51,7 @@ def families_table(outcomes: Mapping[str, Sequence[CheckedAnswer]]) -> str:
 
 def spheres_table() -> str:
     """Return random rough spheres over the body that stands for them: mean and scatter."""
-    rows = [row for row in read_references(TABLES[1:]) if 'spheres' in row.source]
+    rows = [row for row in read_references(TABLES[2:]) if 'spheres' in row.source]
     lines = [markdown_row(SPHERES), '|---' * len(SPHERES) + '|']
     for case in dict.fromkeys(row.case for row in rows):
         load_n, told = float(case.rpartition('=')[2]), []
@@ -53,6 +64,24 @@ def spheres_table() -> str:
             )
             told.append(f'{mean:.2f} ± {scatter:.2f}')
         lines.append(markdown_row((f'{load_n:g}', *told)))
+    return '\n'.join(lines) + '\n'
+
+
+def layouts_table() -> str:
+    """Return the references of layouts of feet, and the largest error of each run."""
+    lines = [markdown_row(LAYOUT_COLUMNS), '|---' * len(LAYOUT_COLUMNS) + '|']
+    rows = read_references((TABLE,))
+    for case in dict.fromkeys(row.case for row in rows):
+        found = {row.quantity: row for row in rows if row.case == case}
+        layout, *axes = arguments_of(case).values()
+        words = [str(layout), *(f'{axis:g}' for axis in axes[:3])]
+        if 'layout_force_n' in found:
+            words.append(f'{1e3 * found["layout_force_n"].reference:.3f} mN')
+        else:
+            words.append(f'{abs(1e9 * found["layout_step_m"].reference):.4f} nm')
+        words += [f'{1e9 * found[f"layout_{x}_j"].reference:.4f} nJ' for x in ('loss', 'work')]
+        words.append(max((row.why.split()[-1] for row in found.values()), key=float))
+        lines.append(markdown_row(words))
     return '\n'.join(lines) + '\n'
 
 

@@ -503,7 +503,7 @@ def motion(voltage_v: float, load_n: float = 0.0, **changes: float | str) -> Cyc
 def _motion(voltage_v: float, load_n: float, *changes: tuple[str, float | str]) -> CycleMotion:
     values = dict(changes)
     spread = float(values.pop('actuator.gain_tolerance', 0.0))
-    ratios = gain_ratios(spread, Parameters().sim.seed)
+    ratios = gain_ratios(spread, Parameters().sim.seed, 6)
     return run_springs(values, voltage_v, DRIVEN_CYCLES, load_n, ratios)
 
 

@@ -59,7 +59,7 @@ def test_a_reference_moves_when_it_leaves_rounding_or_is_no_number():
 def test_answers_of_other_codes_are_those_of_the_pinned_versions():
     locks = (ROOT / 'requirements' / f'{name}.txt' for name in ('evidence', 'slippy'))
     pinned = ''.join(lock.read_text(encoding='utf-8') for lock in locks)
-    for code in {(row.made_by.lower(), row.version) for row in read_references(TABLES[1:])}:
+    for code in {(row.made_by.lower(), row.version) for row in read_references(TABLES[2:])}:
         assert '=='.join(code) in pinned
 
 

@@ -25,7 +25,7 @@ def test_help_says_how_to_use_it_and_every_parameter(word: str):
     command = [sys.executable, '-c', CALL, word]
     ended = run_process(command)
     assert (ended.returncode, ended.stderr) == (0, '')
-    assert ended.stdout.startswith('usage: drive [-h] [--ros-args ')
+    assert ended.stdout.startswith('usage: drive [-h] [--stage STAGE]\n             [--ros-args ')
     assert ended.stdout.endswith('imported []\n')
     for each in specs():
         assert f'\n  {each}:=' in ended.stdout

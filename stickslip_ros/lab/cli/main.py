@@ -19,6 +19,7 @@ from stickslip_ros.extras import needs_ros
 from stickslip_ros.lab.cli.verbs import GROUPS, VERBS
 from stickslip_ros.process.signals import REFUSED, STOPPED, begin
 from stickslip_ros.process.stopping import Stopped
+from stickslip_ros.stages import stage_files
 from stickslip_ros.units import joined
 
 # ruff: noqa: PLC0415 - most verbs do not need these imports
@@ -186,12 +187,14 @@ def complete() -> None:
 
 
 def values_of(*, prefix: str, action: argparse.Action, **_: object) -> Iterable[str]:
-    """Return the possible values of an option: files, names of parameters, their choices."""
+    """Return the possible values of an option: files, stages, parameters, their choices."""
     shown = str(action.metavar)
     if shown in {'FILE', 'DIR'}:
         from argcomplete.completers import FilesCompleter
 
         return list(FilesCompleter()(prefix))
+    if shown == 'STAGE':
+        return stage_files()
     if not shown.startswith(OF_PARAMETERS):
         return []
     from stickslip_ros.parameters import specs

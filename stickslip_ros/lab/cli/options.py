@@ -164,6 +164,14 @@ class _Joined(argparse.Action):
         setattr(to, self.dest, values)
 
 
+class _First(argparse.Action):
+    """Puts its value before those of the other options of its name."""
+
+    def __call__(self, _: Any, to: argparse.Namespace, values: Any, _flag: Any = None) -> None:
+        """Add the value."""
+        setattr(to, self.dest, [values, *getattr(to, self.dest)])
+
+
 def _late(name: str) -> Callable[..., Any]:
     """Return a function that is imported when called, with refusals that argparse keeps."""
     module, _, function = name.rpartition('.')
@@ -309,6 +317,15 @@ PARAMETERS = (
         'ROS parameter file, as config/test_stand.yaml; later files win',
         'FILE',
         to_path,
+    ),
+    option(
+        '--stage',
+        'another kind of stage, a file of config/stages, as clamp; --params wins over it',
+        _late('stages.stage_file'),
+        'STAGE',
+        dest='params',
+        action=_First,
+        default=[],
     ),
     many(
         '--set',

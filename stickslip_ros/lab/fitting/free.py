@@ -193,7 +193,7 @@ def _check_names(names: Sequence[str]) -> None:
     if not names:
         raise WrongKind('--free', '', 'a list of parameters', 'name one, as contact.friction')
     for name in names:
-        if spec_of(name).kind is not float:
+        if spec_of(name).kind is not float or spec_of(name).is_array:
             hint = 'set it with --set, and compare fits'
             raise WrongKind('free parameter', name, 'a quantity (it is no float)', hint)
         if name.partition('.')[0] not in FITTED_GROUPS:

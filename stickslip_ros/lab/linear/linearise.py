@@ -18,9 +18,9 @@ from numpy.typing import ArrayLike
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.advance import advance
-from stickslip_ros.drive.build import contacts_of, plant_of, start_clock, state_at_rest
+from stickslip_ros.drive.build import contacts_of, plant_of, ratios_of, start_clock, state_at_rest
 from stickslip_ros.drive.piezo import CREEP_FASTEST_S
-from stickslip_ros.drive.records import CONTACTS, DECADES
+from stickslip_ros.drive.records import DECADES
 from stickslip_ros.drive.waveform import table
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.extras import load_extra
@@ -64,7 +64,7 @@ class LinearDrive(Plottable):
     at_voltage_v, at_position_m : float
         Operating point.
     contact_n_per_m, cell_n_per_m : float
-        Stiffness of the six contacts together, and of touched load cell and end stops.
+        Stiffness of the contacts together, and of touched load cell and end stops.
     resonance_hz : float
         Natural frequency of the runner.
     parameters : Parameters
@@ -215,8 +215,11 @@ def linear_drive(
 ) -> LinearDrive:
     """Linearise the drive at the state of `drive_at`."""
     plant, at_m = plants[0], float(states['position_m'].item())
-    contacts = contacts_of(parameters)
-    contacts_n_per_m = np.array([each.stick_stiffness_n_per_m for each in contacts])
+    if plant.delayed:
+        limit, hint = 'a delay, which no linear model of finite order has', 'set it to 0 s'
+        raise OutOfRange('feet.delay', list(parameters.feet.delay), 's', limit, hint)
+    contacts_n_per_m = np.array([e.stick_stiffness_n_per_m for e in contacts_of(parameters)])
+    ratios = ratios_of(parameters)
     stiffness, cell, walls = float(contacts_n_per_m.sum()), plant.cell_n_per_m, plant.walls
     mass_kg, damping_n_s_per_m = float(plant.mass_kg), float(plant.damping_n_s_per_m)
     if at_m > walls.gap_m:
@@ -228,7 +231,9 @@ def linear_drive(
     if not walls.low_m < at_m < walls.high_m:
         cell += walls.stop_n_per_m
     cell = float(cell)
-    rates, foot_m = rates_of_states(plant, mass_kg, damping_n_s_per_m, contacts_n_per_m, cell)
+    rates, foot_m = rates_of_states(
+        plant, mass_kg, damping_n_s_per_m, contacts_n_per_m, ratios, cell
+    )
     names, matrix = tuple(rates), np.array(list(rates.values()))
     seen = np.array([_unit(names, 'position_m'), foot_m])
     n = len(names)
@@ -279,12 +284,13 @@ def rates_of_states(
     mass_kg: float,
     damping_n_s_per_m: float,
     contacts_n_per_m: Array,
+    ratios: Array,
     cell_n_per_m: float,
 ) -> tuple[dict[str, Array], Array]:
     """Return rows of rates, and of the mean foot relative to the frame, over states and inputs."""
     amplifier, piezo, frame = plant.amplifier, plant.piezo, plant.frame
     creep = [f'creep_{k}_m' for k in range(DECADES)] if piezo.creep > 0.0 else []
-    bent = [f'foot_{k}_m' for k in range(1, CONTACTS)] if piezo.stack_n_per_m > 0.0 else []
+    bent = [f'foot_{k}_m' for k in range(1, 1 + plant.moved)] if piezo.stack_n_per_m > 0.0 else []
     names = [
         *(['amplifier_v'] if amplifier.tau_s > 0.0 else []),
         *creep,
@@ -306,7 +312,7 @@ def rates_of_states(
         rates[name] = (static_m - of[name]) / (CREEP_FASTEST_S * 10.0**k)
         foot_m = foot_m + piezo.creep * of[name]
     omega, sigma = piezo.omega_per_s, 2.0 * piezo.damping_ratio * piezo.omega_per_s
-    wanted_m = feet_m = np.outer(plant.ratios[1:], foot_m)
+    wanted_m = feet_m = np.outer(ratios, foot_m)
     if bent:
         feet_m = np.array([of[name] for name in bent])
         foot_m = feet_m.mean(axis=0)
@@ -314,16 +320,17 @@ def rates_of_states(
         rates['foot_m'] = of['foot_m_per_s']
         rates['foot_m_per_s'] = omega**2 * (foot_m - of['foot_m']) - sigma * of['foot_m_per_s']
         foot_m = of['foot_m']
-        feet_m = np.outer(plant.ratios[1:], foot_m)
+        feet_m = np.outer(ratios, foot_m)
+    mean_m = foot_m if bent else ratios.mean() * foot_m
     share, frame_m = frame.feet_share, 0.0 * foot_m
     if frame.exists:
-        frame_m = of['centre_m'] - share * foot_m
+        frame_m = of['centre_m'] - share * mean_m
     loads_n = contacts_n_per_m[:, None] * (of['position_m'] - frame_m - feet_m)
     recoil = 0.0 * foot_m
     if frame.exists:
         # Velocity of the centre of mass, less the damper's share of the feet.
         gamma = frame.damping_n_s_per_m / frame.mass_kg
-        rates['centre_m'] = of['centre_m_per_s'] + gamma * share * foot_m
+        rates['centre_m'] = of['centre_m_per_s'] + gamma * share * mean_m
         recoil = (loads_n.sum(axis=0) - frame.held_n_per_m * frame_m) / frame.mass_kg
         rates['centre_m_per_s'] = recoil - gamma * rates['centre_m']
     if bent:

@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.drive.build import UPPER_CONTACTS, contacts_of, friction_limit_n
+from stickslip_ros.drive.build import contacts_of, friction_limit_n
 from stickslip_ros.lab.paper.figure import Case, PaperFigure, Table, assumed, surface
 from stickslip_ros.lab.runs.courses import Course
 from stickslip_ros.lab.runs.journal import Row
@@ -70,7 +70,7 @@ def preload_style(preload_n: float) -> dict[str, Any]:
 def max_presliding_m(parameters: Parameters) -> tuple[float, float]:
     """Return u_max of a lower and of an upper contact, m (Eq. 22)."""
     contacts = contacts_of(parameters)
-    return contacts[UPPER_CONTACTS].max_displacement_m, contacts[0].max_displacement_m
+    return contacts[-1].max_displacement_m, contacts[0].max_displacement_m
 
 
 def zero_by_steps_m(parameters: Parameters, frequency_hz: float) -> Course[tuple[float, float]]:

@@ -215,6 +215,8 @@ def sweep(
 
 def parse_axis(name: str, text: str, spec: Spec) -> Axis:
     """Parse an axis: values with commas, or ``start:stop:count`` with both ends."""
+    if spec.is_array:
+        raise WrongKind(name, text, 'one number', 'set arrays with --set, and sweep other values')
     if ':' in text and spec.kind in {float, int}:
         values: list[object] = list(_range(name, text, spec))
     else:

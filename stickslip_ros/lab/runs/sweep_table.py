@@ -125,10 +125,12 @@ def read_parquet(path: Path, hint: str) -> Any:
 def _described(metadata: Mapping[str, str]) -> dict[str, Scalar] | None:
     if _PARAMETERS not in metadata:
         return None
-    return {'stickslip_ros': metadata[_VERSION], **json.loads(metadata[_PARAMETERS])}
+    values = json.loads(metadata[_PARAMETERS])
+    arrays = {name: tuple(value) for name, value in values.items() if isinstance(value, list)}
+    return {'stickslip_ros': metadata[_VERSION], **values, **arrays}
 
 
-def _value(name: str, value: Any, where: str) -> Scalar:
+def _value(name: str, value: Any, where: str) -> Any:
     """Return a checked value of the right type."""
     if name in _NUMBERS:
         return _NUMBERS[name].check(where, value)

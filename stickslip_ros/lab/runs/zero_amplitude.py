@@ -17,7 +17,7 @@ from functools import partial
 import numpy as np
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.drive.build import UPPER_CONTACTS, contacts_of, friction_limit_n
+from stickslip_ros.drive.build import contacts_of, friction_limit_n
 from stickslip_ros.drive.long_step import LANES
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.runs.batch import Progress, run_courses
@@ -173,7 +173,7 @@ def _asked(
     if not slope > 0.0:
         hint = 'look at step lengths with: stickslip sweep --no-load-cell'
         raise OutOfRange('slope of step length', slope, '', 'not above 0', hint)
-    lower = contacts_of(free)[UPPER_CONTACTS:]
+    least = min(contacts_of(free), key=lambda contact: contact.max_force_n)
     missed_m = steps_m - mean_m - slope * offsets_m
     method = (
         f"Edeler's extrapolation: straight line through the step lengths of a free runner at "
@@ -185,7 +185,7 @@ def _asked(
         slope=slope,
         method=method,
         zero_amplitude_direct_m=direct_m,
-        max_presliding_lower_m=max(each.max_displacement_m for each in lower),
+        max_presliding_lower_m=least.max_displacement_m,
         preload_n=free.stand.preload,
         frequency_hz=frequency_hz,
         fit_from_m=float(amplitudes_m[0]),

@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-References of the self-test: two tables of data in the package.
+References of the self-test: tables of data in the package.
 
 A row holds a quantity (a function of the self-test), a case (its arguments), the answer of another
-code, and the tolerance. ``make evidence`` writes references.csv from test/evidence and from
-printed figures, ``make foreign`` writes foreign.csv from other programs.
+code, and the tolerance. ``make evidence`` writes references.csv and layouts.csv from test/evidence
+and from printed figures, ``make foreign`` writes foreign.csv from other programs.
 
 """
 
@@ -19,7 +19,9 @@ from typing import Any, NamedTuple
 
 from stickslip_ros.units import unit_of
 
-TABLES = tuple(Path(__file__).parent / name for name in ('references.csv', 'foreign.csv'))
+TABLES = tuple(
+    Path(__file__).parent / name for name in ('references.csv', 'layouts.csv', 'foreign.csv')
+)
 
 
 class Reference(NamedTuple):

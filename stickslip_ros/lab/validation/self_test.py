@@ -6,11 +6,11 @@
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from stickslip_ros.lab.validation import bank, contacts, drive, laws, roughness
+from stickslip_ros.lab.validation import bank, contacts, drive, laws, layouts, roughness
 from stickslip_ros.lab.validation.references import Reference, arguments_of, read_references
 from stickslip_ros.process.stopping import stop_if_asked
 
-MODULES = (contacts, roughness, bank, laws, drive)
+MODULES = (contacts, roughness, bank, laws, drive, layouts)
 ANSWERS = {quantity: answer for module in MODULES for quantity, answer in module.ANSWERS.items()}
 """Functions by quantity."""
 

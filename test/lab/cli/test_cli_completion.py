@@ -38,6 +38,7 @@ OFFERED = {
     'stickslip info ': {'run.mcap', 'there/'},
     'stickslip fit a.csv -o ': {'run.mcap', 'there/'},
     'stickslip simulate --amplitude ': set[str](),
+    'stickslip simulate --stage r': {'rod'},
     'stickslip simulate --set stand.preload_r': {'stand.preload_rate='},
     'stickslip simulate --set contact.profile=s': {'smooth'},
     'stickslip fit a.csv --free runner.mass,runner.d': {'runner.mass,runner.damping'},

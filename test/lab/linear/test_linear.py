@@ -92,7 +92,7 @@ def test_the_ideal_drive_is_the_oscillator_of_eq_20():
     each = np.array([contact.stick_stiffness_n_per_m for contact in contacts_of(parameters)])
     s = 2j * np.pi * np.array([10.0, 5e3, 9e3, 4e4])
     per_n = 1.0 / (parameters.runner.mass * s**2 + 20.0 * s + each.sum() + 1e5)
-    drag = each @ gain_ratios(0.05, parameters.sim.seed)
+    drag = each @ gain_ratios(0.05, parameters.sim.seed, 6)
     found = linear.response(s.imag / (2.0 * np.pi))
     np.testing.assert_allclose(found.position_m_per_n, per_n, rtol=1e-9)
     per_v = parameters.actuator.gain * drag * per_n

@@ -1,0 +1,111 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Kernel: delayed actuators, for feet that fall one after another.
+
+The drive remembers the straight pieces of its voltage, from before the low-pass. A delayed
+actuator reads them later, and has an amplifier's low-pass and a piezo of its own. A stretch of the
+drive ends where a delayed actuator meets a corner, so its voltage is straight in each step too.
+
+"""
+
+from stickslip_ros.drive.amplifier import SETTLED_V, clamp, low_pass
+from stickslip_ros.drive.piezo import Ring, displace
+from stickslip_ros.drive.records import CORNERS
+from stickslip_ros.drive.stride import way_in
+from stickslip_ros.kernels.kernel import kernel
+from stickslip_ros.kernels.record import Record
+
+PIECE_ROUNDING_S = 1e-15
+"""Remaining time of a piece that counts as none."""
+PIECE_MAX_S = 1.0
+"""Length from which a piece ends, so that sums of times lose no digits in a long hold."""
+
+
+@kernel
+def time_to_corner(plant: Record, state: Record) -> float:
+    """Return the time until a delayed actuator meets a corner, s; the delay if there is none."""
+    lasts_s = plant.delays_s[0]
+    for j in range(plant.delayed):
+        late = state.late[j]
+        lasts_s = min(lasts_s, state.history.lasted_s[late.corner] - late.at_s)
+    return lasts_s
+
+
+@kernel
+def late_voltage(plant: Record, state: Record, j: int, time_s: float) -> float:
+    """Return the input of a delayed actuator's low-pass after a time, V."""
+    late, history = state.late[j], state.history
+    start_v, rate_v_per_s = history.start_v[late.corner], history.rate_v_per_s[late.corner]
+    return clamp(plant, start_v + rate_v_per_s * (late.at_s + time_s))
+
+
+@kernel
+def end_stretch(
+    plant: Record, state: Record, start_v: float, rate_v_per_s: float, stretch_s: float
+) -> None:
+    """Remember a stretch of the voltage, and advance the delayed actuators along the history."""
+    history = state.history
+    newest = history.newest
+    end_v = history.start_v[newest] + history.rate_v_per_s[newest] * history.lasted_s[newest]
+    continues = rate_v_per_s == history.rate_v_per_s[newest] and abs(start_v - end_v) <= SETTLED_V
+    if continues and history.lasted_s[newest] < PIECE_MAX_S:
+        history.lasted_s[newest] += stretch_s
+    else:
+        history.newest = newest = (newest + 1) % CORNERS
+        for j in range(plant.delayed):
+            history.is_lost |= state.late[j].corner == newest
+        history.start_v[newest], history.rate_v_per_s[newest] = start_v, rate_v_per_s
+        history.lasted_s[newest] = stretch_s
+    for j in range(plant.delayed):
+        late = state.late[j]
+        late.at_s += stretch_s
+        is_over = history.lasted_s[late.corner] - late.at_s <= PIECE_ROUNDING_S
+        if is_over and late.corner != newest:
+            late.corner, late.at_s = (late.corner + 1) % CORNERS, 0.0
+
+
+@kernel
+def begin_step(
+    plant: Record, state: Record, at_s: float, half_s: float, settling: float, ring: Ring
+) -> None:
+    """Move the delayed actuators in a step, ``at_s`` after the start of the stretch."""
+    for j in range(plant.delayed):
+        late = state.late[j]
+        from_v = late_voltage(plant, state, j, at_s)
+        half_v = late_voltage(plant, state, j, at_s + half_s)
+        to_v = late_voltage(plant, state, j, at_s + 2.0 * half_s)
+        voltage_v = low_pass(plant, late.voltage_v, from_v, half_v, half_s, settling)
+        middle_m = displace(plant, late.piezo, voltage_v, ring, half_s)
+        late.voltage_v = low_pass(plant, voltage_v, half_v, to_v, half_s, settling)
+        late.end_m = displace(plant, late.piezo, late.voltage_v, ring, half_s)
+        bow_m = (late.end_m - middle_m) - (middle_m - late.foot_m)
+        late.speeding = bow_m / (half_s * half_s)
+        late.speed = (late.end_m - late.foot_m) / (2.0 * half_s) - half_s * late.speeding
+
+
+@kernel
+def pass_stride(plant: Record, state: Record, lasts_s: float) -> None:
+    """Move the delayed feet to the end of a stride."""
+    for j in range(plant.delayed):
+        late = state.late[j]
+        late.foot_m += way_in(late.speed, late.speeding, lasts_s)
+        late.speed += lasts_s * late.speeding
+
+
+@kernel
+def end_step(plant: Record, state: Record) -> None:
+    """Set the delayed feet to the exact end of the step."""
+    for j in range(plant.delayed):
+        state.late[j].foot_m = state.late[j].end_m
+
+
+def rest_late(plant: Record, state: Record) -> None:
+    """Start the delayed actuators from rest at the voltage of the start."""
+    longest_s = 2.0 * float(plant.delays_s.max())
+    state.history.start_v[0], state.history.lasted_s[0] = plant.rest_v, longest_s
+    for j in range(plant.delayed):
+        late = state.late[j]
+        late.voltage_v, late.at_s = plant.rest_v, longest_s - plant.delays_s[j]
+        late.piezo = state.piezo

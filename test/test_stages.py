@@ -1,0 +1,124 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""Stages are files of parameters with a source and a range for each value, chosen by name."""
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from stickslip_ros import load_yaml, stage_file
+from stickslip_ros.errors import UnknownName
+from stickslip_ros.lab.cli.main import build_parser, main
+from stickslip_ros.ros.start import with_stage
+from stickslip_ros.stages import stage_files
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGE = ROOT / 'docs' / 'howto' / 'which_stage.md'
+FILES = sorted((ROOT / 'config' / 'stages').iterdir())
+NAMES = ['clamp', 'heavy', 'rod', 'three_balls', 'walker']
+LISTED = f"stage 'screw' is not known; the stages are {', '.join(NAMES)}"
+
+VALUE = re.compile(r'^((?: {6}# .*\n)*) {6}(\w+): (.+)$', re.MULTILINE)
+"""A value of a group, and the comment right above it."""
+FROM_TO = re.compile(r'; (\S+) to (\S+)$')
+ONE_OF = re.compile(r'; (.+) or (\w+)$')
+
+
+def is_in_range(value: Any, comment: str) -> bool:
+    """Return whether a comment ends with a range, or with choices, that hold the value."""
+    if found := ONE_OF.search(comment):
+        return str(value).lower() in [*found[1].split(', '), found[2]]
+    found = FROM_TO.search(comment)
+    return found is not None and float(found[1]) <= value <= float(found[2])
+
+
+def faults_of(text: str) -> list[str]:
+    """Return the values of a stage that lack a source, or a range that holds them."""
+    faults = []
+    for above, name, written in VALUE.findall(text):
+        comment = ' '.join(line.strip(' #') for line in above.splitlines())
+        values = yaml.safe_load(f'[{written.strip("[]")}]')
+        if not comment.startswith('assumed: ') and not re.search(r'https://\S+\.\S+', comment):
+            faults.append(f'{name}: no source')
+        if not all(is_in_range(each, comment) for each in values):
+            faults.append(f'{name}: no range, or outside it')
+    return faults
+
+
+@pytest.mark.parametrize('file', FILES, ids=lambda file: file.stem)
+def test_every_value_of_a_stage_has_a_source_or_is_assumed_and_lies_in_its_range(file: Path):
+    text = file.read_text(encoding='utf-8')
+    groups = yaml.safe_load(text)['/**']['ros__parameters']
+    assert len(VALUE.findall(text)) == sum(map(len, groups.values()))
+    assert faults_of(text) == []
+
+
+@pytest.mark.parametrize(
+    ('lines', 'fault'),
+    [
+        ('      # a thin rod; 1 to 3\n      mass: 2.0', 'mass: no source'),
+        ('      # assumed: a thin rod\n      mass: 2.0', 'mass: no range, or outside it'),
+        ('      # assumed: light; 1 to 3\n      mass: 4.0', 'mass: no range, or outside it'),
+        ('      # assumed: all; 0 to 1\n      gain: [1.0, 2.0]', 'gain: no range, or outside it'),
+        ("      # assumed: x; a, b or c\n      kind: 'd'", 'kind: no range, or outside it'),
+        ('      # assumed: first; 1 to 3\n      mass: 2.0\n      load: 2.0', 'load: no source'),
+    ],
+)
+def test_a_value_without_a_source_or_outside_its_range_is_found(lines: str, fault: str):
+    assert fault in faults_of(lines)
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_a_stage_is_loaded_by_name_and_its_arrays_belong_together(name: str):
+    values: dict[str, Any] = {**load_yaml(stage_file(name)).flat()}
+    assert len({len(values[each]) for each in values if each.startswith('feet.')}) == 1
+
+
+def test_the_stages_are_those_of_the_folder_which_are_installed_and_explained(
+    keywords: dict[str, Any],
+):
+    assert list(stage_files()) == [file.stem for file in FILES] == NAMES
+    installed = dict(keywords['data_files'])['share/stickslip_ros/config/stages']
+    assert installed == [f'config/stages/{file.name}' for file in FILES]
+    page = PAGE.read_text(encoding='utf-8')
+    assert [name for name in NAMES if f'stickslip drive --stage {name}\n' not in page] == []
+
+
+def test_an_unknown_stage_is_refused_with_the_names(capsys: pytest.CaptureFixture[str]):
+    with pytest.raises(UnknownName, match=re.escape(LISTED)):
+        stage_file('screw')
+    assert main(['simulate', '--stage', 'screw']) == 2
+    assert capsys.readouterr().err == f'stickslip: {LISTED}\n'
+
+
+def test_a_stage_comes_before_files_wherever_it_is_typed():
+    words = ['drive', '--params', 'a.yaml', '--stage', 'rod', '--params', 'b.yaml']
+    parsed = build_parser(words[:1]).parse_args(words)
+    assert parsed.params == [stage_file('rod'), Path('a.yaml'), Path('b.yaml')]
+
+
+def test_files_and_single_values_win_over_the_stage(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    file = tmp_path / 'own.yaml'
+    file.write_text('/**: {ros__parameters: {runner: {mass: 0.04, damping: 9.0}}}')
+    words = ['--set', 'runner.damping=8', '--params', str(file), '--stage', 'clamp', '--json']
+    assert main(['parameters', *words]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told['runner.mass'], told['runner.damping']) == (0.04, 8.0)
+    assert told['stand.preload'] == load_yaml(stage_file('clamp')).stand.preload
+
+
+def test_the_executable_hands_the_file_of_its_stage_to_ros_before_other_words():
+    file = str(stage_file('rod'))
+    given = ['--ros-args', '--params-file', 'own.yaml']
+    words = with_stage(['drive', '--stage', 'rod', *given])
+    assert words == ['drive', '--ros-args', '--params-file', file, '--', *given]
+    assert with_stage(['drive', *given, '--stage', 'rod']) == ['drive', *given, '--stage', 'rod']
+    with pytest.raises(UnknownName, match="stage '' is not known"):
+        with_stage(['drive', '--stage'])
