@@ -349,7 +349,8 @@ def _counts_in(index: ChunkIndex) -> Counter[int] | None:
     starts = sorted((at, key) for key, at in index.message_index_offsets.items())
     ends = [*(at for at, _ in starts[1:]), begin + index.message_index_length]
     if not starts or starts[0][0] != begin:
-        raise ValueError(f'the message indexes behind byte {index.chunk_start_offset} do not match')
+        problem = f'the message indexes behind byte {index.chunk_start_offset} do not match'
+        raise ValueError(problem)
     rows_bytes = (
         (key, end - at - INDEX_HEAD_BYTES) for (at, key), end in zip(starts, ends, strict=True)
     )
