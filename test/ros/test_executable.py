@@ -88,7 +88,7 @@ def test_a_refused_parameter_is_one_clear_line_and_status_2(start: Callable):
         (('stand',), "'stand' is not known; put parameters and names after --ros-args"),
         (('-p', 'stand.preload:=0.3'), "'-p' is not known; put parameters and names after"),
         (('--ros-args', '--param'), "Failed to parse ROS arguments: Couldn't parse trailing"),
-        (('--ros-args', '--bogus'), "['--bogus'] is not known to ROS; parameters and names"),
+        (('--ros-args', '--bogus'), "['--bogus'] is not known to ROS; put parameters and names"),
         (
             ('--ros-args', '-p', os.fsdecode(b'record.name:=\xff')),
             r"'record.name:=\udcff' is not t",
