@@ -35,7 +35,7 @@ from stickslip_ros.lab.fitting.statistics import uncertainty
 from stickslip_ros.lab.fitting.traces import LOOSE, tightened, with_clocks, with_its_noise
 from stickslip_ros.lab.fitting.trial import trial_of
 from stickslip_ros.lab.runs.batch import Progress, pool_of, run_batch
-from stickslip_ros.lab.tables.experiment import MeasuredTable
+from stickslip_ros.lab.tables.measured import MeasuredTable
 from stickslip_ros.parameters import Parameters, reading
 from stickslip_ros.progress import Show, progress_of
 

@@ -4,31 +4,31 @@
 """Numbers of a drive that owners have: one row each, with its column and its prediction."""
 
 import csv
-import io
 import math
 import re
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.build import contacts_of, friction_limit_n, slew_of
 from stickslip_ros.errors import OutOfRange, RecordingError
-from stickslip_ros.lab.tables.layout import BLANKS, HEAD_BYTES, TextForm
+from stickslip_ros.files import read_bytes
+from stickslip_ros.lab.tables.layout import BLANKS, HEAD_BYTES, TextForm, header_of
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.units import unit_of
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 SHEET_SHARE = 0.2
 """Standard error of a number of a data sheet without a tolerance, as a share of it."""
 SIGMA = '_sigma_'
 BACK = {'step_length_m': 'step_back_m', 'speed_m_per_s': 'speed_back_m_per_s'}
 """Numbers with a way, and the same backwards."""
-_WORDS = {
-    1.0: 'up forward forwards fwd 1 +1 1.0',
-    -1.0: 'down backward backwards back bwd -1 -1.0',
-}
-DIRECTIONS = {word: way for way, words in _WORDS.items() for word in words.split()}
 _SETTINGS = ('amplitude_m', 'amplitude_sigma_m', 'voltage_v', 'frequency_hz', 'load_n')
 _NAMED = {'quantity', 'parameter', 'property', 'specification', 'größe'}
 _VALUE = {'value', 'typical', 'typ', 'wert'}
@@ -55,7 +55,7 @@ class MeasuredNumber(NamedTuple):
     def settings(self) -> tuple[str, ...]:
         """Columns that it needs; a blocking force without a stroke has that of the full range."""
         is_full = self.drive in {'zero', 'rest'} or self.runner == 'held'
-        strokes = () if is_full else ('amplitude_m', 'amplitude_sigma_m', 'voltage_v', 'direction')
+        strokes = () if is_full else ('amplitude_m', 'amplitude_sigma_m', 'voltage_v')
         return ('preload_n', *strokes, *([] if self.drive == 'rest' else ['frequency_hz']))
 
 
@@ -104,48 +104,43 @@ NUMBERS = {name: MeasuredNumber(*row) for name, row in _ROWS.items()}
 """Measured numbers, by column."""
 
 
-def columns_of_sheet(content: bytes, layout: TextForm) -> bytes | None:
+def columns_of_sheet(
+    source: Path | bytes, layout: TextForm, origin: str
+) -> 'tuple[DataFrame, TextForm] | None':
     """Return a sheet of a number in each row as a table with columns; None if it is no sheet."""
+    texts = [each.text for each in layout.columns]
     named, value, unit = (
-        next((name for name in layout.names if name.lower() in known), '')
+        next((text for text in texts if text.lower() in known), '')
         for known in (_NAMED, _VALUE, _UNIT)
     )
-    if not (named and value) or layout.delimiter == BLANKS or len(content) > HEAD_BYTES:
+    if not (named and value) or layout.delimiter == BLANKS:
         return None
-    others = [name for name in layout.names if name not in {named, value, unit}]
-    lines, table = content.decode(layout.encoding).splitlines()[layout.header :], []
-    for cells in csv.reader(lines, delimiter=layout.delimiter, skipinitialspace=True):
-        row = dict(zip(layout.names, map(str.strip, cells), strict=False))
-        if len(row) == len(layout.names):
-            header = f'{row[named]} ({row[unit]})' if unit else row[named]
-            table.append({header: row[value], **{name: row[name] for name in others}})
-    columns = dict.fromkeys([*(name for row in table for name in row), ''])
-    text = io.StringIO(newline='')
-    writer = csv.DictWriter(text, [*columns], restval='', delimiter=layout.delimiter)
-    writer.writeheader()
-    writer.writerows(table)
-    return text.getvalue().encode()
+    content = source if isinstance(source, bytes) else read_bytes(source, '', HEAD_BYTES + 1)
+    if len(content) > HEAD_BYTES:
+        problem = f'is a sheet with a number in each row, longer than {HEAD_BYTES} bytes'
+        raise RecordingError(origin, problem, 'leave rows out, or give each quantity a column')
+    lines = content.decode(layout.encoding).splitlines()[layout.first - 1 :]
+    rows = []
+    for row in csv.DictReader(lines, texts, delimiter=layout.delimiter, skipinitialspace=True):
+        header = f'{row.pop(named)} ({row.pop(unit).strip()})' if unit else row.pop(named)
+        rows.append({header: row.pop(value), **row})
+    import pandas as pd  # noqa: PLC0415 - slow import
+
+    table = pd.DataFrame(rows)
+    columns = tuple(header_of(at, str(text)) for at, text in enumerate(table))
+    return table.set_axis(range(len(columns)), axis=1), replace(layout, columns=columns)
 
 
 def completed(given: Mapping[str, Array], origin: str) -> tuple[dict[str, Array], list[str]]:
     """
-    Return columns by amplitude with a column for each way and standard errors, and notes.
+    Return columns by amplitude with standard errors, and notes.
 
     Empty cells of settings, which only numbers without a drive may have, become 0.
 
     """
     columns, notes, assumed = dict(given), list[str](), list[str]()
-    way, hertz = columns.pop('direction', None), columns.get('frequency_hz', np.ones(1))
-    both = {name: back for name, back in BACK.items() if name in columns}
-    if way is not None:
-        if not both or {*both.values()} & columns.keys() or np.any(hertz < 0.0):
-            problem = 'has a direction, but no step or speed, or another column with its direction'
-            raise RecordingError(origin, problem, 'state the direction of steps or speeds once')
-        both |= {sigma_name(name): sigma_name(back) for name, back in both.items()}
-        for each in both.keys() & columns.keys():
-            columns[both[each]] = np.where(way < 0.0, columns[each], np.nan)
-            columns[each] = np.where(way > 0.0, columns[each], np.nan)
-    for each in both.keys() & columns.keys():
+    hertz = columns.get('frequency_hz', np.ones(1))
+    for each in BACK.keys() & columns.keys():
         is_size = (hertz < 0.0) & (columns[each] > 0.0) & (columns.get('load_n', 0.0) == 0.0)
         if np.any(is_size):
             columns[each] = np.where(is_size, -columns[each], columns[each])

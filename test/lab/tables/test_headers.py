@@ -3,7 +3,6 @@
 
 """Headers of instruments, times of rows, and remedies that are carried out."""
 
-import random
 import re
 from dataclasses import replace
 from typing import Any
@@ -14,7 +13,9 @@ import pytest
 from header_files import COUNT, FILES, MICRONS, TIMES_S, VOLTS, columns, of
 
 from stickslip_ros import StickSlipError
-from stickslip_ros.lab.tables.experiment import AS_IT_IS, MeasuredTable, Reading, parse_experiment
+from stickslip_ros.lab.tables.experiment import parse_experiment
+from stickslip_ros.lab.tables.instructions import AS_IT_IS, Reading
+from stickslip_ros.lab.tables.measured import MeasuredTable
 from stickslip_ros.units import quantity
 
 ROUNDING = 1e-12
@@ -116,30 +117,24 @@ def test_marks_of_over_range_are_gaps_and_counted(mark: str):
     assert table.gaps == (told,)
 
 
+def test_the_units_of_two_channels_tell_voltage_and_position():
+    rows = [*columns(TIMES_S, VOLTS, MICRONS)]
+    table = read(of('in s,C1 in V,C2 in um', rows))
+    assert table.columns['voltage_v'].tolist() == VOLTS
+    np.testing.assert_allclose(table.columns['position_m'], 1e-6 * np.array(MICRONS), ROUNDING)
+    assert 'voltage_v' not in read(of('in s,C1 in V,force (mN)', rows)).columns
+    with pytest.raises(StickSlipError, match='--map voltage_v="C1 in V"'):
+        read(of('in s,C1 in V,C2 in V', rows))
+
+
 def test_signs_apart_from_digits_are_read():
     text = 'time (s),voltage (V)\n+ 0,-   2.5\n+ 1,+ 0.5\n'
     assert read(text).columns['voltage_v'].tolist() == [-2.5, 0.5]
 
 
-@pytest.mark.parametrize('order', ['swapped', 'reversed', 'shuffled'])
-def test_unsorted_rows_are_sorted_and_it_is_said(order: str):
-    rows = [*columns(TIMES_S, VOLTS)]
-    if order == 'swapped':
-        rows[3], rows[4] = rows[4], rows[3]
-    if order == 'reversed':
-        rows.reverse()
-    if order == 'shuffled':
-        random.Random(1).shuffle(rows)
-    table = read(of('time (s),voltage (V)', rows))
-    assert table.columns['time_s'].tolist() == TIMES_S
-    assert table.columns['voltage_v'].tolist() == VOLTS
-    [note] = table.gaps
-    assert note.endswith('rows were not in the order of time, and are sorted')
-
-
 @pytest.mark.parametrize('begin', [0, 700, 990])
 @pytest.mark.parametrize('step', [10, 13, 37])
-def test_a_clock_that_begins_anew_is_not_sorted(begin: int, step: int):
+def test_a_clock_that_begins_anew_is_refused(begin: int, step: int):
     rows = [((begin + step * row) % 1000, row) for row in range(120)]
     with pytest.raises(StickSlipError, match=r's is not after the .* of the row before; if the'):
         read(of('time (us),voltage (V)', rows))

@@ -9,12 +9,9 @@ import numpy as np
 import pytest
 
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.lab.tables.experiment import (
-    MeasuredTable,
-    Reading,
-    read_experiment,
-    read_joined,
-)
+from stickslip_ros.lab.tables.experiment import read_experiment, read_joined
+from stickslip_ros.lab.tables.instructions import Reading
+from stickslip_ros.lab.tables.measured import MeasuredTable
 from stickslip_ros.lab.tables.numbers import NUMBERS
 
 READING = Reading(preloads_n=(0.5,))
@@ -51,9 +48,6 @@ def test_a_step_curve_over_voltage_keeps_up_and_down(tmp_path: Path):
     ('header', 'row', 'wanted'),
     [
         ('voltage (V),up (nm),down (nm)', '60,196,179', {'step_back_m': 179e-9}),
-        ('voltage (V),direction,step (nm)', '60,down,179', {'step_back_m': 179e-9}),
-        ('voltage (V),direction,step (nm)', '60,-1,179', {'step_back_m': 179e-9}),
-        ('voltage (V),direction,step (nm)', '60,forward,196', {'step_length_m': 196e-9}),
         ('voltage (V),frequency (Hz),step (nm)', '60,-500,179', {'step_length_m': -179e-9}),
         ('voltage (V),frequency (Hz),step (nm)', '60,-500,-179', {'step_length_m': -179e-9}),
         ('voltage_v,load_n,step_length_m', '60,0.1,9e-9', {'load_n': 0.1, 'step_length_m': 9e-9}),
@@ -68,7 +62,6 @@ def test_a_row_of_an_owner_is_read(tmp_path: Path, header: str, row: str, wanted
     columns = read(tmp_path, f'{header}\n{row}\n').columns
     for name, value in wanted.items():
         close(columns[name], [value])
-    assert 'direction' not in columns
 
 
 def test_a_sheet_with_a_row_for_each_number_has_its_tolerances_or_20_percent(tmp_path: Path):
@@ -97,6 +90,16 @@ def test_a_curve_that_was_reported_stays_as_it_was_when_it_is_joined_to_a_sheet(
     assert all(names == {*table.columns} for table, names in reported)
 
 
+def test_tolerances_with_a_sign_of_percent_are_read(tmp_path: Path):
+    table = read(tmp_path, SHEET.replace(';10;', ';10 %;'))
+    close(table.columns['step_length_sigma_m'][0], 9.85e-9)
+
+
+def test_a_sheet_beyond_the_first_bytes_is_refused(tmp_path: Path):
+    with pytest.raises(StickSlipError, match='longer than 65536 bytes; leave rows out'):
+        read(tmp_path, SHEET + 'moving mass;3;g;5;\n' * 5000)
+
+
 def test_a_signal_named_value_is_no_sheet(tmp_path: Path):
     reading = Reading({'position_m': 'value (um)', 'time_s': 'time (s)'})
     table = read(tmp_path, 'time,value\n0,1\n0.1,2\n', reading)
@@ -117,16 +120,7 @@ def test_the_preload_of_a_stand_holds_for_a_table_without_one(tmp_path: Path):
 @pytest.mark.parametrize(
     ('text', 'message'),
     [
-        (
-            'voltage (V),direction,step (nm)\n60,sideways,179\n',
-            "line 2, column direction: 'sideways' is not up or down; correct the row",
-        ),
-        ('voltage (V),direction,step (nm)\n60,0,9\n', "column direction: '0' is not up or down"),
-        (
-            'voltage (V),direction,frequency (Hz),step (nm)\n60,up,-500,179\n',
-            'or another column with its direction; state the direction of steps or speeds once',
-        ),
-        ('stroke (nm),direction,force (mN)\n6,up,1\n', 'has a direction, but no step or speed'),
+        ('voltage (V),direction,step (nm)\n60,up,9\n', 'has a column of directions; give steps'),
         ('voltage (V),stroke (nm),step (nm)\n60,9,9\n', 'has both amplitude_m and voltage_v;'),
         ('preload (N),step (nm)\n1,9\n', 'add it, in m, or voltage_v, in V'),
         ('mass (g),holding force (N)\n0,1\n', 'moving_mass_kg 0 kg is without a tolerance; add a'),
