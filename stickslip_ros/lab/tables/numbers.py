@@ -119,16 +119,22 @@ def columns_of_sheet(
     if len(content) > HEAD_BYTES:
         problem = f'is a sheet with a number in each row, longer than {HEAD_BYTES} bytes'
         raise RecordingError(origin, problem, 'leave rows out, or give each quantity a column')
-    lines = content.decode(layout.encoding).splitlines()[layout.first - 1 :]
-    rows = []
-    for row in csv.DictReader(lines, texts, delimiter=layout.delimiter, skipinitialspace=True):
+    lines, rows = content.decode(layout.encoding).splitlines()[layout.header :], []
+    reader = csv.reader(lines, delimiter=layout.delimiter, skipinitialspace=True)
+    for line, cells in enumerate(reader, layout.header + 1):
+        row = dict(zip(texts, cells + [''] * len(texts), strict=False))
+        if len(cells) > len(texts):
+            problem = f'has {len(cells)} values, the header {len(texts)} names'
+            hint = 'with decimal commas separate columns by semicolons'
+            raise RecordingError(f'{origin}: line {line}', problem, hint)
         header = f'{row.pop(named)} ({row.pop(unit).strip()})' if unit else row.pop(named)
-        rows.append({header: row.pop(value), **row})
+        rows.append({header: row.pop(value), **row} if any(cells) else {})
     import pandas as pd  # noqa: PLC0415 - slow import
 
-    table = pd.DataFrame(rows)
+    table = pd.DataFrame(rows).drop(columns='', errors='ignore')
     columns = tuple(header_of(at, str(text)) for at, text in enumerate(table))
-    return table.set_axis(range(len(columns)), axis=1), replace(layout, columns=columns)
+    form = replace(layout, columns=columns, first=layout.header + 1)
+    return table.set_axis(range(len(columns)), axis=1), form
 
 
 def completed(given: Mapping[str, Array], origin: str) -> tuple[dict[str, Array], list[str]]:

@@ -3,6 +3,7 @@
 
 """Step curves and data sheets as owners keep them, in the columns of the package."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -98,6 +99,19 @@ def test_tolerances_with_a_sign_of_percent_are_read(tmp_path: Path):
 def test_a_sheet_beyond_the_first_bytes_is_refused(tmp_path: Path):
     with pytest.raises(StickSlipError, match='longer than 65536 bytes; leave rows out'):
         read(tmp_path, SHEET + 'moving mass;3;g;5;\n' * 5000)
+
+
+@pytest.mark.parametrize(
+    ('row', 'told'),
+    [
+        ('holding force,0,42,N,5', 'line 4: has 5 values, the header 4 names; with decimal'),
+        ('holding force,x,N,5', "line 4, column holding force (N): 'x' is not a finite number"),
+    ],
+)
+def test_a_wrong_row_of_a_sheet_is_refused_by_its_line(tmp_path: Path, row: str, told: str):
+    rows = f'moving mass,3,g,5\n\n{row}\nslew rate,1,V/us,5\nonset voltage,9,V,5\n'
+    with pytest.raises(StickSlipError, match=re.escape(told)):
+        read(tmp_path, f'quantity,value,unit,tolerance (%)\n{rows}')
 
 
 def test_a_signal_named_value_is_no_sheet(tmp_path: Path):
