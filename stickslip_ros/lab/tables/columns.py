@@ -72,8 +72,9 @@ def find_columns(
                 unread = [each for each in unread if each not in {one, two}]
                 break
     if {*found, *others} == {'time_s'}:
-        fits = [[e for e in unread if factor_of(e.unit, specs[name].unit)] for name in _PAIR]
-        if [len(each) for each in fits] == [1, 1]:
+        known = [each for each in unread if each.unit]
+        fits = [[e for e in known if factor_of(e.unit, specs[name].unit)] for name in _PAIR]
+        if [len(each) for each in (known, *fits)] == [2, 1, 1]:
             others |= {name: [((e, e.unit),)] for name, [e] in zip(_PAIR, fits, strict=True)}
             unread = [each for each in unread if [each] not in fits]
     found |= others
