@@ -3,6 +3,7 @@
 
 """Headers of instruments, times of rows, and remedies that are carried out."""
 
+import random
 import re
 from dataclasses import replace
 from typing import Any
@@ -132,9 +133,26 @@ def test_signs_apart_from_digits_are_read():
     assert read(text).columns['voltage_v'].tolist() == [-2.5, 0.5]
 
 
+@pytest.mark.parametrize('order', ['swapped', 'reversed', 'shuffled'])
+def test_unsorted_rows_are_sorted_and_it_is_said(order: str):
+    rows = [*columns(TIMES_S, VOLTS)]
+    if order == 'swapped':
+        rows[3], rows[4] = rows[4], rows[3]
+    if order == 'reversed':
+        rows.reverse()
+    if order == 'shuffled':
+        random.Random(1).shuffle(rows)
+    moved = sum(row != kept for row, kept in zip(rows, columns(TIMES_S, VOLTS), strict=True))
+    table = read(of('time (s),voltage (V)', rows))
+    assert table.columns['time_s'].tolist() == TIMES_S
+    assert table.columns['voltage_v'].tolist() == VOLTS
+    [note] = table.gaps
+    assert note.endswith(f': {moved} rows were not in the order of time, and are sorted')
+
+
 @pytest.mark.parametrize('begin', [0, 700, 990])
 @pytest.mark.parametrize('step', [10, 13, 37])
-def test_a_clock_that_begins_anew_is_refused(begin: int, step: int):
+def test_a_clock_that_begins_anew_is_not_sorted(begin: int, step: int):
     rows = [((begin + step * row) % 1000, row) for row in range(120)]
     with pytest.raises(StickSlipError, match=r's is not after the .* of the row before; if the'):
         read(of('time (us),voltage (V)', rows))
