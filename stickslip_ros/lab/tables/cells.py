@@ -16,7 +16,7 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind, quoted
 from stickslip_ros.lab.tables.columns import ROW
 from stickslip_ros.lab.tables.layout import BEYOND, EMPTY, OVER_RANGE, TextForm, to_number
-from stickslip_ros.lab.tables.measured import Column
+from stickslip_ros.lab.tables.measured import DIRECTED, Column
 from stickslip_ros.lab.tables.numbers import NUMBERS, SIGMA, sigma_name
 from stickslip_ros.lab.tables.remedies import likely, map_hint
 from stickslip_ros.lab.tables.units import in_si
@@ -52,8 +52,8 @@ def read_rows(
     lines, empty, over = list[Lines](), list[Lines](), [0] * len(columns)
     named = 1 + max(each.at for each in layout.columns if each.text)
     places = [at for each in columns for at, *_ in each.parts if at != ROW.at]
-    wide = [at for each in columns for at, _, begin in each.parts if begin]
-    for first, chunk in _chunks(source, layout, origin, wide):
+    texts = [at for e in columns for at, _, begin in e.parts if begin or e.name == 'direction']
+    for first, chunk in _chunks(source, layout, origin, texts):
         stop_if_asked()
         is_there = chunk.notna().to_numpy()
         for beyond in np.flatnonzero(is_there[:, named:].any(axis=1)):
@@ -73,7 +73,8 @@ def read_rows(
                     for row in wrong:
                         where = _place(origin, lines[-1][row], column)
                         cell, hint = str(chunk[at][kept].iloc[row]), 'or leave the cell empty'
-                        raise WrongKind(where, cell, 'a finite number', f'correct the row, {hint}')
+                        wanted = 'up or down' if column.name == 'direction' else 'a finite number'
+                        raise WrongKind(where, cell, wanted, f'correct the row, {hint}')
                 total = total + in_si(values, factor)
             if column.name == 'time_s' and (layout.start_s or column.parts[1:]):
                 total = np.round((layout.start_s or 0.0) + total, TIME_DECIMALS)
@@ -88,9 +89,9 @@ def read_rows(
 
 
 def _chunks(
-    source: 'Path | bytes | DataFrame', layout: TextForm, origin: str, wide: Sequence[int]
+    source: 'Path | bytes | DataFrame', layout: TextForm, origin: str, texts: Sequence[int]
 ) -> Iterator[tuple[int, Any]]:
-    """Yield first line and cells (DataFrame) of chunks of rows; those of wide columns as text."""
+    """Yield first line and cells (DataFrame) of chunks of rows; some columns as text."""
     import pandas as pd  # noqa: PLC0415 - slow import
 
     line = layout.first
@@ -114,7 +115,7 @@ def _chunks(
                 na_values=[form for each in EMPTY for form in (each, each.upper())],
                 float_precision='round_trip',
                 chunksize=CHUNK_ROWS,
-                dtype=dict.fromkeys(wide, str),
+                dtype=dict.fromkeys(texts, str),
             ):
                 yield line, chunk
                 line += len(chunk)
@@ -141,11 +142,15 @@ def _floats(
     texts = [str(cell).strip().lower() for cell in cells.fillna('')]
     if column.unit == '%':
         texts = [text.removesuffix('%').rstrip() for text in texts]
+    if column.name == 'direction':
+        ways = [DIRECTED.fullmatch(text) for text in texts]
+        texts = ['-1' if e and e[2] else '1' if e else t for e, t in zip(ways, texts, strict=True)]
     is_empty = np.array([text in EMPTY for text in texts], bool)
     values = np.array([to_number(text, layout.decimal) for text in texts])
     is_over = np.array([OVER_RANGE.fullmatch(text) is not None for text in texts], bool)
     is_over |= np.abs(values) >= BEYOND
-    wrong = np.flatnonzero(~np.isfinite(values) & ~is_over & ~is_empty)
+    is_right = np.abs(values) == 1.0 if column.name == 'direction' else np.isfinite(values)
+    wrong = np.flatnonzero(~is_right & ~is_over & ~is_empty)
     # Whole numbers are subtracted before they are floats.
     whole = [int(text) - begin if begin and text.isdecimal() else np.nan for text in texts]
     values = np.where(np.isnan(whole), values - begin, whole)

@@ -28,6 +28,7 @@ USUAL: Mapping[str, tuple[str, ...]] = {
     'amplitude_m': ('amplitude', 'stroke', 'hub'),
     'frequency_hz': ('frequency', 'freq', 'f', 'frequenz'),
     'load_n': ('external force', 'external load'),
+    'direction': ('direction', 'richtung'),
     'tolerance': ('tolerance', 'toleranz'),
     **{name: tuple(each.words.split(', ')) for name, each in NUMBERS.items() if each.words},
     **{each.quantity: (each.words,) for each in SENSORS if each.switch},
@@ -37,7 +38,7 @@ _SIGMAS = re.compile(
     r'(\b(sigma|σ|std|sd|stdev|std dev|standard (deviation|error)|uncertainty|err|error|'
     r'unsicherheit|standardabweichung|fehler)\b|±)( (of|der|des)\b)?'
 )
-_DIRECTED = re.compile(r'\b(up|forwards?|fwd|(down|backwards?|back|bwd))\b')
+DIRECTED = re.compile(r'\b(up|forwards?|fwd|(down|backwards?|back|bwd))\b')
 _MEAN = re.compile(r'\b(mean|average|avg|mittelwert|mittlere)\b( (of|der|des)\b)?')
 
 
@@ -60,6 +61,7 @@ POINT_COLUMNS: Mapping[str, Spec] = {
     'frequency_hz': FREQUENCY_SPEC,
     'voltage_v': Spec(float, 0.0, 'V', 'measured', 'saw-tooth, peak to peak', 0.0, 1e5),
     'load_n': _measured('N', 'constant force on the runner along +x', 1e3),
+    'direction': _measured('', 'up or down', 1.0),
     'tolerance': Spec(float, 100.0 * SHEET_SHARE, '%', 'measured', 'standard error', 1e-3, 1e3),
     **{name: _number(name) for name in _NUMBERS},
     'amplitude_sigma_m': _sigma('m', 'the amplitude'),
@@ -124,8 +126,8 @@ def recognised(bare: str, unit: str, specs: Mapping[str, Spec]) -> str | None:
     if not name and unit and 'time_s' in specs and factor_of(unit, 's'):
         return 'time_s'
     quantity = plain(_SIGMAS.sub('', name))
-    way = _DIRECTED.search(quantity)
-    of_both = way and (plain(_DIRECTED.sub('', quantity)) or 'step')
+    way = DIRECTED.search(quantity)
+    of_both = way and (plain(DIRECTED.sub('', quantity)) or 'step')
     for target, usual in USUAL.items():
         is_known = quantity in usual
         if way and target in BACK and of_both in usual:

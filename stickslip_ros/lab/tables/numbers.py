@@ -55,7 +55,7 @@ class MeasuredNumber(NamedTuple):
     def settings(self) -> tuple[str, ...]:
         """Columns that it needs; a blocking force without a stroke has that of the full range."""
         is_full = self.drive in {'zero', 'rest'} or self.runner == 'held'
-        strokes = () if is_full else ('amplitude_m', 'amplitude_sigma_m', 'voltage_v')
+        strokes = () if is_full else ('amplitude_m', 'amplitude_sigma_m', 'voltage_v', 'direction')
         return ('preload_n', *strokes, *([] if self.drive == 'rest' else ['frequency_hz']))
 
 
@@ -139,14 +139,23 @@ def columns_of_sheet(
 
 def completed(given: Mapping[str, Array], origin: str) -> tuple[dict[str, Array], list[str]]:
     """
-    Return columns by amplitude with standard errors, and notes.
+    Return columns by amplitude with a column for each way and standard errors, and notes.
 
     Empty cells of settings, which only numbers without a drive may have, become 0.
 
     """
     columns, notes, assumed = dict(given), list[str](), list[str]()
-    hertz = columns.get('frequency_hz', np.ones(1))
-    for each in BACK.keys() & columns.keys():
+    way, hertz = columns.pop('direction', None), columns.get('frequency_hz', np.ones(1))
+    both = {name: back for name, back in BACK.items() if name in columns}
+    if way is not None:
+        if not both or {*both.values()} & columns.keys() or np.any(hertz < 0.0):
+            problem = 'has a direction, but no step or speed, or another column with its direction'
+            raise RecordingError(origin, problem, 'state the direction of steps or speeds once')
+        both |= {sigma_name(name): sigma_name(back) for name, back in both.items()}
+        for each in both.keys() & columns.keys():
+            columns[both[each]] = np.where(way < 0.0, columns[each], np.nan)
+            columns[each] = np.where(way > 0.0, columns[each], np.nan)
+    for each in both.keys() & columns.keys():
         is_size = (hertz < 0.0) & (columns[each] > 0.0) & (columns.get('load_n', 0.0) == 0.0)
         if np.any(is_size):
             columns[each] = np.where(is_size, -columns[each], columns[each])

@@ -49,6 +49,9 @@ def test_a_step_curve_over_voltage_keeps_up_and_down(tmp_path: Path):
     ('header', 'row', 'wanted'),
     [
         ('voltage (V),up (nm),down (nm)', '60,196,179', {'step_back_m': 179e-9}),
+        ('voltage (V),direction,step (nm)', '60,down,179', {'step_back_m': 179e-9}),
+        ('voltage (V),direction,step (nm)', '60,-1,179', {'step_back_m': 179e-9}),
+        ('voltage (V),direction,step (nm)', '60,forward,196', {'step_length_m': 196e-9}),
         ('voltage (V),frequency (Hz),step (nm)', '60,-500,179', {'step_length_m': -179e-9}),
         ('voltage (V),frequency (Hz),step (nm)', '60,-500,-179', {'step_length_m': -179e-9}),
         ('voltage_v,load_n,step_length_m', '60,0.1,9e-9', {'load_n': 0.1, 'step_length_m': 9e-9}),
@@ -63,6 +66,7 @@ def test_a_row_of_an_owner_is_read(tmp_path: Path, header: str, row: str, wanted
     columns = read(tmp_path, f'{header}\n{row}\n').columns
     for name, value in wanted.items():
         close(columns[name], [value])
+    assert 'direction' not in columns
 
 
 def test_a_sheet_with_a_row_for_each_number_has_its_tolerances_or_20_percent(tmp_path: Path):
@@ -134,7 +138,16 @@ def test_the_preload_of_a_stand_holds_for_a_table_without_one(tmp_path: Path):
 @pytest.mark.parametrize(
     ('text', 'message'),
     [
-        ('voltage (V),direction,step (nm)\n60,up,9\n', 'has a column of directions; give steps'),
+        (
+            'voltage (V),direction,step (nm)\n60,sideways,179\n',
+            "line 2, column direction: 'sideways' is not up or down; correct the row",
+        ),
+        ('voltage (V),direction,step (nm)\n60,0,9\n', "column direction: '0' is not up or down"),
+        (
+            'voltage (V),direction,frequency (Hz),step (nm)\n60,up,-500,179\n',
+            'or another column with its direction; state the direction of steps or speeds once',
+        ),
+        ('stroke (nm),direction,force (mN)\n6,up,1\n', 'has a direction, but no step or speed'),
         ('voltage (V),stroke (nm),step (nm)\n60,9,9\n', 'has both amplitude_m and voltage_v;'),
         ('preload (N),step (nm)\n1,9\n', 'add it, in m, or voltage_v, in V'),
         ('mass (g),holding force (N)\n0,1\n', 'moving_mass_kg 0 kg is without a tolerance; add a'),
