@@ -55,7 +55,7 @@ def find_columns(
     if 'time_s' in specs and 'time_s' not in named and layout.step_s:
         found['time_s'] = [((ROW, f'{layout.step_s!r} s'),)]
     for header in layout.columns:
-        if header in taken or not header.text:
+        if header in taken or not header.text.strip():
             continue
         target = recognised(header.name, header.unit, specs) or ''
         is_aside = asked and target.replace(SIGMA, '_') not in {*conditions, *asked}

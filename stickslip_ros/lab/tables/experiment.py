@@ -24,8 +24,10 @@ from stickslip_ros.lab.tables.measured import (
     EXPERIMENT_COLUMNS,
     MEASURED,
     OVER_TIME,
+    POINT_COLUMNS,
+    TIME_COLUMNS,
     MeasuredTable,
-    plain,
+    recognised,
 )
 from stickslip_ros.lab.tables.numbers import (
     NUMBERS,
@@ -36,11 +38,14 @@ from stickslip_ros.lab.tables.numbers import (
 )
 from stickslip_ros.lab.tables.remedies import RATE, epoch_of, listed, suggestion
 from stickslip_ros.lab.tables.times import joined_clocks
+from stickslip_ros.lab.tables.units import factor_of, split_unit
+from stickslip_ros.units import quantity
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
 _PRELOAD = re.compile(r'(?<![^\W_])(?<![.,-])\d+(?:[.,]\d+)?\s*[kmuµμnp]?N\b')
+_WITHIN = re.compile(r'[\[(]([^\[\]()\d]+)[\])]')  # a unit
 _ONSET = 'zero_amplitude_m'  # without an amplitude
 
 
@@ -93,6 +98,10 @@ def read_joined(
         read_experiment(path, reading, number=at, kind=BY_AMPLITUDE, measured=measured)
         for at, path in enumerate(paths)
     ]
+    return _joined(parts, ', '.join(part.origin for part in parts))
+
+
+def _joined(parts: Sequence[MeasuredTable], origin: str) -> MeasuredTable:
     names = list(dict.fromkeys(name for part in parts for name in part.columns))
     blanks = dict[str, float]()  # beside a data sheet
     if any(NUMBERS[name].is_of_sheet for name in names if name in NUMBERS):
@@ -108,7 +117,7 @@ def read_joined(
         raise RecordingError(part.origin, f'has no {name}, as another file has', hint)
 
     return MeasuredTable(
-        origin=', '.join(part.origin for part in parts),
+        origin=origin,
         kind=BY_AMPLITUDE,
         columns={name: np.concatenate([column(part, name) for part in parts]) for name in names},
         notes=tuple(dict.fromkeys(note for part in parts for note in part.notes)),
@@ -125,7 +134,7 @@ def write_experiment(experiment: MeasuredTable, path: Path) -> None:
 
 
 def _read(
-    source: Path | bytes,
+    source: 'Path | bytes | DataFrame',
     layout: TextForm,
     origin: str,
     reading: Reading,
@@ -134,9 +143,8 @@ def _read(
     measured: Sequence[str] = (),
 ) -> MeasuredTable:
     where = f'{origin}: line {layout.header or layout.first}'
-    table: Path | bytes | DataFrame = source
-    if sheet := columns_of_sheet(source, layout, origin):
-        table, layout = sheet
+    if isinstance(source, Path | bytes) and (sheet := columns_of_sheet(source, layout, origin)):
+        source, layout = sheet
     headers = {
         name: text
         for name, text in reading.headers.items()
@@ -145,6 +153,9 @@ def _read(
     reading = dataclasses.replace(reading, headers=headers)
     if reading.rate_hz is not None:
         layout = dataclasses.replace(layout, step_s=1.0 / reading.rate_hz, start_s=0.0)
+    if of_preloads := _of_preloads(layout, reading, kind, where):
+        parts = (_read(source, e, origin, of, 0, BY_AMPLITUDE, measured) for e, of in of_preloads)
+        return _joined([*parts], origin)
     kind, found, unread = _kind(layout, reading, kind, where)
     reading.check_use(kind, layout, where)
     if reading.start_s is not None:
@@ -158,12 +169,12 @@ def _read(
     given = [*found] if preload_n is None else ['preload_n', *found]
     _check_there(given, kind, measured or MEASURED[kind], layout, unread, where)
     specs = EXPERIMENT_COLUMNS[kind]
-    rows = read_rows(table, layout, resolve_columns(found, layout, specs, where), origin)
+    rows = read_rows(source, layout, resolve_columns(found, layout, specs, where), origin)
     rows, gaps = whole_rows(rows)
     check_values(rows, specs, layout, origin)
     values = {each.name: numbers for each, numbers in zip(rows.columns, rows.numbers, strict=True)}
     if kind == OVER_TIME:
-        hint = ', or '.join(filter(None, (epoch_of(layout), RATE, 'sort them by time')))
+        hint = ', or '.join(filter(None, (epoch_of(layout), RATE)))
         values, notes = joined_clocks(rows, origin, hint)
         if measured:  # all rows have what was asked for
             known = ~np.isnan(next(values[name] for name in measured if name in values))
@@ -186,6 +197,42 @@ def _read(
     if reading.report is not None:
         reading.report(experiment)
     return experiment
+
+
+def _of_preloads(
+    layout: TextForm, reading: Reading, kind: str | None, where: str
+) -> list[tuple[TextForm, Reading]]:
+    """Return how to read each column of a table with a column for each preload."""
+    specs = {'time_s': TIME_COLUMNS['time_s'], **POINT_COLUMNS}
+    names = {*reading.headers, *(recognised(e.name, e.unit, specs) for e in layout.columns)}
+    is_given = reading.preloads_n or {'time_s', 'preload_n'} & names
+    shared = [e for e in reading.headers.items() if e[1].startswith('*') and e[0] in specs]
+    is_by_amplitude = kind == BY_AMPLITUDE or (not kind and (shared or 'amplitude_m' in names))
+    amounts = {
+        each: [quantity(e.replace(',', '.'), 'N') for e in _PRELOAD.findall(each.text)]
+        for each in layout.columns
+    }
+    preloads = {each: e[0] for each, e in amounts.items() if len(e) == 1 and e[0]}
+    if is_given or layout.step_s or not is_by_amplitude or len(preloads) < 2:
+        return []
+    if len({*preloads.values()}) < len(preloads):
+        problem = f'columns {listed(preloads)} name a preload twice'
+        raise RecordingError(where, problem, 'keep one column of each, or a row for each point')
+    others = dict(e for e in reading.headers.items() if e not in shared)
+    parts = []
+    for header, preload_n in preloads.items():
+        aside = preloads.keys() - {header}  # a blank is not reported as unread
+        columns = tuple(e._replace(text=' ', name='') if e in aside else e for e in layout.columns)
+        for name, text in shared[:1] or (('force_n', ''), ('step_length_m', '')):
+            units = split_unit(text)[1], header.below, *_WITHIN.findall(header.text)
+            if factor_of(unit := next(filter(None, units), ''), specs[name].unit):
+                headers = {**others, name: f'#{header.at + 1} ({unit})'}
+                own = dataclasses.replace(reading, headers=headers, preloads_n=(preload_n,))
+                parts.append((dataclasses.replace(layout, columns=columns), own))
+    if len(parts) < len(preloads):
+        problem = f'columns {listed(preloads)} are of one preload each'
+        raise RecordingError(where, problem, 'say what they hold: --map force_n="* (mN)"')
+    return parts
 
 
 def _kind(
@@ -226,7 +273,6 @@ def _check_there(
     if kind == BY_AMPLITUDE:
         is_stroke = not there or any('amplitude_m' in NUMBERS[each].settings for each in there)
         needed = ['preload_n', *['amplitude_m'] * (is_stroke and 'voltage_v' not in names)]
-        of_preloads = sum(_PRELOAD.search(each.text) is not None for each in unread)
         wrong = [
             (
                 _ONSET in there and bool({'force_n', 'step_length_m'} & there),
@@ -237,16 +283,6 @@ def _check_there(
                 {'amplitude_m', 'voltage_v'} <= {*names},
                 'has both amplitude_m and voltage_v',
                 'take one away; a stroke is the gain times the voltage',
-            ),
-            (
-                any(plain(each.name) in {'direction', 'richtung'} for each in unread),
-                'has a column of directions',
-                'give steps down a column of their own, as step down (nm)',
-            ),
-            (
-                'preload_n' not in names and of_preloads > 1,
-                'has a column for each preload',
-                'write a row for each point, with columns preload (N), amplitude (nm), force (mN)',
             ),
         ]
     for is_wrong, problem, hint in wrong:

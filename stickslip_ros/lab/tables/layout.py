@@ -54,6 +54,7 @@ class Header(NamedTuple):
     name: str  # without the unit
     unit: str  # in the text or in a row of units; empty if unknown
     cell: str = ''  # of the first row
+    below: str = ''  # unit in a row of units
 
     @property
     def shown(self) -> str:
@@ -124,8 +125,8 @@ def layout_of(head: bytes, origin: str) -> TextForm:
 
 def header_of(at: int, text: str, unit: str = '', cell: str = '') -> Header:
     """Return a column whose unit stands in its text, or else in a row of units."""
-    name, own = split_unit(text.strip())
-    return Header(at, text.strip(), name, own or unit.strip(' []()'), cell.strip())
+    (name, own), below = split_unit(text.strip()), unit.strip(' []()')
+    return Header(at, text.strip(), name, own or below, cell.strip(), below)
 
 
 def _below(

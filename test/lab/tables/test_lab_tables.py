@@ -95,10 +95,46 @@ def test_over_time_each_quantity_has_samples_of_its_own():
     assert [each.split()[0] for each in experiment.gaps] == ['1', '2', '3']
 
 
-@pytest.mark.parametrize('header', ['Hub (nm);Fp = 100 mN;Fp = 0,25 N', 'Hub (nm);0.1 N;0.25 N'])
-def test_a_column_per_preload_is_refused(header: str):
-    with pytest.raises(StickSlipError, match='has a column for each preload; write a row'):
-        parse_experiment(f'{header}\n60;18,5;20\n'.encode(), 'a.csv')
+@pytest.mark.parametrize(
+    ('header', 'said'),
+    [
+        ('Hub (nm);Fp = 100 mN;Fp = 0,25 N', {'force_n': '* (mN)'}),
+        ('Hub;Fp = 100 mN;Fp = 0,25 N\nnm;mN;mN', {}),
+        ('Hub [nm];F [mN] @ 100mN;F [mN] @ 0.25 N', {}),
+        ('Hub [nm];0.1 N;0.25 N', {'force_n': '* (mN)'}),
+    ],
+)
+def test_a_column_per_preload_is_understood(header: str, said: dict[str, str]):
+    text = f'{header}\n60;18,5;20\n70;;30\n'.encode()
+    columns = parse_experiment(text, 'a.csv', Reading(said)).columns
+    assert columns['preload_n'].tolist() == [0.1, 0.25, 0.25]
+    assert columns['amplitude_m'].tolist() == [60e-9, 60e-9, 70e-9]
+    assert columns['force_n'].tolist() == [18.5e-3, 20e-3, 30e-3]
+
+
+def test_steps_over_voltage_may_have_a_column_per_preload():
+    text = b'voltage (V),0.1 N,0.25 N,note (s)\n60,180,150,1\n'
+    table = parse_experiment(text, 'a.csv', Reading({'step_length_m': '* (nm)'}))
+    assert table.columns['preload_n'].tolist() == [0.1, 0.25]
+    assert table.columns['step_length_m'].tolist() == [180e-9, 150e-9]
+    assert table.notes[0] == "column 'note (s)' was not read"
+    assert all('0.25 N' not in note for note in table.notes)
+
+
+def test_a_preload_of_two_columns_or_beside_a_column_of_preloads_is_no_guess():
+    with pytest.raises(StickSlipError, match=r"'std 0\.1 N' name a preload twice; keep"):
+        parse_experiment(b'Hub (nm);F 0.1 N;std 0.1 N\n60;18;20\n', 'a.csv')
+    text = b'Fp (N);Hub (nm);Kraft (mN);CH1 (50 mN);CH2 (20 mN)\n0.5;60;18;1;1\n'
+    assert parse_experiment(text, 'a.csv').columns['force_n'].tolist() == [18e-3]
+
+
+def test_a_column_per_preload_in_no_unit_is_asked_for_it():
+    with pytest.raises(StickSlipError) as refusal:
+        parse_experiment(b'Hub (nm);Fp = 100 mN;Fp = 250 mN\n60;18;20\n', 'a.csv')
+    assert str(refusal.value) == (
+        "a.csv: line 1: columns 'Fp = 100 mN', 'Fp = 250 mN' are of one preload each; say what "
+        'they hold: --map force_n="* (mN)"'
+    )
 
 
 @pytest.mark.parametrize(('factor', 'digits'), [(1e-3, 15), (1e-6, 15), (1e-9, 13), (0.05, 13)])
