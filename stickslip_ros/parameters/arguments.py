@@ -12,7 +12,6 @@ from typing import Any, TypeVar, get_args, get_origin
 
 from stickslip_ros.errors import WrongKind, WrongUse
 from stickslip_ros.parameters.declaration import CONVERTERS, Checked
-from stickslip_ros.parameters.typed import EXAMPLES
 from stickslip_ros.units import unit_of
 
 PARAMETER_NAMES: list[str] = []
@@ -49,34 +48,19 @@ def reading(public: Public) -> Public:
 
 
 def _meant(name: str, form: Signature, given: Sequence[Any], named: Mapping[str, Any]) -> str:
-    """Return the right call in place of a wrong one."""
-    parameters = form.parameters.values()
-    known = [each.name for each in parameters if each.kind is not each.VAR_POSITIONAL]
-    needed = [each.name for each in parameters if each.default is each.empty]
-    if known[:1] == ['self']:
-        known, given = known[1:], given[1:]
+    """Return the right argument or parameter in place of a wrong one, or all arguments."""
+    known = [each for each in form.parameters if each != 'self']
     stand, words = 'parameters', [*known, *PARAMETER_NAMES]
     if name == 'Parameters':
         stand, words = 'Parameters()', PARAMETER_NAMES
-        named = {**named, **(given[0] if given and isinstance(given[0], Mapping) else {})}
-    meant = dict(zip(known, given, strict=False))
-    for word, value in named.items():
-        stem = word.removesuffix(f'_{unit_of(word).lower()}')
-        near = [word] if word in known else get_close_matches(stem, words, n=1, cutoff=0.5)
-        if near and near[0] not in known and isinstance(value, str | int | float):
-            return f'{stand}.updated({{{near[0]!r}: {value!r}}})'
-        if not near or near[0] not in known:
-            return f'one of {", ".join(known or form.parameters)}'
-        meant[near[0]] = value
-    shown = list[str]()
-    for word in [each for each in known if each in meant or each in needed]:
-        unit = unit_of(word)
-        value = meant.get(word, EXAMPLES[unit].split()[0] if unit else None)
-        is_typed = isinstance(value, str | int | float)
-        text = repr(value) if is_typed else word
-        shown.append(f'{word}={text}' if is_typed or shown else text)
-    units = ''.join(f', {word} in {unit_of(word)}' for word in meant if unit_of(word))
-    return f'{name}({", ".join(shown)}){units}'
+        named = {**named, **(given[1] if isinstance(given[-1], Mapping) else {})}
+    for word in named.keys() - {*known}:
+        near = get_close_matches(word.removesuffix(f'_{unit_of(word).lower()}'), words, 1, 0.5)
+        if near and near[0] not in known and isinstance(named[word], str | int | float):
+            return f'{stand}.updated({{{near[0]!r}: {named[word]!r}}})'
+        if near and near[0] in known:
+            return near[0]
+    return f'one of {", ".join(known)}'
 
 
 def _reader_of(annotation: Any) -> Any:

@@ -29,8 +29,8 @@ from stickslip_ros.lab.runs.batch import Progress, pool_of
 from stickslip_ros.lab.runs.sweep import STEP_BACK, bare_name
 from stickslip_ros.lab.runs.sweep_table import RUN_COLUMNS, read_table
 from stickslip_ros.lab.runs.zero_amplitude import WITHOUT_CELL
-from stickslip_ros.lab.tables.experiment import BY_AMPLITUDE, POINT_COLUMNS, MeasuredTable
 from stickslip_ros.lab.tables.formats import DATA_FRAME
+from stickslip_ros.lab.tables.measured import BY_AMPLITUDE, POINT_COLUMNS, MeasuredTable
 from stickslip_ros.lab.tables.numbers import NUMBERS, sigma_name
 from stickslip_ros.parameters import Parameters, Scalar
 from stickslip_ros.progress import progress_of

@@ -30,15 +30,14 @@ from stickslip_ros.lab.runs.batch import Progress
 from stickslip_ros.lab.runs.recorded_run import Run, recording_of
 from stickslip_ros.lab.runs.sweep_table import is_sweep
 from stickslip_ros.lab.tables.experiment import (
-    OVER_TIME,
-    MeasuredTable,
-    Reading,
     listed_sources,
     parse_experiment,
     read_experiment,
     read_joined,
 )
 from stickslip_ros.lab.tables.formats import DATA_FRAME
+from stickslip_ros.lab.tables.instructions import Reading
+from stickslip_ros.lab.tables.measured import OVER_TIME, MeasuredTable
 from stickslip_ros.parameters import Parameters, reading
 from stickslip_ros.progress import progress_of
 from stickslip_ros.recording.run_file import EXPERIMENT_FILE
@@ -104,6 +103,10 @@ def compare(
     beside = [] if b is None or isinstance(b, Parameters) else listed_sources(b)
     reading = options.reading(report, b if isinstance(b, Parameters) else None)
     reading = reading.for_sources([*given, *beside])
+    for each in given if len(given) > 1 else []:
+        if recorded := recording_of(each, {}):
+            hint = f'compare it by itself: stickslip compare {recorded[0].path} model'
+            raise Incomparable(recorded[0].path, 'is a recording beside other sources', hint)
     first = (
         _load(given[0], reading, window_s)
         if len(given) == 1

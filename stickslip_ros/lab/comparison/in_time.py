@@ -33,7 +33,7 @@ from stickslip_ros.lab.experiments.sensor_clock import lateness_in
 from stickslip_ros.lab.runs.mapped import mapped_series
 from stickslip_ros.lab.runs.recorded import recorded_series, recorded_stand
 from stickslip_ros.lab.runs.sawtooth_run import scatter_of
-from stickslip_ros.lab.tables.experiment import MEASURED, OVER_TIME, TIME_COLUMNS, MeasuredTable
+from stickslip_ros.lab.tables.measured import MEASURED, OVER_TIME, TIME_COLUMNS, MeasuredTable
 from stickslip_ros.lab.tables.numbers import sigma_name
 from stickslip_ros.parameters import Parameters, Scalar
 from stickslip_ros.recording.reader import Recording

@@ -7,7 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from stickslip_ros.lab.tables.experiment import MeasuredTable, Reading
+from stickslip_ros.lab.tables.instructions import Reading
+from stickslip_ros.lab.tables.measured import MeasuredTable
 from stickslip_ros.parameters import Parameters, ReplaceableDefault
 
 if TYPE_CHECKING:

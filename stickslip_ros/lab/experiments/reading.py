@@ -36,13 +36,8 @@ from stickslip_ros.lab.runs.recorded_run import recording_of
 from stickslip_ros.lab.runs.replay import DriveInput
 from stickslip_ros.lab.runs.sweep import bare_name
 from stickslip_ros.lab.runs.zero_amplitude import WITHOUT_CELL
-from stickslip_ros.lab.tables.experiment import (
-    BY_AMPLITUDE,
-    OVER_TIME,
-    MeasuredTable,
-    listed_sources,
-    read_experiment,
-)
+from stickslip_ros.lab.tables.experiment import listed_sources, read_experiment
+from stickslip_ros.lab.tables.measured import BY_AMPLITUDE, OVER_TIME, MeasuredTable
 from stickslip_ros.lab.tables.numbers import BACK, NUMBERS, sigma_name
 from stickslip_ros.lab.waveform.recognise import GIVE_COMMANDS, recognise
 from stickslip_ros.parameters import SENSORS, Parameters, ReplaceableDefault, Scalar

@@ -35,7 +35,7 @@ from stickslip_ros.lab.fitting.statistics import uncertainty
 from stickslip_ros.lab.fitting.traces import LOOSE, refine_noise, tightened, with_clocks
 from stickslip_ros.lab.fitting.trial import fit_trial
 from stickslip_ros.lab.runs.batch import Progress, pool_of, run_batch
-from stickslip_ros.lab.tables.experiment import MeasuredTable
+from stickslip_ros.lab.tables.measured import MeasuredTable
 from stickslip_ros.parameters import Parameters, reading
 from stickslip_ros.progress import Show, progress_of
 

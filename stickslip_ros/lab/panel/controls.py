@@ -14,8 +14,9 @@ from stickslip_ros.interface.messages import STAMPED_FIELDS
 from stickslip_ros.interface.topics import COMMAND_TOPICS, SERVICES, Topic
 from stickslip_ros.lab.design.shapes import SHAPES
 from stickslip_ros.lab.panel.model import HISTORY_SPANS_S, REBUILT, SCOPE_CYCLES
-from stickslip_ros.lab.tables.experiment import OVER_TIME, read_experiment
+from stickslip_ros.lab.tables.experiment import read_experiment
 from stickslip_ros.lab.tables.formats import SUFFIXES
+from stickslip_ros.lab.tables.measured import OVER_TIME
 from stickslip_ros.message_types import JOINT_STATE, SET_BOOL
 from stickslip_ros.parameters import SENSORS, is_fault, specs
 from stickslip_ros.units import display_unit

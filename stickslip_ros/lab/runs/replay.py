@@ -22,7 +22,9 @@ from stickslip_ros.lab.runs.batch import Progress
 from stickslip_ros.lab.runs.mapped import mapped_series
 from stickslip_ros.lab.runs.recorded import recorded_stand
 from stickslip_ros.lab.runs.recorded_run import recording_of
-from stickslip_ros.lab.tables.experiment import AS_IT_IS, OVER_TIME, Reading, read_experiment
+from stickslip_ros.lab.tables.experiment import read_experiment
+from stickslip_ros.lab.tables.instructions import AS_IT_IS, Reading
+from stickslip_ros.lab.tables.measured import OVER_TIME
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.reader import Difference, Recording, compare_data, data_digest

@@ -16,8 +16,8 @@ from stickslip_ros.extras import load_extra
 from stickslip_ros.files import prepare_output, replacing
 from stickslip_ros.lab.runs.journal import Row
 from stickslip_ros.lab.runs.sweep import SETTINGS, STEP_BACK, STOP_RULE, SWEEP_COLUMNS, bare_name
-from stickslip_ros.lab.tables.experiment import POINT_COLUMNS
 from stickslip_ros.lab.tables.formats import DATA_FRAME
+from stickslip_ros.lab.tables.measured import POINT_COLUMNS
 from stickslip_ros.parameters import Parameters, Scalar, Spec, spec_of
 
 if TYPE_CHECKING:

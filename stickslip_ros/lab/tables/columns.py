@@ -4,79 +4,42 @@
 """Assignment of table columns to quantities, by name and unit or by the user."""
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from itertools import pairwise
 
-from stickslip_ros.errors import QUOTED, RecordingError, quoted
-from stickslip_ros.lab.tables.layout import TextForm, to_number
-from stickslip_ros.lab.tables.numbers import BACK, DIRECTIONS, NUMBERS, SIGMA, sigma_name
-from stickslip_ros.lab.tables.units import factor_of, split_unit
-from stickslip_ros.parameters import SENSORS, Spec
-
-USUAL: Mapping[str, tuple[str, ...]] = {
-    'time_s': ('time', 't', 'x axis', 'x value', 'zeit'),
-    'position_m': ('position', 'pos', 'x', 'displacement', 'weg', 'auslenkung'),
-    'voltage_v': ('voltage', 'u', 'v', 'piezo', 'piezo voltage', 'spannung', 'piezospannung'),
-    'foot_m': ('foot', 'feet', 'stroke', 'hub', 'fuß', 'fuss'),
-    'preload_n': ('preload', 'fp', 'normal force', 'vorlast', 'vorspannkraft', 'normalkraft'),
-    'amplitude_m': ('amplitude', 'stroke', 'hub'),
-    'frequency_hz': ('frequency', 'freq', 'f', 'frequenz'),
-    'load_n': ('external force', 'external load'),
-    'direction': ('direction', 'richtung'),
-    'tolerance': ('tolerance', 'toleranz'),
-    **{name: tuple(each.words.split(', ')) for name, each in NUMBERS.items() if each.words},
-    **{each.quantity: (each.words,) for each in SENSORS if each.switch},
-}
-"""Usual names of quantities, in lower case, words separated by one blank."""
-SIGMAS = re.compile(
-    r'(\b(sigma|σ|std|sd|stdev|std dev|standard (deviation|error)|uncertainty|err|error|'
-    r'unsicherheit|standardabweichung|fehler)\b|±)( (of|der|des)\b)?'
+from stickslip_ros.errors import RecordingError, quoted
+from stickslip_ros.lab.tables.layout import Header, TextForm
+from stickslip_ros.lab.tables.measured import Column, plain, recognised
+from stickslip_ros.lab.tables.numbers import BACK, NUMBERS, SIGMA
+from stickslip_ros.lab.tables.remedies import (
+    EPOCH,
+    SUM,
+    by_number,
+    likely_unit,
+    listed,
+    map_hint,
+    suggestion,
 )
-_DIRECTED = re.compile(rf'\b({"|".join(filter(str.isalpha, DIRECTIONS))})\b')
-MEAN = re.compile(r'\b(mean|average|avg|mittelwert|mittlere)\b( (of|der|des)\b)?')
-LIKELY = {'m': 'nm', 'N': 'mN', 's': 's', 'V': 'V', 'Hz': 'Hz', '%': '%'}
-LIKELY |= {'kg': 'g', 'F': 'nF', 'm/s': 'mm/s', 'V/s': 'V/us'}
-"""Units suggested for a column without a unit."""
-_EPOCHS = ((1e17, 'ns'), (1e14, 'us'), (1e11, 'ms'))
-"""Units suggested for times from such a number on: it counts from 1970."""
-ROW = -1
-"""Place of a column of row numbers, which no file has."""
-SUM, _NUMBERED = ' + ', re.compile(r'#(\d+)')
-"""Between columns that are added; a column by its number, from 1."""
+from stickslip_ros.lab.tables.units import factor_of, split_unit
+from stickslip_ros.parameters import Spec
+
+ROW = Header(-1, 'row number', 'row number', '')
+"""The column of row numbers, which no file has."""
+_NUMBERED = re.compile(r'#(\d+)')  # a column by its number, from 1
 _SECONDS = re.compile(r'(.*?)_?secs?\n\1_?(nano|n)secs?')
 """Names of two columns that make a time."""
 _WIDE = re.compile(r'[-+]?\d{16,}')  # has more digits than a float
-_EPOCH = re.compile(r'1\d{9}')  # seconds of 2001 to 2033
-_UNCLEAR = re.compile(r'["`$\\]')  # what a shell reads
+_PAIR = ('voltage_v', 'position_m')  # told by their units if no name tells anything
 
-Places = tuple[tuple[int, str], ...]  # place and unit of a column, or of several that are added
+Places = tuple[tuple[Header, str], ...]  # a column and its unit, or several that are added
 Found = dict[str, list[Places]]  # candidates
-
-
-@dataclass(frozen=True)
-class Column:
-    """A recognised column of a table."""
-
-    name: str  # quantity; then header and unit in the file, and factor to SI
-    header: str
-    unit: str
-    factor: float
-    index: int  # its place in the table
-    first: float = 0.0  # its first number, in SI
-    parts: tuple[tuple[int, float, int], ...] = ()  # place, factor, subtracted number of addends
-
-    @property
-    def begin_s(self) -> float:
-        """Time subtracted before whole numbers become floats, which have fewer digits, s."""
-        return float(sum(factor * begin for _, factor, begin in self.parts))
 
 
 def find_columns(
     layout: TextForm, specs: Mapping[str, Spec], named: Mapping[str, str], where: str
-) -> tuple[Found, list[int]]:
+) -> tuple[Found, list[Header]]:
     """
-    Return candidate columns of each quantity, and the places of the other columns.
+    Return candidate columns of each quantity, and the other columns.
 
     If the user names a measured quantity, only named ones are read. Several columns of times are
     clocks, each of the columns behind it.
@@ -87,181 +50,107 @@ def find_columns(
     }
     conditions = {'time_s'} if 'time_s' in specs else specs.keys() - NUMBERS.keys()
     asked = {name.replace(SIGMA, '_') for name in found} - conditions
-    taken = {at for several in found.values() for places in several for at, _ in places}
-    unread, others = list[int](), dict[str, list[Places]]()
+    taken = {header for several in found.values() for places in several for header, _ in places}
+    unread, others = list[Header](), dict[str, list[Places]]()
     if 'time_s' in specs and 'time_s' not in named and layout.step_s:
         found['time_s'] = [((ROW, f'{layout.step_s!r} s'),)]
-    for at, header in enumerate(layout.names):
-        if at in taken or not header.strip():
+    for header in layout.columns:
+        if header in taken or not header.text.strip():
             continue
-        bare, unit = split_unit(header)
-        unit = unit or layout.units[at]
-        target = recognised(bare, unit, specs) or ''
+        target = recognised(header.name, header.unit, specs) or ''
         is_aside = asked and target.replace(SIGMA, '_') not in {*conditions, *asked}
         # A second clock of a header with a start, Graphtec, has parts of a second.
         is_part = target == 'time_s' and layout.start_s is not None and target in others
         if not target or target in found or is_aside or is_part:
-            unread.append(at)
+            unread.append(header)
         else:
-            others.setdefault(target, []).append(((at, unit),))
+            others.setdefault(target, []).append(((header, header.unit),))
     if 'time_s' in specs and 'time_s' not in {**found, **others}:
-        for at, after in pairwise(unread):
-            names = f'{layout.names[at]}\n{layout.names[after]}'.lower()
-            if after == at + 1 and _SECONDS.fullmatch(names):
-                others['time_s'] = [((at, 's'), (after, 'ns'))]
-                unread = [each for each in unread if each not in {at, after}]
+        for one, two in pairwise(unread):
+            if _SECONDS.fullmatch(f'{one.text}\n{two.text}'.lower()):
+                others['time_s'] = [((one, 's'), (two, 'ns'))]
+                unread = [each for each in unread if each not in {one, two}]
                 break
-    return {**found, **others}, unread
+    if {*found, *others} == {'time_s'}:
+        known = [each for each in unread if each.unit]
+        fits = [[e for e in known if factor_of(e.unit, specs[name].unit)] for name in _PAIR]
+        if [len(each) for each in (known, *fits)] == [2, 1, 1]:
+            others |= {name: [((e, e.unit),)] for name, [e] in zip(_PAIR, fits, strict=True)}
+            unread = [each for each in unread if [each] not in fits]
+    found |= others
+    if {*BACK, *BACK.values()} & found.keys() and [
+        header.name.lower() for [(header, _), *_] in found.get('force_n', [])
+    ] == ['load']:
+        found['load_n'] = found.pop('force_n')
+    return found, unread
 
 
 def resolve_columns(
     found: Found, layout: TextForm, specs: Mapping[str, Spec], where: str
 ) -> list[Column]:
     """Return columns with units, one for each quantity but the time; refuse ambiguous ones."""
-    firsts = sorted(places[0][0] for several in found.values() for places in several)
-    columns = list[Column]()
+    first = min(places[0][0].at for several in found.values() for places in several)
     for name, several in found.items():
-        places = [each[0][0] for each in several]
-        between = (any(layout.names[one + 1 : two]) for one, two in pairwise(places))
-        is_clock = name == 'time_s' and all(between) and places[0] == firsts[0]
-        if len(places) > 1 and not is_clock:
-            problem = f'columns {" and ".join(quoted(layout.names[at]) for at in places)}'
-            hint = f'choose one: {map_hint(name, layout, places[0])}'
+        headers = [each[0][0] for each in several]
+        between = (
+            any(each.text for each in layout.columns[one.at + 1 : two.at])
+            for one, two in pairwise(headers)
+        )
+        is_clock = name == 'time_s' and all(between) and headers[0].at == first
+        if len(headers) > 1 and not is_clock:
+            problem = f'columns {" and ".join(quoted(each.text) for each in headers)}'
+            hint = f'choose one: {map_hint(name, layout, headers[0])}'
             raise RecordingError(where, f'{problem} may both be {name}', hint)
     _check_units(found, layout, specs, where)
+    columns = list[Column]()
     for name, several in found.items():
         is_time = name == 'time_s' and len({unit for (_, unit), *_ in several}) == 1
-        cells = [layout.row[at].strip() if is_time and at != ROW else '' for at, _ in several[0]]
-        is_wide = [_WIDE.fullmatch(e) or (cells[1:] and _EPOCH.fullmatch(e)) for e in cells]
+        cells = [header.cell if is_time else '' for header, _ in several[0]]
+        is_wide = [_WIDE.fullmatch(e) or (cells[1:] and EPOCH.fullmatch(e)) for e in cells]
         begins = [int(e) if wide else 0 for e, wide in zip(cells, is_wide, strict=True)]
         for each in several:
             parts = tuple(
-                (at, factor_of(unit, specs[name].unit) or 0.0, begin)
-                for (at, unit), begin in zip(each, begins, strict=True)
+                (header.at, factor_of(unit, specs[name].unit) or 0.0, begin)
+                for (header, unit), begin in zip(each, begins, strict=True)
             )
-            headers = ('row number' if at == ROW else layout.names[at] for at, _ in each)
-            header, unit = SUM.join(headers), SUM.join(unit for _, unit in each)
-            columns.append(Column(name, header, unit, parts[0][1], parts[0][0], parts=parts))
+            text, unit = (SUM.join(e) for e in zip(*((h.text, u) for h, u in each), strict=True))
+            columns.append(Column(name, text, unit, parts[0][1], parts[0][0], parts=parts))
     return columns
 
 
-def suggestion(
-    names: Sequence[str], layout: TextForm, unread: Sequence[int], specs: Mapping[str, Spec]
-) -> tuple[str, str]:
-    """Return a quantity and the option for its likely column, by name, else by unit; or none."""
-    ranked = [(2, 0, 0, 0, 0, '')]
-    for order, name in enumerate(names):
-        si = specs[name].unit
-        for at in unread:
-            bare, own = split_unit(layout.names[at])
-            unit = own or layout.units[at]
-            fits, words = factor_of(unit, si), [each for each in USUAL[name] if len(each) > 1]
-            is_usual = recognised(bare, '', {name: specs[name]})
-            if is_usual or fits or not (unit or recognised(bare, '', specs)):
-                is_like = any(each in bare.lower() for each in words)
-                shown = '' if own else unit or likely_unit(layout, si, at)
-                option = map_hint(name, layout, at, shown if fits or not unit else f'0.05 {si}')
-                ranked.append((not is_usual, not is_like, not fits, order, at, option))
-    *_, order, _, option = min(ranked)
-    return names[order], option
-
-
-def map_hint(name: str, layout: TextForm, at: int, unit: str = '') -> str:
-    """Return the option that assigns a column and unit to a quantity; a number if unclear."""
-    names = [split_unit(each)[0] if unit else each for each in layout.names]
-    shown, same = names[at], [_plain(each) for each in names].count(_plain(names[at]))
-    if same > 1 or len(shown) > QUOTED or not shown.strip() or _UNCLEAR.search(shown):
-        shown = f'#{at + 1}'
-    return f'--map {name}="{shown} ({unit})"' if unit else f'--map {name}="{shown}"'
-
-
-def by_number(places: Iterable[tuple[int, str]]) -> str:
-    """Return a sum of columns as a user writes it."""
-    return SUM.join(f'#{at + 1} ({unit})' for at, unit in places)
-
-
-def epoch_of(layout: TextForm) -> str:
-    """Return the option for two columns of seconds since 1970 and nanoseconds; or nothing."""
-    cells = [each.strip() for each in layout.row]
-    for at, (seconds, rest) in enumerate(pairwise(cells)):
-        if _EPOCH.fullmatch(seconds) and rest.isdecimal() and len(rest) <= len('999999999'):
-            return f'--map time_s="{by_number([(at, "s"), (at + 1, "ns")])}"'
-    return ''
-
-
-def likely_unit(layout: TextForm, si: str, at: int) -> str:
-    """Return the likely unit of a column without a unit."""
-    number = to_number(layout.row[at], layout.decimal)
-    epoch = (unit for least, unit in _EPOCHS if si == 's' and number >= least)
-    return next(epoch, LIKELY.get(si, si))
-
-
-def recognised(bare: str, unit: str, specs: Mapping[str, Spec]) -> str | None:
-    """Return the quantity of a name; the unit decides between two."""
-    name = _plain(MEAN.sub('', _plain(bare)))
-    if not name and unit and 'time_s' in specs and factor_of(unit, 's'):
-        return 'time_s'
-    quantity = _plain(SIGMAS.sub('', name))
-    way = _DIRECTED.search(quantity)
-    of_both = way and (_plain(_DIRECTED.sub('', quantity)) or 'step')
-    for target, usual in USUAL.items():
-        is_known = quantity in usual
-        if way and target in BACK and of_both in usual:
-            target, is_known = BACK[target] if DIRECTIONS[way[0]] < 0.0 else target, True  # noqa: PLW2901
-        column = target if quantity == name else sigma_name(target)
-        is_known = is_known and column in specs
-        if is_known and (not unit or factor_of(unit, specs[column].unit)):
-            return column
-    return None
-
-
-def shown_column(layout: TextForm, at: int) -> str:
-    """Return the header of a column with its unit."""
-    header, unit = layout.names[at], layout.units[at]
-    return f'{header} ({unit})' if unit and unit not in header else header
-
-
-def listed(names: Iterable[str]) -> str:
-    """Return quoted headers, with commas."""
-    return ', '.join(quoted(name) for name in names)
+def columns_named(layout: TextForm, text: str) -> Places:
+    """Return columns with a name, or that with this ``#number``, and their units."""
+    bare, unit = split_unit(text)
+    bares = [each.name for each in layout.columns]
+    texts = [each.text for each in layout.columns]
+    found = list[Header]()
+    for wanted, names in ((text, texts), (bare, texts), (bare, bares)):
+        pairs = zip(layout.columns, names, strict=True)
+        found = found or [each for each, name in pairs if name and plain(name) == plain(wanted)]
+    if not found and (number := _NUMBERED.fullmatch(bare)):
+        found = [each for each in layout.columns if each.at == int(number[1]) - 1]
+    return tuple((each, unit or each.unit) for each in found)
 
 
 def _named(
     layout: TextForm, name: str, text: str, specs: Mapping[str, Spec], where: str
 ) -> list[Places]:
-    """Return places and units of the column, or sum of columns, named by the user."""
-    parts = [text] if places_of(layout, text) else text.split(SUM)
-    found = [places_of(layout, part) for part in parts]
+    """Return the column and unit, or sum of columns, named by the user."""
+    parts = [text] if columns_named(layout, text) else text.split(SUM)
+    found = [columns_named(layout, part) for part in parts]
     for part, places in zip(parts, found, strict=True):
         if not places:
-            there = [at for at, header in enumerate(layout.names) if header]
-            hint = f'name one of {listed(layout.names[at] for at in there)}'
+            there = [each for each in layout.columns if each.text]
+            hint = f'name one of {listed(there)}'
             if option := suggestion([name], layout, there, specs)[1]:
                 hint += f', as {option}'
             raise RecordingError(where, f'there is no column {quoted(part)}', hint)
         if len(places) > 1 and (name != 'time_s' or len(parts) > 1):
-            at, unit = places[0]
-            shown = by_number([(at, unit or likely_unit(layout, specs[name].unit, at))])
+            header, unit = places[0]
+            shown = by_number([(header, unit or likely_unit(header, specs[name].unit))])
             problem = f'has {len(places)} columns {quoted(split_unit(part)[0])}'
             raise RecordingError(where, problem, f'name one by number: --map {name}="{shown}"')
     return list(zip(*found, strict=True))
-
-
-def places_of(layout: TextForm, text: str) -> Places:
-    """Return places and units of the columns with a name, or of the one with this ``#number``."""
-    bare, unit = split_unit(text)
-    bares, units = zip(*map(split_unit, layout.names), strict=True)
-    for wanted, names in ((text, layout.names), (bare, layout.names), (bare, bares)):
-        same = [at for at, each in enumerate(names) if each and _plain(each) == _plain(wanted)]
-        if same:
-            return tuple((at, unit or units[at] or layout.units[at]) for at in same)
-    number = _NUMBERED.fullmatch(bare)
-    at = int(number[1]) - 1 if number else -1
-    return ((at, unit or units[at] or layout.units[at]),) if 0 <= at < len(units) else ()
-
-
-def _plain(name: str) -> str:
-    return ' '.join(filter(None, re.split(r'[\s_-]+', name.strip().lower())))
 
 
 def _check_units(found: Found, layout: TextForm, specs: Mapping[str, Spec], where: str) -> None:
@@ -270,17 +159,17 @@ def _check_units(found: Found, layout: TextForm, specs: Mapping[str, Spec], wher
     for name, several in found.items():
         si = specs[name].unit
         wrong = [each for each in several if not all(factor_of(unit, si) for _, unit in each)]
-        for [(at, unit), *others] in wrong[:1]:
-            header, shown = layout.names[at], likely_unit(layout, si, at)
+        for [(header, unit), *others] in wrong[:1]:
+            shown = likely_unit(header, si)
             if unit and not others:
-                problem = f'column {quoted(header)} is in {unit}, {name} in {si}'
-                option = map_hint(name, layout, at, f'0.05 {si}')
+                problem = f'column {quoted(header.text)} is in {unit}, {name} in {si}'
+                option = map_hint(name, layout, header, f'0.05 {si}')
                 raise RecordingError(where, problem, f'say how many {si} are 1 {unit}: {option}')
-            option = map_hint(name, layout, at, shown)
+            option = map_hint(name, layout, header, shown)
             if len(wrong) > 1:  # clocks of one name
-                option = f'--map {name}="{split_unit(header)[0]} ({shown})"'
+                option = f'--map {name}="{header.name} ({shown})"'
             if others:
-                added = by_number([(at, shown), *((each, 'ns') for each, _ in others)])
+                added = by_number([(header, shown), *((each, 'ns') for each, _ in others)])
                 option = f'--map {name}="{added}"'
             unsaid.append((header, shown, option))
     if unsaid:

@@ -149,15 +149,8 @@ def read_parquet(path: Path) -> 'list[DataFrame]':
     _check_count(sum(each.num_values for each in columns))
     _check_bytes(sum(each.total_byte_size for each in groups))
     schema = (metadata.schema.column(at) for at in range(metadata.num_columns))
-    texts = [each for each in schema if each.physical_type == 'BYTE_ARRAY']
-    for each in texts:
-        if each.path != each.name:
-            raise ValueError(f'{each.path} holds texts within a column; leave it out')
-    frame = pd.read_parquet(path, read_dictionary=[each.path for each in texts])
-    table = frame.reset_index()  # many rows may share a text
-    for name in table.select_dtypes('category'):
-        _check_bytes(int(table[name].map(lambda each: len(str(each))).astype(int).sum()))
-    return [frame]
+    flat = [each for each in schema if each.path == each.name]  # no list within a column
+    return [pd.read_parquet(path, columns=[e.name for e in flat if 'BYTE' not in e.physical_type])]
 
 
 def read_hdf5(path: Path) -> 'list[DataFrame]':

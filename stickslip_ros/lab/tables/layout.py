@@ -11,10 +11,11 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
+from typing import NamedTuple
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.lab.tables.headers import COMMENT, Cells, read_header, settings_in
-from stickslip_ros.lab.tables.units import unit_of_any
+from stickslip_ros.lab.tables.units import split_unit, unit_of_any
 
 HEAD_BYTES = 1 << 16  # bytes that determine the layout
 BLANKS = r'\s+'
@@ -45,6 +46,23 @@ NUMBERING = ('no.', 'no', 'nr', 'number', 'sequence', '#', '1', '-')
 Mask = tuple[bool | None, ...]
 
 
+class Header(NamedTuple):
+    """A column as its header names it."""
+
+    at: int  # place of the column, from 0
+    text: str  # in the file
+    name: str  # without the unit
+    unit: str  # in the text or in a row of units; empty if unknown
+    cell: str = ''  # of the first row
+    below: str = ''  # unit in a row of units
+
+    @property
+    def shown(self) -> str:
+        """Text and unit."""
+        is_there = not self.unit or self.name != self.text or self.unit in self.text
+        return self.text if is_there else f'{self.text} ({self.unit})'
+
+
 @dataclass(frozen=True)
 class TextForm:
     """The layout of a table."""
@@ -52,9 +70,7 @@ class TextForm:
     encoding: str  # as for pandas
     delimiter: str
     decimal: str
-    names: tuple[str, ...]  # header of each column
-    units: tuple[str, ...]  # of each column; empty if unknown
-    row: tuple[str, ...]  # the first row
+    columns: tuple[Header, ...]
     header: int  # its line, from 1; 0 without header
     first: int  # line of the first row
     notes: tuple[str, ...]  # comment lines above
@@ -93,19 +109,24 @@ def layout_of(head: bytes, origin: str) -> TextForm:
         raise RecordingError(f'{origin}: line {first + 1}', problem, hint)
     names = names or [str(number) for number in range(1, width + 1)]
     notes = [line for at, line in enumerate(lines[:first]) if at != header - 1]
+    columns = zip(*(_filled(each, width) for each in (names, units, rows[first])), strict=True)
     return TextForm(
         encoding=encoding,
         delimiter=delimiter,
         decimal=decimal,
-        names=_filled([name.strip() for name in names], width),
-        units=_filled([unit.strip(' []()') for unit in units], width),
-        row=_filled(rows[first], width),
+        columns=tuple(header_of(at, *each) for at, each in enumerate(columns)),
         header=header,
         first=first + 1,
         notes=tuple(COMMENT.sub('', note).rstrip() for note in notes if COMMENT.match(note)),
         start_s=start_s,
         step_s=step_s,
     )
+
+
+def header_of(at: int, text: str, unit: str = '', cell: str = '') -> Header:
+    """Return a column whose unit stands in its text, or else in a row of units."""
+    (name, own), below = split_unit(text.strip()), unit.strip(' []()')
+    return Header(at, text.strip(), name, own or below, cell.strip(), below)
 
 
 def _below(
@@ -172,7 +193,7 @@ def _mask(row: Sequence[str], decimal: str) -> Mask:
     return tuple(
         None
         if text.lower() in MISSING or OVER_RANGE.fullmatch(text)
-        else bool(number.fullmatch(text))
+        else bool(number.fullmatch(text.rstrip(' %')))
         for text in map(str.strip, row)
     )
 

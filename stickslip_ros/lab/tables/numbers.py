@@ -1,34 +1,34 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Numbers of a data sheet: a row each, with its column and its prediction."""
+"""Numbers of a drive that owners have: one row each, with its column and its prediction."""
 
 import csv
-import io
 import math
 import re
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.build import contacts_of, friction_limit_n, slew_of
 from stickslip_ros.errors import OutOfRange, RecordingError
-from stickslip_ros.lab.tables.layout import BLANKS, HEAD_BYTES, TextForm
+from stickslip_ros.files import read_bytes
+from stickslip_ros.lab.tables.layout import BLANKS, HEAD_BYTES, TextForm, header_of
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.units import unit_of
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 SHEET_SHARE = 0.2
 """Standard error of a number of a data sheet without a tolerance, as a share of it."""
 SIGMA = '_sigma_'
 BACK = {'step_length_m': 'step_back_m', 'speed_m_per_s': 'speed_back_m_per_s'}
 """Numbers with a way, and the same backwards."""
-_WORDS = {
-    1.0: 'up forward forwards fwd 1 +1 1.0',
-    -1.0: 'down backward backwards back bwd -1 -1.0',
-}
-DIRECTIONS = {word: way for way, words in _WORDS.items() for word in words.split()}
 _SETTINGS = ('amplitude_m', 'amplitude_sigma_m', 'voltage_v', 'frequency_hz', 'load_n')
 _NAMED = {'quantity', 'parameter', 'property', 'specification', 'größe'}
 _VALUE = {'value', 'typical', 'typ', 'wert'}
@@ -53,7 +53,7 @@ class MeasuredNumber(NamedTuple):
 
     @property
     def settings(self) -> tuple[str, ...]:
-        """Required columns; without a stroke a blocking force takes that of the full range."""
+        """Columns that it needs; a blocking force without a stroke has that of the full range."""
         is_full = self.drive in {'zero', 'rest'} or self.runner == 'held'
         strokes = () if is_full else ('amplitude_m', 'amplitude_sigma_m', 'voltage_v', 'direction')
         return ('preload_n', *strokes, *([] if self.drive == 'rest' else ['frequency_hz']))
@@ -104,27 +104,37 @@ NUMBERS = {name: MeasuredNumber(*row) for name, row in _ROWS.items()}
 """Measured numbers, by column."""
 
 
-def columns_of_sheet(content: bytes, layout: TextForm) -> bytes | None:
-    """Convert a sheet with a number in each row to columns; None for another table."""
+def columns_of_sheet(
+    source: Path | bytes, layout: TextForm, origin: str
+) -> 'tuple[DataFrame, TextForm] | None':
+    """Return a sheet of a number in each row as a table with columns; None if it is no sheet."""
+    texts = [each.text for each in layout.columns]
     named, value, unit = (
-        next((name for name in layout.names if name.lower() in known), '')
+        next((text for text in texts if text.lower() in known), '')
         for known in (_NAMED, _VALUE, _UNIT)
     )
-    if not (named and value) or layout.delimiter == BLANKS or len(content) > HEAD_BYTES:
+    if not (named and value) or layout.delimiter == BLANKS:
         return None
-    others = [name for name in layout.names if name not in {named, value, unit}]
-    lines, table = content.decode(layout.encoding).splitlines()[layout.header :], []
-    for cells in csv.reader(lines, delimiter=layout.delimiter, skipinitialspace=True):
-        row = dict(zip(layout.names, map(str.strip, cells), strict=False))
-        if len(row) == len(layout.names):
-            header = f'{row[named]} ({row[unit]})' if unit else row[named]
-            table.append({header: row[value], **{name: row[name] for name in others}})
-    columns = dict.fromkeys([*(name for row in table for name in row), ''])
-    text = io.StringIO(newline='')
-    writer = csv.DictWriter(text, [*columns], restval='', delimiter=layout.delimiter)
-    writer.writeheader()
-    writer.writerows(table)
-    return text.getvalue().encode()
+    content = source if isinstance(source, bytes) else read_bytes(source, '', HEAD_BYTES + 1)
+    if len(content) > HEAD_BYTES:
+        problem = f'is a sheet with a number in each row, longer than {HEAD_BYTES} bytes'
+        raise RecordingError(origin, problem, 'leave rows out, or give each quantity a column')
+    lines, rows = content.decode(layout.encoding).splitlines()[layout.header :], []
+    reader = csv.reader(lines, delimiter=layout.delimiter, skipinitialspace=True)
+    for line, cells in enumerate(reader, layout.header + 1):
+        row = dict(zip(texts, cells + [''] * len(texts), strict=False))
+        if len(cells) > len(texts):
+            problem = f'has {len(cells)} values, the header {len(texts)} names'
+            hint = 'with decimal commas separate columns by semicolons'
+            raise RecordingError(f'{origin}: line {line}', problem, hint)
+        header = f'{row.pop(named)} ({row.pop(unit).strip()})' if unit else row.pop(named)
+        rows.append({header: row.pop(value), **row} if any(cells) else {})
+    import pandas as pd  # noqa: PLC0415 - slow import
+
+    table = pd.DataFrame(rows).drop(columns='', errors='ignore')
+    columns = tuple(header_of(at, str(text)) for at, text in enumerate(table))
+    form = replace(layout, columns=columns, first=layout.header + 1)
+    return table.set_axis(range(len(columns)), axis=1), form
 
 
 def completed(given: Mapping[str, Array], origin: str) -> tuple[dict[str, Array], list[str]]:

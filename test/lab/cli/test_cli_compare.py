@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from stickslip_ros.lab.cli.main import build_parser, main
-from stickslip_ros.lab.tables.experiment import POINT_COLUMNS, TIME_COLUMNS
+from stickslip_ros.lab.tables.measured import POINT_COLUMNS, TIME_COLUMNS
 from stickslip_ros.parameters import SENSORS
 
 HOWTO = Path(__file__).resolve().parents[3] / 'docs/howto'
@@ -127,6 +127,11 @@ def test_two_runs_say_what_differs(capsys: Any, example: Path):
     out = capsys.readouterr().out
     assert re.search(r'stand\.preload   0\.25 +0\.3\n', out)
     assert 'The times of B were shifted by' in out
+    assert main(['compare', 'one.mcap', 'experiment.csv', 'model']) == 2
+    told = capsys.readouterr().err
+    assert 'one.mcap is a recording beside other sources' in told
+    assert main(shlex.split(told.partition('by itself: stickslip ')[2])) == 0
+    capsys.readouterr()
     assert main(['compare', 'one.mcap', 'one.mcap', '--json']) == 0
     told = json.loads(capsys.readouterr().out)
     assert told['axis'] == 'time_s'

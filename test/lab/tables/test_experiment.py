@@ -7,14 +7,8 @@ import numpy as np
 import pytest
 
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.lab.tables.experiment import (
-    BY_AMPLITUDE,
-    OVER_TIME,
-    POINT_COLUMNS,
-    TIME_COLUMNS,
-    parse_experiment,
-    read_experiment,
-)
+from stickslip_ros.lab.tables.experiment import parse_experiment, read_experiment
+from stickslip_ros.lab.tables.measured import BY_AMPLITUDE, OVER_TIME, POINT_COLUMNS, TIME_COLUMNS
 from stickslip_ros.lab.tables.numbers import sigma_name
 
 POINTS = 'preload_n,amplitude_m,force_n\n'
@@ -113,7 +107,10 @@ def test_every_uncertainty_belongs_to_a_column():
             f'{TIMES}0,1e-9\n0,1e-9\n',
             'line 3, column time_s: 0 s is not after the 0 s of the row before; if the rows',
         ),
-        (f'{POINTS}1,6e-8,2\n1,6e-8,"2\n', 'line 3: begins a quotation that does not end'),
+        (
+            f'{POINTS}1,6e-8,2\n1,6e-8,"2\n',
+            'C error: EOF inside string starting at row 1); save it again as CSV',
+        ),
     ],
 )
 def test_a_bad_file_is_refused_by_line_column_value_and_hint(text, message):

@@ -21,7 +21,9 @@ from scipy.io import savemat
 
 from stickslip_ros import StickSlipError
 from stickslip_ros.lab.tables import formats
-from stickslip_ros.lab.tables.experiment import OVER_TIME, Reading, read_experiment
+from stickslip_ros.lab.tables.experiment import read_experiment
+from stickslip_ros.lab.tables.instructions import Reading
+from stickslip_ros.lab.tables.measured import OVER_TIME
 
 TIME_S = np.arange(50) * 1.7e-5
 FORCE_MN = 11.3 * np.sin(2e4 * TIME_S) + 0.123456789
@@ -376,7 +378,7 @@ HOSTILE: dict[Callable[[Path], None], tuple[str, str]] = {
     workbook_of_one_text: ('.xlsx', 'unpacks to more than 4000000 bytes'),
     parquet_of_zeros: ('.parquet', 'holds more than 500000 numbers'),
     parquet_of_one_list: ('.parquet', 'holds more than 500000 numbers'),
-    parquet_of_one_text: ('.parquet', 'unpacks to more than 4000000 bytes'),
+    parquet_of_one_text: ('.parquet', 'has no rows of numbers'),
 }
 
 

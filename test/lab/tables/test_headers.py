@@ -14,7 +14,9 @@ import pytest
 from header_files import COUNT, FILES, MICRONS, TIMES_S, VOLTS, columns, of
 
 from stickslip_ros import StickSlipError
-from stickslip_ros.lab.tables.experiment import AS_IT_IS, MeasuredTable, Reading, parse_experiment
+from stickslip_ros.lab.tables.experiment import parse_experiment
+from stickslip_ros.lab.tables.instructions import AS_IT_IS, Reading
+from stickslip_ros.lab.tables.measured import MeasuredTable
 from stickslip_ros.units import quantity
 
 ROUNDING = 1e-12
@@ -116,6 +118,16 @@ def test_marks_of_over_range_are_gaps_and_counted(mark: str):
     assert table.gaps == (told,)
 
 
+def test_the_units_of_two_channels_tell_voltage_and_position():
+    rows = [*columns(TIMES_S, VOLTS, MICRONS)]
+    table = read(of('in s,C1 in V,C2 in um', rows))
+    assert table.columns['voltage_v'].tolist() == VOLTS
+    np.testing.assert_allclose(table.columns['position_m'], 1e-6 * np.array(MICRONS), ROUNDING)
+    assert 'voltage_v' not in read(of('in s,C1 in V,force (mN)', rows)).columns
+    with pytest.raises(StickSlipError, match='--map voltage_v="C1 in V"'):
+        read(of('in s,C1 in V,C2 in V', rows))
+
+
 def test_signs_apart_from_digits_are_read():
     text = 'time (s),voltage (V)\n+ 0,-   2.5\n+ 1,+ 0.5\n'
     assert read(text).columns['voltage_v'].tolist() == [-2.5, 0.5]
@@ -130,11 +142,12 @@ def test_unsorted_rows_are_sorted_and_it_is_said(order: str):
         rows.reverse()
     if order == 'shuffled':
         random.Random(1).shuffle(rows)
+    moved = sum(row != kept for row, kept in zip(rows, columns(TIMES_S, VOLTS), strict=True))
     table = read(of('time (s),voltage (V)', rows))
     assert table.columns['time_s'].tolist() == TIMES_S
     assert table.columns['voltage_v'].tolist() == VOLTS
     [note] = table.gaps
-    assert note.endswith('rows were not in the order of time, and are sorted')
+    assert note.endswith(f': {moved} rows were not in the order of time, and are sorted')
 
 
 @pytest.mark.parametrize('begin', [0, 700, 990])

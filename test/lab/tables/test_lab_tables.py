@@ -12,18 +12,15 @@ import pytest
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.comparison import in_time
-from stickslip_ros.lab.tables.columns import USUAL
+from stickslip_ros.lab.tables.cells import CHUNK_ROWS
 from stickslip_ros.lab.tables.experiment import (
-    CHUNK_ROWS,
-    MEASURED,
-    OVER_TIME,
-    MeasuredTable,
-    Reading,
     parse_experiment,
     read_experiment,
     read_joined,
     write_experiment,
 )
+from stickslip_ros.lab.tables.instructions import Reading
+from stickslip_ros.lab.tables.measured import MEASURED, OVER_TIME, USUAL, MeasuredTable
 from stickslip_ros.lab.tables.units import factor_of, in_si
 from stickslip_ros.parameters import SENSORS
 
@@ -113,6 +110,15 @@ def test_a_column_per_preload_is_understood(header: str, said: dict[str, str]):
     assert columns['preload_n'].tolist() == [0.1, 0.25, 0.25]
     assert columns['amplitude_m'].tolist() == [60e-9, 60e-9, 70e-9]
     assert columns['force_n'].tolist() == [18.5e-3, 20e-3, 30e-3]
+
+
+def test_steps_over_voltage_may_have_a_column_per_preload():
+    text = b'voltage (V),0.1 N,0.25 N,note (s)\n60,180,150,1\n'
+    table = parse_experiment(text, 'a.csv', Reading({'step_length_m': '* (nm)'}))
+    assert table.columns['preload_n'].tolist() == [0.1, 0.25]
+    assert table.columns['step_length_m'].tolist() == [180e-9, 150e-9]
+    assert table.notes[0] == "column 'note (s)' was not read"
+    assert all('0.25 N' not in note for note in table.notes)
 
 
 def test_a_preload_of_two_columns_or_beside_a_column_of_preloads_is_no_guess():

@@ -3,18 +3,16 @@
 
 """Step curves and data sheets as owners keep them, in the columns of the package."""
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.lab.tables.experiment import (
-    MeasuredTable,
-    Reading,
-    read_experiment,
-    read_joined,
-)
+from stickslip_ros.lab.tables.experiment import read_experiment, read_joined
+from stickslip_ros.lab.tables.instructions import Reading
+from stickslip_ros.lab.tables.measured import MeasuredTable
 from stickslip_ros.lab.tables.numbers import NUMBERS
 
 READING = Reading(preloads_n=(0.5,))
@@ -95,6 +93,29 @@ def test_a_curve_that_was_reported_stays_as_it_was_when_it_is_joined_to_a_sheet(
     joined = read_joined([tmp_path / 'curve.csv', tmp_path / 'sheet.csv'], reading)
     assert len(joined.columns['holding_force_n']) == 7
     assert all(names == {*table.columns} for table, names in reported)
+
+
+def test_tolerances_with_a_sign_of_percent_are_read(tmp_path: Path):
+    table = read(tmp_path, SHEET.replace(';10;', ';10 %;'))
+    close(table.columns['step_length_sigma_m'][0], 9.85e-9)
+
+
+def test_a_sheet_beyond_the_first_bytes_is_refused(tmp_path: Path):
+    with pytest.raises(StickSlipError, match='longer than 65536 bytes; leave rows out'):
+        read(tmp_path, SHEET + 'moving mass;3;g;5;\n' * 5000)
+
+
+@pytest.mark.parametrize(
+    ('row', 'told'),
+    [
+        ('holding force,0,42,N,5', 'line 4: has 5 values, the header 4 names; with decimal'),
+        ('holding force,x,N,5', "line 4, column holding force (N): 'x' is not a finite number"),
+    ],
+)
+def test_a_wrong_row_of_a_sheet_is_refused_by_its_line(tmp_path: Path, row: str, told: str):
+    rows = f'moving mass,3,g,5\n\n{row}\nslew rate,1,V/us,5\nonset voltage,9,V,5\n'
+    with pytest.raises(StickSlipError, match=re.escape(told)):
+        read(tmp_path, f'quantity,value,unit,tolerance (%)\n{rows}')
 
 
 def test_a_signal_named_value_is_no_sheet(tmp_path: Path):

@@ -1,0 +1,217 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""Numbers of recognised columns, from text in chunks of rows, in SI units."""
+
+import io
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind, quoted
+from stickslip_ros.lab.tables.columns import ROW
+from stickslip_ros.lab.tables.layout import BEYOND, EMPTY, OVER_RANGE, TextForm, to_number
+from stickslip_ros.lab.tables.measured import DIRECTED, Column
+from stickslip_ros.lab.tables.numbers import NUMBERS, SIGMA, sigma_name
+from stickslip_ros.lab.tables.remedies import likely_unit, map_hint
+from stickslip_ros.lab.tables.units import in_si
+from stickslip_ros.parameters import Spec
+from stickslip_ros.process.stopping import stop_if_asked
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+Lines = NDArray[np.intp]  # line numbers of rows, from 1
+CHUNK_ROWS = 100_000  # rows read at once, to limit memory
+TIME_DECIMALS = 15  # of computed times, s
+_TOO_MANY = 'give one value per column; with decimal commas separate columns by semicolons'
+
+
+class Rows(NamedTuple):
+    """Rows of a table."""
+
+    columns: Sequence[Column]
+    numbers: list[Array]  # of each column, SI; NaN for empty cells
+    lines: Lines
+    over: list[int]  # cells over range of each column
+
+
+def read_rows(
+    source: 'Path | bytes | DataFrame',
+    layout: TextForm,
+    columns: Sequence[Column],
+    origin: str,
+) -> Rows:
+    """Read the rows with a number; refuse the first wrong cell and row."""
+    parts: list[list[Array]] = [[] for _ in columns]
+    lines, empty, over = list[Lines](), list[Lines](), [0] * len(columns)
+    named = 1 + max(each.at for each in layout.columns if each.text)
+    places = [at for each in columns for at, *_ in each.parts if at != ROW.at]
+    texts = [at for e in columns for at, _, begin in e.parts if begin or e.name == 'direction']
+    for first, chunk in _chunks(source, layout, origin, texts):
+        stop_if_asked()
+        is_there = chunk.notna().to_numpy()
+        for beyond in np.flatnonzero(is_there[:, named:].any(axis=1)):
+            problem = f'has more values than the {named} columns with names'
+            raise RecordingError(f'{origin}: line {first + beyond}', problem, _TOO_MANY)
+        kept = is_there[:, places].any(axis=1)
+        lines.append(first + np.flatnonzero(kept))
+        empty.append(first + np.flatnonzero(~is_there.any(axis=1)))
+        for number, column in enumerate(columns):
+            total: Array = np.zeros(len(lines[-1]))
+            for at, factor, begin in column.parts:
+                if at == ROW.at:
+                    values = np.asarray(lines[-1] - layout.first, np.float64)
+                else:
+                    values, is_over, wrong = _floats(chunk[at][kept], layout, column, begin)
+                    over[number] += int(np.sum(is_over))
+                    for row in wrong:
+                        where = _place(origin, lines[-1][row], column)
+                        cell, hint = str(chunk[at][kept].iloc[row]), 'or leave the cell empty'
+                        wanted = 'up or down' if column.name == 'direction' else 'a finite number'
+                        raise WrongKind(where, cell, wanted, f'correct the row, {hint}')
+                total = total + in_si(values, factor)
+            if column.name == 'time_s' and (layout.start_s or column.parts[1:]):
+                total = np.round((layout.start_s or 0.0) + total, TIME_DECIMALS)
+            parts[number].append(total)
+    found = Rows(columns, [np.concatenate(each) for each in parts], np.concatenate(lines), over)
+    blank = np.concatenate(empty)
+    is_counted = any(each.index == ROW.at for each in columns) and len(found.lines)
+    if is_counted and (blank < found.lines[-1]).any():
+        problem = 'is empty, so that the times of the rows below are not known'
+        raise RecordingError(f'{origin}: line {blank[0]}', problem, 'take the line away')
+    return found
+
+
+def _chunks(
+    source: 'Path | bytes | DataFrame', layout: TextForm, origin: str, texts: Sequence[int]
+) -> Iterator[tuple[int, Any]]:
+    """Yield first line and cells (DataFrame) of chunks of rows; some columns as text."""
+    import pandas as pd  # noqa: PLC0415 - slow import
+
+    line = layout.first
+    if isinstance(source, pd.DataFrame):
+        yield line, source
+        return
+    try:
+        stream = io.BytesIO(source) if isinstance(source, bytes) else source.open('rb')
+        with io.TextIOWrapper(stream, layout.encoding) as text:
+            for _ in range(layout.first - 1):  # a quotation above the first row ends there
+                text.readline()
+            for chunk in pd.read_csv(
+                text,
+                sep=layout.delimiter,
+                decimal=layout.decimal,
+                header=None,
+                names=range(len(layout.columns)),
+                skip_blank_lines=False,
+                skipinitialspace=True,
+                keep_default_na=False,
+                na_values=[form for each in EMPTY for form in (each, each.upper())],
+                float_precision='round_trip',
+                chunksize=CHUNK_ROWS,
+                dtype=dict.fromkeys(texts, str),
+            ):
+                yield line, chunk
+                line += len(chunk)
+    except pd.errors.ParserError as error:
+        where, problem = f'{origin}: below line {layout.first}', f'is no table ({error})'
+        hint = 'save it again as CSV, with quotations that end'
+        if found := re.search(r'Expected (\d+) fields in line (\d+), saw (\d+)', str(error)):
+            where, hint = f'{origin}: line {layout.first - 1 + int(found[2])}', _TOO_MANY
+            problem = f'has {found[3]} values, the lines above {found[1]}'
+        raise RecordingError(where, problem, hint) from None
+    except UnicodeDecodeError as error:
+        problem = f'is not {layout.encoding} throughout (byte {error.object[error.start]:#x})'
+        raise RecordingError(f'{origin}: after line {line}', problem, 'save it in UTF-8') from None
+
+
+def _floats(
+    cells: Any, layout: TextForm, column: Column, begin: int
+) -> tuple[Array, Any, NDArray[np.intp]]:
+    """Return cells less a whole number, NaN if empty; which are over range, and wrong ones."""
+    if cells.dtype.kind in 'iuf':
+        values = cells.to_numpy(dtype=np.float64)
+        is_over = np.abs(values) >= BEYOND
+        return np.where(is_over, np.nan, values - begin), is_over, np.flatnonzero(np.isinf(values))
+    texts = [str(cell).strip().lower() for cell in cells.fillna('')]
+    if column.unit == '%':
+        texts = [text.removesuffix('%').rstrip() for text in texts]
+    if column.name == 'direction':
+        ways = [DIRECTED.fullmatch(text) for text in texts]
+        texts = ['-1' if e and e[2] else '1' if e else t for e, t in zip(ways, texts, strict=True)]
+    is_empty = np.array([text in EMPTY for text in texts], bool)
+    values = np.array([to_number(text, layout.decimal) for text in texts])
+    is_over = np.array([OVER_RANGE.fullmatch(text) is not None for text in texts], bool)
+    is_over |= np.abs(values) >= BEYOND
+    is_right = np.abs(values) == 1.0 if column.name == 'direction' else np.isfinite(values)
+    wrong = np.flatnonzero(~is_right & ~is_over & ~is_empty)
+    # Whole numbers are subtracted before they are floats.
+    whole = [int(text) - begin if begin and text.isdecimal() else np.nan for text in texts]
+    values = np.where(np.isnan(whole), values - begin, whole)
+    return np.where(is_over, np.nan, values), is_over, wrong
+
+
+def whole_rows(rows: Rows) -> tuple[Rows, list[str]]:
+    """
+    Return complete rows, and notes on omitted ones, of which some are over range, and on times.
+
+    Over time a row needs a time, by amplitude a number with its settings.
+
+    """
+    pairs = [*zip(rows.columns, rows.numbers, strict=True)]
+    known = {each.name: ~np.isnan(numbers) for each, numbers in pairs}
+    clocks = [numbers for each, numbers in pairs if each.name == 'time_s']
+    found, is_kept = rows.numbers, ~np.all(np.isnan(clocks), axis=0)
+    is_lost = np.ones(len(rows.lines), dtype=bool)
+    if not clocks:
+        whole = dict[str, Any]()
+        for name in known.keys() & NUMBERS.keys():
+            needs = (name, *NUMBERS[name].settings, sigma_name(name))
+            whole[name] = np.all([known[each] for each in needs if each in known], axis=0)
+        found = [np.where(whole.get(each.name, True), numbers, np.nan) for each, numbers in pairs]
+        is_kept = np.any([*whole.values()], axis=0)
+        is_lost = ~is_kept | np.any([known[name] & ~whole[name] for name in whole], axis=0)
+    notes = []
+    for each, _ in pairs:
+        if each.begin_s:
+            notes.append(f'{quoted(each.header)} counts from {each.begin_s:.9f} s')
+    for (each, numbers), over in zip(pairs, rows.over, strict=True):
+        if len(without := rows.lines[np.isnan(numbers) & is_lost]):
+            which = quoted(each.header) + f' ({over} over range)' * (over > 0)
+            text = f'{len(without)} of {len(rows.lines)} rows without {which} were left out'
+            notes.append(f'{text}, the first is line {without[0]}')
+    kept = [numbers[is_kept] for numbers in found]
+    return rows._replace(numbers=kept, lines=rows.lines[is_kept]), notes
+
+
+def _place(origin: str, line: int, column: Column) -> str:
+    return f'{origin}: line {line}, column {column.header or column.name}:'
+
+
+def check_values(rows: Rows, specs: Mapping[str, Spec], layout: TextForm, origin: str) -> None:
+    """Refuse the first value out of range; a large one may have another unit."""
+    for column, numbers in zip(rows.columns, rows.numbers, strict=True):
+        values = numbers + column.begin_s
+        spec, is_sigma = specs[column.name], SIGMA in column.name
+        below = values < (-np.inf if spec.minimum is None else spec.minimum)
+        above = values > (np.inf if spec.maximum is None else spec.maximum)
+        for row in np.flatnonzero(below | above | (is_sigma & (values == 0.0))):
+            limit, hint = f'below the minimum {spec.minimum:g} {spec.unit}', 'correct the row'
+            if above[row]:
+                limit = f'above the largest {column.name}, {spec.maximum:g} {spec.unit}'
+                header = layout.columns[column.index]
+                unit = likely_unit(header, spec.unit)
+                if unit != column.unit and not column.parts[1:] and column.index != ROW.at:
+                    hint = (
+                        f'is it {unit}? give it by {map_hint(column.name, layout, header, unit)}'
+                    )
+            elif is_sigma:
+                limit, hint = 'not above 0', 'give the standard deviation, or take the column away'
+            where = _place(origin, rows.lines[row], column)
+            raise OutOfRange(where, float(values[row]), spec.unit, limit, hint)
