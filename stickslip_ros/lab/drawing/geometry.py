@@ -36,7 +36,7 @@ class Foot(NamedTuple):
     base: str  # piezo, or frame for a guide at rest
     base_m: float  # length of that
     alike: str  # name of the drawing of feet of equal size and motion
-    in_group: int  # number of its group, from 1
+    place: str  # above or below in the stand of the paper, else the number of its group
     group: FootGroup
 
     def at(self, distance_m: float) -> tuple[float, float, float]:
@@ -81,10 +81,11 @@ def geometry_of(parameters: Parameters) -> Geometry:
         sides = [(x_m, -((-1) ** (k + pair)), -((-1) ** k)) for x_m, k, pair in order]
     drawn = []
     for k, own_m in enumerate(radii_m):
-        first = looks.index(looks[k])
         base = 'piezo' if looks[k].gain else 'frame', piezo_m[1] + radius_m - own_m
-        name = f'foot_{first + 1}' if first else 'foot'
-        drawn.append(Foot(k + 1, *sides[k], own_m, *base, name, *groups[k]))
+        alike, (number, group) = looks.index(looks[k]), groups[k]
+        name = f'foot_{alike + 1}' if alike else 'foot'
+        place = ('above', 'below')[k > 1] if is_of_paper else f'group {number}'
+        drawn.append(Foot(k + 1, *sides[k], own_m, *base, name, place, group))
     gap_m = parameters.load_cell.gap if parameters.load_cell.contact == 'one_sided' else 0.0
     return Geometry(
         length_m=length_m,

@@ -107,14 +107,14 @@ def stand_svg(parameters: Parameters, film: Film | None = None) -> str:
     """Return the drawing of a stand as SVG; a film moves it."""
     geometry = geometry_of(parameters)
     scale = min(_RUNNER / geometry.length_m, _REACH / (DIAGONAL * geometry.reach_m))
-    feet, height, times, runner = len(geometry.feet), _HEIGHT, 1.0, None
+    feet, times, runner = len(geometry.feet), 1.0, None
+    height = _HEIGHT if film is None else _FILM_HEIGHT
     grid = max(2, math.ceil(feet / _ROWS)), _COLUMN if geometry.is_of_paper else _WIDE_COLUMN
     width = round(_CONTACTS + grid[0] * grid[1] + _MARGIN)
     if film is not None:
         stroke = scale * float(np.ptp(film.feet_m, axis=1).max()) or 1.0
         times = 10.0 ** math.floor(math.log10(_STROKE / stroke))
         times *= max(each for each in (1.0, 2.0, 5.0) if each * times * stroke <= _STROKE)
-        height = _FILM_HEIGHT
         runner = times * scale * film.runner_m
     title = f'The stand: ruby feet ({feet}), runner, preload, load cell, interferometer'
     size = f'width="{width}" height="{height}"'
@@ -128,8 +128,7 @@ def stand_svg(parameters: Parameters, film: Film | None = None) -> str:
         *_contacts(parameters, geometry, film, grid),
     ]
     if film is not None:
-        ends = ('above', 'below') if geometry.is_of_paper else ('1', f'{len(film.slipping)}')
-        parts += _curves(film, ends, is_shared=parameters.contact.law == 'mdr')
+        parts += _curves(film, geometry.feet, is_shared=parameters.contact.law == 'mdr')
         words = f'{1e3 * film.length_s:.4g} ms are shown in {SECONDS:g} s; motion of feet and '
         words += f'runner magnified {times:,.0f} times'.replace(',', ' ')
         parts.append(_text(_CURVES[0], _LANES[-1][1] + 20, words, 'faint'))
@@ -266,11 +265,9 @@ def _contacts(
         yield f'<circle class="slip edge" {circle}/>'
         yield f'<circle class="stick" {circle}>{_animation("r", core)}</circle>'
         row = feet[at - at % columns :][:columns]
-        own = [beside for beside in row if beside.in_group == foot.in_group]
+        own = [beside for beside in row if beside.place == foot.place]
         if foot == own[-1]:  # a text for neighbours of one group
-            place = ('below', 'above')[foot.up > 0]
-            name = place if geometry.is_of_paper else f'group {foot.in_group}'
-            normal = f'{name}: {with_unit(each.indentation.normal_force_n, "N")}'
+            normal = f'{foot.place}: {with_unit(each.indentation.normal_force_n, "N")}'
             radius_um = f'radius {1e6 * each.indentation.radius_m:.3g} um'
             x -= 0.5 * (len(own) - 1) * column
             for line, words in enumerate(filter(None, (normal, radius_um, _mark(foot))), 1):
@@ -286,13 +283,13 @@ def _mark(foot: Foot) -> str:
     return ', '.join(filter(None, words)) if gain else 'guide'
 
 
-def _curves(film: Film, ends: tuple[str, str], *, is_shared: bool) -> Iterator[str]:
+def _curves(film: Film, feet: tuple[Foot, ...], *, is_shared: bool) -> Iterator[str]:
     """Yield motion and slipping shares over time, with a moving time line."""
     left, right = _CURVES
     x = np.linspace(left, right, len(film.foot_m))
     ways = NM * np.stack((film.foot_m, film.runner_m))
     shares = 100.0 * film.slipping[[0, -1]]
-    named = {f'contact {ends[0]}': '#d55e00', f'contact {ends[1]}': '#cc79a7'}
+    named = {f'contact {feet[0].place}': '#d55e00', f'contact {feet[-1].place}': '#cc79a7'}
     lanes = (
         (ways, {'foot': '#c1272d', 'runner': '#2a8fd0'}, 'nm', ways.min(), ways.max()),
         (shares, named, '% slips', 0.0, 100.0),

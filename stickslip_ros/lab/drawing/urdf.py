@@ -101,11 +101,8 @@ def _stand(parameters: Parameters) -> list[str]:
     for foot in geometry.feet:
         piezo_long_m, radius_m = foot.base_m, foot.radius_m
         away_m = 0.5 * DIAGONAL * piezo_long_m
-        place, roll = (
-            (0.0, foot.side * away_m, foot.up * away_m),
-            -0.25 * math.pi * foot.side * foot.up,
-        )
-        piezo = _body(_box((piezo_m, piezo_m, piezo_long_m)), foot.base, place, roll)
+        place, turn = (0.0, foot.side * away_m, foot.up * away_m), -0.25 * foot.side * foot.up
+        piezo = _body(_box((piezo_m, piezo_m, piezo_long_m)), foot.base, place, math.pi * turn)
         ball = _body(f'<sphere radius="{radius_m:.9g}"/>', 'ruby')
         name = f'{prefix}{slash}foot_{foot.number}'
         at = _at(foot.at(0.5 * width_m + radius_m))
