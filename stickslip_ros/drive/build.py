@@ -4,10 +4,10 @@
 """Build the records of the drive from parameters."""
 
 import math
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
+from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
@@ -372,13 +372,11 @@ def weight_of(parameters: Parameters) -> float:
 
 
 def kinds_of(contact: ContactParameters, feet: FeetParameters) -> list[FootGroup]:
-    """Return the distinct kinds of feet with their number; on rough lines each foot differs."""
+    """Return the kinds of feet in a row with their number; on rough lines each foot differs."""
     if contact.profile == 'rough_line':
         return [each._replace(feet=1) for each in feet.groups for _ in range(each.feet)]
-    counts: Counter[FootGroup] = Counter()
-    for each in feet.groups:
-        counts[each._replace(feet=0)] += each.feet
-    return [kind._replace(feet=count) for kind, count in counts.items()]
+    alike = groupby(feet.groups, key=lambda each: each._replace(feet=0))
+    return [kind._replace(feet=sum(each.feet for each in own)) for kind, own in alike]
 
 
 def groups_of(

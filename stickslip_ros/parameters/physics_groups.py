@@ -98,7 +98,7 @@ class ContactParameters(Checked):
         bounds=(1e-2, 1e10),
     )
     line_seed: int = count(
-        1, 'rough line: seed of the first of six lines; each next adds 1', bounds=(0, 2**31 - 1)
+        1, 'rough line: seed of the first foot; each next adds 1', bounds=(0, 2**31 - 1)
     )
     travel: float = quantity(
         0.0,

@@ -7,7 +7,14 @@ import numpy as np
 import pytest
 
 from stickslip_ros.drive.advance import RAMP_MEAN
-from stickslip_ros.drive.build import change_preload, gain_ratios, plant_of
+from stickslip_ros.drive.build import (
+    change_preload,
+    contacts_of,
+    gain_ratios,
+    plant_of,
+    ratios_of,
+    separate_feet,
+)
 from stickslip_ros.drive.waveform import sawtooth
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import Parameters
@@ -38,6 +45,19 @@ SECOND_ORDER = 25.0
 def _in_short_steps(machine):
     machine.plant.ideal = machine.plant.only_long_steps = False
     return machine
+
+
+def test_feet_keep_the_order_of_the_arrays_where_equal_groups_are_apart():
+    values = {'feet.count': [1, 2, 1], 'feet.share': [0.5, 0.2, 0.5], 'feet.gain': [1, 0, 1]}
+    parameters = Parameters().updated(values)
+    normal_n = [each.indentation.normal_force_n for each in contacts_of(parameters)]
+    assert normal_n == pytest.approx([0.25, 0.1, 0.1, 0.25])
+    assert ratios_of(parameters).tolist() == [1.0, 0.0, 0.0, 1.0]
+    plants = plant_of(parameters)
+    separate_feet(plants, parameters)
+    assert plants[0].ratios[1:5].tolist() == [1.0, 0.0, 0.0, 1.0]
+    forces_n = [float(plants[0].contacts[k].curve.force_max_n) for k in range(1, 5)]
+    assert forces_n == pytest.approx([0.075, 0.03, 0.03, 0.075])
 
 
 @pytest.mark.parametrize('profile', ['rough', 'smooth', 'rough_line'])

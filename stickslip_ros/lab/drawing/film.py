@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.contact.mdr import Presliding
-from stickslip_ros.drive.build import contacts_of
+from stickslip_ros.drive.build import contacts_of, ratios_of
 from stickslip_ros.parameters import Parameters
 
 FILM_CYCLES = 2
@@ -26,8 +26,9 @@ class Film(NamedTuple):
     """Motion at equal times."""
 
     length_s: float  # from the first frame to the last
-    foot_m: Array  # relative to the first frame; shape (FRAMES,)
+    foot_m: Array  # nominal foot, relative to the first frame; shape (FRAMES,)
     runner_m: Array
+    feet_m: Array  # each foot: its share of that motion, after its delay; shape (feet, FRAMES)
     slipping: Array  # slipping share of each contact area, shape (feet, FRAMES)
 
 
@@ -45,17 +46,21 @@ def film_of(
     foot, runner = (np.interp(at_s, time_s, each) for each in (foot_m, runner_m))
     if not np.isfinite(foot + runner).all():
         return None
-    slipping = slipping_shares(contacts_of(parameters), runner - foot)
-    foot, runner = foot[-FRAMES:], runner[-FRAMES:]
-    return Film(last - first, foot - foot[0], runner - runner[0], slipping[:, -FRAMES:])
+    delays_s = [each.delay_s for each in parameters.feet.groups for _ in range(each.feet)]
+    feet = np.stack([np.interp(at_s - each, time_s, foot_m) for each in delays_s])
+    feet *= ratios_of(parameters)[:, np.newaxis]
+    slipping = slipping_shares(contacts_of(parameters), runner - feet)
+    foot, runner, feet = foot[-FRAMES:], runner[-FRAMES:], feet[:, -FRAMES:]
+    moved = foot - foot[0], runner - runner[0], feet - feet[:, :1]
+    return Film(last - first, *moved, slipping[:, -FRAMES:])
 
 
-def slipping_shares(contacts: list[Presliding], way_m: Array) -> Array:
+def slipping_shares(contacts: list[Presliding], ways_m: Array) -> Array:
     """
     Return the slipping share of each contact area, shape (contacts, n).
 
-    ``way_m``, shape (n,), is the runner relative to the feet, relaxed at the start. A contact is a
-    set of rings, each of which slips at its own displacement of the virgin curve.
+    ``ways_m``, shape (contacts, n), is the runner relative to each foot, relaxed at the start. A
+    contact is a set of rings, each of which slips at its own displacement of the virgin curve.
 
     """
     largest_m = [[each.max_displacement_m] for each in contacts]
@@ -63,9 +68,10 @@ def slipping_shares(contacts: list[Presliding], way_m: Array) -> Array:
     radii = np.stack([each.stick_radius(row) for each, row in zip(contacts, limits, strict=True)])
     full = np.array([[each.indentation.radius_m] for each in contacts])
     areas = -np.diff((radii / full) ** 2, axis=1, prepend=1.0)
-    held = np.full_like(limits, way_m[0])
-    shares = np.empty((len(contacts), len(way_m)))
-    for at, place_m in enumerate(way_m):
+    held = np.repeat(ways_m[:, :1], RINGS, axis=1)
+    shares = np.empty(ways_m.shape)
+    for at in range(ways_m.shape[1]):
+        place_m = ways_m[:, at, np.newaxis]
         held = np.clip(held, place_m - limits, place_m + limits)
         slips = np.abs(place_m - held) >= AT_LIMIT * limits
         shares[:, at] = np.sum(areas, axis=1, where=slips).clip(max=1.0)

@@ -12,19 +12,21 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.drive.build import contacts_of
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.lab.drawing.film import FILM_CYCLES, Film, film_of
-from stickslip_ros.lab.drawing.geometry import DIAGONAL, Geometry, geometry_of
+from stickslip_ros.lab.drawing.geometry import DIAGONAL, Foot, Geometry, geometry_of
 from stickslip_ros.lab.runs.recorded_run import Run
 from stickslip_ros.parameters import Parameters, reading
 from stickslip_ros.units import NM, with_unit
 
 _MOVING = ('voltage_v', 'foot_m', 'position_m')
 # Pixels: places from the left and the top, then sizes.
-_WIDTH, _HEIGHT, _FILM_HEIGHT = 900, 350, 550
-_MIDDLE, _AXIS, _SECTION, _CONTACTS = 280.0, 165.0, 635.0, (775.0, 850.0)
+_HEIGHT, _FILM_HEIGHT = 350, 550
+_MIDDLE, _AXIS, _SECTION, _CONTACTS = 280.0, 165.0, 635.0, 737.5
+_ROWS, _COLUMN, _WIDE_COLUMN, _MARGIN = 3, 75.0, 130.0, 12.5
+"""Contacts: rows, width of a column of half a text or of a whole text, margin at the right."""
 TABLE, WALL = (20.0, 520.0), 500.0
 _CURVES, _LANES = (70.0, 560.0), ((375.0, 445.0), (465.0, 515.0))
-_RUNNER, _REACH, _STROKE, _DISC = 320.0, 84.0, 32.0, 28.0
-"""Limits: runner length, reach of a foot, stroke, contact radius."""
+_RUNNER, _REACH, _STROKE, _DISC, _SMALL_DISC = 320.0, 84.0, 32.0, 28.0, 20.0
+"""Limits: runner length, reach of a foot, stroke, contact radius above two and three lines."""
 SECONDS = 8.0  # length of a film
 STYLE = """
 svg{--ink:#222;--faint:#667;--paper:#fff;--steel:#a9b4bf;--dark:#8795a3;--frame:#d5dae0}
@@ -36,7 +38,6 @@ text{fill:var(--ink);font:13px sans-serif}.faint{fill:var(--faint);font-size:12p
 .frame{fill:var(--frame)}.steel{fill:var(--steel)}.dark{fill:var(--dark)}
 .piezo{fill:#f2c14e}.ruby{fill:#c1272d}.stick{fill:#009e73}.slip{fill:#e69f00}.laser{fill:#6fae8f}
 .beam{stroke:#d00;stroke-width:2;stroke-dasharray:7 4}.curve{fill:none;stroke-width:1.6}"""
-_TITLE = 'The stand: six ruby feet on piezos, runner, preload, load cell, interferometer'
 TIP = """<defs><marker id="tip" viewBox="0 0 10 10" refX="9" refY="5" markerWidth="8"
  markerHeight="8" orient="auto"><path d="M0 0L10 5L0 10z" fill="context-stroke"/></marker>"""
 
@@ -106,40 +107,46 @@ def stand_svg(parameters: Parameters, film: Film | None = None) -> str:
     """Return the drawing of a stand as SVG; a film moves it."""
     geometry = geometry_of(parameters)
     scale = min(_RUNNER / geometry.length_m, _REACH / (DIAGONAL * geometry.reach_m))
-    height, times, foot, runner = _HEIGHT, 1.0, None, None
+    feet, times, runner = len(geometry.feet), 1.0, None
+    height = _HEIGHT if film is None else _FILM_HEIGHT
+    grid = max(2, math.ceil(feet / _ROWS)), _COLUMN if geometry.is_of_paper else _WIDE_COLUMN
+    width = round(_CONTACTS + grid[0] * grid[1] + _MARGIN)
     if film is not None:
-        stroke = scale * float(np.ptp(film.foot_m)) or 1.0
+        stroke = scale * float(np.ptp(film.feet_m, axis=1).max()) or 1.0
         times = 10.0 ** math.floor(math.log10(_STROKE / stroke))
         times *= max(each for each in (1.0, 2.0, 5.0) if each * times * stroke <= _STROKE)
-        height = _FILM_HEIGHT
-        foot, runner = (times * scale * each for each in (film.foot_m, film.runner_m))
-    size = f'width="{_WIDTH}" height="{height}"'
+        runner = times * scale * film.runner_m
+    title = f'The stand: ruby feet ({feet}), runner, preload, load cell, interferometer'
+    size = f'width="{width}" height="{height}"'
     parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" {size} viewBox="0 0 {_WIDTH} {height}">',
-        f'<title>{_TITLE}</title><style>{STYLE}</style>',
-        f'{TIP}{_foot(geometry, scale, foot)}</defs>',
+        f'<svg xmlns="http://www.w3.org/2000/svg" {size} viewBox="0 0 {width} {height}">',
+        f'<title>{title}</title><style>{STYLE}</style>',
+        f'{TIP}{"".join(_feet(geometry, scale, film, times))}</defs>',
         f'<rect {size} fill="var(--paper)"/>',
         *_side(parameters, geometry, scale, runner),
         *_section(geometry, scale),
-        *_contacts(parameters, film),
+        *_contacts(parameters, geometry, film, grid),
     ]
     if film is not None:
-        parts += _curves(film, is_shared=parameters.contact.law == 'mdr')
+        parts += _curves(film, geometry.feet, is_shared=parameters.contact.law == 'mdr')
         words = f'{1e3 * film.length_s:.4g} ms are shown in {SECONDS:g} s; motion of feet and '
         words += f'runner magnified {times:,.0f} times'.replace(',', ' ')
         parts.append(_text(_CURVES[0], _LANES[-1][1] + 20, words, 'faint'))
     return '\n'.join([*parts, '</svg>\n'])
 
 
-def _foot(geometry: Geometry, scale: float, way: Array | None) -> str:
-    """Return an upright foot: its piezo is fixed below, and shears."""
-    length, width = scale * DIAGONAL * geometry.piezo_m[1], scale * geometry.piezo_m[0]
-    angles = None if way is None else -np.degrees(np.arctan(way / length))
-    return (
-        f'<g id="foot"><g>{_box(-0.5 * width, -length, width, length, "piezo edge")}'
-        f'{_animation("skewX", angles)}</g><g><circle class="ruby edge" cy="{_px(-length)}" '
-        f'r="{_px(scale * geometry.radius_m)}"/>{_animation("translate", way)}</g></g>'
-    )
+def _feet(geometry: Geometry, scale: float, film: Film | None, times: float) -> Iterator[str]:
+    """Yield an upright foot of each kind: its piezo is fixed below, and shears."""
+    width = scale * geometry.piezo_m[0]
+    for name, foot in {each.alike: each for each in geometry.feet[::-1]}.items():
+        length = scale * DIAGONAL * foot.base_m
+        way = None if film is None else times * scale * film.feet_m[foot.number - 1]
+        angles = None if way is None else -np.degrees(np.arctan(way / length))
+        yield (
+            f'<g id="{name}"><g>{_box(-0.5 * width, -length, width, length, f"{foot.base} edge")}'
+            f'{_animation("skewX", angles)}</g><g><circle class="ruby edge" cy="{_px(-length)}" '
+            f'r="{_px(scale * foot.radius_m)}"/>{_animation("translate", way)}</g></g>'
+        )
 
 
 def _side(
@@ -149,10 +156,13 @@ def _side(
     half, edge = 0.5 * scale * geometry.length_m, scale * DIAGONAL * geometry.width_m
     left, right, reach = _MIDDLE - half, _MIDDLE + half, scale * DIAGONAL * geometry.reach_m
     above, below, ground = _AXIS - reach, _AXIS + reach, _AXIS + reach + 22
-    span = scale * (geometry.feet[-1].x_m + 4.0 * geometry.radius_m)
-    yield _box(_MIDDLE - 0.6 * span, above - 14, 1.2 * span, 14, 'frame edge')
+    span = scale * (max(abs(each.x_m) for each in geometry.feet) + 4.0 * geometry.radius_m)
+    top = span * (0.6 if geometry.is_of_paper else 1.0)
+    yield _box(_MIDDLE - top, above - 14, 2 * top, 14, 'frame edge')
     yield _box(_MIDDLE - span, below, 2 * span, 22, 'frame edge')
     yield _box(TABLE[0], ground, TABLE[1] - TABLE[0], 10, 'frame edge')
+    if not geometry.is_of_paper:  # its feet hide each other
+        yield from _in_place(geometry, scale, side=1)
     # The runner stands on its edge: its lower faces are in shade.
     ticks = ''.join(f'M{_px(_MIDDLE + at * half / 12)} {_AXIS - 5}v10' for at in range(-11, 12))
     yield (
@@ -160,11 +170,7 @@ def _side(
         f'{_box(left, _AXIS, 2 * half, edge, "dark edge")}<path class="tick" d="{ticks}"/>'
         f'{_animation("translate", runner)}</g>'
     )
-    for each in geometry.feet:
-        if each.side < 0:
-            place = f'{_px(_MIDDLE + scale * each.x_m)} {_px(_AXIS - each.up * reach)}'
-            turn = ' scale(1 -1)' if each.up > 0 else ''
-            yield f'<use href="#foot" transform="translate({place}){turn}"/>'
+    yield from _in_place(geometry, scale, side=-1)
     spring = ''.join(f'l{12 * (-1) ** at} 4' for at in range(8))
     spring = f'M{_MIDDLE} {_px(above - 54)}v4{spring}v4'
     yield f'<path class="line" d="{spring}" marker-end="url(#tip)"/>'
@@ -186,6 +192,18 @@ def _side(
     bar_m = 10.0 ** math.floor(math.log10(0.5 * geometry.length_m))
     yield f'<path class="line" d="M20 {_px(ground + 22)}v6h{_px(scale * bar_m)}v-6"/>'
     yield _text(28 + scale * bar_m, ground + 30, f'{1e3 * bar_m:g} mm', 'faint')
+
+
+def _in_place(geometry: Geometry, scale: float, *, side: int) -> Iterator[str]:
+    """Yield the feet of a side, with their numbers unless the stand is that of the paper."""
+    for each in geometry.feet:
+        if each.side == side:
+            x, y = _MIDDLE + scale * each.x_m, scale * DIAGONAL * each.up * geometry.reach_m
+            turn = ' scale(1 -1)' if each.up > 0 else ''
+            place = f'translate({_px(x)} {_px(_AXIS - y)}){turn}'
+            yield f'<use href="#{each.alike}" transform="{place}"/>'
+            if not geometry.is_of_paper:
+                yield _text(x, _AXIS - y + (6 - 9 * each.up), f'{each.number}', 'mid faint')
 
 
 def _load_cell(
@@ -211,52 +229,70 @@ def _load_cell(
 
 
 def _section(geometry: Geometry, scale: float) -> Iterator[str]:
-    half, radius = 0.5 * scale * geometry.width_m, scale * geometry.radius_m
+    half, feet = 0.5 * scale * geometry.width_m, geometry.feet
+    turned = {180 - each.side * (90 + 45 * each.up): each for each in reversed(feet)}
     width, reach = scale * geometry.piezo_m[0], scale * geometry.reach_m
     yield _text(_SECTION, 28, 'across the motion', 'mid')
-    for angle in (45, 135, 225, 315):
+    for angle, foot in sorted(turned.items()):
+        radius = scale * foot.radius_m
         yield f'<g transform="translate({_SECTION} {_AXIS}) rotate({angle})">'
         ball = f'a{_px(radius)} {_px(radius)} 0 0 0 {_px(2 * radius)} 0z'
         yield f'<path class="ruby edge" d="M{_px(-radius)} {_px(-half - radius)}{ball}"/>'
-        yield _box(-0.5 * width, -reach, width, reach - half - radius, 'piezo edge')
+        yield _box(-0.5 * width, -reach, width, reach - half - radius, f'{foot.base} edge')
         yield _box(-0.5 * width - 6, -reach - 9, width + 12, 9, 'frame edge') + '</g>'
     yield f'<g transform="translate({_SECTION} {_AXIS}) rotate(45)">'
     yield _box(-half, -half, 2 * half, 2 * half, 'steel edge') + '</g>'
-    yield _text(_SECTION, _AXIS + DIAGONAL * reach + 32, 'two feet above, four below', 'mid faint')
+    above = sum(each.up > 0 for each in feet)
+    words = f'feet: {above} above, {len(feet) - above} below'
+    yield _text(_SECTION, _AXIS + DIAGONAL * reach + 32, words, 'mid faint')
 
 
-def _contacts(parameters: Parameters, film: Film | None) -> Iterator[str]:
+def _contacts(
+    parameters: Parameters, geometry: Geometry, film: Film | None, grid: tuple[int, float]
+) -> Iterator[str]:
     """Yield the contact areas, and the slipping share of each."""
     contacts, law = contacts_of(parameters), parameters.contact.law
     largest_m = max(each.indentation.radius_m for each in contacts)
-    middle = sum(_CONTACTS) / 2
-    yield _text(middle, 28, 'contacts' if law == 'mdr' else f'contacts, not of {law}', 'mid')
-    for at, each in enumerate(contacts):
-        x, y = _CONTACTS[at % 2], 70.0 + 95.0 * (at // 2)
-        radius = _DISC * each.indentation.radius_m / largest_m
+    feet, (columns, column) = geometry.feet, grid
+    disc = _SMALL_DISC if any(map(_mark, feet)) else _DISC
+    title = 'contacts' if law == 'mdr' else f'contacts, not of {law}'
+    yield _text(_CONTACTS + 0.5 * columns * column, 28, title, 'mid')
+    for at, (foot, each) in enumerate(zip(feet, contacts, strict=True)):
+        x, y = _CONTACTS + (at % columns + 0.5) * column, 70.0 + 95.0 * (at // columns)
+        radius = disc * each.indentation.radius_m / largest_m
         core = None if film is None or law != 'mdr' else radius * np.sqrt(1.0 - film.slipping[at])
         circle = f'cx="{x}" cy="{y}" r="{_px(radius)}"'
         yield f'<circle class="slip edge" {circle}/>'
         yield f'<circle class="stick" {circle}>{_animation("r", core)}</circle>'
-        if at % 2:
-            place = 'above' if at == 1 else 'below'
-            normal = f'{place}: {with_unit(each.indentation.normal_force_n, "N")}'
-            yield _text(middle, y + 42, normal, 'mid faint')
+        row = feet[at - at % columns :][:columns]
+        own = [beside for beside in row if beside.place == foot.place]
+        if foot == own[-1]:  # a text for neighbours of one group
+            normal = f'{foot.place}: {with_unit(each.indentation.normal_force_n, "N")}'
             radius_um = f'radius {1e6 * each.indentation.radius_m:.3g} um'
-            yield _text(middle, y + 56, radius_um, 'mid faint')
+            x -= 0.5 * (len(own) - 1) * column
+            for line, words in enumerate(filter(None, (normal, radius_um, _mark(foot))), 1):
+                yield _text(x, y + disc + 14 * line, words, 'mid faint')
     for x, kind in ((768, 'stick'), (838, 'slip')):
         yield _box(x, 335, 11, 11, kind) + _text(x + 15, 345, f'{kind}s')
 
 
-def _curves(film: Film, *, is_shared: bool) -> Iterator[str]:
+def _mark(foot: Foot) -> str:
+    """Return what sets the motion of a foot apart from that of the nominal foot."""
+    gain, delay_s = foot.group.gain, foot.group.delay_s
+    words = f'gain {gain:g}' * (gain != 1.0), f'delay {1e3 * delay_s:.3g} ms' * (delay_s > 0.0)
+    return ', '.join(filter(None, words)) if gain else 'guide'
+
+
+def _curves(film: Film, feet: tuple[Foot, ...], *, is_shared: bool) -> Iterator[str]:
     """Yield motion and slipping shares over time, with a moving time line."""
     left, right = _CURVES
     x = np.linspace(left, right, len(film.foot_m))
     ways = NM * np.stack((film.foot_m, film.runner_m))
     shares = 100.0 * film.slipping[[0, -1]]
+    named = {f'contact {feet[0].place}': '#d55e00', f'contact {feet[-1].place}': '#cc79a7'}
     lanes = (
         (ways, {'foot': '#c1272d', 'runner': '#2a8fd0'}, 'nm', ways.min(), ways.max()),
-        (shares, {'contact above': '#d55e00', 'contact below': '#cc79a7'}, '% slips', 0.0, 100.0),
+        (shares, named, '% slips', 0.0, 100.0),
     )
     shown = zip(_LANES, lanes[: 1 + is_shared], strict=False)
     for (top, bottom), (rows, names, unit, low, high) in shown:

@@ -75,13 +75,13 @@ def robot_description(parameters: Parameters, *carried: Parameters) -> str:
 def _stand(parameters: Parameters) -> list[str]:
     """Return links and joints of one stand."""
     geometry, frames, stand = geometry_of(parameters), parameters.frame_id, parameters.stand
-    length_m, width_m, radius_m = geometry.length_m, geometry.width_m, geometry.radius_m
-    piezo_m, piezo_long_m = geometry.piezo_m
+    length_m, width_m, piezo_m = geometry.length_m, geometry.width_m, geometry.piezo_m[0]
     amplifier, mass_kg = parameters.amplifier, parameters.runner.mass
     along, across = mass_kg * width_m**2 / 6.0, mass_kg * (length_m**2 + width_m**2) / 12.0
     moments = {'ixx': along, 'iyy': across, 'izz': across, 'ixy': 0.0, 'ixz': 0.0, 'iyz': 0.0}
     inertia = f'<mass value="{mass_kg:.9g}"/><inertia {_attributes(moments)}/>'
     stroke_m = parameters.actuator.gain * (amplifier.voltage_max - amplifier.voltage_min)
+    stroke_m *= max(map(abs, parameters.feet.gain))
     limits = {
         'lower': stand.travel_min,
         'upper': stand.travel_max,
@@ -89,8 +89,8 @@ def _stand(parameters: Parameters) -> list[str]:
         'velocity': stroke_m * amplifier.frequency_max,
     }
     slide = f'<axis xyz="1 0 0"/><limit {_attributes(limits)}/>'
-    table = _box((3.0 * length_m, 0.5 * length_m, 2.0 * radius_m))
-    below_m = -DIAGONAL * geometry.reach_m - 2.0 * radius_m
+    table = _box((3.0 * length_m, 0.5 * length_m, 2.0 * geometry.radius_m))
+    below_m = -DIAGONAL * geometry.reach_m - 2.0 * geometry.radius_m
     bar = _body(_box((length_m, width_m, width_m)), 'steel', ORIGIN, 0.25 * math.pi)
     parts = [
         _link(frames.stage, _body(table, 'frame', (0.0, 0.0, below_m))),
@@ -99,12 +99,10 @@ def _stand(parameters: Parameters) -> list[str]:
     ]
     prefix, slash, _ = frames.stage.rpartition('/')
     for foot in geometry.feet:
+        piezo_long_m, radius_m = foot.base_m, foot.radius_m
         away_m = 0.5 * DIAGONAL * piezo_long_m
-        place, roll = (
-            (0.0, foot.side * away_m, foot.up * away_m),
-            -0.25 * math.pi * foot.side * foot.up,
-        )
-        piezo = _body(_box((piezo_m, piezo_m, piezo_long_m)), 'piezo', place, roll)
+        place, turn = (0.0, foot.side * away_m, foot.up * away_m), -0.25 * foot.side * foot.up
+        piezo = _body(_box((piezo_m, piezo_m, piezo_long_m)), foot.base, place, math.pi * turn)
         ball = _body(f'<sphere radius="{radius_m:.9g}"/>', 'ruby')
         name = f'{prefix}{slash}foot_{foot.number}'
         at = _at(foot.at(0.5 * width_m + radius_m))

@@ -156,7 +156,9 @@ def measure_response(
     force_n = sum(float(contact.tangential_force(sliding_m)) for contact in contacts)
     stuck_n = sliding_m * sum(contact.stick_stiffness_n_per_m for contact in contacts)
     matrix, amplifier = linear.matrix(frequencies), parameters.amplifier
-    sliding_m_per_v, sliding_m_per_n = np.abs(matrix[:, 0] - matrix[:, 1]).T
+    gains = np.unique(parameters.feet.gain)[:, np.newaxis]  # 0: a guide
+    ways = np.abs(matrix[:, 0, np.newaxis] - gains * matrix[:, 1, np.newaxis])
+    sliding_m_per_v, sliding_m_per_n = ways.max(axis=1).T
     largest_v = VOLTAGE_SHARE * (amplifier.voltage_max - amplifier.voltage_min)
     for side in (-1.0, 1.0):
         check_request(Request('voltage', (linear.at_voltage_v + side * largest_v,)), parameters)

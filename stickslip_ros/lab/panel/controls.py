@@ -13,7 +13,7 @@ from stickslip_ros.instrument.reports import Status
 from stickslip_ros.interface.messages import STAMPED_FIELDS
 from stickslip_ros.interface.topics import COMMAND_TOPICS, SERVICES, Topic
 from stickslip_ros.lab.design.shapes import SHAPES
-from stickslip_ros.lab.panel.model import HISTORY_SPANS_S, REBUILT, SCOPE_CYCLES
+from stickslip_ros.lab.panel.model import FEET, HISTORY_SPANS_S, REBUILT, SCOPE_CYCLES
 from stickslip_ros.lab.tables.experiment import read_experiment
 from stickslip_ros.lab.tables.formats import SUFFIXES
 from stickslip_ros.lab.tables.measured import OVER_TIME
@@ -213,6 +213,7 @@ def _number(command: str, label: str) -> dict[str, Any]:
 def _parameter(name: str) -> dict[str, Any]:
     spec = specs()[name]
     factor, unit = display_unit(spec.unit)
-    limits = {'low': spec.minimum, 'high': spec.maximum, 'default': spec.default}
+    high = FEET if name == 'fault.dead_foot' else spec.maximum
+    limits = {'low': spec.minimum, 'high': high, 'default': spec.default}
     kind = {'kind': spec.kind.__name__, 'choices': spec.choices}
     return {'name': name, 'text': spec.text, 'unit': unit, 'factor': factor, **limits, **kind}

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.build import contacts_of, friction_limit_n
+from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.paper.figure import Case, PaperFigure, Table, assumed, surface
 from stickslip_ros.lab.runs.courses import Course
 from stickslip_ros.lab.runs.journal import Row
@@ -27,7 +28,7 @@ from stickslip_ros.lab.runs.plotting import (
 )
 from stickslip_ros.lab.runs.sawtooth_run import drive_course
 from stickslip_ros.lab.runs.zero_amplitude import ONSET_SHARE, onset_course
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters import FeetParameters, Parameters
 from stickslip_ros.units import MN, NM
 
 PRELOADS_N = (0.1, 0.5, 1.0)
@@ -68,7 +69,11 @@ def preload_style(preload_n: float) -> dict[str, Any]:
 
 
 def max_presliding_m(parameters: Parameters) -> tuple[float, float]:
-    """Return u_max of a lower and of an upper contact, m (Eq. 22)."""
+    """Return u_max of a lower and of an upper contact of the paper, m (Eq. 22); refuse others."""
+    if parameters.feet != FeetParameters():
+        limit = 'not of the two upper and four lower feet of the paper, which Fig. 7 compares'
+        hint = 'leave feet.* out, or draw other figures'
+        raise OutOfRange('feet.count', list(parameters.feet.count), '', limit, hint)
     contacts = contacts_of(parameters)
     return contacts[-1].max_displacement_m, contacts[0].max_displacement_m
 

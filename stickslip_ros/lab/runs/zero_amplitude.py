@@ -54,7 +54,8 @@ class ZeroAmplitude(Shown):
     zero_amplitude_direct_m : float
         Smallest amplitude with a net step above ``step_min_m``.
     max_presliding_lower_m : float
-        u_max of a lower contact (Eq. 22); the largest, if they differ.
+        u_max of the contact with the least friction, in the paper a lower one (Eq. 22); the
+        largest, if several have it.
     fit_from_m, fit_to_m : float
         Range of the fitted line, with ``fit_points`` amplitudes.
     fit_rms_m : float
@@ -173,7 +174,7 @@ def _asked(
     if not slope > 0.0:
         hint = 'look at step lengths with: stickslip sweep --no-load-cell'
         raise OutOfRange('slope of step length', slope, '', 'not above 0', hint)
-    least = min(contacts_of(free), key=lambda contact: contact.max_force_n)
+    least = min(contacts_of(free), key=lambda own: (own.max_force_n, -own.max_displacement_m))
     missed_m = steps_m - mean_m - slope * offsets_m
     method = (
         f"Edeler's extrapolation: straight line through the step lengths of a free runner at "

@@ -94,7 +94,7 @@ def remember(profile: str, force_n: float, places_m: tuple[float, ...]) -> Array
 
 
 def drive_max_displacement_m(profile: str, preload_n: float) -> float:
-    """Return u_max of the lower contacts of the drive."""
+    """Return u_max of the lower contacts of the drive of the paper, which come last."""
     stand = Parameters().updated({'contact.profile': profile, 'stand.preload': preload_n})
     return contacts_of(stand)[-1].max_displacement_m
 

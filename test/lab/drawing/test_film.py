@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from stickslip_ros import Parameters
+from stickslip_ros.contact.mdr import Presliding
 from stickslip_ros.drive.build import contacts_of
 from stickslip_ros.lab.drawing.film import (
     CYCLES_BEFORE,
@@ -32,6 +33,11 @@ def way(*places: float) -> np.ndarray:
     return np.concatenate([np.linspace(a, b, 400) for a, b in zip(ends, places, strict=False)])
 
 
+def alike(contacts: list[Presliding], *places: float) -> np.ndarray:
+    """Return the same way for each contact."""
+    return np.tile(way(*places), (len(contacts), 1))
+
+
 @pytest.mark.parametrize('profile', ['smooth', 'rough'])
 @pytest.mark.parametrize('share', [0.2, 0.5, 0.9])
 def test_the_ring_that_slips_is_that_of_cattaneo_and_mindlin(profile: str, share: float):
@@ -40,11 +46,11 @@ def test_the_ring_that_slips_is_that_of_cattaneo_and_mindlin(profile: str, share
     for contact, foot in zip(contacts[::5], (0, 5), strict=True):
         u_m, a_m = share * contact.max_displacement_m, contact.indentation.radius_m
         sticks = (float(contact.stick_radius(u_m)) / a_m) ** 2
-        shares = slipping_shares(contacts, way(u_m))
+        shares = slipping_shares(contacts, alike(contacts, u_m))
         assert shares[foot, -1] == pytest.approx(1.0 - sticks, abs=RINGS_ERROR)
         # Back from full slip the same happens within twice the way (Masing).
         full_m = 2.0 * contact.max_displacement_m
-        shares = slipping_shares(contacts, way(full_m, full_m - 2.0 * u_m))
+        shares = slipping_shares(contacts, alike(contacts, full_m, full_m - 2.0 * u_m))
         assert shares[foot, 399] == pytest.approx(1.0, abs=1e-12)
         assert shares[foot, -1] == pytest.approx(1.0 - sticks, abs=RINGS_ERROR)
 
@@ -52,8 +58,9 @@ def test_the_ring_that_slips_is_that_of_cattaneo_and_mindlin(profile: str, share
 def test_a_contact_that_turns_sticks_at_first_and_a_loop_that_closes_is_forgotten():
     contacts = contacts_of(Parameters())
     limit_m = contacts[0].max_displacement_m
-    straight = slipping_shares(contacts, way(0.8 * limit_m))[0]
-    turned = slipping_shares(contacts, way(0.6 * limit_m, 0.3 * limit_m, 0.8 * limit_m))[0]
+    straight = slipping_shares(contacts, alike(contacts, 0.8 * limit_m))[0]
+    turns_m = 0.6 * limit_m, 0.3 * limit_m, 0.8 * limit_m
+    turned = slipping_shares(contacts, alike(contacts, *turns_m))[0]
     assert turned[399] > 0.4
     assert turned[425] < 0.05
     assert turned[-1] == straight[-1]
@@ -86,6 +93,24 @@ def test_there_is_no_film_of_a_drive_that_rests_or_of_too_few_cycles():
     rest = np.zeros(500)
     assert film_of(Parameters(), time_s, rest, rest, rest) is None
     assert film_of(Parameters(), *trace(FILM_CYCLES)) is None
+
+
+def test_each_foot_goes_its_own_way_by_its_gain_after_its_delay():
+    shift = 30
+    late_s = shift * FILM_CYCLES * PERIOD_S / (FRAMES - 1)
+    values = {'feet.count': [1] * 4, 'feet.share': 0.3}
+    values |= {'feet.gain': [1.0, 0.0, -2.0, 1.0], 'feet.delay': [0.0, 0.0, 0.0, late_s]}
+    film = film_of(Parameters().updated(values), *trace(12))
+    first, guide, against, walker = film.feet_m
+    assert np.array_equal(first, film.foot_m)
+    assert not guide.any()
+    assert np.array_equal(against, -2.0 * film.foot_m)
+    later_m = walker[shift:] - walker[shift]
+    assert np.allclose(later_m, film.foot_m[:-shift], rtol=0.0, atol=1e-15)
+    # The runner rests: a foot slips with its own way, the guide never.
+    slips, _, _, slips_later = film.slipping
+    assert np.allclose(slips_later[shift:], slips[:-shift], rtol=0.0, atol=RINGS_ERROR)
+    assert not film.slipping[1].any()
 
 
 def values_of(svg: str, path: str) -> list[float]:

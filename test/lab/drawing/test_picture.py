@@ -24,6 +24,33 @@ from stickslip_ros.lab.drawing.film import FRAMES
 DOCS = Path(__file__).resolve().parents[3] / 'docs'
 PICTURE = DOCS / 'images' / 'stand.svg'
 NUMBER = re.compile(r'-?\d+\.?\d*')
+LAYOUTS: dict[str, dict[str, object]] = {
+    'one': {'feet.count': [1], 'feet.share': [1.0]},
+    'three': {'feet.count': [3], 'feet.share': [0.4]},
+    'clamp': {'feet.count': [1, 1], 'feet.share': [1.0, 0.3], 'feet.gain': [1.0, 0.0]},
+    'walker': {
+        'feet.count': [1] * 6,
+        'feet.share': 0.35355,
+        'feet.delay': [k / 3000.0 for k in range(6)],
+    },
+    'twelve': {
+        'feet.count': [2, 4, 3, 3],
+        'feet.share': [0.3, 0.2, 0.1, 0.2],
+        'feet.gain': [1.0, -1.0, 0.0, 1.0],
+        'feet.radius': [0.0, 1e-3, 0.0, 2e-4],
+        'feet.delay': [0.0, 0.0, 0.0, 1e-3],
+    },
+    'guided': {'feet.gain': [1.0, 0.0]},
+}
+WORDS = {
+    'one': ['group 1: 500 mN', 'feet: 0 above, 1 below'],
+    'three': ['group 1: 200 mN'] * 2,
+    'clamp': ['group 2: 150 mN', 'guide', 'feet: 1 above, 1 below'],
+    'walker': ['delay 0.333 ms', 'delay 1.67 ms', 'group 6: 176.77 mN'],
+    'twelve': ['gain -1', 'guide', 'delay 1 ms', 'feet: 6 above, 6 below'],
+    'guided': ['above: 353.55 mN', 'below: 176.78 mN', 'guide', 'feet: 2 above, 4 below'],
+}
+TAG = '{http://www.w3.org/2000/svg}'
 PIXELS = 0.5
 """Between two machines: the places of a curve are rounded to a tenth."""
 
@@ -52,6 +79,7 @@ def test_the_drawing_of_the_documentation_is_the_film_of_the_example(
         {'contact.radius': 1.0, 'runner.mass': 10.0},
         {'contact.profile': 'rough_line'},
         {'contact.law': 'lugre'},
+        *LAYOUTS.values(),
     ],
 )
 def test_every_stand_is_drawn_within_the_picture(values: dict[str, object]):
@@ -65,6 +93,45 @@ def test_every_stand_is_drawn_within_the_picture(values: dict[str, object]):
     words = ''.join(root.itertext())
     assert ('no load cell' in words) == (parameters.load_cell.contact == 'absent')
     assert ('not of lugre' in words) == (parameters.contact.law == 'lugre')
+
+
+@pytest.mark.parametrize('name', LAYOUTS)
+def test_a_picture_shows_as_many_feet_as_there_are(name: str):
+    parameters = Parameters().updated(LAYOUTS[name])
+    feet, root = parameters.feet.total, ET.fromstring(draw_stand(parameters))
+    assert f'feet ({feet})' in root.findtext(f'{TAG}title', '')
+    contacts = [each for each in root.iter(f'{TAG}circle') if each.get('class') == 'stick']
+    assert len(contacts) == feet
+    assert len({(each.get('cx'), each.get('cy')) for each in contacts}) == feet
+    texts = [each.text for each in root.iter(f'{TAG}text')]
+    assert all(texts.count(each) >= WORDS[name].count(each) for each in WORDS[name])
+    drawn = list(root.iter(f'{TAG}use'))
+    names = {each.get('id') for each in root.iter(f'{TAG}g')}
+    assert {each.attrib['href'][1:] for each in drawn} == {each for each in names if each}
+    if name != 'guided':  # the two rear pairs of the paper's stand are hidden
+        assert len(drawn) == feet
+        assert {str(each) for each in range(1, feet + 1)} <= set(texts)
+
+
+def test_in_a_film_a_guide_rests_and_a_foot_with_a_delay_moves_later():
+    values = {
+        'feet.count': [1] * 3,
+        'feet.share': 0.5,
+        'feet.gain': [1.0, 0.0, 1.0],
+        'feet.delay': [0.0, 0.0, 3e-4],
+    }
+    run = simulate(Parameters().updated(values), amplitude_m=160e-9, steps=8)
+    root = ET.fromstring(draw_stand(run))
+    feet = {each.get('id'): each for each in root.iter(f'{TAG}g') if each.get('id')}
+    assert list(feet) == ['foot_3', 'foot_2', 'foot']
+    moved = {}
+    for name, foot in feet.items():
+        ways = [each.attrib['values'] for each in foot.iter(f'{TAG}animateTransform')]
+        moved[name] = [float(each) for each in ways[1].split(';')]
+    assert set(moved['foot_2']) == {0.0}
+    assert 'frame' in feet['foot_2'].find(f'{TAG}g/{TAG}rect').attrib['class']
+    lowest = [moved[name].index(min(moved[name])) for name in ('foot', 'foot_3')]
+    assert lowest[1] - lowest[0] == pytest.approx(3e-4 / 2e-3 * FRAMES, abs=2)
 
 
 def test_a_run_without_cycles_or_without_a_trace_is_refused():

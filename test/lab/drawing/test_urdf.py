@@ -85,6 +85,30 @@ def test_the_hemispheres_touch_the_faces_of_the_bar_and_their_forces_balance_the
     assert across_n == pytest.approx(0.0, abs=1e-12)
 
 
+def test_other_feet_stand_in_opposite_pairs_and_a_guide_is_no_piezo():
+    values = {
+        'feet.count': [3, 2],
+        'feet.share': [0.4, 0.2],
+        'feet.gain': [1.0, 0.0],
+        'feet.radius': [0.0, 1e-4],
+    }
+    robot = parser.URDF.from_xml_string(robot_description(Parameters().updated(values)).encode())
+    places = [robot.joint_map[f'foot_{k}_joint'].origin.xyz for k in range(1, 6)]
+    assert [np.sign(z) for _, _, z in places] == [-1, 1, -1, 1, -1]
+    assert [np.sign(y) for _, y, _ in places] == [-1, 1, 1, -1, -1]
+    assert [x for x, _, _ in places] == pytest.approx([-8e-3 / 2, -8e-3 / 2, 0.0, 0.0, 8e-3 / 2])
+    shapes = [robot.link_map[f'foot_{k}'].visuals for k in range(1, 6)]
+    assert [ball.geometry.radius for ball, _ in shapes] == [5e-4] * 3 + [1e-4] * 2
+    assert [base.material.name for _, base in shapes] == ['piezo'] * 3 + ['frame'] * 2
+
+
+def test_the_speed_limit_is_that_of_the_feet_with_the_largest_gain():
+    robot = parser.URDF.from_xml_string(
+        robot_description(Parameters().updated({'feet.gain': [1.0, -2.0]})).encode()
+    )
+    assert robot.joint_map['runner_joint'].limit.velocity == pytest.approx(2 * 160e-9 * 20e3)
+
+
 def axis(name: str) -> Parameters:
     frames = {f'frame_id.{each}': f'{name}/{each}' for each in ('stage', 'runner', 'load_cell')}
     return Parameters().updated({**frames, 'sim.joint_name': f'{name}_joint'})

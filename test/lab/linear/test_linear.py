@@ -14,7 +14,7 @@ from scipy.linalg import expm
 
 from stickslip_ros import LinearDrive, StickSlipError, linearise, measure_response
 from stickslip_ros.drive.build import contacts_of, gain_ratios
-from stickslip_ros.lab.linear.swept_sine import bode_rows
+from stickslip_ros.lab.linear.swept_sine import SLIDING_SHARE, bode_rows
 from stickslip_ros.parameters import Parameters, load_yaml
 
 IDEAL = Parameters()
@@ -41,6 +41,7 @@ STAGES: dict[str, dict[str, Any]] = {
     'slow amplifier': {'amplifier.bandwidth': 3e3},
     'soft actuator': {'actuator.resonance': 7e3, 'actuator.damping_ratio': 0.05},
     'frame': {'frame.mass': 0.03, 'frame.resonance': 8e3, 'actuator.mass': 5e-4},
+    'guide': {'feet.count': [1, 1], 'feet.share': [1.0, 0.3], 'feet.gain': [1.0, 0.0]},
     'one-sided cell': {
         'load_cell.contact': 'one_sided', 'load_cell.gap': 0.0, 'load_cell.stiffness': 3e6
     },
@@ -72,6 +73,20 @@ def test_a_place_on_the_way_back_or_near_slip_is_as_stiff(at_voltage_v: float, p
     linear = linearise(parameters, at_voltage_v)
     found = measure_response(parameters, SHARES * linear.resonance_hz, at_voltage_v)
     assert np.abs(found.deviation).max() < AGREEMENT
+
+
+@pytest.mark.usefixtures('compiled_kernels')
+def test_sines_slide_no_foot_further_than_the_share_and_delays_are_refused():
+    values = {'feet.count': [1, 1], 'feet.share': [1.0, 0.3], 'feet.gain': [1.0, 0.0]}
+    parameters = IDEAL.updated(values)
+    found = measure_response(parameters, 100.0)
+    [position_m, foot_m] = found.linear.matrix(100.0)[0, :, 0] * found.voltage_amplitude_v
+    least_m = min(each.max_displacement_m for each in contacts_of(parameters))
+    slides_m = max(abs(position_m), abs(position_m - foot_m))  # at the guide, at the foot
+    assert slides_m == pytest.approx(SLIDING_SHARE * least_m)
+    late = parameters.updated({'feet.gain': [1.0, 1.0], 'feet.delay': [0.0, 1e-4]})
+    with pytest.raises(StickSlipError, match='is a delay, which no linear model'):
+        measure_response(late, 100.0)
 
 
 @pytest.mark.usefixtures('compiled_kernels')

@@ -384,11 +384,15 @@ def test_faults_come_by_switch_and_go(drive: Told, page: Page):
     expect(page.locator('summary', has_text='now: interferometer, runner_stuck')).to_be_visible()
     expect(lamp(page, 'FAULT')).to_be_visible()
     expect(page.locator('#position')).to_have_text('no reading')
-    page.locator('#fault\\.dead_foot').fill('9')
+    foot = page.locator('#fault\\.dead_foot')
+    expect(foot).to_have_attribute('title', re.compile('; 0 to 6$'))
+    drive.take_parameters({'feet.count': [2, 1], 'feet.share': [0.5, 0.5]}, shown_parameters())
+    expect(foot).to_have_attribute('title', re.compile('; 0 to 3$'))
+    foot.fill('9')
     page.keyboard.press('Enter')
     assert drive.wish() == {'do': 'set', 'name': 'fault.dead_foot', 'value': 9}
-    drive.note('fault.dead_foot', '9 is above the maximum 6', bad=True)
-    expect(note(page, 'fault.dead_foot')).to_have_text('9 is above the maximum 6')
+    drive.note('fault.dead_foot', '9 is above the number of feet, 3', bad=True)
+    expect(note(page, 'fault.dead_foot')).to_have_text('9 is above the number of feet, 3')
     press(page, 'Clear faults')
     assert drive.wish() == service('clear_faults')
     drive.take_part('faults', 0, 'none', {})  # each has its default

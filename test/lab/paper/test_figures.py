@@ -73,6 +73,14 @@ def test_the_line_of_figure_7_is_the_known_presliding_of_the_lower_contacts(
     assert upper_m > lower_m
 
 
+def test_figure_7_of_other_feet_is_refused_with_the_way_out():
+    stand = Parameters().updated({'feet.count': [3], 'feet.share': [0.4]})
+    with pytest.raises(
+        OutOfRange, match=r'feet.count \[3\] is not of the two upper .* leave feet'
+    ):
+        max_presliding_m(stand)
+
+
 @pytest.mark.parametrize(
     ('profile', 'known_nm'), [('rough', (26.0, 66.0, 95.0)), ('smooth', (17.0, 53.0, 80.0))]
 )

@@ -53,7 +53,10 @@ def test_the_amplitudes_of_the_line_are_stated(stand):
     assert 'net step above 1e-10 m' in found.method
 
 
-@pytest.mark.parametrize(('profile', 'limit_m'), [('rough', 66.1653e-9), ('smooth', 42.8031e-9)])
+@pytest.mark.parametrize(
+    ('profile', 'limit_m'),
+    [('rough', 66.1653e-9), ('smooth', 42.8031e-9), ('rough_line', 88.4060e-9)],
+)
 def test_the_presliding_of_a_lower_contact_stands_beside_it(profile, limit_m, stand):
     found = zero_amplitude(stand.updated({'contact.profile': profile}), 200.0, steps=10)
     assert found.max_presliding_lower_m == pytest.approx(limit_m, rel=1e-4, abs=0.0)

@@ -308,7 +308,6 @@ function parameterField(parameter, short, presentOf) {
   else {
     field.inputMode = "decimal";
     unit.textContent = parameter.unit;
-    field.title += `; ${ends(parameter.low * parameter.factor, parameter.high * parameter.factor)} ${parameter.unit}`;
   }
   const isNumber = ["float", "int"].includes(parameter.kind);
   let wished = null, wishedAt = -Infinity;
@@ -320,6 +319,10 @@ function parameterField(parameter, short, presentOf) {
     [wished, wishedAt] = [parameter.kind === "bool" ? (wanted ? "True" : "False") : String(wanted), performance.now()];
   };
   whenStateComes((state) => {
+    if (isNumber) {
+      const [low, high] = [parameter.low, resolved(parameter.high)].map((each) => each * parameter.factor);
+      field.title = `${parameter.text}; ${ends(low, high)} ${parameter.unit}`.trim();
+    }
     if (document.activeElement === field && isNumber) return;
     const present = presentOf(state);
     if (present === wished) wished = null;
