@@ -15,7 +15,6 @@ from stickslip_ros.contact.virgin import virgin_force
 from stickslip_ros.drive.feet import (
     active_contacts,
     bends,
-    nominal_place,
     nominal_way,
     ratio_of,
     sliding_motion,
@@ -24,8 +23,8 @@ from stickslip_ros.drive.feet import (
 from stickslip_ros.drive.frame import jerk_of_frame
 from stickslip_ros.drive.long_step import time_to_close, time_to_turn
 from stickslip_ros.drive.oscillator import SIXTH
-from stickslip_ros.drive.stride import way_in
-from stickslip_ros.kernels.kernel import kernel
+from stickslip_ros.drive.stride import way_after, way_in
+from stickslip_ros.kernels.kernel import kernel, noinline_kernel
 from stickslip_ros.kernels.record import Record
 
 
@@ -33,8 +32,6 @@ from stickslip_ros.kernels.record import Record
 def look_ahead(plant: Record, state: Record, stride: Record) -> None:
     """Compute their stiffness ahead of the runner; shorten the stride to the closing of a loop."""
     tangent, driven, drag_n, lasts_s, may_turn = 0.0, 0.0, 0.0, stride.longest_s, False
-    pulled = stride.pulled
-    pulled.speed = pulled.speeding = stride.before_w = 0.0
     for k in active_contacts(plant):
         contact, own, foot = plant.contacts[k], state.contacts[k], state.feet[k]
         speed, speeding, direction = sliding_motion(plant, state, stride, k)
@@ -52,20 +49,30 @@ def look_ahead(plant: Record, state: Record, stride: Record) -> None:
         tangent += foot.stiffness
         driven += ratio * foot.stiffness
         stack_n = plant.piezo.stack_n_per_m * (state.places_m[k] - wanted_place(plant, state, k))
-        own_n = ratio * (stack_n if bends(plant) else own.memory.force_n)
-        speed, speeding = nominal_way(plant, state, stride, k)
-        pulled.speed += ratio * foot.stiffness * speed
-        pulled.speeding += ratio * foot.stiffness * speeding
-        if plant.lates[k]:
-            stride.before_w += own_n * speed
-        else:
-            drag_n += own_n
+        drag_n += ratio * (stack_n if bends(plant) else own.memory.force_n)
     stride.tangent, stride.driven, stride.drag_n = tangent, driven, drag_n
+    stride.pulled.speed, stride.pulled.speeding = stride.path.speed, stride.path.speeding
     if plant.delayed:
-        stride.driven = 1.0
-    else:
-        pulled.speed, pulled.speeding = stride.path.speed, stride.path.speeding
+        _look_at_delayed(plant, state, stride)
     stride.before_n, stride.may_turn, stride.lasts_s = state.contact_n, may_turn, lasts_s
+
+
+@noinline_kernel
+def _look_at_delayed(plant: Record, state: Record, stride: Record) -> None:
+    """Part the force and the pull of delayed feet from those of feet that follow at once."""
+    pulled = stride.pulled
+    stride.driven, stride.before_w = 1.0, 0.0
+    pulled.speed = pulled.speeding = 0.0
+    for k in active_contacts(plant):
+        ratio, (speed, speeding) = ratio_of(plant, k), nominal_way(plant, state, stride, k)
+        pulled.speed += ratio * state.feet[k].stiffness * speed
+        pulled.speeding += ratio * state.feet[k].stiffness * speeding
+        if plant.lates[k]:
+            stack_m = state.places_m[k] - wanted_place(plant, state, k)
+            stack_n = plant.piezo.stack_n_per_m * stack_m
+            own_n = ratio * (stack_n if bends(plant) else state.contacts[k].memory.force_n)
+            stride.drag_n -= own_n
+            stride.before_w += own_n * speed
 
 
 @kernel
@@ -120,12 +127,15 @@ def move_contacts(
     """
     drag_n, total_n, is_end = 0.0, 0.0, time_s >= stride.lasts_s
     position_m = state.position_m + way_m - frame_m
+    foot_m = state.foot_m + way_after(stride.path, time_s)
     stride.late_w = 0.0
     for k in active_contacts(plant):
         contact, foot, ratio = state.contacts[k], state.feet[k], ratio_of(plant, k)
-        speed, speeding = nominal_way(plant, state, stride, k)
-        foot_m = nominal_place(plant, state, k) + way_in(speed, speeding, time_s)
         wanted_m = state.offsets_m[k] + ratio * foot_m
+        if plant.lates[k]:
+            late = state.late[plant.lates[k] - 1]
+            late_m = late.foot_m + way_in(late.speed, late.speeding, time_s)
+            wanted_m = state.offsets_m[k] + ratio * late_m
         place_m = wanted_m
         if bends(plant):
             place_m = foot.end_m if is_end else foot.middle_m
@@ -144,7 +154,8 @@ def move_contacts(
         stack_n = plant.piezo.stack_n_per_m * (place_m - wanted_m)
         own_n = ratio * (stack_n if bends(plant) else foot.load_n)
         if plant.lates[k]:
-            stride.late_w += own_n * (speed + time_s * speeding)
+            late = state.late[plant.lates[k] - 1]
+            stride.late_w += own_n * (late.speed + time_s * late.speeding)
         else:
             drag_n += own_n
         total_n += foot.load_n

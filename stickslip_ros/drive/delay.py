@@ -14,7 +14,7 @@ from stickslip_ros.drive.amplifier import SETTLED_V, clamp, low_pass
 from stickslip_ros.drive.piezo import Ring, displace
 from stickslip_ros.drive.records import CORNERS
 from stickslip_ros.drive.stride import way_in
-from stickslip_ros.kernels.kernel import kernel
+from stickslip_ros.kernels.kernel import kernel, noinline_kernel
 from stickslip_ros.kernels.record import Record
 
 PIECE_ROUNDING_S = 1e-15
@@ -41,7 +41,7 @@ def late_voltage(plant: Record, state: Record, j: int, time_s: float) -> float:
     return clamp(plant, start_v + rate_v_per_s * (late.at_s + time_s))
 
 
-@kernel
+@noinline_kernel
 def end_stretch(
     plant: Record, state: Record, start_v: float, rate_v_per_s: float, stretch_s: float
 ) -> None:
@@ -66,7 +66,7 @@ def end_stretch(
             late.corner, late.at_s = (late.corner + 1) % CORNERS, 0.0
 
 
-@kernel
+@noinline_kernel
 def begin_step(
     plant: Record, state: Record, at_s: float, half_s: float, settling: float, ring: Ring
 ) -> None:
@@ -85,7 +85,7 @@ def begin_step(
         late.speed = (late.end_m - late.foot_m) / (2.0 * half_s) - half_s * late.speeding
 
 
-@kernel
+@noinline_kernel
 def pass_stride(plant: Record, state: Record, lasts_s: float) -> None:
     """Move the delayed feet to the end of a stride."""
     for j in range(plant.delayed):
@@ -94,7 +94,7 @@ def pass_stride(plant: Record, state: Record, lasts_s: float) -> None:
         late.speed += lasts_s * late.speeding
 
 
-@kernel
+@noinline_kernel
 def end_step(plant: Record, state: Record) -> None:
     """Set the delayed feet to the exact end of the step."""
     for j in range(plant.delayed):

@@ -85,7 +85,8 @@ def step(
     foot_m = displace(plant, state.piezo, voltage_v, pace.ring, half_s)
     speeding = ((foot_m - middle_m) - (middle_m - start_m)) / (half_s * half_s)
     speed = (foot_m - start_m) / (2.0 * half_s) - half_s * speeding
-    delay.begin_step(plant, state, at_s, half_s, pace.settling, pace.ring)
+    if plant.delayed:
+        delay.begin_step(plant, state, at_s, half_s, pace.settling, pace.ring)
 
     # Contacts and runner.
     left_s = 2.0 * half_s
@@ -98,11 +99,13 @@ def step(
             take_rigid_stride(plant, state, stride)
         else:
             take_stride(plant, state, stride)
-        delay.pass_stride(plant, state, stride.lasts_s)
+        if plant.delayed:
+            delay.pass_stride(plant, state, stride.lasts_s)
         left_s = left_s - stride.lasts_s if stride.lasts_s < left_s else 0.0
         speed += stride.lasts_s * speeding
     state.voltage_v, state.foot_m = voltage_v, foot_m
-    delay.end_step(plant, state)
+    if plant.delayed:
+        delay.end_step(plant, state)
     stacks.note_ringing(plant, state)
 
 
