@@ -46,6 +46,9 @@ PURE_NUMBERS = {
     'load_cell.hysteresis',
     'load_cell.restitution',
     'fault.missed_steps',
+    'feet.share',
+    'feet.weight',
+    'feet.gain',
 }
 """Quantities without a unit; counts and seeds have none either."""
 TABLE_1 = {
@@ -56,6 +59,7 @@ TABLE_1 = {
     'contact.friction': 0.3,
     'contact.radius': 0.5e-3,
     'runner.mass': 3e-3,
+    'feet.radius': (0.0, 0.0),
 }
 
 
@@ -73,7 +77,8 @@ def test_every_parameter_has_unit_bounds_source_and_text():
 
 def test_every_default_is_of_its_kind_and_inside_its_bounds():
     for name, spec in specs().items():
-        assert type(spec.default) in {spec.kind, ReplaceableDefault}, name
+        for each in spec.default if spec.is_array else (spec.default,):
+            assert type(each) in {spec.kind, ReplaceableDefault}, name
         assert spec.check(name, spec.default) == spec.default
 
 
