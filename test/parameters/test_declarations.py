@@ -150,6 +150,21 @@ def test_an_update_takes_texts_as_they_are_typed(stand):
     assert after.contact.profile == 'smooth'
 
 
+@pytest.mark.parametrize(
+    ('typed', 'read'),
+    [
+        ('[10 us, 0.1 ms]', (1e-5, 1e-4)),
+        ('1e-5, 1e-4', (1e-5, 1e-4)),
+        ([0, 1e-4], (0.0, 1e-4)),
+        ('0.1 ms', (1e-4, 1e-4)),
+        (1e-4, (1e-4, 1e-4)),
+    ],
+)
+def test_an_array_is_typed_as_a_list_and_a_single_value_holds_for_all(stand, typed, read):
+    delays_s = stand.updated({'feet.delay': typed}).feet.delay
+    assert (delays_s, set(map(type, delays_s))) == (read, {float})
+
+
 def test_a_whole_number_becomes_a_float_where_one_is_declared(stand):
     preload = stand.updated({'stand.preload': 1}).stand.preload
     assert type(preload) is float
