@@ -13,6 +13,7 @@ import hashlib
 import json
 import zlib
 from collections.abc import Mapping
+from types import GenericAlias
 from typing import Any
 
 import stickslip_ros
@@ -90,7 +91,7 @@ def unpack(data: bytes) -> tuple[Parameters, Any, Any]:
     if not isinstance(content, dict) or content.keys() != set(CONTENT):
         raise _refusal(f'holds no state, or more than {SIZE_MAX} bytes', HINT)
     forms = {
-        name: tuple[spec.kind, ...] if spec.is_array else spec.kind
+        name: GenericAlias(tuple, (spec.kind, ...)) if spec.is_array else spec.kind
         for name, spec in specs().items()
     }
     values = read(forms, content['parameters'], 'checkpoint.parameters')

@@ -109,9 +109,7 @@ def _time_ns(value: object, name: str) -> int:
     return to_nanoseconds(time_s)
 
 
-def _settings(
-    table: object, place: str, feet: FeetParameters
-) -> tuple[tuple[str, Scalar], ...]:
+def _settings(table: object, place: str, feet: FeetParameters) -> tuple[tuple[str, Scalar], ...]:
     if not isinstance(table, Mapping) or not table:
         raise WrongKind(f'{place}: set', table, 'a table of faults', FORM)
     settings = [_setting(str(key), value, place, feet) for key, value in table.items()]
@@ -120,9 +118,7 @@ def _settings(
     return tuple(settings)
 
 
-def _setting(
-    key: str, value: object, place: str, feet: FeetParameters
-) -> tuple[str, Scalar]:
+def _setting(key: str, value: object, place: str, feet: FeetParameters) -> tuple[str, Scalar]:
     name = key if key.startswith(_PREFIX) else _PREFIX + key
     if name not in FAULTS:
         near = difflib.get_close_matches(name, FAULTS, n=1)
