@@ -3,6 +3,8 @@
 
 """Layouts of feet against known answers: guides, delays, equal groups, and their energy."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -18,7 +20,7 @@ from stickslip_ros.parameters import Parameters
 
 STROKE_M = 160e-9
 WAVE = sawtooth(0.0, 300.0, 1000.0, 0)
-LAYOUTS = {
+LAYOUTS: dict[str, dict[str, Any]] = {
     'guides': {'feet__count': (4, 2), 'feet__gain': (1.0, 0.0)},
     'opposed': {'feet__count': (4, 2), 'feet__gain': (1.0, -0.7)},
     'radii': {'feet__count': (2, 4), 'feet__radius': (0.3e-3, 0.8e-3)},
@@ -34,14 +36,20 @@ LAYOUTS = {
         'feet__delay': (0.0, 5e-5, 5e-5),
     },
 }
-STACKS = {'actuator__resonance': 1e5, 'actuator__stiffness': 4e7}
-PIEZO = {
+STACKS: dict[str, Any] = {'actuator__resonance': 1e5, 'actuator__stiffness': 4e7}
+PIEZO: dict[str, Any] = {
     'actuator__hysteresis': 0.15,
     'actuator__creep': 0.02,
     'actuator__resonance': 1e5,
     'amplifier__bandwidth': 5e4,
 }
-CONDITIONS = {
+LINES: dict[str, Any] = {
+    'contact.profile': 'rough_line',
+    'contact.travel': 0.7,
+    'contact.line_points': 2048,
+    'contact.cutoff_upper': 1e6,
+}
+CONDITIONS: dict[str, dict[str, Any]] = {
     'rigid': {},
     'frame': {'frame__mass': 0.05, 'frame__resonance': 2e3, 'actuator__mass': 1e-4},
     'stacks': STACKS,
@@ -51,12 +59,7 @@ CONDITIONS = {
     'tolerance': {'actuator__gain_tolerance': 0.1},
     'ageing': {'contact__friction_ageing': 0.01, 'contact__friction_rate': 0.01},
     'dahl': {'contact__law': 'dahl'},
-    'travel': {
-        'contact__profile': 'rough_line',
-        'contact__travel': 0.7,
-        'contact__line_points': 2048,
-        'contact__cutoff_upper': 1e6,
-    },
+    'travel': {name.replace('.', '__'): value for name, value in LINES.items()},
 }
 RESIDUAL = 1e-3
 """Largest residual at the default step, relative to the work of the feet."""
@@ -75,7 +78,12 @@ HOLDS = 1e-3
 """Relative to the stroke: a runner that does not move on."""
 STIFF = 1e-4
 """Relative; what is left of presliding between stiff bodies."""
-GUIDED = {'feet__count': 4, 'feet__share': 0.25, 'feet__gain': 0.0, 'feet__weight': 0.0}
+GUIDED: dict[str, Any] = {
+    'feet__count': 4,
+    'feet__share': 0.25,
+    'feet__gain': 0.0,
+    'feet__weight': 0.0,
+}
 GUIDE_N = 0.3 * 4 * 0.25 * 0.5
 """Friction limit of these guides."""
 
@@ -188,9 +196,8 @@ def test_feet_that_fall_one_after_another_step_by_the_stroke_less_n_dips(counts,
 
     dip_m = brentq(sum_n, 0.0, 4.0 * contact.max_displacement_m)
     machine.start(wave, [4.0 * wave.period_s])
-    at_m, path_m = machine.state.position_m, []
-    for _ in range(200):
-        path_m.append(machine.run(wave, [wave.period_s / 200]).state.position_m)
+    at_m, piece_s = machine.state.position_m, [wave.period_s / 200]
+    path_m = [machine.run(wave, piece_s).state.position_m for _ in range(200)]
     assert path_m[-1] - at_m == pytest.approx(STROKE_M - n * dip_m, abs=SLOW * STROKE_M)
     # While a foot falls the others rise.
     assert np.max(np.maximum.accumulate(path_m) - path_m) < dip_m
@@ -219,9 +226,9 @@ def _missed_by_late_foot(drive, **changes):
     ):
         machine.start(wave, ())
         for _ in range(samples):
-            machine.run(wave, [sample_s])
-            now_m.append(machine.state.foot_m)
-            late_m.append(machine.state.late[0].foot_m)
+            state = machine.run(wave, [sample_s]).state
+            now_m.append(state.foot_m)
+            late_m.append(state.late[0].foot_m)
     assert np.ptp(late_m) > 0.5 * STROKE_M
     missed_m = np.array(late_m) - np.array([0.0] * late + now_m[:-late])
     return np.max(np.abs(missed_m)) / STROKE_M
@@ -315,12 +322,13 @@ def test_any_layout_goes_to_another_preload(layout, drive):
     assert abs(machine.state.contact_n) <= limit_n * (1.0 + 1e-6)
 
 
-OVERFLOWS = {'feet__count': (3, 3), 'feet__share': 0.5, 'feet__delay': (0.0, 0.05)}
+SMALL = 'is between 0 and 1e-06'
+OVERFLOWS: dict[str, Any] = {'feet__count': (3, 3), 'feet__share': 0.5, 'feet__delay': (0.0, 0.05)}
 
 
 def test_more_corners_than_are_remembered_are_refused_with_their_mend(drive):
     steep, fine = sawtooth(0.0, 300.0, 15e3, 0), sawtooth(0.0, 300.0, 50.0, 0)
-    remedies = (
+    remedies: tuple[tuple[dict[str, Any], Any, dict[str, Any]], ...] = (
         (OVERFLOWS, steep, {'feet__delay': (0.0, 0.02)}),
         ({**OVERFLOWS, 'amplifier__resolution': 0.1}, fine, {'amplifier__resolution': 0.0}),
         (OVERFLOWS, steep, {}),
@@ -341,24 +349,25 @@ def test_more_corners_than_are_remembered_are_refused_with_their_mend(drive):
         ({'feet.gain': (1.0, 1.0, 1.0)}, 'feet.gain [1', {'feet.gain': 0.5}),
         ({'feet.count': (9, 4)}, 'feet.count [9, 4] is above 12 feet', {'feet.count': (8, 4)}),
         ({'feet.count': (13, 4)}, 'feet.count 13 is above the maximum', {'feet.count': (8, 4)}),
-        ({'feet.delay': (0.0, 1e-7)}, 'feet.delay 1e-07 s is between 0 and 1e-06 s', {'feet.delay': (0.0, 1e-6)}),
-        ({'feet.delay': (0.0, 1e-7)}, 'feet.delay 1e-07 s is between 0 and 1e-06 s', {'feet.delay': 0.0}),
+        ({'feet.delay': (0.0, 1e-7)}, f'feet.delay 1e-07 s {SMALL} s', {'feet.delay': 1e-6}),
+        ({'feet.delay': (0.0, 1e-7)}, f'feet.delay 1e-07 s {SMALL} s', {'feet.delay': 0.0}),
         ({'feet.delay': (0.0, 0.06)}, 'feet.delay 0.06 s is above', {'feet.delay': (0.0, 0.05)}),
-        ({'feet.radius': 1e-8}, 'feet.radius 1e-08 m is between 0 and 1e-06 m', {'feet.radius': 1e-6}),
+        ({'feet.radius': 1e-8}, f'feet.radius 1e-08 m {SMALL} m', {'feet.radius': 1e-6}),
         ({'feet.share': (0.0, 1.0)}, 'feet.share 0 is below', {'feet.share': (1e-6, 1.0)}),
         (
             {'stand.weight': True, 'feet.weight': 0.0},
             'stand.weight True is true, but no foot',
             {'feet.weight': (0.0, 0.1)},
         ),
-        ({'feet.count': (2, 1), 'fault.dead_foot': 4}, 'fault.dead_foot 4 is above the number of '
-         'feet, 3', {'fault.dead_foot': 3}),
+        (
+            {'feet.count': (2, 1), 'fault.dead_foot': 4},
+            'fault.dead_foot 4 is above the number of feet, 3',
+            {'fault.dead_foot': 3},
+        ),
         ({'contact.law': 'coulomb', 'feet.gain': (1.0, 0.5)}, 'feet.gain [1', {'feet.gain': 1.0}),
         ({'contact.law': 'coulomb', 'feet.delay': 1e-3}, 'feet.', {'feet.delay': 0.0}),
         (
-            {'contact.profile': 'rough_line', 'contact.travel': 1.0, 'contact.line_points': 2048,
-             'contact.cutoff_upper': 1e6, 'feet.count': (2, 2, 2), 'feet.share': 0.5,
-             'feet.gain': (1.0, 0.5, 1.0)},
+            {**LINES, 'feet.count': (2, 2, 2), 'feet.share': 0.5, 'feet.gain': (1.0, 0.5, 1.0)},
             'feet.gain [1',
             {'feet.gain': (1.0, 1.0, 0.5)},
         ),
