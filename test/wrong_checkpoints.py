@@ -51,6 +51,10 @@ DRIVES: Mapping[str, tuple[Mapping[str, Any] | None, tuple[Request, ...]]] = {
         (Request('sawtooth', (280.0, 1153.4, 0.0)),),
     ),
     'ageing': ({'contact.friction_ageing': 0.01}, (Request('steps', (7.0,)),)),
+    'walker': (
+        {'feet.count': (3, 3), 'feet.share': 0.5, 'feet.delay': (0.0, 3.1e-4)},
+        (Request('sawtooth', (113.8, 1153.4, 0.0)),),
+    ),
     'table': ({'contact.law': 'lugre'}, (Request('waveform', WAVEFORM, cycles=0),)),
     'delayed': (
         {'interferometer.random_walk': 1e-9, 'interferometer.latency': 2.3e-3},

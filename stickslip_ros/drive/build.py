@@ -600,7 +600,7 @@ def change_preload(
 def set_preload(plants: Record, parameters: Parameters, preload_n: float) -> None:
     """Set the wanted preload of a plant, without a change of the contacts' memory."""
     plant = plants[0]
-    plant.contacts['preload_n'] = preload_n
+    plant.contacts['preload_n'][: 1 + plant.moved] = preload_n
     _set_curves(plant, parameters)
     _set_longest_step(plant, parameters)
 

@@ -56,9 +56,7 @@ def change_dead_foot(
     if plant.contacts[ALL].law.number == COULOMB:
         hint = 'take another contact.law'
         raise OutOfRange('fault.dead_foot', dead_foot, '', NO_LAW_OF_SHARES, hint)
-    if dead_foot > plant.counts[ALL]:
-        limit = f'above the number of feet, {plant.counts[ALL]:g}'
-        raise OutOfRange('fault.dead_foot', dead_foot, '', limit, 'lower it')
+    parameters.feet.check_foot('fault.dead_foot', dead_foot)
     if not plant.divided:
         divide_feet(plants, states, parameters)
     if plant.dead:

@@ -13,6 +13,7 @@ import hashlib
 import json
 import zlib
 from collections.abc import Mapping
+from types import GenericAlias
 from typing import Any
 
 import stickslip_ros
@@ -89,7 +90,10 @@ def unpack(data: bytes) -> tuple[Parameters, Any, Any]:
     content = _parsed(text) if unpacker.eof else None
     if not isinstance(content, dict) or content.keys() != set(CONTENT):
         raise _refusal(f'holds no state, or more than {SIZE_MAX} bytes', HINT)
-    forms = {name: spec.kind for name, spec in specs().items()}
+    forms = {
+        name: GenericAlias(tuple, (spec.kind, ...)) if spec.is_array else spec.kind
+        for name, spec in specs().items()
+    }
     values = read(forms, content['parameters'], 'checkpoint.parameters')
     return Parameters().updated(values), content['state'], content['attached']
 

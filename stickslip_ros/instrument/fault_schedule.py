@@ -12,7 +12,15 @@ from pathlib import Path
 from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName, WrongKind
 from stickslip_ros.files import read_text
 from stickslip_ros.instrument.commands import Request, TimedRequest
-from stickslip_ros.parameters import Scalar, is_fault, read_yaml, spec_of, specs, to_nanoseconds
+from stickslip_ros.parameters import (
+    FeetParameters,
+    Scalar,
+    is_fault,
+    read_yaml,
+    spec_of,
+    specs,
+    to_nanoseconds,
+)
 
 _PREFIX = 'fault.'
 FAULTS = tuple(filter(is_fault, specs()))
@@ -34,9 +42,9 @@ class FaultSchedule:
         return found
 
 
-def read_schedule(path: Path) -> FaultSchedule:
+def read_schedule(path: Path, feet: FeetParameters) -> FaultSchedule:
     """
-    Read a schedule from a file.
+    Read a schedule from a file, for a drive with these feet.
 
     Raises
     ------
@@ -46,10 +54,10 @@ def read_schedule(path: Path) -> FaultSchedule:
         If it is not a list of entries, or an entry is not allowed.
 
     """
-    return parse_schedule(read_text(path, 'check fault.schedule', FORM), str(path))
+    return parse_schedule(read_text(path, 'check fault.schedule', FORM), str(path), feet)
 
 
-def parse_schedule(text: str, origin: str) -> FaultSchedule:
+def parse_schedule(text: str, origin: str, feet: FeetParameters) -> FaultSchedule:
     """
     Read the text of a schedule.
 
@@ -61,6 +69,8 @@ def parse_schedule(text: str, origin: str) -> FaultSchedule:
         of a name is optional.
     origin : str
         Name of the source, for messages.
+    feet : FeetParameters
+        Feet of the drive, of which an entry may stop one.
 
     """
     document = read_yaml(text, origin, FORM)
@@ -69,16 +79,18 @@ def parse_schedule(text: str, origin: str) -> FaultSchedule:
     if not isinstance(document, list):
         raise WrongKind(origin, document, 'a list of entries', FORM)
     return FaultSchedule(
-        _entry(item, f'{origin}: entry {number}') for number, item in enumerate(document, start=1)
+        _entry(item, f'{origin}: entry {number}', feet)
+        for number, item in enumerate(document, start=1)
     )
 
 
-def _entry(item: object, place: str) -> TimedRequest:
+def _entry(item: object, place: str, feet: FeetParameters) -> TimedRequest:
     if not isinstance(item, dict) or set(item) not in ({'at', 'set'}, {'at', 'clear'}):
         raise WrongKind(place, item, 'a time with either set or clear', FORM)
     at_ns = _time_ns(item['at'], f'{place}: at')
     if 'clear' not in item:
-        return TimedRequest(at_ns, Request('fault', settings=_settings(item['set'], place)))
+        settings = _settings(item['set'], place, feet)
+        return TimedRequest(at_ns, Request('fault', settings=settings))
     if item['clear'] is not True:
         raise WrongKind(f'{place}: clear', item['clear'], 'true', 'write clear: true')
     return TimedRequest(at_ns, Request('clear_faults'))
@@ -97,19 +109,22 @@ def _time_ns(value: object, name: str) -> int:
     return to_nanoseconds(time_s)
 
 
-def _settings(table: object, place: str) -> tuple[tuple[str, Scalar], ...]:
+def _settings(table: object, place: str, feet: FeetParameters) -> tuple[tuple[str, Scalar], ...]:
     if not isinstance(table, Mapping) or not table:
         raise WrongKind(f'{place}: set', table, 'a table of faults', FORM)
-    settings = [_setting(str(key), value, place) for key, value in table.items()]
+    settings = [_setting(str(key), value, place, feet) for key, value in table.items()]
     if len(dict(settings)) < len(settings):
         raise WrongKind(f'{place}: set', table, 'a table with each fault once', FORM)
     return tuple(settings)
 
 
-def _setting(key: str, value: object, place: str) -> tuple[str, Scalar]:
+def _setting(key: str, value: object, place: str, feet: FeetParameters) -> tuple[str, Scalar]:
     name = key if key.startswith(_PREFIX) else _PREFIX + key
     if name not in FAULTS:
         near = difflib.get_close_matches(name, FAULTS, n=1)
         hint = f'did you mean {near[0]}?' if near else f'use {", ".join(FAULTS)}'
         raise UnknownName(f'{place}: fault', key, hint)
-    return name, spec_of(name).check(f'{place}: {name}', value)
+    checked = spec_of(name).check(f'{place}: {name}', value)
+    if name == 'fault.dead_foot':
+        feet.check_foot(f'{place}: {name}', checked)
+    return name, checked

@@ -32,6 +32,7 @@ import numpy as np
 from stickslip_ros.arrays import Array
 from stickslip_ros.contact.memory import CAPACITY
 from stickslip_ros.contact.springs import SPRINGS_IN_ALL
+from stickslip_ros.drive.records import CORNERS
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.kernels.record import COUNT, FLAG, FLOAT
 
@@ -42,9 +43,11 @@ LARGEST = 1e15
 WHOLE = range(-(1 << 62), (1 << 62) + 1)
 """Whole numbers from which kernels can count without overflow."""
 COUNTS = {
+    'corner': CORNERS - 1,
     'cycle': 1 << 61,
     'depth': CAPACITY - 1,
     'last': SPRINGS_IN_ALL - 1,
+    'newest': CORNERS - 1,
     'passes_left': 1 << 53,
     'passes_made': 1 << 61,
     'samples': 1 << 53,

@@ -82,9 +82,12 @@ class Spec:
             If it is outside the bounds, or not among the choices.
 
         """
-        if self.is_array:
-            return tuple(self._check_element(name, each) for each in _elements_of(value))
-        return self._check_element(name, value)
+        if not self.is_array:
+            return self._check_element(name, value)
+        values = tuple(self._check_element(name, each) for each in _elements_of(value))
+        if not values:
+            raise WrongKind(name, value, 'an array of at least one', 'give one value or more')
+        return values
 
     def _check_element(self, name: str, value: object) -> Scalar:
         converted: Scalar = CONVERTERS[self.kind](name, value, self.unit)

@@ -314,8 +314,8 @@ class FeetParameters(Checked):
             if groups != len(values) and is_default:
                 values = (_FOR_ALL[name],)
             if len(values) not in (1, groups):
-                limit = f'an array of {len(values)}, but feet.count has {groups} groups'
-                hint = f'give {groups} values, or one for all groups'
+                limit = f'of length {len(values)}, but feet.count is of length {groups}'
+                hint = 'give a value for each group, or one for all'
                 raise OutOfRange(f'feet.{name}', list(values), '', limit, hint)
             self.__dict__[name] = values * (groups if len(values) == 1 else 1)
         if sum(self.count) > FEET_MAX:
@@ -325,6 +325,12 @@ class FeetParameters(Checked):
             refuse_below_unless_zero('feet.radius', radius, 1e-6, 'm')
         for delay in self.delay:
             refuse_below_unless_zero('feet.delay', delay, DELAY_MIN_S, 's')
+
+    def check_foot(self, name: str, foot: int) -> None:
+        """Refuse the number of a foot, from 1, that does not exist."""
+        if foot > self.total:
+            limit = f'above the number of feet, {self.total}'
+            raise OutOfRange(name, foot, '', limit, 'lower it')
 
     @property
     def groups(self) -> tuple[FootGroup, ...]:

@@ -100,9 +100,7 @@ class Parameters(Shown, Checked):
         if self.stand.weight and not any(self.feet.weight):
             limit, hint = 'true, but no foot carries the weight', 'set feet.weight'
             raise OutOfRange('stand.weight', True, '', limit, hint)
-        if self.fault.dead_foot > self.feet.total:
-            limit = f'above the number of feet, {self.feet.total}'
-            raise OutOfRange('fault.dead_foot', self.fault.dead_foot, '', limit, 'lower it')
+        self.feet.check_foot('fault.dead_foot', self.fault.dead_foot)
         _check_multiple('sim.block', self.block_ns, 'sample of trace.sample_rate', self.sample_ns)
         _check_multiple('trace.period', self.trace_period_ns, 'sim.block', self.block_ns)
 

@@ -41,6 +41,9 @@ def descriptor_of(spec: Spec) -> ParameterDescriptor:
         descriptor.additional_constraints = f'one of {", ".join(spec.choices)}'
     if spec.minimum is None or spec.maximum is None:
         return descriptor
+    if spec.is_array:  # the ranges of a descriptor are those of one number
+        descriptor.additional_constraints = f'each {spec.minimum:g} to {spec.maximum:g}'
+        return descriptor
     if spec.kind is int:
         bounds = IntegerRange(from_value=int(spec.minimum), to_value=int(spec.maximum), step=0)
         descriptor.integer_range = [bounds]
@@ -150,17 +153,22 @@ class ReloadableNode(Node):
 
 def with_number(change: Parameter) -> Parameter:
     """
-    Return a parameter with its text turned into a number, if a number is declared.
+    Return a parameter with its text turned into numbers, if numbers are declared.
 
     ``ros2 param load`` and ``set`` send 1e-8 as text, since YAML 1.1 wants a point before an
-    exponent. ``load`` also turns 1.0e-8 into text: it writes 1e-08, as Python does.
+    exponent. ``load`` also turns 1.0e-8 into text: it writes 1e-08, as Python does. An array with
+    a text, or with numbers of two types, becomes one text or an array of texts.
 
     """
-    is_text = change.type_ == Parameter.Type.STRING
-    if not is_text or change.name not in specs() or spec_of(change.name).kind is not float:
-        return change
+    spec, types = specs().get(change.name), Parameter.Type
+    is_text = change.type_ == types.STRING
     try:
-        return Parameter(change.name, value=float(change.value))
+        if spec is None or spec.kind is not float:
+            return change
+        if spec.is_array and (is_text or change.type_ == types.STRING_ARRAY):
+            texts = change.value.strip('[] ').split(',') if is_text else change.value
+            return Parameter(change.name, value=[float(each) for each in texts])
+        return Parameter(change.name, value=float(change.value)) if is_text else change
     except ValueError:
         return change
 

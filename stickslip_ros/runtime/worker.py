@@ -43,7 +43,7 @@ class Worker(ReportingBench):
 
     def __init__(self, parameters: Parameters, publish: Publish, callbacks: Callbacks) -> None:
         path = parameters.fault.schedule
-        self._schedule = read_schedule(Path(path)) if path else FaultSchedule()
+        self._schedule = read_schedule(Path(path), parameters.feet) if path else FaultSchedule()
         bench = start_bench(parameters)
         self._schedule.due(bench.time_ns - 1)  # skips faults of the time before a checkpoint
         super().__init__(parameters, publish, bench=bench)

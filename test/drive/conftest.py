@@ -62,8 +62,9 @@ class Drive:
 
     @property
     def contacts(self) -> Record:
-        """State of the active contacts: all as one, or each foot."""
-        return self.state.contacts[1:] if self.plant.separate else self.state.contacts[: ALL + 1]
+        """State of the active contacts: all as one, those of each motion, or each foot."""
+        active = slice(1, 1 + self.plant.moved) if self.plant.separate else slice(ALL, ALL + 1)
+        return self.state.contacts[active]
 
     @property
     def ledger(self) -> EnergyLedger:

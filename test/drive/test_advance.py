@@ -86,7 +86,7 @@ def test_behind_a_fine_converter_too(resolution_v, excess, input_v):
 
 def test_a_drive_whose_loops_stand_still_gives_up_and_says_where(drive):
     machine = drive()
-    machine.plant.contacts[ALL].curve.limit_m = 1e-40
+    machine.plant.presliding_m = machine.plant.contacts[ALL].curve.limit_m = 1e-40
     with pytest.raises(StickSlipError, match='time stands still'):
         machine.start(WAVE, [1e-4])
     assert machine.state.passes_left < 0

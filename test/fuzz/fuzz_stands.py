@@ -12,7 +12,7 @@ import numpy as np
 from stickslip_ros.parameters import Parameters, Scalar, load_values
 
 CONFIG = Path(__file__).parents[2] / 'config'
-Draw = Callable[[np.random.Generator], Mapping[str, Scalar]]
+Draw = Callable[[np.random.Generator], Mapping[str, Any]]
 
 SPANS: Mapping[str, tuple[float, float]] = {
     'actuator.capacitance': (1e-10, 1e-7),
@@ -125,6 +125,36 @@ def _chosen(name: str, value: Scalar) -> Draw:
     return draw
 
 
+def _layout(rng: np.random.Generator) -> Mapping[str, Any]:
+    """Draw groups of feet that push, oppose or guide, and may be late."""
+    groups = int(rng.integers(1, 5))
+    counts = rng.integers(1, 4, groups)
+    gains = rng.choice((1.0, 0.0, -1.0), groups) * rng.uniform(0.1, 2.0, groups)
+    return {
+        'feet.count': tuple(map(int, counts)),
+        'feet.share': tuple(drawn(rng, (0.01, 2.0)) for _ in counts),
+        'feet.radius': tuple(drawn(rng, (1e-4, 2e-3)) for _ in counts),
+        'feet.gain': tuple(map(float, gains)),
+        'feet.delay': tuple(drawn(rng, (1e-6, 5e-3)) * float(rng.integers(2)) for _ in counts),
+        'stand.load': float(rng.uniform(-0.2, 0.2)),
+    }
+
+
+def _walker(rng: np.random.Generator) -> Mapping[str, Any]:
+    """Draw equal feet that fall one after another, behind a low-pass or on stacks."""
+    groups = int(rng.integers(2, 7))
+    stage = rng.choice(('amplifier.bandwidth', 'actuator.stiffness'))
+    return {
+        'feet.count': (12 // groups,) * groups,
+        'feet.share': drawn(rng, (0.1, 1.0)),
+        'feet.delay': tuple(np.arange(groups) * drawn(rng, (1e-5, 8e-3))),
+        'actuator.hysteresis': 0.123,
+        'actuator.creep': 0.02,
+        'actuator.resonance': 153_846.15,
+        **_alone(str(stage))(rng),
+    }
+
+
 def _several(rng: np.random.Generator) -> Mapping[str, Scalar]:
     """Draw three stages at once."""
     values: dict[str, Scalar] = {}
@@ -144,6 +174,8 @@ STANDS: Mapping[str, Draw] = {
         'amplifier.voltage_max': drawn(rng, (1.0, 300.0)),
     },
     'several': _several,
+    'layout': _layout,
+    'walker': _walker,
     **{name: _alone(name) for name in SPANS},
     **{
         f'{name}={value}': _chosen(name, value)

@@ -17,6 +17,7 @@ from stickslip_ros.instrument.fault_schedule import (
 )
 from stickslip_ros.parameters import Parameters
 
+FEET = Parameters().feet
 SECOND_NS = 1_000_000_000
 TEXT = """
 - {at: 1.0, clear: true}
@@ -27,7 +28,7 @@ TEXT = """
 
 
 def test_entries_come_once_each_in_the_order_of_time_then_of_the_file():
-    schedule = parse_schedule(TEXT, 'file')
+    schedule = parse_schedule(TEXT, 'file', FEET)
     assert schedule.due(-1) == []
     assert schedule.due(0) == [Request('fault', settings=(('fault.command_delay', 1e-3),))]
     assert schedule.due(SECOND_NS // 2 - 1) == []
@@ -43,7 +44,7 @@ def test_entries_come_once_each_in_the_order_of_time_then_of_the_file():
 
 def test_values_have_the_declared_kind():
     [request] = parse_schedule(
-        '[{at: 0, set: {runner_stuck: true, load_cell_offset: 1}}]', 'f'
+        '[{at: 0, set: {runner_stuck: true, load_cell_offset: 1}}]', 'f', FEET
     ).due(0)
     assert [type(value) for _, value in request.settings] == [bool, float]
 
@@ -61,7 +62,7 @@ def test_every_fault_can_be_scheduled_but_not_the_schedule():
 def test_a_file_is_read(tmp_path: Path):
     path = tmp_path / 'faults.yaml'
     path.write_text(TEXT)
-    assert len(read_schedule(path).due(10**30)) == 4
+    assert len(read_schedule(path, FEET).due(10**30)) == 4
 
 
 @pytest.mark.parametrize(
@@ -114,7 +115,7 @@ def test_a_file_is_read(tmp_path: Path):
         (
             '- {at: 1, set: {dead_foot: 7}}',
             OutOfRange,
-            'f.yaml: entry 1: fault.dead_foot 7 is above the maximum 6; lower it',
+            'f.yaml: entry 1: fault.dead_foot 7 is above the number of feet, 6; lower it',
         ),
         (
             '- {at: 1, set: {interferometer: broken}}',
@@ -128,7 +129,7 @@ def test_a_bad_schedule_is_refused_with_file_entry_value_and_mend(
     text: str, refusal: type[StickSlipError], message: str
 ):
     with pytest.raises(refusal) as caught:
-        parse_schedule(text, 'f.yaml')
+        parse_schedule(text, 'f.yaml', FEET)
     assert message in str(caught.value)
     assert 'f.yaml' in str(caught.value)
 
@@ -141,10 +142,10 @@ def test_a_file_that_cannot_be_read_is_refused(tmp_path: Path, kind: str):
     elif kind == 'binary':
         path.write_bytes(b'\xff\xfe\x00')
     with pytest.raises(RecordingError, match=kind):
-        read_schedule(path)
+        read_schedule(path, FEET)
 
 
 def test_a_long_value_is_shortened_in_the_message():
     with pytest.raises(WrongKind) as caught:
-        parse_schedule(f'- [{"1, " * 1000}]', 'f.yaml')
+        parse_schedule(f'- [{"1, " * 1000}]', 'f.yaml', FEET)
     assert len(str(caught.value)) < 300

@@ -28,11 +28,16 @@ COUPLED = {
     'actuator.stiffness',
     'contact.friction_rate',
     'contact.friction_ageing',
+    'fault.dead_foot',
+    'stand.weight',
+    *(name for name in specs() if name.startswith('feet.')),
 }
 NAMES = {'sim.joint_name', 'frame_id.stage', 'frame_id.runner', 'frame_id.load_cell'}
 """Texts that are neither empty nor begin with a slash, without #."""
 NUMBERS = {
-    name: spec for name, spec in specs().items() if spec.minimum is not None and spec.kind is float
+    name: spec
+    for name, spec in specs().items()
+    if spec.minimum is not None and spec.kind is float and not spec.is_array
 }
 PERIODS = ((1e-3, 50e3, 0.01), (1e-4, 10e3, 1e-4), (0.1, 1e6, 1.0), (2.5e-4, 20e3, 1e-3))
 """Block, sample rate and trace period that fit into each other."""
@@ -74,6 +79,15 @@ def allowed_values(draw: st.DrawFn) -> dict[str, object]:
     elif draw(st.booleans()):
         values['actuator.resonance'] = draw(st.floats(1.0, 1e7))
         values['actuator.stiffness'] = draw(st.floats(1e5, 1e12))
+    if draw(st.booleans()):
+        counts = draw(st.lists(st.integers(1, 4), min_size=1, max_size=3))
+        values['feet.count'] = tuple(counts)
+        for name in ('share', 'weight', 'radius', 'gain', 'delay'):
+            spec = specs()[f'feet.{name}']
+            each = st.floats(max(spec.minimum, 1e-6) if name != 'gain' else -10.0, spec.maximum)
+            values[f'feet.{name}'] = draw(st.tuples(*[each] * len(counts)))
+        values['stand.weight'] = draw(st.booleans())
+        values['fault.dead_foot'] = draw(st.integers(0, sum(counts)))
     if draw(st.booleans()):
         volts = sorted(draw(st.sets(st.floats(-999.0, 999.0), min_size=3, max_size=3)))
         names = ('voltage_min', 'voltage_initial', 'voltage_max')

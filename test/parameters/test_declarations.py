@@ -46,6 +46,9 @@ PURE_NUMBERS = {
     'load_cell.hysteresis',
     'load_cell.restitution',
     'fault.missed_steps',
+    'feet.share',
+    'feet.weight',
+    'feet.gain',
 }
 """Quantities without a unit; counts and seeds have none either."""
 TABLE_1 = {
@@ -56,6 +59,7 @@ TABLE_1 = {
     'contact.friction': 0.3,
     'contact.radius': 0.5e-3,
     'runner.mass': 3e-3,
+    'feet.radius': (0.0, 0.0),
 }
 
 
@@ -73,7 +77,8 @@ def test_every_parameter_has_unit_bounds_source_and_text():
 
 def test_every_default_is_of_its_kind_and_inside_its_bounds():
     for name, spec in specs().items():
-        assert type(spec.default) in {spec.kind, ReplaceableDefault}, name
+        for each in spec.default if spec.is_array else (spec.default,):
+            assert type(each) in {spec.kind, ReplaceableDefault}, name
         assert spec.check(name, spec.default) == spec.default
 
 
@@ -143,6 +148,21 @@ def test_an_update_takes_texts_as_they_are_typed(stand):
     assert after.sim.seed == 7
     assert after.autostart is False
     assert after.contact.profile == 'smooth'
+
+
+@pytest.mark.parametrize(
+    ('typed', 'read'),
+    [
+        ('[10 us, 0.1 ms]', (1e-5, 1e-4)),
+        ('1e-5, 1e-4', (1e-5, 1e-4)),
+        ([0, 1e-4], (0.0, 1e-4)),
+        ('0.1 ms', (1e-4, 1e-4)),
+        (1e-4, (1e-4, 1e-4)),
+    ],
+)
+def test_an_array_is_typed_as_a_list_and_a_single_value_holds_for_all(stand, typed, read):
+    delays_s = stand.updated({'feet.delay': typed}).feet.delay
+    assert (delays_s, set(map(type, delays_s))) == (read, {float})
 
 
 def test_a_whole_number_becomes_a_float_where_one_is_declared(stand):

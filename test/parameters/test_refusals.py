@@ -58,6 +58,9 @@ def test_an_unknown_name_is_refused_with_a_suggestion(name, suggestion):
         ('autostart', 'yes', 'true or false'),
         ('contact.profile', 3, 'a text'),
         ('record.name', None, 'a text'),
+        ('feet.count', (), 'an array of at least one'),
+        ('feet.count', 2.5, 'a whole number'),
+        ('feet.gain', True, 'a finite number'),
     ],
 )
 def test_a_value_of_the_wrong_kind_is_refused(name, value, expected):

@@ -39,6 +39,10 @@ KINDS = {
     bool: ParameterType.PARAMETER_BOOL,
     str: ParameterType.PARAMETER_STRING,
 }
+ARRAYS = {
+    float: ParameterType.PARAMETER_DOUBLE_ARRAY,
+    int: ParameterType.PARAMETER_INTEGER_ARRAY,
+}
 REALISTIC = str(Path(__file__).parents[2] / 'config' / 'realistic.yaml')
 ROS_OWN = {'use_sim_time', 'start_type_description_service'}
 
@@ -48,6 +52,12 @@ def described(stand: Any) -> dict[str, Any]:
     request = DescribeParameters.Request(names=names)
     answer = stand.operator.call(DescribeParameters, 'describe_parameters', request)
     return dict(zip(names, answer.descriptors, strict=True))
+
+
+def values_of(drive: StickSlipDrive) -> dict[str, Any]:
+    """Give the values of a node; rclpy may have its own kind of array."""
+    values = {name: drive.get_parameter(name).value for name in specs()}
+    return {n: tuple(v) if specs()[n].is_array else v for n, v in values.items()}
 
 
 def test_the_declared_names_are_those_of_the_package(manual: Any):
@@ -60,7 +70,7 @@ def test_the_values_at_the_start_are_the_defaults_and_what_was_given(
     start_drive: Callable, tmp_path: Path
 ):
     stand = start_drive({'autostart': False, 'stand.preload': 0.25}, wait=False)
-    values = {name: stand.drive.get_parameter(name).value for name in specs()}
+    values = values_of(stand.drive)
     given = {'autostart': False, 'stand.preload': 0.25, 'record.directory': str(tmp_path)}
     assert values == Parameters().updated(given).flat()
 
@@ -69,13 +79,15 @@ def test_descriptors_tell_text_kind_and_limits(manual: Any):
     descriptors = described(manual)
     for name, spec in specs().items():
         descriptor = descriptors[name]
-        assert descriptor.type == KINDS[spec.kind]
+        assert descriptor.type == (ARRAYS if spec.is_array else KINDS)[spec.kind]
         assert descriptor.description == describe(spec, limits=False)
         assert not descriptor.dynamic_typing
         limits = [*descriptor.floating_point_range, *descriptor.integer_range]
         bounds = [(each.from_value, each.to_value) for each in limits]
-        assert bounds == ([] if spec.minimum is None else [(spec.minimum, spec.maximum)])
+        has_bounds = spec.minimum is not None and not spec.is_array
+        assert bounds == ([(spec.minimum, spec.maximum)] if has_bounds else [])
         told = f'one of {", ".join(spec.choices)}' if spec.choices else ''
+        told += f'each {spec.minimum:g} to {spec.maximum:g}' if spec.is_array else ''
         assert descriptor.additional_constraints == told
 
 
@@ -132,9 +144,64 @@ def test_a_bad_change_is_refused_with_a_reason_and_changes_nothing(
     answer = manual.operator.set_parameter(name, value)
     assert not answer.successful
     assert reason in answer.reason
-    values = {each: manual.drive.get_parameter(each).value for each in specs()}
+    values = values_of(manual.drive)
     changed = Parameters().updated(values).changed()
     assert changed.keys() == {'autostart', 'record.directory'}
+
+
+@pytest.mark.parametrize(
+    ('name', 'value', 'reason'),
+    [
+        ('feet.count', [9, 4], 'feet.count [9, 4] is above 12 feet together; lower it'),
+        ('feet.count', [2, 2, 2], 'is of length 2, but feet.count is of length 3; give a value'),
+        ('feet.count', [2.0, 4.0], 'Wrong parameter type, expected'),
+        ('feet.gain', [11.0, 1.0], 'feet.gain 11 is above the maximum 10; lower it'),
+        ('feet.delay', 'late', 'Wrong parameter type, expected'),
+        ('fault.dead_foot', 7, 'fault.dead_foot 7 is above the number of feet, 6; lower it'),
+    ],
+)
+def test_bad_feet_are_refused_with_a_reason(manual: Any, name: str, value: Any, reason: str):
+    before = values_of(manual.drive)
+    answer = manual.operator.set_parameter(name, value)
+    assert not answer.successful
+    assert reason in answer.reason
+    assert values_of(manual.drive) == before
+
+
+def test_feet_come_from_a_file_and_from_services_but_not_while_the_drive_runs(
+    ros_domain: int, tmp_path: Path
+):
+    path, context = tmp_path / 'feet.yaml', open_context(ros_domain)
+    path.write_text(
+        '/**: {ros__parameters: {feet: {count: [2, 2, 2], share: [0.5],'
+        ' delay: [0.0, 1e-4, 2e-4]}}}'
+    )
+    drive = StickSlipDrive(context=context, cli_args=['--ros-args', '--params-file', str(path)])
+    assert drive.session.parameters.feet.share == (0.5, 0.5, 0.5)
+    assert values_of(drive)['feet.delay'] == (0.0, 1e-4, 2e-4)
+    end_node(SingleThreadedExecutor(context=context), drive)
+    context.try_shutdown()
+
+
+def test_feet_are_set_together_without_a_drive_and_used_by_the_next_one(stand: Any):
+    operator = stand.operator
+    refusal = operator.set_parameter('feet.gain', [1.0, 0.0])
+    assert refusal.reason == (
+        'feet.gain cannot change while the node is active; deactivate it first'
+    )
+    operator.change_state('deactivate')
+    operator.change_state('cleanup')
+    feet = {'feet.count': [2, 2, 2], 'feet.share': [0.5, 0.5, 0.5], 'feet.gain': [1.0, 1.0, 0.0]}
+    parameters = [Parameter(name, value=each).to_parameter_msg() for name, each in feet.items()]
+    whole = SetParametersAtomically.Request(parameters=parameters)
+    answer = operator.call(SetParametersAtomically, 'set_parameters_atomically', whole)
+    assert answer.result.successful, answer.result.reason
+    assert operator.set_parameter('feet.delay', '[0, 1e-4, 0.0]').successful
+    operator.change_state('configure')
+    operator.change_state('activate')
+    found = stand.drive.session.parameters.feet
+    assert found.groups[1:] == ((2, 0.5, 0.0, 0.0, 1.0, 1e-4), (2, 0.5, 0.0, 0.0, 0.0, 0.0))
+    assert dumped(stand)['feet.gain'] == [1.0, 1.0, 0.0]
 
 
 def test_a_whole_number_does_for_a_decimal_one_at_the_start(start_drive: Callable):
@@ -149,6 +216,8 @@ def test_what_we_write_can_be_loaded_as_ros2_param_load_does_it(manual: Any, tmp
         'actuator.gain': 1e-9,
         'interferometer.resolution': 5e-12,
         'stand.stop_stiffness': 1e8,
+        'feet.delay': (0.0, 1e-5),
+        'feet.radius': (1e-5, 2e-5),
     }
     wanted = Parameters().updated({**small, 'autostart': False, 'record.directory': str(tmp_path)})
     path = tmp_path / 'stand.yaml'
@@ -157,7 +226,7 @@ def test_what_we_write_can_be_loaded_as_ros2_param_load_does_it(manual: Any, tmp
     request = SetParameters.Request(parameters=list(loaded.values()))
     results = manual.operator.call(SetParameters, 'set_parameters', request).results
     assert [result.reason for result in results if not result.successful] == []
-    assert {name: manual.drive.get_parameter(name).value for name in specs()} == wanted.flat()
+    assert values_of(manual.drive) == wanted.flat()
 
 
 @pytest.mark.parametrize('first', ['voltage_min', 'voltage_max'])
@@ -255,7 +324,7 @@ def test_a_node_that_gets_the_file_of_realistic_hardware_has_its_values_and_runs
     drive = StickSlipDrive(context=context, cli_args=['--ros-args', '--params-file', REALISTIC])
     wanted, session = load_yaml(Path(REALISTIC)), drive.session
     assert session.parameters == wanted
-    assert {name: drive.get_parameter(name).value for name in specs()} == wanted.flat()
+    assert values_of(drive) == wanted.flat()
     end_node(SingleThreadedExecutor(context=context), drive)
     assert session.failure is None
     context.try_shutdown()

@@ -136,8 +136,9 @@ def test_commands_stand_at_the_time_of_their_effect_whatever_their_stamps(tmp_pa
         {'record.format': 'bag'},
         {'record.format': 'bag', 'record.split_size': 20_000, 'record.chunk_size': 5_000},
         {'sim.publish_truth': True, 'record.compression': 'lz4', 'sim.seed': 7},
+        {'feet.count': (2, 4), 'feet.gain': (1.0, 0.5), 'feet.delay': (3.1e-4, 0.0)},
     ],
-    ids=['parts', 'bag', 'bag in parts', 'truth'],
+    ids=['parts', 'bag', 'bag in parts', 'truth', 'walker'],
 )
 def test_parts_and_bags_are_replayed_to_the_byte(values: dict, tmp_path: Path):
     assert_same(record(tmp_path / 'run.mcap', MOVES, values), tmp_path / 'again.mcap')
