@@ -44,7 +44,7 @@ PUBLIC = {
     'robot_description': 'lab.drawing.urdf',
     'run_drive': 'lab.runs.sawtooth_run',
     'simulate': 'lab.runs.sawtooth_run',
-    'stage_file': 'stages',
+    'stage_file': 'parameters.stages',
     'sweep': 'lab.runs.sweep',
     'zero_amplitude': 'lab.runs.zero_amplitude',
 }

@@ -31,6 +31,6 @@ from stickslip_ros.lab.runs.zero_amplitude import force_onset_m as force_onset_m
 from stickslip_ros.lab.runs.zero_amplitude import zero_amplitude as zero_amplitude
 from stickslip_ros.parameters import Parameters as Parameters
 from stickslip_ros.parameters import load_yaml as load_yaml
-from stickslip_ros.stages import stage_file as stage_file
+from stickslip_ros.parameters.stages import stage_file as stage_file
 
 __version__: str

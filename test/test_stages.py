@@ -14,8 +14,8 @@ import yaml
 from stickslip_ros import load_yaml, stage_file
 from stickslip_ros.errors import UnknownName
 from stickslip_ros.lab.cli.main import build_parser, main
+from stickslip_ros.parameters.stages import stage_files
 from stickslip_ros.ros.start import with_stage
-from stickslip_ros.stages import stage_files
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / 'docs' / 'howto' / 'which_stage.md'

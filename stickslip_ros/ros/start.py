@@ -10,8 +10,8 @@ from itertools import takewhile
 
 from stickslip_ros.errors import UnknownName
 from stickslip_ros.extras import MissingRos, needs_ros
+from stickslip_ros.parameters.stages import stage_file
 from stickslip_ros.process.signals import REFUSED, run
-from stickslip_ros.stages import stage_file
 
 # ruff: noqa: PLC0415 - that is what this module is for
 

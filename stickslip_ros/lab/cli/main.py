@@ -17,9 +17,9 @@ import stickslip_ros
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.extras import needs_ros
 from stickslip_ros.lab.cli.verbs import GROUPS, VERBS
+from stickslip_ros.parameters.stages import stage_files
 from stickslip_ros.process.signals import REFUSED, STOPPED, begin
 from stickslip_ros.process.stopping import Stopped
-from stickslip_ros.stages import stage_files
 from stickslip_ros.units import joined
 
 # ruff: noqa: PLC0415 - most verbs do not need these imports

@@ -6,8 +6,10 @@
 from pathlib import Path
 
 from stickslip_ros.errors import UnknownName
+from stickslip_ros.parameters.arguments import reading
 
 
+@reading
 def stage_file(name: str) -> Path:
     """
     Return the ROS parameter file of a stage, as ``'clamp'``.
@@ -26,7 +28,7 @@ def stage_file(name: str) -> Path:
 
 def stage_files() -> dict[str, Path]:
     """Return the files of all stages by name: in the source, or in the nearest ``share``."""
-    source, *above = Path(__file__).resolve().parents[1:]
+    source, *above = Path(__file__).resolve().parents[2:]
     folders = (source, *(each / 'share' / 'stickslip_ros' for each in above))
     found = (sorted(each.glob('config/stages/*.yaml')) for each in folders)
     return {file.stem: file for file in next(filter(None, found), [])}
