@@ -158,7 +158,8 @@ class Parameters(Shown, Checked):
     def sections(self) -> list[Section]:
         """Return a table of the values that differ from the stand of the paper."""
         rows: list[tuple[Any, ...]] = [
-            (name, value, spec_of(name).unit) for name, value in self.changed().items()
+            (name, list(value) if spec_of(name).is_array else value, spec_of(name).unit)
+            for name, value in self.changed().items()
         ]
         return [Section('parameters that differ from the default', rows or [_PAPER])]
 

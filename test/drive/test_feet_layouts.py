@@ -134,7 +134,11 @@ def test_guides_hold_a_load_up_to_their_friction(is_command, drive):
         assert abs(machine.ledger.residual_j) < RESIDUAL * machine.ledger.load_work_j
 
 
-@pytest.mark.parametrize('changes', [{}, {'contact__law': 'dahl'}, {'feet__delay': 1e-4}], ids=str)
+@pytest.mark.parametrize(
+    'changes',
+    [{}, {'contact__law': 'coulomb'}, {'contact__law': 'dahl'}, {'feet__delay': 1e-4}],
+    ids=str,
+)
 def test_a_constant_load_is_like_one_of_a_command(changes, drive):
     one = drive(**changes, stand__load=0.05).start(WAVE, [5e-3])
     other = drive(**changes).start(WAVE, [5e-3], 0.05)

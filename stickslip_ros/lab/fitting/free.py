@@ -193,9 +193,11 @@ def _check_names(names: Sequence[str]) -> None:
     if not names:
         raise WrongKind('--free', '', 'a list of parameters', 'name one, as contact.friction')
     for name in names:
-        if spec_of(name).kind is not float or spec_of(name).is_array:
+        spec = spec_of(name)
+        if spec.kind is not float or spec.is_array:
             hint = 'set it with --set, and compare fits'
-            raise WrongKind('free parameter', name, 'a quantity (it is no float)', hint)
+            found = 'an array' if spec.is_array else 'no float'
+            raise WrongKind('free parameter', name, f'a quantity (it is {found})', hint)
         if name.partition('.')[0] not in FITTED_GROUPS:
             limit = 'not a property of the drive'
             hint = f'free quantities of {", ".join(FITTED_GROUPS)}'
