@@ -17,7 +17,6 @@ import stickslip_ros
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.extras import needs_ros
 from stickslip_ros.lab.cli.verbs import GROUPS, VERBS
-from stickslip_ros.parameters.stages import stage_files
 from stickslip_ros.process.signals import REFUSED, STOPPED, begin
 from stickslip_ros.process.stopping import Stopped
 from stickslip_ros.units import joined
@@ -194,6 +193,8 @@ def values_of(*, prefix: str, action: argparse.Action, **_: object) -> Iterable[
 
         return list(FilesCompleter()(prefix))
     if shown == 'STAGE':
+        from stickslip_ros.parameters.stages import stage_files  # noqa: PLC0415 - slow import
+
         return stage_files()
     if not shown.startswith(OF_PARAMETERS):
         return []
