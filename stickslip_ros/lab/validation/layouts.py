@@ -13,7 +13,7 @@ from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN
 from stickslip_ros.drive.build import plant_of, start_clock, state_at_rest
 from stickslip_ros.drive.ledger import take_ledger
 from stickslip_ros.drive.waveform import sawtooth
-from stickslip_ros.lab.runs.courses import alone, cycles_of
+from stickslip_ros.lab.runs.courses import cycles_of, run_course
 from stickslip_ros.parameters import Parameters
 
 LOWER = float(np.sqrt(2.0) / 4.0)
@@ -56,9 +56,9 @@ def cycles(
     states = state_at_rest(plants, parameters.stand.preload)
     start_clock(states)
     wave = sawtooth(0.0, voltage_v, frequency_hz, round(cycles) + 1)
-    begun = alone(cycles_of(plants, states, wave, round(cycles - last), load_n))
+    begun = run_course(cycles_of(plants, states, wave, round(cycles - last), load_n))
     before = take_ledger(plants, states)
-    ramps = alone(cycles_of(plants, states, wave, round(last), load_n))
+    ramps = run_course(cycles_of(plants, states, wave, round(last), load_n))
     after, mean_m = take_ledger(plants, states), float(ramps[:, RAMP_MEAN].mean())
     return {
         'layout_mean_m': mean_m,
