@@ -86,7 +86,8 @@ def test_the_stages_are_those_of_the_folder_which_are_installed_and_explained(
     installed = dict(keywords['data_files'])['share/stickslip_ros/config/stages']
     assert installed == [f'config/stages/{file.name}' for file in FILES]
     page = PAGE.read_text(encoding='utf-8')
-    assert [name for name in NAMES if f'stickslip drive --stage {name}\n' not in page] == []
+    assert 'stickslip drive --stage clamp\n' in page
+    assert [name for name in NAMES if f'\n## {name}\n' not in page] == []
 
 
 def test_an_unknown_stage_is_refused_with_the_names(capsys: pytest.CaptureFixture[str]):
