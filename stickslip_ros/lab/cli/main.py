@@ -193,7 +193,7 @@ def values_of(*, prefix: str, action: argparse.Action, **_: object) -> Iterable[
 
         return list(FilesCompleter()(prefix))
     if shown == 'STAGE':
-        from stickslip_ros.parameters.stages import stage_files  # noqa: PLC0415 - slow import
+        from stickslip_ros.parameters.stages import stage_files
 
         return stage_files()
     if not shown.startswith(OF_PARAMETERS):

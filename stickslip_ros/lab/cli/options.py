@@ -321,7 +321,7 @@ PARAMETERS = (
     option(
         '--stage',
         'another kind of stage, a file of config/stages, as clamp; --params wins over it',
-        _late('stages.stage_file'),
+        _late('parameters.stages.stage_file'),
         'STAGE',
         dest='params',
         action=_First,
