@@ -67,16 +67,16 @@ FEET_STREAM = 40
 """Number of the random stream of the gains; sensors have others."""
 
 
-class Motion(NamedTuple):
-    """Motion of feet: displacement per that of the nominal foot, and delay, s."""
+class FeetMotion(NamedTuple):
+    """FeetMotion of feet: displacement per that of the nominal foot, and delay, s."""
 
     gain: float
     delay_s: float
 
 
 NO_LAW_OF_SHARES = "refused under Coulomb's law, which does not define how feet share a load"
-TOGETHER = Motion(1.0, 0.0)
-"""Motion of the feet of the paper."""
+TOGETHER = FeetMotion(1.0, 0.0)
+"""FeetMotion of the feet of the paper."""
 
 
 def plant_of(parameters: Parameters) -> Record:
@@ -338,7 +338,7 @@ def _kept_bank(
     feet: FeetParameters,
     weight_n: float,
     preload_max_n: float,
-    motion: Motion | None,
+    motion: FeetMotion | None,
 ) -> Record:
     """Return the springs of the contacts with a motion, or of all, a record of BANK, read-only."""
     kinds, groups = kinds_of(contact, feet), groups_of(contact, feet, weight_n)
@@ -411,14 +411,14 @@ def _radii_of(parameters: Parameters) -> tuple[float, ...]:
     )
 
 
-def _motion(each: FootGroup) -> Motion:
+def _motion(each: FootGroup) -> FeetMotion:
     """Return the motion of a kind of foot; a guide has no delay."""
-    return Motion(each.gain, each.delay_s if each.gain else 0.0)
+    return FeetMotion(each.gain, each.delay_s if each.gain else 0.0)
 
 
-def motions_of(parameters: Parameters) -> dict[Motion, list[int]]:
+def motions_of(parameters: Parameters) -> dict[FeetMotion, list[int]]:
     """Return the distinct motions of feet, and the indices of their kinds in ``kinds_of``."""
-    motions: dict[Motion, list[int]] = {}
+    motions: dict[FeetMotion, list[int]] = {}
     for i, each in enumerate(kinds_of(parameters.contact, parameters.feet)):
         motions.setdefault(_motion(each), []).append(i)
     if parameters.contact.law == 'coulomb' and list(motions) != [TOGETHER]:
@@ -467,7 +467,7 @@ def _law_of(number: int, law: FrictionLawParameters, contacts: Sequence[Preslidi
 
 
 def _separate_motions(
-    plant: Record, parameters: Parameters, motions: dict[Motion, list[int]]
+    plant: Record, parameters: Parameters, motions: dict[FeetMotion, list[int]]
 ) -> None:
     """Give feet of equal motion a contact together, and delays an actuator each."""
     contact, feet, weight_n = parameters.contact, parameters.feet, weight_of(parameters)
