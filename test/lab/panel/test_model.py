@@ -284,7 +284,7 @@ def test_limits_and_first_values_name_parameters_that_there_are():
         ('sim.seed', 3),
         (None, 3),
         (['fault.dead_foot'], 3),
-        ('fault.dead_foot', 7),
+        ('fault.dead_foot', 13),
         ('fault.interferometer', 'broken'),
         ('load_cell.contact', 'welded'),
         ('load_cell.stiffness', 1e6),
