@@ -168,7 +168,7 @@ def test_faults_and_states_are_switched(stand: Stand, link: Link, wait: Wait):
         wait(lambda told: faults(told).get(name) == str(value))  # noqa: B023 - at once
     assert link.state()['parts']['faults']['message'] == 'interferometer, runner_stuck'
     link.do({'do': 'set', 'name': 'fault.dead_foot', 'value': 9})
-    wait(lambda told: 'above the maximum 6' in note(told, 'fault.dead_foot')['text'])
+    wait(lambda told: 'above the number of feet, 6' in note(told, 'fault.dead_foot')['text'])
     link.do({'do': 'service', 'name': 'clear_faults', 'wanted': True})
     wait(lambda told: not told['bits'] & Status.FAULT and not faults(told))
     for contact in ('absent', 'attached'):
