@@ -20,12 +20,21 @@ from benchmarks.sizes import Sizes
 from stickslip_ros.lab.runs.sawtooth_run import run_drive, simulate
 
 NAN = float('nan')
+LAYOUTS: dict[str, dict[str, object]] = {
+    'run_drive, guide': {'feet.count': [6, 1], 'feet.share': [0.4, 0.2], 'feet.gain': [1, 0]},
+    'run_drive, three delays': {
+        'feet.count': [1] * 4,
+        'feet.share': 0.5,
+        'feet.delay': [k / (4.0 * FREQUENCY_HZ) for k in range(4)],
+    },
+}
+"""Runs of other feet."""
 
 
 def run(sizes: Sizes) -> Outcome:
     """Measure the drive alone, with its set-up, and with its sensors."""
     reference_n = Ours(standard_case({'sim.dt': sizes.converged_s}), sizes.cycles)()
-    parameters, cycles = standard_case(), sizes.cycles
+    parameters, cycles, standard = standard_case(), sizes.cycles, (AMPLITUDE_M, FREQUENCY_HZ)
     simulated = partial(
         simulate, parameters, amplitude_m=AMPLITUDE_M, frequency_hz=FREQUENCY_HZ, steps=cycles
     )
@@ -38,7 +47,11 @@ def run(sizes: Sizes) -> Outcome:
         (
             'run_drive',
             default_s,
-            partial(run_drive, parameters, AMPLITUDE_M, FREQUENCY_HZ, cycles),
+            partial(run_drive, parameters, *standard, cycles),
+        ),
+        *(
+            (name, default_s, partial(run_drive, standard_case(values), *standard, cycles))
+            for name, values in LAYOUTS.items()
         ),
         ('simulate, no file', default_s, partial(simulated, record=False)),
         ('simulate', default_s, simulated),

@@ -68,7 +68,7 @@ FEET_STREAM = 40
 
 
 class FeetMotion(NamedTuple):
-    """FeetMotion of feet: displacement per that of the nominal foot, and delay, s."""
+    """How feet move: displacement per displacement of the nominal foot, and delay, s."""
 
     gain: float
     delay_s: float
@@ -76,7 +76,7 @@ class FeetMotion(NamedTuple):
 
 NO_LAW_OF_SHARES = "refused under Coulomb's law, which does not define how feet share a load"
 TOGETHER = FeetMotion(1.0, 0.0)
-"""FeetMotion of the feet of the paper."""
+"""All feet move at once and equally, as in the paper."""
 
 
 def plant_of(parameters: Parameters) -> Record:
@@ -117,6 +117,7 @@ def plant_of(parameters: Parameters) -> Record:
         plant.damping_n_s_per_m += plant.button.damping_n_s_per_m
     plant.contacts[ALL] = all_contacts(parameters)
     plant.ratios[ALL], plant.counts[ALL] = 1.0, parameters.feet.total
+    plant.driven = max(driven_feet(parameters), 1)
     plant.presliding_m = plant.contacts[ALL].curve.limit_m
     if parameters.contact.travel:
         plant.track = lines_of(parameters.contact, _radii_of(parameters))
@@ -256,12 +257,12 @@ def button_of(parameters: Parameters) -> Record:
 
 def frame_of(parameters: Parameters) -> Record:
     """Return the frame."""
-    setting, feet = parameters.frame, parameters.feet.total
+    setting, feet = parameters.frame, driven_feet(parameters)
     feet_kg = feet * parameters.actuator.foot_mass
     if not setting.mass:
         return record(FRAME)
     if feet_kg >= setting.mass:
-        limit = f'not above the mass of its {feet} feet, {feet_kg:g} kg'
+        limit = f'not above the mass of its {feet} driven feet, {feet_kg:g} kg'
         hint = 'raise it, or make the feet lighter'
         raise OutOfRange('frame.mass', setting.mass, 'kg', limit, hint)
     if parameters.contact.law == 'coulomb':
@@ -278,6 +279,11 @@ def frame_of(parameters: Parameters) -> Record:
         feet_share=feet_kg / setting.mass,
         is_reference=parameters.interferometer.reference == 'frame',
     )
+
+
+def driven_feet(parameters: Parameters) -> int:
+    """Return the number of feet that are no guides."""
+    return sum(each.feet for each in parameters.feet.groups if each.gain)
 
 
 def is_linear(piezo: Record) -> bool:

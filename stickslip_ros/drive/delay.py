@@ -17,7 +17,7 @@ from stickslip_ros.drive.stride import way_in
 from stickslip_ros.kernels.kernel import kernel, noinline_kernel
 from stickslip_ros.kernels.record import Record
 
-PIECE_ROUNDING_S = 1e-15
+PIECE_OVER_S = 1e-15
 """Remaining time of a piece that counts as none."""
 PIECE_MAX_S = 1.0
 """Length from which a piece ends, so that sums of times lose no digits in a long hold."""
@@ -61,7 +61,7 @@ def end_stretch(
     for j in range(plant.delayed):
         late = state.late[j]
         late.at_s += stretch_s
-        is_over = history.lasted_s[late.corner] - late.at_s <= PIECE_ROUNDING_S
+        is_over = history.lasted_s[late.corner] - late.at_s <= PIECE_OVER_S
         if is_over and late.corner != newest:
             late.corner, late.at_s = (late.corner + 1) % CORNERS, 0.0
 

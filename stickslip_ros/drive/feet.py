@@ -23,8 +23,16 @@ def ratio_of(plant: Record, k: int) -> float:
 
 @kernel
 def in_mean(plant: Record, k: int, value: float) -> float:
-    """Return the part of a value of a contact's feet in the mean over all feet."""
-    return value if k == ALL else value * plant.counts[k] / plant.counts[ALL]
+    """Return the part of a value of a contact's feet in the mean over all driven feet."""
+    if is_guide(plant, k):
+        return 0.0
+    return value if k == ALL else value * plant.counts[k] / plant.driven
+
+
+@kernel
+def is_guide(plant: Record, k: int) -> bool:
+    """Return whether a contact is a guide, at rest against the frame."""
+    return bool(plant.ratios[k] == 0.0)
 
 
 @kernel
@@ -82,7 +90,7 @@ def sliding_motion(
 
 @kernel
 def mean_place(plant: Record, state: Record) -> float:
-    """Return the mean displacement of all feet against the frame, m."""
+    """Return the mean displacement of all driven feet against the frame, m."""
     place_m = 0.0
     for k in active_contacts(plant):
         own_m = state.places_m[k] if bends(plant) else wanted_place(plant, state, k)

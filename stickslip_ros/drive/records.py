@@ -116,6 +116,7 @@ PLANT = kind(
     separate=FLAG,
     moved=COUNT,
     divided=FLAG,
+    driven=COUNT,  # Feet with a piezo, which are no guides
     dead=COUNT,  # Foot that does not move, from 1; 0: none
     presliding_m=FLOAT,  # Least presliding range of the contacts, which limits the steps
     # Optional parts

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Kernel: feet with a mass on elastic stacks, which the contacts bend.
+Kernel: feet with a mass on elastic stacks, which the contacts bend; guides have neither.
 
 m z'' = -k (z - d) - 2 D w m z' + F - m y'', k = m w^2: z is the displacement of the foot against
 the frame, d its displacement without load, F the force of the contact on it, y the displacement of
@@ -15,6 +15,7 @@ from stickslip_ros.drive.feet import (
     active_contacts,
     bends,
     in_mean,
+    is_guide,
     nominal_place,
     nominal_way,
     ratio_of,
@@ -23,7 +24,6 @@ from stickslip_ros.drive.feet import (
 from stickslip_ros.drive.frame import frame_place, holding_force
 from stickslip_ros.drive.oscillator import SIXTH
 from stickslip_ros.drive.piezo import free_ring, swing_along
-from stickslip_ros.drive.records import ALL
 from stickslip_ros.drive.stride import way_in
 from stickslip_ros.kernels.kernel import kernel
 from stickslip_ros.kernels.record import Record
@@ -64,6 +64,8 @@ def swing(plant: Record, state: Record, stride: Record) -> None:
     inert_m = stride.recoil / (piezo.omega_per_s * piezo.omega_per_s)
     past_speed = stride.runner.speed - stride.sway.speed
     for k in active_contacts(plant):
+        if is_guide(plant, k):
+            continue
         foot, start_m, ratio = state.feet[k], state.places_m[k], ratio_of(plant, k)
         foot.before_n = state.contacts[k].memory.force_n
         foot.n_per_s = foot.stiffness * (past_speed - foot.speed)
@@ -95,6 +97,8 @@ def frame_recoil(plant: Record, state: Record, stride: Record, time_s: float) ->
     piezo, frame, pull, mean_speed = plant.piezo, plant.frame, 0.0, 0.0
     starts, ends = time_s == 0.0, time_s == stride.lasts_s
     for k in active_contacts(plant):
+        if is_guide(plant, k):
+            continue
         foot = state.feet[k]
         speed = foot.end_m_per_s if ends else foot.middle_m_per_s
         speed = foot.m_per_s if starts else speed
@@ -113,7 +117,7 @@ def frame_recoil(plant: Record, state: Record, stride: Record, time_s: float) ->
     share = frame.feet_share
     held_n = holding_force(frame, frame_m, centre_w - share * mean_speed)
     own = (state.contact_n - held_n) * frame.per_kg
-    return (own - share * pull / plant.counts[ALL]) / (1.0 - share)
+    return (own - share * pull / plant.driven) / (1.0 - share)
 
 
 @kernel
@@ -124,6 +128,8 @@ def pass_middle(plant: Record, state: Record, stride: Record) -> None:
     h_s = stride.lasts_s
     recoil = frame_recoil(plant, state, stride, 0.5 * h_s) - stride.recoil
     for k in active_contacts(plant):
+        if is_guide(plant, k):
+            continue
         foot = state.feet[k]
         missed = foot.load_n - foot.before_n - 0.5 * h_s * foot.n_per_s
         foot.missed = missed / plant.piezo.foot_kg - recoil
@@ -139,6 +145,8 @@ def arrive(plant: Record, state: Record, stride: Record) -> None:
     piezo, h_s, square = plant.piezo, stride.lasts_s, 0.0
     recoil = frame_recoil(plant, state, stride, h_s) - stride.recoil
     for k in active_contacts(plant):
+        if is_guide(plant, k):
+            continue
         foot = state.feet[k]
         missed = foot.load_n - foot.before_n - h_s * foot.n_per_s
         kick = 4.0 * stride.ring_m_per_s * foot.missed + missed / piezo.foot_kg - recoil
@@ -157,6 +165,8 @@ def note_ringing(plant: Record, state: Record) -> None:
         return
     ring_m = ring_m_per_s = 0.0
     for k in active_contacts(plant):
+        if is_guide(plant, k):
+            continue
         wanted_m = wanted_place(plant, state, k)
         bent_m = state.contacts[k].memory.force_n / plant.piezo.stack_n_per_m
         ring_m = max(ring_m, abs(state.places_m[k] - wanted_m - bent_m))

@@ -290,7 +290,8 @@ def rates_of_states(
     """Return rows of rates, and of the mean foot relative to the frame, over states and inputs."""
     amplifier, piezo, frame = plant.amplifier, plant.piezo, plant.frame
     creep = [f'creep_{k}_m' for k in range(DECADES)] if piezo.creep > 0.0 else []
-    bent = [f'foot_{k}_m' for k in range(1, 1 + plant.moved)] if piezo.stack_n_per_m > 0.0 else []
+    driven = np.flatnonzero(ratios)  # the others are guides, without a stack
+    bent = [f'foot_{k + 1}_m' for k in driven] if piezo.stack_n_per_m > 0.0 else []
     names = [
         *(['amplifier_v'] if amplifier.tau_s > 0.0 else []),
         *creep,
@@ -314,14 +315,15 @@ def rates_of_states(
     omega, sigma = piezo.omega_per_s, 2.0 * piezo.damping_ratio * piezo.omega_per_s
     wanted_m = feet_m = np.outer(ratios, foot_m)
     if bent:
-        feet_m = np.array([of[name] for name in bent])
-        foot_m = feet_m.mean(axis=0)
+        feet_m = np.zeros_like(wanted_m)
+        feet_m[driven] = [of[name] for name in bent]
+        foot_m = feet_m[driven].mean(axis=0)
     elif omega > 0.0:
         rates['foot_m'] = of['foot_m_per_s']
         rates['foot_m_per_s'] = omega**2 * (foot_m - of['foot_m']) - sigma * of['foot_m_per_s']
         foot_m = of['foot_m']
         feet_m = np.outer(ratios, foot_m)
-    mean_m = foot_m if bent else ratios.mean() * foot_m
+    mean_m = foot_m if bent or not len(driven) else ratios[driven].mean() * foot_m
     share, frame_m = frame.feet_share, 0.0 * foot_m
     if frame.exists:
         frame_m = of['centre_m'] - share * mean_m
@@ -335,7 +337,8 @@ def rates_of_states(
         rates['centre_m_per_s'] = recoil - gamma * rates['centre_m']
     if bent:
         speeds = np.array([of[f'{name}_per_s'] for name in bent])
-        pulls = omega**2 * (wanted_m - feet_m) - sigma * speeds + loads_n / piezo.foot_kg
+        bent_m = wanted_m[driven] - feet_m[driven]
+        pulls = omega**2 * bent_m - sigma * speeds + loads_n[driven] / piezo.foot_kg
         if frame.exists:
             recoil = recoil - gamma * (rates['centre_m'] - share * speeds.mean(axis=0))
             recoil = (recoil - share * pulls.mean(axis=0)) / (1.0 - share)
