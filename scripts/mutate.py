@@ -229,8 +229,8 @@ MUTATIONS = (
     ),
     Mutation(
         'feet take no recoil from the recoil', 'drive/stacks.py',
-        'return (own - share * pull / plant.counts[ALL]) / (1.0 - share)',
-        'return own - share * pull / plant.counts[ALL]',
+        'return (own - share * pull / plant.driven) / (1.0 - share)',
+        'return own - share * pull / plant.driven',
     ),
     Mutation(
         'energy of stacks with that of their centre of mass', 'drive/stacks.py',
