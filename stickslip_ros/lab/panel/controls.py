@@ -13,7 +13,13 @@ from stickslip_ros.instrument.reports import Status
 from stickslip_ros.interface.messages import STAMPED_FIELDS
 from stickslip_ros.interface.topics import COMMAND_TOPICS, SERVICES, Topic
 from stickslip_ros.lab.design.shapes import SHAPES
-from stickslip_ros.lab.panel.model import FEET, HISTORY_SPANS_S, REBUILT, SCOPE_CYCLES
+from stickslip_ros.lab.panel.model import (
+    FEET,
+    HISTORY_SPANS_S,
+    RANGE,
+    REBUILT,
+    SCOPE_CYCLES,
+)
 from stickslip_ros.lab.tables.experiment import read_experiment
 from stickslip_ros.lab.tables.formats import SUFFIXES
 from stickslip_ros.lab.tables.measured import OVER_TIME
@@ -27,11 +33,11 @@ SIGNED = {'sawtooth': 'frequency', 'steps': 'steps', 'jog': 'frequency'}
 """Numbers whose sign is the direction: one button each."""
 LIMITS = {
     ('voltage', 'voltage'): ('amplifier.voltage_min', 'amplifier.voltage_max'),
-    ('sawtooth', 'amplitude'): (0.0, 'amplifier.voltage_max'),
+    ('sawtooth', 'amplitude'): (0.0, RANGE),
     ('sawtooth', 'frequency'): (0.0, 'amplifier.frequency_max'),
     ('sawtooth', 'steps'): (0, None),
     ('steps', 'steps'): (0, None),
-    ('waveform', 'amplitude'): (0.0, 'amplifier.voltage_max'),
+    ('waveform', 'amplitude'): (0.0, RANGE),
     ('waveform', 'frequency'): (0.0, 'amplifier.frequency_max'),
     ('waveform', 'cycles'): (0, None),
     ('jog', 'frequency'): (0.0, 'amplifier.frequency_max'),

@@ -51,7 +51,7 @@ ACTIVE = 'active'
 _ERROR = 2  # level of diagnostics from which the drive is late
 _TIMES = ((1.0, 's'), (MILLI, 'ms'), (MICRO, 'us'))  # s, and the displayed unit
 PARTS = ('time', 'recorder', 'faults')  # parts of the diagnostics that the page shows
-FEET = 'feet.total'  # number of feet, shown beside the parameters
+FEET, RANGE = 'feet.total', 'amplifier.range'  # number of feet, range in V, beside parameters
 REBUILT = ('load_cell.contact',)
 """Parameters that need a node that is not active; the drive is rebuilt."""
 PANEL = 'panel'
@@ -269,6 +269,8 @@ class Model:
             with suppress(StickSlipError):  # from a drive of another version
                 self._stand = Parameters().updated(values)
                 self._parameters[FEET] = self._stand.feet.total
+                amplifier = self._stand.amplifier
+                self._parameters[RANGE] = amplifier.voltage_max - amplifier.voltage_min
 
     def take_pause(self, *, is_paused: bool) -> None:
         """Take the answer to a pause; the diagnostics follow later."""

@@ -17,8 +17,8 @@ from stickslip_ros.instrument.reports import Status
 from stickslip_ros.interface.topics import SERVICES
 from stickslip_ros.lab.panel import model as panel_model
 from stickslip_ros.lab.panel.controls import read_parameter, sheet, shown_parameters
-from stickslip_ros.lab.panel.model import PANEL, Model
-from stickslip_ros.parameters import spec_of, specs
+from stickslip_ros.lab.panel.model import PANEL, RANGE, Model
+from stickslip_ros.parameters import Parameters, spec_of, specs
 
 DRIVE = '/stickslip_drive'
 
@@ -273,8 +273,14 @@ def test_limits_and_first_values_name_parameters_that_there_are():
         for value in (number['low'], number['high'], number['start'])
         if isinstance(value, str)
     }
-    assert named <= set(shown_parameters())
-    assert all(spec_of(name).kind is float for name in named)
+    assert named <= {*shown_parameters(), RANGE}
+    assert all(spec_of(name).kind is float for name in named - {RANGE})
+
+
+def test_the_amplitude_of_a_bipolar_amplifier_goes_up_to_its_range(model: Model):
+    wide = {'amplifier.voltage_min': -200.0, 'amplifier.voltage_max': 200.0}
+    model.take_parameters({**Parameters().flat(), **wide}, shown_parameters())
+    assert model.state()['parameters'][RANGE] == 400.0
 
 
 @pytest.mark.parametrize(
