@@ -22,7 +22,7 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.contact.hemisphere import elasticity_of
 from stickslip_ros.contact.mdr import Elasticity, Presliding
 from stickslip_ros.contact.profile import LineProfile, PowerProfile
-from stickslip_ros.drive.build import contacts_of
+from stickslip_ros.drive.layout import contacts_of
 from stickslip_ros.parameters import Parameters
 
 SIX, HALVES = 'six contacts', 'two groups, half of each'

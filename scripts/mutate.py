@@ -123,7 +123,7 @@ MUTATIONS = (
         'others_n = -lanes.load_n[i] - lanes.contact_n[i]',
     ),
     Mutation(
-        'friction of one upper contact 10 % lower', 'drive/build.py',
+        'friction of one upper contact 10 % lower', 'drive/layout.py',
         '        contacts += [solved] * group.contacts\n',
         '        contacts += [solved] * group.contacts\n'
         '    group, few = groups_of(contact, feet, weight_n)[0], 0.9 * contact.friction\n'
@@ -140,7 +140,7 @@ MUTATIONS = (
         'mean_m = (state.position_m + 3.0 * middle_m + position_m) * SIXTH',
     ),
     Mutation(
-        'weight without the lower contacts', 'drive/build.py',
+        'weight without the lower contacts', 'drive/layout.py',
         'each.weight * weight_n',
         'each.weight * 0.0',
     ),

@@ -18,7 +18,7 @@ from benchmarks.outcome import Outcome
 from benchmarks.rival import HALVES, SIX, Grid, Rival
 from benchmarks.sizes import TINY, Sizes
 from benchmarks.wishes import WISHES, wishes_of
-from stickslip_ros.drive.build import contacts_of
+from stickslip_ros.drive.layout import contacts_of
 
 CYCLES = 10
 FEW_CYCLES = 3

@@ -5,27 +5,37 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import lru_cache
-from itertools import groupby
-from typing import NamedTuple
 
 import numpy as np
 
-from stickslip_ros.arrays import Array
 from stickslip_ros.contact.ageing import AGEING
-from stickslip_ros.contact.hemisphere import elasticity_of, lines_of, profile_of
+from stickslip_ros.contact.hemisphere import elasticity_of, lines_of
 from stickslip_ros.contact.laws import LAW, MDR
-from stickslip_ros.contact.mdr import Presliding, presliding
-from stickslip_ros.contact.profile import Profile
+from stickslip_ros.contact.mdr import Presliding
 from stickslip_ros.contact.reaction import CONTACT, relax
 from stickslip_ros.contact.springs import SPRINGS_IN_ALL, Group, bank_of_rows, spring_bank
-from stickslip_ros.contact.travel import NO_PLACE, window_profile
+from stickslip_ros.contact.travel import NO_PLACE
 from stickslip_ros.contact.virgin import tabulate, tabulate_each
 from stickslip_ros.drive.advance import PASSES_MIN
 from stickslip_ros.drive.amplifier import is_direct
 from stickslip_ros.drive.delay import rest_late
 from stickslip_ros.drive.division import divide_among_feet, switch_all_to_springs
+from stickslip_ros.drive.layout import (
+    NO_LAW_OF_SHARES,
+    TOGETHER,
+    FeetMotion,
+    contacts_at,
+    driven_feet,
+    groups_of,
+    kinds_of,
+    motion_of,
+    motions_of,
+    radii_of,
+    ratios_of,
+    stiffest_share,
+    weight_of,
+)
 from stickslip_ros.drive.ledger import take_ledger
 from stickslip_ros.drive.piezo import rest_piezo
 from stickslip_ros.drive.records import (
@@ -45,7 +55,6 @@ from stickslip_ros.parameters import (
     LAWS,
     ContactParameters,
     FeetParameters,
-    FootGroup,
     FrictionLawParameters,
     Parameters,
     StandParameters,
@@ -60,23 +69,8 @@ TREADS_PER_STEP = 8
 """Levels of the converter in the longest step at which they become a straight line."""
 LOW_TREAD = 1e-4
 """Share of the presliding range; if a level moves the feet by less, one level a step is enough."""
-STANDARD_GRAVITY_M_PER_S2 = 9.80665
 MODELS_KEPT = 64
 """Contact models kept for the next drive; a sweep over amplitudes needs one for each preload."""
-FEET_STREAM = 40
-"""Number of the random stream of the gains; sensors have others."""
-
-
-class FeetMotion(NamedTuple):
-    """How feet move: displacement per displacement of the nominal foot, and delay, s."""
-
-    gain: float
-    delay_s: float
-
-
-NO_LAW_OF_SHARES = "refused under Coulomb's law, which does not define how feet share a load"
-TOGETHER = FeetMotion(1.0, 0.0)
-"""All feet move at once and equally, as in the paper."""
 
 
 def plant_of(parameters: Parameters) -> Record:
@@ -120,7 +114,7 @@ def plant_of(parameters: Parameters) -> Record:
     plant.driven = max(driven_feet(parameters), 1)
     plant.presliding_m = plant.contacts[ALL].curve.limit_m
     if parameters.contact.travel:
-        plant.track = lines_of(parameters.contact, _radii_of(parameters))
+        plant.track = lines_of(parameters.contact, radii_of(parameters))
     motions = motions_of(parameters)
     if list(motions) != [TOGETHER]:
         _separate_motions(plant, parameters, motions)
@@ -281,11 +275,6 @@ def frame_of(parameters: Parameters) -> Record:
     )
 
 
-def driven_feet(parameters: Parameters) -> int:
-    """Return the number of feet that are no guides."""
-    return sum(each.feet for each in parameters.feet.groups if each.gain)
-
-
 def is_linear(piezo: Record) -> bool:
     """Return whether the displacement is proportional to the voltage at every instant."""
     return not (piezo['plays'] or piezo['creep'] or piezo['omega_per_s'])
@@ -324,7 +313,7 @@ def _kept_contact(
     weight_n: float,
 ) -> Record:
     """Return the constants of ``all_contacts``; the last few are kept."""
-    contacts = _contacts_at(contact, feet, stand.preload, weight_n)
+    contacts = contacts_at(contact, feet, stand.preload, weight_n)
     largest_n = max(stand.preload_limit, stand.preload, stand.preload_end)
     return record(
         CONTACT,
@@ -348,7 +337,7 @@ def _kept_bank(
 ) -> Record:
     """Return the springs of the contacts with a motion, or of all, a record of BANK, read-only."""
     kinds, groups = kinds_of(contact, feet), groups_of(contact, feet, weight_n)
-    own = [g for each, g in zip(kinds, groups, strict=True) if motion in (None, _motion(each))]
+    own = [g for each, g in zip(kinds, groups, strict=True) if motion in (None, motion_of(each))]
     springs = SPRINGS_IN_ALL // len(own)
     return spring_bank(own, elasticity_of(contact), contact.friction, preload_max_n, springs)
 
@@ -370,89 +359,6 @@ def ageing_of(contact: ContactParameters) -> Record:
 def friction_limit_n(parameters: Parameters) -> float:
     """Return mu0 times the sum of all normal forces, N; only ageing can exceed it."""
     return float(all_contacts(parameters)['curve']['force_max_n'])
-
-
-def weight_of(parameters: Parameters) -> float:
-    """Return the weight of the runner, N; 0 if neglected, as in the paper."""
-    return parameters.runner.mass * STANDARD_GRAVITY_M_PER_S2 * parameters.stand.weight
-
-
-def kinds_of(contact: ContactParameters, feet: FeetParameters) -> list[FootGroup]:
-    """Return the kinds of feet in a row with their number; on rough lines each foot differs."""
-    if contact.profile == 'rough_line':
-        return [each._replace(feet=1) for each in feet.groups for _ in range(each.feet)]
-    alike = groupby(feet.groups, key=lambda each: each._replace(feet=0))
-    return [kind._replace(feet=sum(each.feet for each in own)) for kind, own in alike]
-
-
-def groups_of(
-    contact: ContactParameters, feet: FeetParameters, weight_n: float = 0.0
-) -> list[Group]:
-    """Return the contacts of each kind of foot under the weight of the runner, N (Eq. 19)."""
-    kinds, groups = kinds_of(contact, feet), list[Group]()
-    radii_m = tuple(each.radius_m or contact.radius for each in kinds)
-    for i, each in enumerate(kinds):
-        if contact.travel:
-            profile: Profile = window_profile(lines_of(contact, radii_m), i)
-        else:
-            index = i if contact.profile == 'rough_line' else 0
-            profile = profile_of(_with_radius(contact, radii_m[i]), index)
-        groups.append(Group(profile, each.feet, each.share, each.weight * weight_n))
-    return groups
-
-
-@lru_cache(maxsize=MODELS_KEPT)
-def _with_radius(contact: ContactParameters, radius_m: float) -> ContactParameters:
-    return contact if radius_m == contact.radius else replace(contact, radius=radius_m)
-
-
-def _radii_of(parameters: Parameters) -> tuple[float, ...]:
-    """Return the radius of each foot, m."""
-    return tuple(
-        each.radius_m or parameters.contact.radius
-        for each in parameters.feet.groups
-        for _ in range(each.feet)
-    )
-
-
-def _motion(each: FootGroup) -> FeetMotion:
-    """Return the motion of a kind of foot; a guide has no delay."""
-    return FeetMotion(each.gain, each.delay_s if each.gain else 0.0)
-
-
-def motions_of(parameters: Parameters) -> dict[FeetMotion, list[int]]:
-    """Return the distinct motions of feet, and the indices of their kinds in ``kinds_of``."""
-    motions: dict[FeetMotion, list[int]] = {}
-    for i, each in enumerate(kinds_of(parameters.contact, parameters.feet)):
-        motions.setdefault(_motion(each), []).append(i)
-    if parameters.contact.law == 'coulomb' and list(motions) != [TOGETHER]:
-        hint = 'set it to 1 and feet.delay to 0, or take another contact.law'
-        raise OutOfRange('feet.gain', list(parameters.feet.gain), '', NO_LAW_OF_SHARES, hint)
-    return motions
-
-
-def contacts_of(parameters: Parameters) -> list[Presliding]:
-    """Return the contact of each foot, in the order of the groups, under its normal force."""
-    weight_n = weight_of(parameters)
-    return _contacts_at(parameters.contact, parameters.feet, parameters.stand.preload, weight_n)
-
-
-def stiffest_share(parameters: Parameters) -> float:
-    """Return the largest share of a foot in the stiffness of all sticking contacts."""
-    each = [contact.stick_stiffness_n_per_m for contact in contacts_of(parameters)]
-    return max(each) / sum(each)
-
-
-def _contacts_at(
-    contact: ContactParameters, feet: FeetParameters, preload_n: float, weight_n: float
-) -> list[Presliding]:
-    elasticity = elasticity_of(contact)
-    contacts: list[Presliding] = []
-    for group in groups_of(contact, feet, weight_n):
-        normal_n = group.share * preload_n + group.weight_n
-        solved = presliding(group.profile, elasticity, contact.friction, normal_n)
-        contacts += [solved] * group.contacts
-    return contacts
 
 
 def _law_of(number: int, law: FrictionLawParameters, contacts: Sequence[Presliding]) -> Record:
@@ -561,7 +467,7 @@ def _share_law(plant: Record, k: int) -> None:
 def _set_curves(plant: Record, parameters: Parameters) -> None:
     """Tabulate the virgin curves of all contacts at the wanted preload."""
     preload_n, weight_n = float(plant.contacts[ALL].preload_n), weight_of(parameters)
-    contacts = _contacts_at(parameters.contact, parameters.feet, preload_n, weight_n)
+    contacts = contacts_at(parameters.contact, parameters.feet, preload_n, weight_n)
     plant.contacts[ALL].curve = tabulate(contacts)
     plant.presliding_m = plant.contacts[ALL].curve.limit_m
     plant.track.laid = NO_PLACE
@@ -578,21 +484,6 @@ def _set_curves(plant: Record, parameters: Parameters) -> None:
         fastest = max(1.0, *(abs(motion.gain) for motion in motions))
         ranges_m = [max(contact.max_displacement_m for contact in own) for own in moved]
         plant.presliding_m = min(ranges_m) / fastest
-
-
-def ratios_of(parameters: Parameters) -> Array:
-    """Return the displacement of each foot per that of the nominal foot, shape (feet,)."""
-    kinds = kinds_of(parameters.contact, parameters.feet)
-    gains = np.repeat([each.gain for each in kinds], [each.feet for each in kinds])
-    tolerance = parameters.actuator.gain_tolerance
-    return gains * gain_ratios(tolerance, parameters.sim.seed, len(gains)) if tolerance else gains
-
-
-def gain_ratios(tolerance: float, seed: int, feet: int) -> Array:
-    """Return random gains of the feet within a tolerance, relative to the mean, shape (feet,)."""
-    deviations = np.random.default_rng((seed, FEET_STREAM)).uniform(-1.0, 1.0, feet)
-    deviations -= deviations.mean()
-    return 1.0 + tolerance * deviations / max(1.0, float(np.abs(deviations).max()))
 
 
 def change_preload(

@@ -4,8 +4,9 @@
 """Faults of the drive that may change while it runs."""
 
 from stickslip_ros.contact.laws import COULOMB
-from stickslip_ros.drive.build import NO_LAW_OF_SHARES, divide_feet, set_ideal
+from stickslip_ros.drive.build import divide_feet, set_ideal
 from stickslip_ros.drive.feet import nominal_place
+from stickslip_ros.drive.layout import NO_LAW_OF_SHARES
 from stickslip_ros.drive.records import ALL
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.kernels.kernel import in_python

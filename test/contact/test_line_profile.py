@@ -21,7 +21,7 @@ from stickslip_ros.contact.mdr import indent, presliding
 from stickslip_ros.contact.profile import LineProfile, line_profile, smooth_profile
 from stickslip_ros.contact.roughness import Spectrum, rough_line
 from stickslip_ros.contact.virgin import CELLS, tabulate, virgin_force
-from stickslip_ros.drive.build import contacts_of
+from stickslip_ros.drive.layout import contacts_of
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.kernels.kernel import entry_point
 from stickslip_ros.lab.runs.sawtooth_run import simulate

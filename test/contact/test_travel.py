@@ -15,7 +15,8 @@ from stickslip_ros.contact.profile import LineProfile, line_profile
 from stickslip_ros.contact.roughness import line_power, rough_line
 from stickslip_ros.contact.travel import AMPLITUDE, ANGLE, RING, window_profile
 from stickslip_ros.contact.virgin import TABLE_ERROR, tabulate
-from stickslip_ros.drive.build import groups_of, plant_of, state_at_rest
+from stickslip_ros.drive.build import plant_of, state_at_rest
+from stickslip_ros.drive.layout import groups_of
 from stickslip_ros.drive.ledger import take_ledger
 from stickslip_ros.drive.records import ALL
 from stickslip_ros.errors import OutOfRange

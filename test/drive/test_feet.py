@@ -7,14 +7,8 @@ import numpy as np
 import pytest
 
 from stickslip_ros.drive.advance import RAMP_MEAN
-from stickslip_ros.drive.build import (
-    change_preload,
-    contacts_of,
-    gain_ratios,
-    plant_of,
-    ratios_of,
-    separate_feet,
-)
+from stickslip_ros.drive.build import change_preload, plant_of, separate_feet
+from stickslip_ros.drive.layout import contacts_of, gain_ratios, ratios_of
 from stickslip_ros.drive.waveform import sawtooth
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import Parameters

@@ -10,8 +10,9 @@ import pytest
 from scipy.optimize import brentq
 
 from stickslip_ros.drive.advance import RAMP_END
-from stickslip_ros.drive.build import change_preload, contacts_of, plant_of
+from stickslip_ros.drive.build import change_preload, plant_of
 from stickslip_ros.drive.faults import apply_faults
+from stickslip_ros.drive.layout import contacts_of
 from stickslip_ros.drive.records import CORNERS
 from stickslip_ros.drive.waveform import level, sawtooth, table
 from stickslip_ros.errors import OutOfRange, StickSlipError

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN
-from stickslip_ros.drive.build import contacts_of, plant_of
+from stickslip_ros.drive.build import plant_of
 from stickslip_ros.drive.faults import apply_faults
+from stickslip_ros.drive.layout import contacts_of
 from stickslip_ros.drive.waveform import level, sawtooth
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.linear.linearise import linearise

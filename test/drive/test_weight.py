@@ -8,7 +8,8 @@ import math
 import pytest
 
 from stickslip_ros.contact.springs import friction_limit
-from stickslip_ros.drive.build import contacts_of, plant_of, weight_of
+from stickslip_ros.drive.build import plant_of
+from stickslip_ros.drive.layout import contacts_of, weight_of
 from stickslip_ros.drive.records import ALL
 from stickslip_ros.kernels.kernel import in_python
 from stickslip_ros.lab.runs.sawtooth_run import run_drive

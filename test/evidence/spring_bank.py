@@ -30,7 +30,7 @@ from evidence.group import Group, grid
 from evidence.springs import History, Springs, pressed_depth, pull
 from stickslip_ros.contact.profile import LineProfile
 from stickslip_ros.contact.springs import BANK_ERROR, SPRINGS, SPRINGS_IN_ALL
-from stickslip_ros.drive.build import contacts_of
+from stickslip_ros.drive.layout import contacts_of
 from stickslip_ros.lab.validation.bank import TURN_STEPS, ramp, random_path
 from stickslip_ros.parameters import Parameters
 

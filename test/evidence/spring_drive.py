@@ -33,7 +33,7 @@ from evidence.closed_forms import (
     height,
 )
 from evidence.group import NUMBA, Group
-from stickslip_ros.drive.build import gain_ratios
+from stickslip_ros.drive.layout import gain_ratios
 from stickslip_ros.lab.validation.drive import DRIVEN_CYCLES
 from stickslip_ros.parameters import Parameters
 

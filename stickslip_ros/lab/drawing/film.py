@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.contact.mdr import Presliding
-from stickslip_ros.drive.build import contacts_of, ratios_of
+from stickslip_ros.drive.layout import contacts_of, ratios_of
 from stickslip_ros.parameters import Parameters
 
 FILM_CYCLES = 2

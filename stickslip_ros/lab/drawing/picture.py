@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.drive.build import contacts_of
+from stickslip_ros.drive.layout import contacts_of
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.lab.drawing.film import FILM_CYCLES, Film, film_of
 from stickslip_ros.lab.drawing.geometry import DIAGONAL, Foot, Geometry, geometry_of

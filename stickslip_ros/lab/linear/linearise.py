@@ -18,7 +18,8 @@ from numpy.typing import ArrayLike
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.advance import advance
-from stickslip_ros.drive.build import contacts_of, plant_of, ratios_of, start_clock, state_at_rest
+from stickslip_ros.drive.build import plant_of, start_clock, state_at_rest
+from stickslip_ros.drive.layout import contacts_of, ratios_of
 from stickslip_ros.drive.piezo import CREEP_FASTEST_S
 from stickslip_ros.drive.records import DECADES
 from stickslip_ros.drive.waveform import table

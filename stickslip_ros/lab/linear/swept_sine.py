@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.advance import advance
-from stickslip_ros.drive.build import contacts_of, start_clock
+from stickslip_ros.drive.build import start_clock
+from stickslip_ros.drive.layout import contacts_of
 from stickslip_ros.drive.waveform import level, table
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.instrument.commands import Request, check_request

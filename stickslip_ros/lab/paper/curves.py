@@ -12,7 +12,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.drive.build import contacts_of, friction_limit_n
+from stickslip_ros.drive.build import friction_limit_n
+from stickslip_ros.drive.layout import contacts_of
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.paper.figure import Case, PaperFigure, Table, assumed, surface
 from stickslip_ros.lab.runs.courses import Course

@@ -17,7 +17,8 @@ from functools import partial
 import numpy as np
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.drive.build import contacts_of, friction_limit_n
+from stickslip_ros.drive.build import friction_limit_n
+from stickslip_ros.drive.layout import contacts_of
 from stickslip_ros.drive.long_step import LANES
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.runs.batch import Progress, run_courses

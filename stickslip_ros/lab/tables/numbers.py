@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.drive.build import contacts_of, friction_limit_n, slew_of
+from stickslip_ros.drive.build import friction_limit_n, slew_of
+from stickslip_ros.drive.layout import contacts_of
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.files import read_bytes
 from stickslip_ros.lab.tables.layout import BLANKS, HEAD_BYTES, TextForm, header_of

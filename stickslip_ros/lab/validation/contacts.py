@@ -17,7 +17,7 @@ from stickslip_ros.contact.mdr import Presliding, effective_elasticity, normal_f
 from stickslip_ros.contact.memory import fresh_memory, lost_energy, move, stored_energy
 from stickslip_ros.contact.profile import PowerProfile, Profile, smooth_profile
 from stickslip_ros.contact.virgin import tabulate
-from stickslip_ros.drive.build import contacts_of
+from stickslip_ros.drive.layout import contacts_of
 from stickslip_ros.kernels.kernel import entry_point
 from stickslip_ros.kernels.record import Record
 from stickslip_ros.parameters import Parameters

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from scipy.integrate import trapezoid
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.drive.build import contacts_of, friction_limit_n
+from stickslip_ros.drive.build import friction_limit_n
+from stickslip_ros.drive.layout import contacts_of
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.design.objectives import COST_MAX, OBJECTIVES, WaveGoal, assess
 from stickslip_ros.lab.design.shapes import SHAPES

@@ -12,7 +12,7 @@ import pytest
 
 from stickslip_ros import Parameters
 from stickslip_ros.contact.mdr import Presliding
-from stickslip_ros.drive.build import contacts_of
+from stickslip_ros.drive.layout import contacts_of
 from stickslip_ros.lab.drawing.film import (
     CYCLES_BEFORE,
     FILM_CYCLES,

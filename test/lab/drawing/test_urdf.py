@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from stickslip_ros import Parameters, robot_description
-from stickslip_ros.drive.build import contacts_of
+from stickslip_ros.drive.layout import contacts_of
 from stickslip_ros.errors import OutOfRange, WrongKind
 
 parser = pytest.importorskip('urdf_parser_py.urdf', reason='pip install urdf-parser-py')

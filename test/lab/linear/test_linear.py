@@ -13,7 +13,7 @@ import pytest
 from scipy.linalg import expm
 
 from stickslip_ros import LinearDrive, StickSlipError, linearise, measure_response
-from stickslip_ros.drive.build import contacts_of, gain_ratios
+from stickslip_ros.drive.layout import contacts_of, gain_ratios
 from stickslip_ros.lab.linear.swept_sine import SLIDING_SHARE, bode_rows
 from stickslip_ros.parameters import Parameters, load_yaml
 

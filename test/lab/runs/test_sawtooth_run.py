@@ -14,7 +14,8 @@ import pytest
 from mcap_records import rows_of
 
 from stickslip_ros.drive.advance import RAMP_MEAN
-from stickslip_ros.drive.build import contacts_of, plant_of
+from stickslip_ros.drive.build import plant_of
+from stickslip_ros.drive.layout import contacts_of
 from stickslip_ros.drive.ledger import EnergyLedger
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError, WrongKind
 from stickslip_ros.instrument.bench import Bench

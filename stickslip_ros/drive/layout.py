@@ -1,0 +1,148 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+The feet of a drive: kinds of equal feet, their contacts, and how they move.
+
+Feet are counted in the order of the groups of ``feet.*``.
+
+"""
+
+from dataclasses import replace
+from functools import lru_cache
+from itertools import groupby
+from typing import NamedTuple
+
+import numpy as np
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.contact.hemisphere import elasticity_of, lines_of, profile_of
+from stickslip_ros.contact.mdr import Presliding, presliding
+from stickslip_ros.contact.profile import Profile
+from stickslip_ros.contact.springs import Group
+from stickslip_ros.contact.travel import window_profile
+from stickslip_ros.errors import OutOfRange
+from stickslip_ros.parameters import ContactParameters, FeetParameters, FootGroup, Parameters
+
+FEET_STREAM = 40
+"""Number of the random stream of the gains; sensors have others."""
+RADII_KEPT = 64
+"""Contacts with another radius that are kept for the next drive."""
+STANDARD_GRAVITY_M_PER_S2 = 9.80665
+NO_LAW_OF_SHARES = "refused under Coulomb's law, which does not define how feet share a load"
+
+
+class FeetMotion(NamedTuple):
+    """How feet move: displacement per displacement of the nominal foot, and delay, s."""
+
+    gain: float
+    delay_s: float
+
+
+TOGETHER = FeetMotion(1.0, 0.0)
+"""All feet move at once and equally, as in the paper."""
+
+
+def kinds_of(contact: ContactParameters, feet: FeetParameters) -> list[FootGroup]:
+    """Return the kinds of feet in a row with their number; on rough lines each foot differs."""
+    if contact.profile == 'rough_line':
+        return [each._replace(feet=1) for each in feet.groups for _ in range(each.feet)]
+    alike = groupby(feet.groups, key=lambda each: each._replace(feet=0))
+    return [kind._replace(feet=sum(each.feet for each in own)) for kind, own in alike]
+
+
+def driven_feet(parameters: Parameters) -> int:
+    """Return the number of feet that are no guides."""
+    return sum(each.feet for each in parameters.feet.groups if each.gain)
+
+
+def motions_of(parameters: Parameters) -> dict[FeetMotion, list[int]]:
+    """Return the distinct motions of feet, and the indices of their kinds in ``kinds_of``."""
+    motions: dict[FeetMotion, list[int]] = {}
+    for i, each in enumerate(kinds_of(parameters.contact, parameters.feet)):
+        motions.setdefault(motion_of(each), []).append(i)
+    if parameters.contact.law == 'coulomb' and list(motions) != [TOGETHER]:
+        hint = 'set it to 1 and feet.delay to 0, or take another contact.law'
+        raise OutOfRange('feet.gain', list(parameters.feet.gain), '', NO_LAW_OF_SHARES, hint)
+    return motions
+
+
+def motion_of(each: FootGroup) -> FeetMotion:
+    """Return the motion of a kind of foot; a guide has no delay."""
+    return FeetMotion(each.gain, each.delay_s if each.gain else 0.0)
+
+
+def ratios_of(parameters: Parameters) -> Array:
+    """Return the displacement of each foot per that of the nominal foot, shape (feet,)."""
+    kinds = kinds_of(parameters.contact, parameters.feet)
+    gains = np.repeat([each.gain for each in kinds], [each.feet for each in kinds])
+    tolerance = parameters.actuator.gain_tolerance
+    return gains * gain_ratios(tolerance, parameters.sim.seed, len(gains)) if tolerance else gains
+
+
+def gain_ratios(tolerance: float, seed: int, feet: int) -> Array:
+    """Return random gains of the feet within a tolerance, relative to the mean, shape (feet,)."""
+    deviations = np.random.default_rng((seed, FEET_STREAM)).uniform(-1.0, 1.0, feet)
+    deviations -= deviations.mean()
+    return 1.0 + tolerance * deviations / max(1.0, float(np.abs(deviations).max()))
+
+
+def weight_of(parameters: Parameters) -> float:
+    """Return the weight of the runner, N; 0 if neglected, as in the paper."""
+    return parameters.runner.mass * STANDARD_GRAVITY_M_PER_S2 * parameters.stand.weight
+
+
+def groups_of(
+    contact: ContactParameters, feet: FeetParameters, weight_n: float = 0.0
+) -> list[Group]:
+    """Return the contacts of each kind of foot under the weight of the runner, N (Eq. 19)."""
+    kinds, groups = kinds_of(contact, feet), list[Group]()
+    radii_m = tuple(each.radius_m or contact.radius for each in kinds)
+    for i, each in enumerate(kinds):
+        if contact.travel:
+            profile: Profile = window_profile(lines_of(contact, radii_m), i)
+        else:
+            index = i if contact.profile == 'rough_line' else 0
+            profile = profile_of(_with_radius(contact, radii_m[i]), index)
+        groups.append(Group(profile, each.feet, each.share, each.weight * weight_n))
+    return groups
+
+
+@lru_cache(maxsize=RADII_KEPT)
+def _with_radius(contact: ContactParameters, radius_m: float) -> ContactParameters:
+    """Return the parameters of a contact with another radius, m."""
+    return contact if radius_m == contact.radius else replace(contact, radius=radius_m)
+
+
+def radii_of(parameters: Parameters) -> tuple[float, ...]:
+    """Return the radius of each foot, m."""
+    return tuple(
+        each.radius_m or parameters.contact.radius
+        for each in parameters.feet.groups
+        for _ in range(each.feet)
+    )
+
+
+def contacts_of(parameters: Parameters) -> list[Presliding]:
+    """Return the contact of each foot, in the order of the groups, under its normal force."""
+    weight_n = weight_of(parameters)
+    return contacts_at(parameters.contact, parameters.feet, parameters.stand.preload, weight_n)
+
+
+def contacts_at(
+    contact: ContactParameters, feet: FeetParameters, preload_n: float, weight_n: float
+) -> list[Presliding]:
+    """Return the contact of each foot at a preload and a weight of the runner, N."""
+    elasticity = elasticity_of(contact)
+    contacts: list[Presliding] = []
+    for group in groups_of(contact, feet, weight_n):
+        normal_n = group.share * preload_n + group.weight_n
+        solved = presliding(group.profile, elasticity, contact.friction, normal_n)
+        contacts += [solved] * group.contacts
+    return contacts
+
+
+def stiffest_share(parameters: Parameters) -> float:
+    """Return the largest share of a foot in the stiffness of all sticking contacts."""
+    each = [contact.stick_stiffness_n_per_m for contact in contacts_of(parameters)]
+    return max(each) / sum(each)
