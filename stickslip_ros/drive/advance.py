@@ -48,9 +48,9 @@ from stickslip_ros.drive.long_step import (
     one_lane,
 )
 from stickslip_ros.drive.piezo import fastest_m_per_s
-from stickslip_ros.drive.plant import may_pass, pace_of, step
 from stickslip_ros.drive.records import ALL, CORNERS, FOOT, FORCE, POSITION, VOLTAGE, Wave
 from stickslip_ros.drive.runner import cell_force
+from stickslip_ros.drive.short_step import may_pass, pace_of, step
 from stickslip_ros.drive.travel import update_curves
 from stickslip_ros.drive.waveform import ramp_is_over, row_at
 from stickslip_ros.errors import StickSlipError

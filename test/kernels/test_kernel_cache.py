@@ -86,7 +86,7 @@ def test_the_folder_stays_the_same_while_the_sources_do(package):
 
 
 @pytest.mark.parametrize(
-    'source', ['contact/memory.py', 'drive/plant.py', 'instrument/optics.py', 'drive/new.py']
+    'source', ['contact/memory.py', 'drive/short_step.py', 'instrument/optics.py', 'drive/new.py']
 )
 def test_a_changed_source_gets_another_folder(source, package):
     before = fresh_folders().write
@@ -539,7 +539,7 @@ def test_what_a_wheel_brings_is_loaded_and_not_compiled_again(bundled):
 
 
 def _age(package: Path, bundled: Path, patch: pytest.MonkeyPatch) -> None:
-    (package / 'drive/plant.py').write_text('another_version = True\n')
+    (package / 'drive/short_step.py').write_text('another_version = True\n')
 
 
 def _open(package: Path, bundled: Path, patch: pytest.MonkeyPatch) -> None:
