@@ -20,7 +20,11 @@ from stickslip_ros.contact.virgin import tabulate, tabulate_each
 from stickslip_ros.drive.advance import PASSES_MIN
 from stickslip_ros.drive.amplifier import is_direct
 from stickslip_ros.drive.delay import rest_late
-from stickslip_ros.drive.division import divide_among_feet, switch_all_to_springs
+from stickslip_ros.drive.division import (
+    divide_among_feet,
+    lost_before_division,
+    switch_all_to_springs,
+)
 from stickslip_ros.drive.layout import (
     NO_LAW_OF_SHARES,
     TOGETHER,
@@ -36,7 +40,6 @@ from stickslip_ros.drive.layout import (
     stiffest_share,
     weight_of,
 )
-from stickslip_ros.drive.ledger import take_ledger
 from stickslip_ros.drive.piezo import rest_piezo
 from stickslip_ros.drive.records import (
     ALL,
@@ -430,7 +433,7 @@ def separate_feet(plants: Record, parameters: Parameters) -> None:
 
 def divide_feet(plants: Record, states: Record, parameters: Parameters) -> None:
     """Let each foot of a plant go on with a contact of its own, from the present state."""
-    lost_j, before, state = take_ledger(plants, states).contact_lost_j, states.copy(), states[0]
+    lost_j, before, state = lost_before_division(plants, states), states.copy(), states[0]
     separate_feet(plants, parameters)
     state.contacts[1:] = 0
     relax(state.contacts[1:], state.preload_n)

@@ -6,7 +6,7 @@
 from stickslip_ros.contact.laws import MDR
 from stickslip_ros.contact.memory import U, move, set_memory
 from stickslip_ros.contact.reaction import contact_lost, remembers_turns, switch_to_springs
-from stickslip_ros.drive.feet import active_contacts, wanted_place
+from stickslip_ros.drive.feet import active_contacts, lost_in_contacts, wanted_place
 from stickslip_ros.drive.records import ALL
 from stickslip_ros.drive.travel import update_curves
 from stickslip_ros.kernels.kernel import entry_point, kernel
@@ -19,6 +19,12 @@ def switch_all_to_springs(plants: Record, states: Record) -> None:
     plant, state = plants[0], states[0]
     for k in active_contacts(plant):
         switch_to_springs(plant.contacts[k], state.contacts[k])
+
+
+@entry_point
+def lost_before_division(plants: Record, states: Record) -> float:
+    """Return the friction loss in all contacts, J, by their present curves."""
+    return lost_in_contacts(plants[0], states[0])
 
 
 @entry_point
