@@ -18,16 +18,17 @@ from stickslip_ros.parameters import Parameters
 LATE_MAX_S = 0.05  # largest delay that is searched
 FALL_S, FALL_V = 5e-5, 1.0
 """Longest duration and least height of a fall."""
-RUNG_S = 1.6e-4  # ringing of a runner of a few grams after a fall
-_CLEAR = 1.3
-"""Least ratio of the best lag's energy to that at 0 or of a rival."""
+RUNG_S, RUNG_MIN = 1.6e-4, 5
+"""Ringing of a runner of a few grams after a fall, and the fewest readings that show it."""
+_CLEAR = 1.3  # least ratio of the best lag's energy to that at 0
 ALIKE_JERKS = 35.0 / 18.0
 """Sum of the squared autocorrelation of second differences of noise, 1, -2/3, 1/6: so many of them
 count as one."""
 CHANCE_MAX = 1e-4  # largest chance of as much energy from noise, over all lags
 ENOUGH_FALLS = 0.5
-"""Least share of the falls of a clock on time that lie within the readings at another lag: before
-a window there may be more falls than in it."""
+"""Least share of the falls of a clock on time that lie within the readings at another lag (before
+a window there may be more falls than in it), and that do not come upon other falls there: a whole
+period of the drive is no delay."""
 ALIKE_FALLS = 0.9  # share of the largest energy from which a shorter lag is preferred
 LATE_MIN_S = 1e-4  # smaller delays are left to the model
 _AROUND_S, _STEPS_S = 2e-4, (2e-5, 4e-6)
@@ -39,25 +40,10 @@ _SURELY_SLOW = 20.0
 
 
 class Lateness(NamedTuple):
-    """The delay of a sensor's clock, and the evidence for it."""
+    """The best delay of a sensor's clock by the falls of a voltage."""
 
     late_s: float
-    energy: float  # of the average motion after a fall, in variances of its noise
-    energy_at_0: float
-    rival_s: float  # the next best lag
-    rival_energy: float
-    chance: float  # of such an energy from noise
-
-    @property
-    def is_clear(self) -> bool:
-        """Whether the clock is late rather than on time."""
-        is_better = self.energy > _CLEAR * self.energy_at_0
-        return abs(self.late_s) > LATE_MIN_S and self.chance < CHANCE_MAX and is_better
-
-    @property
-    def has_rival(self) -> bool:
-        """Whether another lag is nearly as good."""
-        return self.energy < _CLEAR * self.rival_energy
+    is_clear: bool  # whether the clock is late rather than on time
 
 
 def falls_of(voltage: Voltage) -> tuple[Array, Array]:
@@ -75,7 +61,8 @@ def lateness_of(seen: Seen, voltage: Voltage) -> Lateness | None:
     differences of its readings, averaged over the falls, have the largest energy within RUNG_S if
     the clocks agree. Of similar lags the shortest counts. Nothing is assumed about the stand, nor
     that a larger fall makes a larger jerk. All of 32 rigs with 5 nm of noise and a clock up to
-    4 ms late were found, 21 by the mean of the absolute differences.
+    4 ms late were found, 21 by the mean of the absolute differences. Nothing is clear with fewer
+    than RUNG_MIN readings in the ringing, or if half of the falls come upon other falls.
 
     """
     time_s, values = seen.time_s, seen.values
@@ -102,15 +89,12 @@ def lateness_of(seen: Seen, voltage: Voltage) -> Lateness | None:
     similar = np.flatnonzero(energy >= ALIKE_FALLS * energy.max())  # several of a periodic wave
     least = int(similar[np.argmin(np.abs(lags[similar]))])
     best = int(np.argmax(np.where(np.abs(lags - lags[least]) <= around, energy, -np.inf)))
-    rival = int(np.argmax(np.where(np.abs(lags - lags[best]) > around, energy, -np.inf)))
-    return Lateness(
-        float(lags[best] * sample_s),
-        float(energy[best]),
-        float(energy[np.abs(lags) <= around].max()),
-        float(lags[rival] * sample_s),
-        float(energy[rival]),
-        len(lags) * float(chi2.sf(energy[best] / ALIKE_JERKS, after / ALIKE_JERKS)),
-    )
+    near = np.add.outer(places, np.arange(-around, around + 1))
+    others = float(np.mean(np.isin(places + lags[best], near)))  # all at 0
+    chance = len(lags) * float(chi2.sf(energy[best] / ALIKE_JERKS, after / ALIKE_JERKS))
+    is_better = energy[best] > _CLEAR * energy[np.abs(lags) <= around].max()
+    is_clear = after >= RUNG_MIN and others < ENOUGH_FALLS and chance < CHANCE_MAX and is_better
+    return Lateness(float(lags[best] * sample_s), bool(is_clear))
 
 
 def lateness_in(experiment: Experiment, stand: Parameters) -> float:
@@ -131,7 +115,8 @@ def sensor_near(
     """
     Return delay and time constant of a sensor, s, with which a model's motion agrees best.
 
-    Differences of neighbouring readings are compared: they hardly depend on the step length.
+    Delays near the rough one and near 0 are tried. Differences of neighbouring readings are
+    compared: they hardly depend on the step length.
 
     """
     seen = experiment.seen[0]
@@ -143,12 +128,13 @@ def sensor_near(
 
     best = dict[float, tuple[float, float]]()  # misses and latenesses
     for as_slow_s in slow_s:
-        late_s, around_s = rough_s, _AROUND_S
+        middles_s, around_s = {rough_s, 0.0}, _AROUND_S
         for step_s in _STEPS_S:
             most = round(around_s / step_s)
-            tried_s = (late_s + step_s * np.arange(-most, most + 1)).tolist()
+            steps_s = step_s * np.arange(-most, most + 1)
+            tried_s = np.add.outer(sorted(middles_s), steps_s).ravel().tolist()
             best[as_slow_s] = min((missed(each_s, as_slow_s), each_s) for each_s in tried_s)
-            late_s, around_s = best[as_slow_s][1], step_s
+            middles_s, around_s = {best[as_slow_s][1]}, step_s
     found_s = min(best, key=lambda each_s: best[each_s])
     least, at_once = best[found_s][0], best[0.0][0]
     if at_once - least < _SURELY_SLOW * least / len(seen.values):

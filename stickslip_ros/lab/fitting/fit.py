@@ -133,19 +133,20 @@ def fit_experiments(
     allowance, outliers = options.allowance, options.outliers
     count = _Count(options.starts, progress)
     problem = pose(parameters, free, experiments, known, count.run)
-    problem, notes = with_clocks(problem)
+    problem = with_clocks(problem)
     searches = _searches(problem, options, count)
     if is_warm:
         searches.append(Minimum(tuple(problem.start.tolist()), math.inf, False, 0))
     with pool_of(options.workers) as pool:
         problem = replace(problem, pool=pool)
-        here, refined, rivals = best_of(searches), list[Minimum](), tuple[Minimum, ...]()
+        here, refined, notes = best_of(searches), list[Minimum](), tuple[str, ...]()
+        rivals = tuple[Minimum, ...]()
         if problem.has_traces:
             is_known = is_warm and experiments[0].seen[0].sigma is not None
-            problem, refined, rivals, noted = tightened(
+            problem, refined, rivals, notes = tightened(
                 problem, searches, allowance, outliers, options.workers, tries_sensors=not is_known
             )
-            here, notes = refined[-1], notes + noted
+            here = refined[-1]
         problem, more, steady = _refined(problem, here, allowance, outliers)
         refined += more
         here = refined[-1] if refined else here

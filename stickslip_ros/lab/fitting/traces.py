@@ -20,7 +20,7 @@ from stickslip_ros.lab.experiments.experiment import (
     noise_of,
     rounding_of,
 )
-from stickslip_ros.lab.experiments.sensor_clock import lateness_of, sensor_near
+from stickslip_ros.lab.experiments.sensor_clock import LATE_MIN_S, lateness_of, sensor_near
 from stickslip_ros.lab.fitting.metric import Allowance, slower
 from stickslip_ros.lab.fitting.problem import FINEST, Problem, StandardErrors
 from stickslip_ros.lab.fitting.profile import profile
@@ -52,23 +52,14 @@ UNEXPLAINED = 10.0
 """Most chi-square per reading above 1, per root of the readings: noise comes to 4."""
 
 
-def with_clocks(problem: Problem) -> tuple[Problem, tuple[str, ...]]:
+def with_clocks(problem: Problem, *, only_clear: bool = True) -> Problem:
     """Return the problem with the delays of the sensor clocks by the falls of the voltage."""
-    shifts, notes = list[float](), list[str]()
-    for one in problem.experiments:
-        found = None
-        if isinstance(one.drive, Voltage):
-            found = lateness_of(one.seen[0], one.drive)
-        if found is None or not found.is_clear:
-            shifts.append(0.0)
-            continue
-        shifts.append(found.late_s)
-        text = f'{one.origin}: the clock of {one.seen[0].quantity} is about '
-        text += f'{1e3 * found.late_s:.3g} ms late, by the falls of the voltage'
-        if found.has_rival:
-            text += f'; {1e3 * found.rival_s:.3g} ms fits nearly as well'
-        notes.append(text)
-    return replace(problem, shifts_s=tuple(shifts)), tuple(notes)
+    found = (
+        lateness_of(one.seen[0], one.drive) if isinstance(one.drive, Voltage) else None
+        for one in problem.experiments
+    )
+    shifts_s = (each.late_s if each and each.is_clear >= only_clear else 0.0 for each in found)
+    return replace(problem, shifts_s=tuple(shifts_s))
 
 
 def tightened(
@@ -94,8 +85,11 @@ def tightened(
     unexplained = 1.0 + UNEXPLAINED / math.sqrt(problem.count)
     missed = min(chain[1][-1].chi_square for chain in chains)
     if tries_sensors and missed > unexplained * problem.count:
+        by_falls_s = with_clocks(problem, only_clear=False).shifts_s
         sensors = [(problem.shifts_s, slow_s) for slow_s in TRIED_SLOW_S]
-        sensors += [(_delays_by_falls(problem), slow_s) for slow_s in (0.0, TRIED_SLOW_S[0])]
+        sensors += [(by_falls_s, slow_s) for slow_s in (0.0, TRIED_SLOW_S[0])]
+        if any(problem.shifts_s):
+            sensors.append(((0.0,) * len(problem.shifts_s), 0.0))
         with_sensor = partial(_with_sensor, replace(problem, pool=None))
         chains += run_batch(with_sensor, sensors, workers=workers)
     chains.sort(key=lambda chain: chain[1][-1].chi_square)
@@ -114,6 +108,11 @@ def tightened(
     if best is not found[-1]:
         found.append(best)
     notes = [
+        f'{one.origin}: the clock of {one.seen[0].quantity} is about {1e3 * late_s:.3g} ms late'
+        for one, late_s in zip(problem.experiments, problem.shifts_s, strict=True)
+        if abs(late_s) > LATE_MIN_S
+    ]
+    notes += [
         f'{one.origin}: {each.left_out} of {len(each.values) + each.left_out} readings of '
         f'{each.quantity} were left out as outliers'
         for one in problem.experiments
@@ -200,15 +199,6 @@ def _sensors_of(problem: Problem) -> list[float]:
     return [*problem.shifts_s, *(each.slow_s for _, _, each, _ in problem.seen)]
 
 
-def _delays_by_falls(problem: Problem) -> tuple[float, ...]:
-    """Return the delays of the clocks by the falls, s, clear or not."""
-    found = (
-        lateness_of(one.seen[0], one.drive) if isinstance(one.drive, Voltage) else None
-        for one in problem.experiments
-    )
-    return tuple(each.late_s if each else 0.0 for each in found)
-
-
 def _with_sensor(
     problem: Problem, sensor: tuple[tuple[float, ...], float]
 ) -> tuple[Problem, list[Minimum]]:
@@ -246,11 +236,11 @@ def _with_noise(problem: Problem, place: Array, outliers: float) -> Problem:
             if not seen:
                 shifts[number] += late_s
             out = lone_outliers(left, outliers or math.inf)
-            keeps = 0.0
+            keeps, rounding = 0.0, rounding_of(each.values[~out])
             if slow_s:
                 period_s = float(np.median(np.diff(each.time_s)))
                 share = math.exp(-period_s / slow_s)
-                keeps = share if keeps_noise(left[~out], share) else 0.0
+                keeps = share if keeps_noise(left[~out], share, rounding) else 0.0
             kept = replace(
                 each,
                 values=each.values[~out],
@@ -260,7 +250,7 @@ def _with_noise(problem: Problem, place: Array, outliers: float) -> Problem:
                 noise_lasts_s=slow_s if keeps else 0.0,
             )
             seen.append(kept)
-            shown = max(noise_of(left[~out], keeps), _COARSE * rounding_of(kept.values))
+            shown = max(noise_of(left[~out], keeps, rounding), _COARSE * rounding)
             noises.append(max(each.sigma or shown or noise, FINEST))
         experiments.append(replace(one, seen=tuple(seen)))
         errors.append(tuple(noises))

@@ -30,7 +30,7 @@ def fit_trial(problem: Problem, missing: tuple[Missing, ...]) -> Trial | None:
         for one in problem.experiments
     )
     bare = replace(problem, parameters=stand, free=(*problem.free, *more), experiments=experiments)
-    loose = replace(with_clocks(bare)[0], allowance=LOOSE[0], metrics=())
+    loose = replace(with_clocks(bare), allowance=LOOSE[0], metrics=())
     ended, chain = to_plain(loose, search(loose, loose.start))
     values = ended.values(chain[-1].place)[: len(problem.free)]
     return Trial(tuple(freed), missing[0].chi_square, chain[-1].chi_square, tuple(values))

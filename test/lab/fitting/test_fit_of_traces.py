@@ -27,11 +27,12 @@ from stickslip_ros.lab.experiments.predict import (
     low_passed,
     low_passed_readings,
 )
-from stickslip_ros.lab.experiments.sensor_clock import lateness_of
+from stickslip_ros.lab.experiments.sensor_clock import LATE_MIN_S, lateness_of, sensor_near
 from stickslip_ros.lab.fitting.draws import read_draws, read_note
 from stickslip_ros.lab.fitting.fit import FitOptions, fit
 from stickslip_ros.lab.fitting.free import Free
 from stickslip_ros.lab.fitting.metric import DELAY_S, Allowance, metric_of, slower, waves_of
+from stickslip_ros.lab.fitting.problem import Problem
 from stickslip_ros.lab.fitting.report import Fit, as_object, warnings_of
 from stickslip_ros.parameters import Parameters, Scalar
 
@@ -39,6 +40,8 @@ ROWS = voltage((-60.0, 250.0, 1), (-170.0, 200.0, 1), (280.0, 300.0, 5), (300.0,
 """Triangles and saw-teeth: 50 ms in which a runner sticks, slips partly and slips."""
 FEWER = voltage((-60.0, 250.0, 1), (-170.0, 200.0, 1), (280.0, 300.0, 3), (300.0, 600.0, 4))
 """The same in 36 ms."""
+SLOWER = voltage((-60.0, 200.0, 1), (-170.0, 200.0, 1), (280.0, 300.0, 6), (220.0, 600.0, 10))
+"""Periods of a saw-tooth of 300 Hz that readings at 5 and 10 kHz took for a delay."""
 RATE_HZ = 50e3
 NAMES = {
     'contact.friction': 'friction',
@@ -50,6 +53,7 @@ NAMES = {
 Z_MAX = 3.5
 """Standard errors that no estimate of ten may be off: by chance one in 2,000 is."""
 CLOCK_S = 5e-6  # a quarter of a sample
+NOISE_SHARE = 0.03  # two standard errors of the median of 20,000, and the curvature of the motion
 
 
 def experiment(rig: Rig, seed: int, rows: np.ndarray = ROWS) -> Experiment:
@@ -410,6 +414,68 @@ def test_a_late_clock_is_seen_at_the_falls_of_the_voltage(late_s: float, noise_m
     assert found is not None
     assert found.late_s == pytest.approx(late_s, rel=0.0, abs=1e-4)
     assert found.is_clear == (late_s != 0.0)
+
+
+@pytest.mark.parametrize('digits', [0.8, 1.0, 1.5, 2.0, 5.0])
+def test_noise_of_rounded_readings_and_of_their_residuals_is_that_of_noise_and_rounding(
+    digits: float,
+):
+    chance, digit_m = np.random.default_rng(4), 1e-9
+    motion = digit_m * (0.013 * np.arange(20000) + 30.0 * np.sin(np.arange(20000) / 300.0))
+    rounded = digit_m * np.round(motion / digit_m + chance.normal(0.0, digits, 20000))
+    rounding_m = digit_m / np.sqrt(12.0)
+    expected = pytest.approx(np.hypot(digits * digit_m, rounding_m), rel=NOISE_SHARE, abs=0.0)
+    assert noise_of(rounded) == expected
+    assert noise_of(motion - rounded, rounding=rounding_m) == expected
+
+
+def test_digits_of_half_the_noise_are_no_misfit():
+    rig, digit_m = Rig(0.45, friction=0.24, noise_m=2e-9), 1e-9
+    seen = experiment(rig, 1, FEWER)
+    [fine] = seen.seen
+    rounded = replace(fine, values=digit_m * np.round(fine.values / digit_m))
+    free = ['contact.friction', 'runner.mass', 'actuator.gain']
+    stand = Parameters().updated({'runner.damping': rig.damping_n_s_per_m})
+    digital = replace(seen, seen=(rounded,))
+    found = fit(digital, free, parameters=stand, options=FitOptions(starts=1))
+    assert found.holds
+    assert_holds(found, rig)
+    [[noise]] = found.problem.noise.values
+    assert noise == pytest.approx(np.hypot(rig.noise_m, digit_m / 12.0**0.5), rel=0.04, abs=0.0)
+
+
+@pytest.mark.parametrize(
+    ('rate_hz', 'late_s'), [(5e3, 0.0), (1e4, 0.0), (2e4, 1.3e-3), (RATE_HZ, 1.0 / 300.0)]
+)
+def test_no_clock_is_late_by_few_readings_or_by_a_period(rate_hz: float, late_s: float):
+    rig = Rig(preload_n=0.8, late_s=late_s)
+    time_s, position_m = rig.positions(SLOWER, rate_hz, 1)
+    found = lateness_of(Seen('position_m', position_m, time_s), Voltage(SLOWER))
+    assert found is not None
+    assert abs(found.late_s) > LATE_MIN_S, 'else nothing is tested'
+    assert not found.is_clear
+
+
+@pytest.mark.parametrize('late_s', [0.0, 1.0 / 300.0])
+def test_the_better_of_a_delay_by_the_falls_and_none_is_kept(late_s: float, monkeypatch):
+    rig = Rig(preload_n=0.4, late_s=late_s)
+    seen = experiment(rig, 1, FEWER)
+    stand = Parameters().updated(
+        {'runner.damping': rig.damping_n_s_per_m, 'runner.mass': rig.mass_kg}
+    )
+
+    def late(problem: Problem) -> Problem:
+        return replace(problem, shifts_s=(1.0 / 300.0,))
+
+    monkeypatch.setattr('stickslip_ros.lab.fitting.fit.with_clocks', late)
+    free = ['contact.friction', 'actuator.gain']
+    found = fit(seen, free, parameters=stand, options=FitOptions(starts=1))
+    assert found.holds
+    assert_holds(found, rig)
+    assert found.problem.shifts_s[0] == pytest.approx(late_s, rel=0.0, abs=CLOCK_S)
+    assert any('the clock of position_m' in note for note in found.notes) == (late_s > 0.0)
+    by_model_s = sensor_near(seen, found.parameters, 1.0 / 300.0, (0.0,))[0]
+    assert by_model_s == pytest.approx(late_s, rel=0.0, abs=CLOCK_S)
 
 
 @pytest.mark.parametrize(
