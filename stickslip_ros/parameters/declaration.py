@@ -49,6 +49,8 @@ class Spec:
         True if the value is read once, at the start.
     live : bool
         True if the value may change while the drive runs.
+    below : str
+        Remedy of a value below the minimum.
 
     """
 
@@ -62,6 +64,7 @@ class Spec:
     choices: tuple[str, ...] = ()
     fixed: bool = False
     live: bool = False
+    below: str = 'raise it'
 
     @property
     def is_array(self) -> bool:
@@ -102,7 +105,7 @@ class Spec:
             return
         if self.minimum is not None and value < self.minimum:
             limit = f'below the minimum {self.minimum:g} {self.unit}'.rstrip()
-            raise OutOfRange(name, value, self.unit, limit, 'raise it')
+            raise OutOfRange(name, value, self.unit, limit, self.below)
         if self.maximum is not None and value > self.maximum:
             limit = f'above the maximum {self.maximum:g} {self.unit}'.rstrip()
             raise OutOfRange(name, value, self.unit, limit, 'lower it')
@@ -169,11 +172,10 @@ def quantity(
     *,
     bounds: tuple[float, float],
     source: str = ASSUMED,
-    fixed: bool = False,
-    live: bool = False,
+    **others: Any,
 ) -> Any:
-    """Declare a physical quantity: a float in an SI unit, with inclusive bounds."""
-    return declare(Spec(float, default, unit, source, text, *bounds, fixed=fixed, live=live))
+    """Declare a quantity: a float in an SI unit, with inclusive bounds; others as in Spec."""
+    return declare(Spec(float, default, unit, source, text, *bounds, **others))
 
 
 def count(

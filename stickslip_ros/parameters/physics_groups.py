@@ -443,6 +443,7 @@ class ActuatorParameters(Checked):
         'foot displacement per volt: 160 nm at 300 V',
         bounds=(1e-13, 1e-6),
         source='Section 2',
+        below='raise it; if the piezo moves against its voltage, set feet.gain below 0',
     )
     capacitance: float = quantity(
         5e-09,

@@ -36,6 +36,8 @@ class ReadingOptions:
     """Table of the times and voltages that drove the recordings, if known."""
     window_s: tuple[float, float] | None = None
     """Start and end of the part to use, s."""
+    load_n: float = 0.0
+    """Constant external force on the runner along +x beside that of a recording or column, N."""
     frequency_hz: float = 1000.0
     """Steps per second of points without a frequency, Hz."""
     steps: int = 0

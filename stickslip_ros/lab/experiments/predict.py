@@ -45,6 +45,7 @@ SAMPLE_S = 5e-6
 """Spacing of a trace: a runner of a few grams rings at 5 to 15 kHz on its contacts."""
 _SAMPLES_MAX = 4_000_000
 _AT_ONCE = 20_000  # samples between two checks for a stop
+_ROUNDED_V = 1e-9  # least voltage beyond the range of an amplifier that is refused
 _COLUMNS = {'position_m': POSITION, 'force_n': FORCE, 'foot_position_m': FOOT}
 """Columns of a trace, by quantity."""
 _SETTLED = 10.0  # time constants after which a low-pass has settled
@@ -166,7 +167,10 @@ def trace_course(
     stand: Parameters, voltage: Voltage, load_n: float, end_s: float
 ) -> Course[Array]:
     """Return the course of a voltage from rest, to a trace: a row every SAMPLE_S, shape (n, 5)."""
-    rows = voltage.rows
+    time_s, voltage_v = voltage.rows.T
+    inside_v = np.clip(voltage_v, stand.amplifier.voltage_min, stand.amplifier.voltage_max)
+    is_rounded = np.abs(voltage_v - inside_v) < _ROUNDED_V
+    rows = np.column_stack((time_s, np.where(is_rounded, inside_v, voltage_v)))
     samples = int(np.ceil(end_s / SAMPLE_S)) + 3
     if samples > _SAMPLES_MAX:
         limit = f'above {_SAMPLES_MAX * SAMPLE_S:g} s'

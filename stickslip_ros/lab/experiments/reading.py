@@ -55,7 +55,7 @@ LONGEST_S = 2.0
 """Longest recording simulated in full; longer ones need a window."""
 LEAD_S = 0.05
 """Simulated time before a window, from rest: contacts forget their start in a few steps."""
-_OWN = ('stand.', 'load_cell.contact', 'load_cell.gap')
+_OWN = ('stand.', 'load_cell.contact', 'load_cell.gap', 'amplifier.voltage_')
 """Names of the parameters of this package that were set for a recording."""
 
 
@@ -256,11 +256,11 @@ def experiment_over_time(
     """
     Return the experiment of samples of a voltage and of readings over time, on one clock.
 
-    Only ``commands`` and ``window_s`` of the options are used. The voltage is times, s, and volts,
-    both of shape (n,); None with commands. Without ``preload_n`` the preload of the stand holds;
-    ``settings`` were set too. ``asked_for`` returns the commands between the first of some samples
-    of the voltage and an end, s. Raises StickSlipError if nothing drove it, nothing moved, or the
-    voltage cannot be played.
+    Only ``commands``, ``load_n`` and ``window_s`` of the options are used. ``voltage`` is times,
+    s, and volts, both of shape (n,); None with commands. Without ``preload_n`` that of the stand
+    holds; ``settings`` were set too. ``asked_for`` returns the commands between the first of some
+    samples of the voltage and an end, s. Raises StickSlipError if nothing drove it, nothing moved,
+    or the voltage cannot be played.
 
     """
     commands, window_s = options.commands, options.window_s
@@ -294,7 +294,9 @@ def experiment_over_time(
     if asked_for is not None and voltage is not None and commands is None:
         asked = asked_for(voltage, window_s[1] if window_s else ends_s)
     drive = asked.voltage or (
-        _recognised(time_s, voltage_v, stand) if commands is None else _of_commands(commands)
+        _recognised(time_s, voltage_v, stand.updated(dict(settings)))
+        if commands is None
+        else _of_commands(commands)
     )
     begins_s = drive.begins_s if commands is None else float(time_s[0])
     own = {**settings, **asked.settings}
@@ -310,7 +312,7 @@ def experiment_over_time(
         text = f'the run begins {1e3 * LEAD_S:g} ms before the window, at rest'
         notes += (f'{origin}: {text}, without the force of earlier steps',)
     late = tuple(replace(each, time_s=each.time_s - begins_s) for each in seen)
-    one = Experiment(origin, own, drive, late, asked.load_n, notes)
+    one = Experiment(origin, own, drive, late, asked.load_n + options.load_n, notes)
     if window_s is not None:
         one = one.within(*(each_s - begins_s for each_s in window_s))
     if stand.updated(own).load_cell.contact == 'absent' and one.seen[0].quantity == 'position_m':
@@ -364,7 +366,7 @@ def of_points(
             }
             error = None if sigma is None else float(sigma[row])
             seen = Seen(quantity, np.array([value]), sigma=error)
-            load_n = 0.0 if kind.drive == 'rest' else float(loads_n[row])
+            load_n = 0.0 if kind.drive == 'rest' else float(loads_n[row]) + options.load_n
             where = f'{origin} row {row + 1}'
             found.append(Experiment(where, settings, drives[kind.drive], (seen,), load_n))
     return found

@@ -122,7 +122,7 @@ def _experiment(
     if isinstance(like.drive, SawtoothSteps):
         stroke_m = min(volts * stand.actuator.gain, full_stroke_m(stand))
         drive = like.drive._replace(amplitude_m=stroke_m, frequency_hz=hertz, voltage_v=0.0)
-        return Experiment('planned', settings, drive, like.seen)
+        return Experiment('planned', settings, drive, like.seen, like.load_n)
     period_s, rows = 1.0 / hertz, [(0.0, 0.0), (REST_S, 0.0)]
     fall_s = volts / stand.amplifier.slew_rate if volts > 0.0 else 0.5 * period_s
     for cycle in range(SAWTOOTH_STEPS if volts > 0.0 else TRIANGLE_CYCLES):
@@ -133,7 +133,7 @@ def _experiment(
     apart_s = float(np.median(np.diff(seen.time_s)))
     time_s: Array = np.arange(0.0, rows[-1][0], apart_s, dtype=np.float64)
     looked = Seen(seen.quantity, np.zeros(len(time_s)), time_s, _like(fit)[1])
-    return Experiment('planned', settings, Voltage(np.array(rows)), (looked,))
+    return Experiment('planned', settings, Voltage(np.array(rows)), (looked,), like.load_n)
 
 
 def _like(fit: FitResult) -> tuple[Experiment, float]:

@@ -308,8 +308,9 @@ def _opposite_ways(fit: FitResult) -> Iterator[str]:
             if correlation < OPPOSITE:
                 yield (
                     f'{one.origin}: {each.quantity} has the opposite sign of the model '
-                    f'(correlation {correlation:.2f}): if its sensor counts the other way, change '
-                    'the sign of the readings; else check the driving voltage'
+                    f'(correlation {correlation:.2f}): if its sensor counts the other way, give '
+                    f'{each.quantity}="NAME (-1 {each.unit})"; if the piezo moves against its '
+                    'voltage, set feet.gain below 0; else check the driving voltage'
                 )
 
 

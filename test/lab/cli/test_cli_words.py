@@ -195,7 +195,7 @@ def test_help_fits_a_narrow_terminal(
 
 def test_one_spelling_of_an_option_is_one_thing():
     same = {'--preload', '--amplitude', '--frequency', '--steps', '--output'}
-    same |= {'--seed', '--rate', '--start'}
+    same |= {'--seed', '--rate', '--start', '--load'}
     texts: dict[str, set[str]] = {}
     for parser in parsers().values():
         for action in parser._actions:

@@ -198,6 +198,21 @@ def test_of_a_closed_loop_the_wave_in_the_voltage_is_recognised(tmp_path):
     assert 'cycles of a saw-tooth forwards' in said(one)[0]
 
 
+@pytest.mark.parametrize(
+    'move', [Request('sawtooth', (213.3, 1000.0, 9.0)), Request('jog', (1000.0,))]
+)
+def test_a_recording_keeps_the_range_of_its_amplifier(move, tmp_path):
+    stand = Parameters().updated({'amplifier.voltage_min': -150.0, 'amplifier.voltage_max': 150.0})
+    path = recorded(tmp_path / 'run.mcap', ((1, move),), stand, 12)
+    [one] = read_experiments([path], Parameters(), ReadingOptions())
+    assert isinstance(one.drive, Voltage)
+    assert one.drive.rows[:, 1].min() < -140.0
+    [shown] = predict(Parameters(), [one])
+    assert np.ptp(shown[0].values) > 0.0
+    own = Parameters().updated(dict(one.settings)).amplifier
+    assert (own.voltage_min, own.voltage_max) == (-150.0, 150.0)
+
+
 def test_a_voltage_that_did_not_follow_its_commands_is_recognised(tmp_path):
     stand = Parameters().updated({'fault.missed_steps': 0.3})
     plan = ((0, Request('sawtooth', (213.3, 1000.0, 30.0))),)

@@ -16,6 +16,7 @@ from stickslip_ros.lab.cli.main import main
 from stickslip_ros.lab.comparison.compare import CompareOptions, compare
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage, noise_of
 from stickslip_ros.lab.experiments.options import ReadingOptions
+from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.lab.experiments.reading import LEAD_S, read_experiments
 from stickslip_ros.lab.experiments.sensor_clock import lateness_of
 from stickslip_ros.lab.fitting.fit import FitOptions, fit
@@ -41,6 +42,11 @@ def frame(rig: Rig = RIG, sign: float = 1.0) -> pd.DataFrame:
     return pd.DataFrame(
         {'time_s': time_s, 'voltage_v': voltage_v, 'position_m': sign * position_m}
     )
+
+
+def read(table: pd.DataFrame, window_s: tuple[float, float] | None = None) -> Experiment:
+    [one] = read_experiments(table, STAND, ReadingOptions(window_s=window_s))
+    return one
 
 
 def fitted(
@@ -105,6 +111,54 @@ def test_a_fit_tells_the_preload_that_nobody_said_and_an_encoder_that_counts_the
         assert any(text in warning for warning in warnings), text
 
 
+def test_a_piezo_against_its_voltage_is_fitted_with_feet_of_negative_gain():
+    with pytest.raises(StickSlipError, match=r'below the minimum .* set feet\.gain below 0'):
+        STAND.updated({'actuator.gain': -RIG.gain_m_per_v})
+    against = STAND.updated({'feet.gain': -1.0, 'contact.friction': RIG.friction})
+    options = FitOptions(preloads_n=(0.35,), starts=1)
+    found = fit(frame(sign=-1.0), 'actuator.gain', parameters=against, options=options)
+    assert found.holds
+    [gain] = found.estimates
+    assert gain.low < RIG.gain_m_per_v < gain.high
+
+
+def test_a_voltage_below_the_range_by_rounding_is_played():
+    def shown(lowest_v: float) -> np.ndarray:
+        rows = np.where(ROWS == 0.0, [[0.0, lowest_v]], ROWS)
+        one = replace(read(frame()), drive=Voltage(rows))
+        return predict(STAND, [one])[0][0].values
+
+    assert np.array_equal(shown(-2.5e-13), shown(0.0))
+    with pytest.raises(StickSlipError, match="-1e-06 V is below the amplifier's 0 V"):
+        shown(-1e-6)
+
+
+def test_a_bipolar_recording_is_read_as_its_amplifier_is_set():
+    table, range_v = frame(), {'amplifier.voltage_min': -150.0, 'amplifier.voltage_max': 150.0}
+    table['voltage_v'] -= 150.0
+    with pytest.raises(StickSlipError, match=r'set amplifier\.voltage_min and voltage_max'):
+        read(table)
+    [one] = read_experiments(table, STAND.updated(range_v), ReadingOptions())
+    [bipolar] = predict(STAND.updated({**range_v, 'stand.preload': 0.35}), [one])
+    [usual] = predict(STAND.updated({'stand.preload': 0.35}), [read(frame())])
+    away_m = np.abs(bipolar[0].values - usual[0].values)
+    assert np.median(away_m) < RIG.noise_m
+
+
+def test_a_constant_load_reaches_each_experiment():
+    loaded = ReadingOptions(load_n=0.02)
+    points = pd.DataFrame({'preload_n': [0.5], 'voltage_v': [200.0], 'step_length_m': [5e-8]})
+    for table in (frame(), points, points.assign(load_n=0.01)):
+        [one], [bare] = (read_experiments(table, STAND, x) for x in (loaded, ReadingOptions()))
+        assert one.load_n == bare.load_n + 0.02
+        [[with_load]], [[by_stand]], [[without]] = (
+            predict(STAND.updated({'stand.load': load_n}), [each])
+            for each, load_n in ((one, 0.0), (bare, 0.02), (bare, 0.0))
+        )
+        assert np.allclose(with_load.values, by_stand.values, rtol=1e-9, atol=0.0)
+        assert not np.allclose(with_load.values, without.values, rtol=1e-3, atol=0.0)
+
+
 def test_a_fit_that_takes_most_of_a_motion_for_a_drift_does_not_hold():
     found = fitted(frame(replace(RIG, drift_m_per_s=2e-4)))
     assert found.p_value is not None
@@ -129,11 +183,6 @@ def test_a_sensor_that_shows_noise_alone_is_refused(noise_m: float):
     noise = np.random.default_rng(1).normal(0.0, noise_m, len(table))
     with pytest.raises(StickSlipError, match='only noise in its position_m'):
         fitted(table.assign(position_m=1e-6 + noise))
-
-
-def read(table: pd.DataFrame, window_s: tuple[float, float] | None = None) -> Experiment:
-    [one] = read_experiments(table, STAND, ReadingOptions(window_s=window_s))
-    return one
 
 
 @pytest.mark.parametrize('sign', [1.0, -1.0])
