@@ -10,10 +10,10 @@ from stickslip_ros.instrument.commands import Request
 from stickslip_ros.kernels.cache import cache_problem
 from stickslip_ros.parameters import SENSORS, Parameters
 
-KERNELS = 204 + 3 * len(SENSORS)
+KERNELS = 193 + 3 * len(SENSORS)
 """Kernels that ``compile_kernels`` compiles, with at least loop, low-pass and display of each
 sensor."""
-RUNS_KERNELS = 13  # further kernels of offline runs
+RUNS_KERNELS = 24  # further kernels of offline runs
 REPORT_EVERY = 20
 """Kernels after which the progress of the compilation is logged again."""
 
