@@ -269,6 +269,11 @@ _FORMS: dict[str, tuple[str, str, Callable[[str], Any] | None]] = {
     'Mapping[str, str]': ('NAME=HEADER', _EXAMPLES + _REPEATED, None),
     'float | str': ('NAME=VALUE', _REPEATED, None),
     'Known | str': ('NAME=VALUE+-SHARE', ', as runner.mass=3g+-1%%' + _REPEATED, None),
+    'Mapping[str, Known | str]': (
+        'NAME=VALUE+-SHARE',
+        ', as contact.radius=0.5mm+-2%% or scale=+-30%%' + _REPEATED,
+        None,
+    ),
     'Sequence[float]': (
         'NEWTONS',
         ', with commas' + _REPEATED,

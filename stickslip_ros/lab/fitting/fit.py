@@ -6,7 +6,7 @@
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -17,6 +17,13 @@ from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.experiments.experiment import Experiment
 from stickslip_ros.lab.experiments.options import ReadingOptions
 from stickslip_ros.lab.experiments.reading import read_experiments
+from stickslip_ros.lab.fitting.assumed import (
+    FEET,
+    FEET_SHARE,
+    assume,
+    assumed_of,
+    is_described,
+)
 from stickslip_ros.lab.fitting.free import (
     Coordinate,
     FreeParameters,
@@ -48,6 +55,11 @@ WIDENED_MAX = 4  # most continuations of a search beyond default bounds
 AROUND = 1.0
 """Distance from the start of other searches of traces, in coordinates: a factor of e, mostly."""
 
+_OF_PAPER = (
+    'feet and contacts are those of the paper, as none were described; describe yours with '
+    '--stage or feet.* (docs/howto/which_stage.md)'
+)
+
 
 @reading
 @dataclass(frozen=True, kw_only=True)
@@ -63,6 +75,14 @@ class FitOptions(ReadingOptions):
     the values)."""
     seed: int = 1
     """Seed of the hypercube."""
+    assume: Mapping[str, Known | str] = field(default_factory=dict)
+    """
+    Error of a constant that is not free, of the scale of contact stiffness, or of the feet's
+    number; +-0% is exact.
+
+    Typed, ``{'contact.radius': '0.5mm+-2%', 'scale': '+-0%'}``, or value and relative error.
+
+    """
 
     @property
     def allowance(self) -> Allowance:
@@ -106,12 +126,20 @@ def fit(
         If an experiment cannot be read, or a parameter cannot be fitted.
 
     """
-    given, free = parameters or Parameters(), listed_free(free)
+    free = listed_free(free)
+    names = [one.name for one in free]
+    given, shares = assumed_of(parameters or Parameters(), names, options.assume)
     stand, chosen, notes = choose_free(given, free)
     known = known_of(free)
     read = read_experiments(experiments, given, options, report)
+    is_of_paper = not is_described(given, names, read)
+    if is_of_paper:
+        shares.setdefault(FEET, FEET_SHARE)
+        notes = (*notes, _OF_PAPER)
     with progress_of(progress, 'runs') as show:
-        fitted = fit_experiments(stand, chosen, read, known=known, options=options, progress=show)
+        fitted = fit_experiments(
+            stand, chosen, read, known=known, assumed=shares, options=options, progress=show
+        )
     return replace(fitted, notes=(*notes, *fitted.notes))
 
 
@@ -121,11 +149,17 @@ def fit_experiments(
     experiments: Sequence[Experiment],
     *,
     known: Mapping[str, Known] | None = None,
+    assumed: Mapping[str, float] | None = None,
     options: FitOptions = FitOptions(),
     is_warm: bool = False,
     progress: Show | None = None,
 ) -> Fit:
-    """Fit coordinates of ``choose_free`` to experiments; ``is_warm``: the start is near."""
+    """
+    Fit coordinates of ``choose_free`` to experiments.
+
+    ``assumed`` are relative errors of constants; ``is_warm``: the start is near.
+
+    """
     started_s = time.perf_counter()
     if not 1 <= options.starts <= STARTS_MAX:
         limit = f'not from 1 to {STARTS_MAX}'
@@ -163,6 +197,12 @@ def fit_experiments(
             if each.chi_square - here.chi_square < RULED_OUT_BY
             and doubt.is_beyond_errors(here.place, each.place)
         )
+        doubt = doubt.reaching(
+            here.place,
+            np.array([each.place for each in rivals]),
+            np.array([each.chi_square - here.chi_square for each in rivals]),
+        )
+        taken = assume(problem, here.place, doubt, assumed or {})
         missing = missing_from(problem, here.place)
         trial = None if is_warm else fit_trial(problem, missing)
     return Fit(
@@ -171,11 +211,8 @@ def fit_experiments(
         refined=tuple(refined),
         others=rivals,
         steady=steady,
-        uncertainty=doubt.reaching(
-            here.place,
-            np.array([each.place for each in rivals]),
-            np.array([each.chi_square - here.chi_square for each in rivals]),
-        ),
+        uncertainty=taken.widened(),
+        assumed=taken,
         predicted=predicted,
         missing=missing,
         trial=trial,

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 from stickslip_ros.errors import OutOfRange, WrongKind
-from stickslip_ros.parameters import Parameters, Scalar, reading, spec_of
+from stickslip_ros.parameters import Parameters, Scalar, Spec, reading, spec_of
 from stickslip_ros.parameters.typed import to_si_list
 
 FITTED_GROUPS = ('contact', 'friction_law', 'runner', 'load_cell', 'actuator', 'amplifier')
@@ -173,31 +173,44 @@ def known_of(free: FreeParameters) -> dict[str, Known]:
     for one in listed_free(free):
         if (given := one.known) is None:
             continue
-        spec, what = spec_of(one.name), f'--known {one.name}'
-        example = f'write {one.name}=VALUE+-1%, as 0.25+-1% or 3g+-1%'
-        if isinstance(given, str):
-            value, sign, error = given.replace('±', '+-').partition('+-')
-            if not sign or not error.strip().endswith('%'):
-                raise WrongKind(what, given, 'VALUE+-SHARE%', example)
-            [number] = to_si_list(what, (value,), spec.unit)
-            [percent] = to_si_list(what, (error.strip().rstrip('%'),), '')
-            given = number, 0.01 * percent
-        value_si, share = float(spec.check(one.name, given[0])), float(given[1])
+        what, example = f'--known {one.name}', f'write {one.name}=VALUE+-1%, as 0.25+-1% or 3g+-1%'
+        value_si, share = known_value(what, given, spec_of(one.name), example)
         if not (share > 0.0 and value_si > 0.0):
             raise OutOfRange(what, str(one.known), '', 'not above 0', example)
         found[one.name] = (value_si, share)
     return found
 
 
+def known_value(
+    what: str, given: Known | str, spec: Spec, example: str, value: float | None = None
+) -> Known:
+    """Return a value and its relative error, as given or typed; ``value`` if none is typed."""
+    if isinstance(given, str):
+        typed, sign, error = given.replace('±', '+-').partition('+-')
+        if not sign or not error.strip().endswith('%'):
+            raise WrongKind(what, given, 'VALUE+-SHARE%', example)
+        if typed.strip() or value is None:
+            [value] = to_si_list(what, (typed,), spec.unit)
+        [percent] = to_si_list(what, (error.strip().rstrip('%'),), '')
+        given = value, 0.01 * percent
+    return float(spec.check(what, given[0])), float(given[1])
+
+
+def check_quantity(name: str, what: str) -> Spec:
+    """Return the declaration of a parameter; refuse what is no quantity."""
+    spec = spec_of(name)
+    if spec.kind is not float or spec.is_array:
+        hint = 'set it with --set, and compare fits'
+        found = 'an array' if spec.is_array else 'no float'
+        raise WrongKind(what, name, f'a quantity (it is {found})', hint)
+    return spec
+
+
 def _check_names(names: Sequence[str]) -> None:
     if not names:
         raise WrongKind('--free', '', 'a list of parameters', 'name one, as contact.friction')
     for name in names:
-        spec = spec_of(name)
-        if spec.kind is not float or spec.is_array:
-            hint = 'set it with --set, and compare fits'
-            found = 'an array' if spec.is_array else 'no float'
-            raise WrongKind('free parameter', name, f'a quantity (it is {found})', hint)
+        check_quantity(name, 'free parameter')
         if name.partition('.')[0] not in FITTED_GROUPS:
             limit = 'not a property of the drive'
             hint = f'free quantities of {", ".join(FITTED_GROUPS)}'

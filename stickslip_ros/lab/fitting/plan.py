@@ -5,8 +5,9 @@
 Plan the measurements that would reduce the errors of a fit most.
 
 The fitted stand predicts each candidate; its slopes J, whitened as those of the fit, add J'J to
-the information. The candidate with the smallest volume of the errors (D-optimal) comes first, then
-the best together with it. The expected errors are as true as the fit.
+the information, with columns for the assumed constants. The candidate with the smallest volume of
+the errors (D-optimal) comes first, then the best together with it. The expected errors are as true
+as the fit.
 
 """
 
@@ -21,6 +22,7 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps, Seen, Voltage
 from stickslip_ros.lab.experiments.predict import predict
+from stickslip_ros.lab.fitting.assumed import slopes_of_constants
 from stickslip_ros.lab.fitting.problem import Problem, StandardErrors
 from stickslip_ros.lab.fitting.result import FitResult
 from stickslip_ros.lab.runs.sawtooth_run import full_stroke_m
@@ -67,22 +69,25 @@ def plan(fit: FitResult, count: int = 5, candidates: Sequence[Candidate] | None 
     if not 1 <= count <= MOST:
         limit = f'not from 1 to {MOST}'
         raise OutOfRange('number of measurements', count, '', limit, 'take 5')
-    known = np.flatnonzero(np.isfinite(np.diag(fit.uncertainty.covariance_z)))
+    whole = fit.assumed.covariance_z  # of the assumed constants too, which all readings share
+    finite = np.flatnonzero(np.isfinite(np.diag(whole)))
+    known = finite[finite < len(fit.estimates)]
     if not len(known):
         hint = 'free parameters that the measurements depend on'
         raise OutOfRange('determined parameters', 0, '', 'too few', hint)
-    inside = np.ix_(known, known)
-    information = np.linalg.inv(fit.uncertainty.covariance_z[inside])
+    inside, shown = np.ix_(finite, finite), slice(len(known))
+    information = np.linalg.inv(whole[inside])
     given = candidates_of(fit) if candidates is None else candidates
     gains = [(each, information_of(fit, each)[inside]) for each in given]
     count = min(count, len(gains))
     chosen, errors = list[Candidate](), list[Array]()
     for _ in range(count):
-        volumes = [np.linalg.slogdet(information + gain)[1] for _, gain in gains]
-        best, gain = gains.pop(int(np.argmax(volumes)))  # twice it would err alike
+        after = [np.linalg.inv(information + gain)[shown, shown] for _, gain in gains]
+        volumes = [np.linalg.slogdet(each)[1] for each in after]
+        best, gain = gains.pop(int(np.argmin(volumes)))  # twice it would err alike
         information = information + gain
         chosen.append(best)
-        errors.append(np.sqrt(np.diag(np.linalg.inv(information))))
+        errors.append(np.sqrt(np.diag(np.linalg.inv(information))[shown]))
     names = tuple(fit.estimates[k].name for k in known)
     now = fit.uncertainty.errors_z[known]
     return Plan(names, now, tuple(chosen), np.array(errors))
@@ -146,18 +151,18 @@ def _like(fit: FitResult) -> tuple[Experiment, float]:
 
 
 def information_of(fit: FitResult, candidate: Candidate) -> Array:
-    """Return the information of a candidate on the coordinates, shape (free, free)."""
-    problem, place = fit.problem, fit.found.place
+    """Return the information on coordinates and constants, shape (free + constants, same)."""
+    problem, place, constants = fit.problem, fit.found.place, list(fit.assumed.shares)
+    added = np.zeros((len(place) + len(constants),) * 2)
     if candidate.experiment is None:
         number = [one.name for one in fit.estimates].index(WEIGHED)
-        added = np.zeros((len(place), len(place)))
         added[number, number] = WEIGHED_SHARE**-2
         return added
     stand = problem.stand(place)
     try:
         [found] = predict(stand, [candidate.experiment])
     except StickSlipError:  # an impossible measurement has no information
-        return np.zeros((len(place), len(place)))
+        return added
     seen = tuple(
         dataclasses.replace(each, values=model.values)
         for each, model in zip(candidate.experiment.seen, found, strict=True)
@@ -172,4 +177,7 @@ def information_of(fit: FitResult, candidate: Candidate) -> Array:
         problem.allowance,
     ).measured_at([found])
     slopes = candidate_problem.slopes(place)
+    if constants:
+        more = slopes_of_constants(candidate_problem, place, constants)
+        slopes = np.hstack((slopes, more))
     return np.asarray(slopes.T @ slopes)

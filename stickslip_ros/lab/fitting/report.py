@@ -16,9 +16,10 @@ from stickslip_ros.drive.records import VOLTAGE
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps, Seen, Voltage
+from stickslip_ros.lab.fitting.assumed import APART_MAX, Tension
 from stickslip_ros.lab.fitting.free import PREFACTOR, RMS_HEIGHT
 from stickslip_ros.lab.fitting.missing import Trial
-from stickslip_ros.lab.fitting.result import MISSED_MOST, P_VALUE_MIN, FitResult
+from stickslip_ros.lab.fitting.result import MISSED_MOST, P_VALUE_MIN, FitResult, Ratio
 from stickslip_ros.lab.fitting.statistics import Estimate
 from stickslip_ros.lab.runs.plottable import Plottable
 from stickslip_ros.lab.waveform.recognise import LOW_SHARE
@@ -73,6 +74,8 @@ class Fit(Plottable, FitResult):
     def sections(self) -> Iterator[Section]:
         """Yield estimates, quality, readings over time, correlations, missing parameters."""
         header = 'parameter', 'estimate', 'std error', '95 % low', '95 % high', 'unit'
+        if ratios := [_row(one, holds=self.holds) for one in self.ratios]:
+            yield Section('what the recording shows, whatever the feet are', ratios, header)
         estimates = [_row(one, holds=self.holds) for one in self.estimates]
         title = f'fit of {", ".join(one.name for one in self.estimates)}'
         yield Section(title, estimates, header, self._notes(), self._draw)
@@ -87,6 +90,9 @@ class Fit(Plottable, FitResult):
                 for note in one.drive.notes
             ]
             yield Section('driving voltage', drove)
+        if told := [_tension_row(each) for each in self.tensions]:
+            heads = 'known or assumed', 'value', 'error', 'readings prefer', 'std errors apart'
+            yield Section('constants about which the readings tell', told, heads)
         if len(self.estimates) > 1:
             names = [one.name for one in self.estimates]
             rows = [
@@ -113,7 +119,21 @@ class Fit(Plottable, FitResult):
         notes = (f'Note: {note}.' for note in self.notes)
         warnings = (f'Warning: {warning}.' for warning in warnings_of(self))
         basis = f'Errors: {basis_of(self)}.' if self.holds else _FAILED
-        return [basis, *notes, *warnings]
+        return [basis, *self._assumed(), *notes, *warnings]
+
+    def _assumed(self) -> Iterator[str]:
+        sources = dict[str, list[str]]()
+        for one in self.estimates:
+            sources.setdefault(self.scale_of(one.name), []).append(one.name)
+        words = (f'{source}: {", ".join(names)}' for source, names in sources.items())
+        yield f'Scale {"; ".join(words)}.'
+        shares = self.assumed.shares.items()
+        if shares and self.holds:
+            errors = ', '.join(f'{name} {100.0 * share:.3g} %' for name, share in shares)
+            yield (
+                f'Assumed errors, also in covariance and draws: {errors}; '
+                '--assume NAME=VALUE+-SHARE% changes them.'
+            )
 
     def __repr__(self) -> str:
         estimates = (_estimate(one, holds=self.holds) for one in self.estimates)
@@ -151,6 +171,9 @@ def as_object(fit: FitResult) -> Any:
             'noise_n': fit.noise_n,
             'allowance': fit.problem.allowance,
             'known': fit.problem.known,
+            'assumed': fit.assumed.shares,
+            'tensions': fit.tensions,
+            'ratios': fit.ratios,
             'chi_square': fit.chi_square,
             'dof': doubt.dof,
             'reduced_chi_square': fit.reduced_chi_square,
@@ -245,6 +268,13 @@ def _misfit_warnings(fit: FitResult) -> Iterator[str]:
             'errors; either these are too small or the model is wrong: values and intervals are '
             'not reliable'
         )
+    for each in fit.tensions:
+        if each.apart > APART_MAX:
+            yield (
+                f'{each.name} is {each.value:.4g} +- {100.0 * each.share:.3g} %, but the '
+                f'readings prefer {each.preferred:.3g}, {each.apart:.3g} standard errors off: '
+                'check it, and describe feet and contacts (--stage, feet.*, contact.*)'
+            )
     worst = fit.missing[0] if fit.missing else None
     if worst and fit.is_trial_different and fit.trial and fit.trial.found < worst.expected:
         yield _other_drive(fit, fit.trial)
@@ -338,7 +368,7 @@ def _estimate_warnings(one: Estimate, lacks: str, *, holds: bool) -> Iterator[st
 def _trade_warnings(fit: FitResult) -> Iterator[str]:
     names = [one.name for one in fit.estimates]
     for row, column in zip(*np.triu_indices(len(names), k=1), strict=True):
-        correlation = float(fit.uncertainty.correlation[row, column])
+        correlation = float(fit.assumed.recorded.correlation[row, column])
         if abs(correlation) > CORRELATED:
             yield f'{names[row]} and {names[column]} are correlated by {correlation:+.3f}'
     doubt = fit.uncertainty
@@ -415,11 +445,16 @@ def _estimate(one: Estimate, *, holds: bool) -> str:
     return f'{value}, 95 % interval {one.low:.6g} to {one.high:.6g}'
 
 
-def _row(one: Estimate, *, holds: bool) -> tuple[str, ...]:
+def _row(one: Estimate | Ratio, *, holds: bool) -> tuple[str, ...]:
     doubt = ('not determined' if one.undetermined and holds else '-', '-', '-')
     if holds and np.isfinite(one.standard_error):
         doubt = (f'{one.standard_error:.2g}', f'{one.low:.6g}', f'{one.high:.6g}')
     return (one.name, f'{one.value:.6g}', *doubt, one.unit)
+
+
+def _tension_row(each: Tension) -> tuple[str, ...]:
+    share, apart = f'{100.0 * each.share:.3g} %', f'{each.apart:.2g}'
+    return each.name, f'{each.value:.4g}', share, f'{each.preferred:.4g}', apart
 
 
 def _trace_row(one: Experiment, each: Seen, sensor: dict[str, float]) -> tuple[str, ...]:

@@ -3,20 +3,31 @@
 
 """The result of a fit: the best of many searches, and its quality."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import chi2
 
 from stickslip_ros.arrays import Array
+from stickslip_ros.drive.build import friction_limit_n
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
+from stickslip_ros.lab.fitting.assumed import APART_MAX, OF_FORCES, Assumed, Tension
 from stickslip_ros.lab.fitting.draws import drawn
 from stickslip_ros.lab.fitting.missing import Missing, Trial
-from stickslip_ros.lab.fitting.problem import Predicted, Problem
-from stickslip_ros.lab.fitting.statistics import Estimate, Uncertainty, estimates_of
+from stickslip_ros.lab.fitting.problem import STEP, Predicted, Problem
+from stickslip_ros.lab.fitting.statistics import (
+    EFFECT,
+    UNDETERMINED,
+    Estimate,
+    Uncertainty,
+    estimates_of,
+)
+from stickslip_ros.lab.tables.numbers import stage_hz
 from stickslip_ros.parameters import Parameters, Scalar
+from stickslip_ros.units import unit_of
 
 _SAME_CHANGE = 0.01
 """Largest difference of chi-square, per its scale, of two searches in the same minimum."""
@@ -56,6 +67,27 @@ def best_of(searches: Sequence[Minimum]) -> Minimum:
     return min(searches, key=lambda found: found.chi_square)
 
 
+class Ratio(NamedTuple):
+    """A ratio of forces and masses of a fitted stand, which a motion shows without a scale."""
+
+    name: str
+    unit: str
+    value: float
+    standard_error: float  # without those of assumed constants
+    low: float
+    high: float
+    undetermined: bool = False
+
+
+_RATIOS: Mapping[str, tuple[str, Callable[[Parameters], float]]] = {
+    'ringing, k/m': ('Hz', lambda on: stage_hz(on) if on.contact.law == 'mdr' else 0.0),
+    'damping, c/m': ('1/s', lambda on: on.runner.damping / on.runner.mass),
+    'friction, mu F/m': ('m/s^2', lambda on: friction_limit_n(on) / on.runner.mass),
+    'gain': ('m/V', lambda on: on.actuator.gain),
+}
+_SCALED_GROUPS = ('contact', 'friction_law', 'runner', 'load_cell')
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class FitResult:
     """The numbers of a ``Fit``, which describes them."""
@@ -66,6 +98,7 @@ class FitResult:
     others: tuple[Minimum, ...]
     steady: bool
     uncertainty: Uncertainty
+    assumed: Assumed
     predicted: Predicted
     missing: tuple[Missing, ...]
     trial: Trial | None
@@ -105,8 +138,9 @@ class FitResult:
         Returns
         -------
         list of Parameters
-            From the normal distribution of the coordinates (mostly logarithms) at the minimum;
-            parameters without a finite error stay constant.
+            From the normal distribution of the coordinates (mostly logarithms) at the minimum,
+            with the errors of the assumed constants; parameters without a finite error stay
+            constant.
 
         """
         free, place = self.problem.free, self.found.place
@@ -119,6 +153,60 @@ class FitResult:
             [np.nan if one.undetermined else one.slope(one.value) for one in self.estimates]
         )
         return np.asarray(self.uncertainty.covariance_z * np.outer(slopes, slopes))
+
+    @property
+    def has_forces(self) -> bool:
+        """Whether a force or a mass was measured."""
+        return any(unit_of(each.quantity) in OF_FORCES for _, _, each, _ in self.problem.seen)
+
+    def scale_of(self, name: str) -> str:
+        """Return in words where the scale of a parameter comes from."""
+        known, is_mass = self.problem.known, name.startswith('runner.')
+        if name in known:
+            return 'weighed' if name == 'runner.mass' else 'known'
+        if name.partition('.')[0] not in _SCALED_GROUPS:
+            return 'from the recording'
+        if self.has_forces:
+            return 'from the force'
+        if 'runner.mass' in known and (is_mass or name == 'contact.friction'):
+            return 'from the weighed mass'
+        return 'from the assumed contact'
+
+    @cached_property
+    def ratios(self) -> tuple[Ratio, ...]:
+        """The ratios that readings without a force show."""
+        place, settings = self.found.place, dict(self.experiments[0].settings)
+        covariance_z, found = self.assumed.recorded.covariance_z, list[Ratio]()
+
+        def logarithm(shown: Callable[[Parameters], float], z: Array) -> float:
+            value = shown(self.problem.stand(z).updated(settings))
+            return float(np.log(value)) if value > 0.0 else -np.inf
+
+        for name, (unit, shown) in {} if self.has_forces else _RATIOS.items():
+            middle = logarithm(shown, place)
+            slopes = np.array(
+                [
+                    (logarithm(shown, place + way) - logarithm(shown, place - way)) / (2.0 * STEP)
+                    for way in STEP * np.eye(len(place))
+                ]
+            )
+            acts = np.abs(slopes) > EFFECT
+            if not (np.isfinite(middle) and acts.any()):
+                continue
+            slopes = slopes[acts]
+            error = float(np.sqrt(slopes @ covariance_z[np.ix_(acts, acts)] @ slopes))
+            value, width = float(np.exp(middle)), self.uncertainty.quantile * error
+            if not error < UNDETERMINED:
+                found.append(Ratio(name, unit, value, np.inf, np.nan, np.nan, True))
+            else:
+                low, high = (value * float(np.exp(way)) for way in (-width, width))
+                found.append(Ratio(name, unit, value, value * error, low, high))
+        return tuple(found)
+
+    @cached_property
+    def tensions(self) -> tuple[Tension, ...]:
+        """Known and assumed values beside those that the readings alone prefer."""
+        return self.assumed.tensions(self.problem, self.found.place)
 
     @property
     def experiments(self) -> tuple[Experiment, ...]:
@@ -157,7 +245,8 @@ class FitResult:
             trial.chi_square - _FALL, MISSED_MOST * self.readings
         ):
             return False
-        return self.uncertainty.is_beyond_errors(place, self.problem.coordinates(trial.values))
+        there = self.problem.coordinates(trial.values)
+        return self.assumed.recorded.is_beyond_errors(place, there)
 
     @property
     def is_biased(self) -> bool:
@@ -165,7 +254,7 @@ class FitResult:
         place = self.found.place
         return any(
             each.chi_square - each.expected > _FALL
-            and self.uncertainty.is_beyond_errors(place, place + np.array(each.moves))
+            and self.assumed.recorded.is_beyond_errors(place, place + np.array(each.moves))
             for each in self.missing
         )
 
@@ -176,6 +265,7 @@ class FitResult:
         is_doubtful = (
             is_unlikely or self.is_missing_much or self.is_trial_different or self.is_biased
         )
+        is_doubtful |= any(each.apart > APART_MAX for each in self.tensions)
         is_cut = any(one.at_bound and not one.is_limited(one.value) for one in self.estimates)
         return self.found.converged and not (is_doubtful or is_cut or self.drifts)
 

@@ -64,7 +64,7 @@ def _speed_m_per_s(run: Any, _: Parameters) -> float:
     return float(run.step_length_m * abs(run.frequency_hz))
 
 
-def _stage_hz(_: Any, stand: Parameters) -> float:
+def stage_hz(stand: Parameters) -> float:
     """Return the frequency of a free runner on its sticking contacts, Hz."""
     if stand.contact.law != 'mdr':
         limit, hint = 'a law without one stiffness for all small motions', "set it to 'mdr'"
@@ -94,7 +94,7 @@ _ROWS: Mapping[str, tuple[Any, ...]] = {
     'moving_mass_kg': ('moving mass, mass, runner mass', 'rest',
                        lambda _, on: on.runner.mass, 'free', True),
     'stage_frequency_hz': ('stage frequency, resonance frequency, resonant frequency', 'rest',
-                           _stage_hz, 'free', True),
+                           lambda _, on: stage_hz(on), 'free', True),
     'capacitance_f': ('capacitance, kapazität', 'rest',
                       lambda _, on: on.actuator.capacitance, 'free', True),
     'slew_v_per_s': ('slew, slew rate', 'rest', lambda _, on: slew_of(on), 'free', True),

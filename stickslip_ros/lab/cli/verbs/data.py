@@ -99,7 +99,7 @@ DATA = (
         *options_of(
             READING, 'commands', 'window_s', 'frequency_hz', 'steps', 'outliers', 'workers'
         ),
-        *options_of(FIT, 'shape_m', 'step_share', 'starts', 'seed'),
+        *options_of(FIT, 'assume', 'shape_m', 'step_share', 'starts', 'seed'),
         option(
             '--plan',
             'choose N measurements that would reduce the errors most',
