@@ -32,11 +32,12 @@ from stickslip_ros.lab.fitting.statistics import (
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.units import unit_of
 
-SCALE, FEET = 'scale', 'feet'
+_SCALE, FEET_NUMBER = 'scale', 'feet'
 """The stiffness of all contacts at the same limits of friction, and the number of feet under the
 same normal force together, both per that of the stand."""
-ASSUMED: Mapping[str, float] = {
-    SCALE: 0.3,
+FACTORS_ASSUMED = _SCALE, FEET_NUMBER
+ASSUMED_SHARES: Mapping[str, float] = {
+    _SCALE: 0.3,
     'contact.radius': 0.1,
     'contact.young_runner': 0.1,
     'contact.young_sphere': 0.1,
@@ -124,11 +125,11 @@ def assumed_of(
     parameters: Parameters, free: Iterable[str], given: Mapping[str, Known | str]
 ) -> tuple[Parameters, dict[str, float]]:
     """Return a stand with assumed values, and the relative errors that are stated or usual."""
-    shares, values, free = dict(ASSUMED), dict[str, float](), set(free)
+    shares, values, free = dict(ASSUMED_SHARES), dict[str, float](), set(free)
     flat = parameters.flat()
     for name, stated in given.items():
         what, example = f'--assume {name}', f'write {name}=+-2%, or with a value before +-'
-        is_factor = name in {SCALE, FEET}
+        is_factor = name in FACTORS_ASSUMED
         spec = check_quantity('contact.friction' if is_factor else name, '--assume')
         if name in free:
             hint = f'leave it out, or use --known {name}=VALUE+-2%'
@@ -211,10 +212,10 @@ def _changed(stand: Parameters, one: Experiment, name: str, factor: float) -> Ex
     """Return an experiment with a constant times a factor; unchanged if that is impossible."""
     there = stand.updated(dict(one.settings))
     flat, load_n = there.flat(), one.load_n
-    if name in {SCALE, FEET}:
-        less = (*_OPPOSING, *_FRICTION) if name == SCALE else (*_OPPOSING, 'stand.preload')
+    if name in FACTORS_ASSUMED:
+        less = (*_OPPOSING, *_FRICTION) if name == _SCALE else (*_OPPOSING, 'stand.preload')
         changes = {each: flat[each] / factor for each in less}
-        if name == SCALE:
+        if name == _SCALE:
             changes['feet.weight'] = tuple(factor * each for each in flat['feet.weight'])
         load_n /= factor
     else:
@@ -230,5 +231,5 @@ def _changed(stand: Parameters, one: Experiment, name: str, factor: float) -> Ex
 
 def _scaled(model: Prediction, quantity: str, name: str, factor: float) -> Prediction:
     """Return a prediction with the forces that ``_changed`` divided."""
-    is_force = name in {SCALE, FEET} and unit_of(quantity) in OF_FORCES
+    is_force = name in FACTORS_ASSUMED and unit_of(quantity) in OF_FORCES
     return replace(model, values=factor * model.values) if is_force else model

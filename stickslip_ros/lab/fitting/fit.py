@@ -18,7 +18,7 @@ from stickslip_ros.lab.experiments.experiment import Experiment
 from stickslip_ros.lab.experiments.options import ReadingOptions
 from stickslip_ros.lab.experiments.reading import read_experiments
 from stickslip_ros.lab.fitting.assumed import (
-    FEET,
+    FEET_NUMBER,
     FEET_SHARE,
     assume,
     assumed_of,
@@ -134,7 +134,7 @@ def fit(
     read = read_experiments(experiments, given, options, report)
     is_of_paper = not is_described(given, names, read)
     if is_of_paper:
-        shares.setdefault(FEET, FEET_SHARE)
+        shares.setdefault(FEET_NUMBER, FEET_SHARE)
         notes = (*notes, _OF_PAPER)
     with progress_of(progress, 'runs') as show:
         fitted = fit_experiments(

@@ -16,7 +16,7 @@ from stickslip_ros.drive.records import VOLTAGE
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps, Seen, Voltage
-from stickslip_ros.lab.fitting.assumed import APART_MAX, Tension
+from stickslip_ros.lab.fitting.assumed import APART_MAX, FACTORS_ASSUMED, Tension
 from stickslip_ros.lab.fitting.free import PREFACTOR, RMS_HEIGHT
 from stickslip_ros.lab.fitting.missing import Trial
 from stickslip_ros.lab.fitting.result import MISSED_MOST, P_VALUE_MIN, FitResult, Ratio
@@ -407,16 +407,23 @@ def _points(fit: FitResult) -> list[dict[str, Any]]:
 
 
 def _of_bands(fit: FitResult) -> str:
-    """Return a note on bands of draws; empty for most fits."""
+    """Return a note on bands of draws; empty if they are as wide as the readings allow."""
+    notes = list[str]()
+    if not (fit.has_forces or fit.assumed.shares.keys().isdisjoint(FACTORS_ASSUMED)):
+        off = ' '.join(f'--assume {name}=+-0%' for name in FACTORS_ASSUMED)
+        notes.append(
+            'draws have the errors of the assumed contact, so bands of a motion are too wide; '
+            f'fit with {off} for bands of the motion alone'
+        )
     preloads = {one.settings.get('stand.preload') for one in fit.experiments}
     names = {one.name for one in fit.estimates}
     is_curved = 'contact.friction' in names and not names.isdisjoint((PREFACTOR, RMS_HEIGHT))
-    if not (fit.problem.has_traces and len(preloads) == 1 and is_curved):
-        return ''
-    return (
-        'the fit has one preload, so friction and roughness lie on a curve that draws leave: '
-        'bands may be up to twice too wide; add a second preload'
-    )
+    if fit.problem.has_traces and len(preloads) == 1 and is_curved:
+        notes.append(
+            'the fit has one preload, so friction and roughness lie on a curve that draws leave: '
+            'bands may be up to twice too wide; add a second preload'
+        )
+    return '; '.join(notes)
 
 
 def _traces(fit: FitResult) -> list[dict[str, Any]]:

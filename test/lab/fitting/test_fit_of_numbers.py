@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from fit_cases import EXACT
 from spring_rig import G_STAR_PA, SHARES, SLEW_V_PER_S, Rig, _row
 
 from stickslip_ros.arrays import Array
@@ -137,7 +138,7 @@ def test_who_knows_a_0_amplitude_and_a_ring_down_learns_friction_mass_and_dampin
         }
     )
     free = ['contact.friction', 'runner.mass', 'runner.damping']
-    said: Any = {'preloads_n': (rig.preload_n,), 'steps': STEPS}
+    said: Any = {'preloads_n': (rig.preload_n,), 'steps': STEPS, 'assume': EXACT}
     found = fit([zeros, ringing], free, options=FitOptions(**said, starts=1))
     for one, true in zip(
         found.estimates, (rig.friction, rig.mass_kg, rig.damping_n_s_per_m), strict=True

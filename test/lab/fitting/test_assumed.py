@@ -1,0 +1,173 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""Errors of the constants that a fit assumes: intervals hold on feet that are not the assumed."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+from fit_cases import EXACT
+from spring_rig import voltage
+
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
+from stickslip_ros.lab.experiments.predict import predict
+from stickslip_ros.lab.fitting.assumed import ASSUMED_SHARES, FEET_NUMBER, _changed, assumed_of
+from stickslip_ros.lab.fitting.fit import FitOptions, fit
+from stickslip_ros.lab.fitting.free import Free
+from stickslip_ros.lab.fitting.plan import plan
+from stickslip_ros.lab.fitting.report import Fit, as_object, warnings_of
+from stickslip_ros.parameters import Parameters
+
+ROWS = voltage((-60.0, 250.0, 1), (-170.0, 200.0, 1), (280.0, 300.0, 5), (300.0, 600.0, 8))
+TRUTH = {
+    'contact.friction': 0.25,
+    'contact.prefactor': 5.5e-4,
+    'runner.mass': 3.2e-3,
+    'runner.damping': 25.0,
+    'actuator.gain': 5.5e-10,
+}
+PRELOAD_N, NOISE_M = 0.33, 1.5e-9
+THREE_FEET: Mapping[str, Any] = {'feet.count': (3,), 'feet.share': (0.943,)}
+ALUMINIUM: Mapping[str, Any] = {'contact.young_runner': 70e9}
+STEPWISE = 1e-9  # relative rounding of two stands that move alike
+
+
+def recorded(changes: Mapping[str, Any], rows: np.ndarray = ROWS) -> Experiment:
+    """Give the noisy position of a stand that differs from the stand of the paper."""
+    time_s = np.arange(0.0, rows[-1, 0], 2e-5)
+    settings = {'stand.preload': PRELOAD_N, 'load_cell.contact': 'absent'}
+    asked = Experiment('rig', settings, Voltage(rows), (Seen('position_m', 0.0 * time_s, time_s),))
+    [[shown]] = predict(Parameters().updated({**TRUTH, **changes}), [asked])
+    noise_m = np.random.default_rng(2).normal(0.0, NOISE_M, len(time_s))
+    seen = Seen('position_m', shown.values + noise_m, time_s)
+    return Experiment('rig', settings, Voltage(rows), (seen,))
+
+
+def learned(seen: Experiment, assume: Mapping[str, str], known: str | None = None) -> Fit:
+    free = [Free(name, known=known if name == 'runner.mass' else None) for name in TRUTH]
+    return fit(seen, free, options=FitOptions(starts=1, assume=assume))
+
+
+@pytest.fixture(scope='module', params=[THREE_FEET, ALUMINIUM], ids=['three feet', 'aluminium'])
+def other(request: pytest.FixtureRequest) -> tuple[Experiment, Fit]:
+    """Give a recording of feet or a runner that the fit does not know, and its fit."""
+    seen = recorded(request.param)
+    return seen, learned(seen, {})
+
+
+def test_intervals_hold_on_feet_and_runners_that_nobody_described(other: tuple[Experiment, Fit]):
+    seen, found = other
+    assert found.holds
+    for one in found.estimates:
+        assert one.low < TRUTH[one.name] < one.high
+    exact = learned(seen, EXACT)
+    assert exact.holds
+    mass = exact.estimates[2]
+    assert mass.low > 1.1 * TRUTH['runner.mass']  # with the contact as exact
+
+
+def test_ratios_are_narrow_and_hold_whatever_the_feet_are(other: tuple[Experiment, Fit]):
+    _, found = other
+    ratios = {one.name: one for one in found.ratios}
+    normal_n = 2.0 * 2.0**0.5 * PRELOAD_N
+    for name, true in (
+        ('damping, c/m', TRUTH['runner.damping'] / TRUTH['runner.mass']),
+        ('friction, mu F/m', TRUTH['contact.friction'] * normal_n / TRUTH['runner.mass']),
+        ('gain', TRUTH['actuator.gain']),
+    ):
+        assert ratios[name].low < true < ratios[name].high
+        assert ratios[name].standard_error < 0.03 * true
+
+
+def test_the_report_says_where_the_scale_comes_from(other: tuple[Experiment, Fit]):
+    _, found = other
+    text = repr(found)
+    assert (
+        'Scale from the assumed contact: contact.friction, contact.prefactor, runner.mass' in text
+    )
+    assert 'Assumed errors, also in covariance and draws: scale 30 %, contact.radius 10 %' in text
+    assert 'feet and contacts are those of the paper, as none were described' in text
+    assert next(found.sections()).title == 'what the recording shows, whatever the feet are'
+    content = as_object(found)
+    assert content['assumed'] == {**ASSUMED_SHARES, FEET_NUMBER: 0.5}
+    assert [each['name'] for each in content['ratios']][-1] == 'gain'
+    assert content['bands'].startswith('draws have the errors of the assumed contact')
+
+
+def test_draws_spread_as_the_wide_errors_and_a_plan_knows_that_constants_stay(
+    other: tuple[Experiment, Fit],
+):
+    _, found = other
+    masses = np.log([each.runner.mass for each in found.draws(400)])
+    mass = found.estimates[2]
+    assert masses.std() == pytest.approx(mass.standard_error / mass.value, rel=0.15, abs=0.0)
+    planned = plan(found, 2)
+    weighings = [k for k, each in enumerate(planned.chosen) if each.experiment is None]
+    assert weighings == [0]  # nothing else shows the scale
+    assert planned.errors[0, 2] < 0.011
+
+
+def test_the_scale_moves_whatever_opposes_a_motion_and_nothing_else(other: tuple[Experiment, Fit]):
+    _, found = other
+    moves = found.assumed.moves[:, list(found.assumed.shares).index('scale')]
+    assert moves == pytest.approx([1.0, 0.0, 1.0, 1.0, 0.0], rel=0.0, abs=0.02)
+
+
+def test_twice_the_feet_move_as_twice_the_feet():
+    one = recorded({})
+    twice = {'feet.count': (4, 8), 'feet.share': (2.0**0.5 / 4, 2.0**0.5 / 8)}
+    stand = Parameters().updated(TRUTH)
+    [[true]] = predict(stand.updated(twice), [one])
+    [[found]] = predict(stand, [_changed(stand, one, FEET_NUMBER, 2.0)])
+    assert found.values == pytest.approx(true.values, rel=0.0, abs=STEPWISE * np.ptp(true.values))
+
+
+def test_a_weighed_mass_far_from_that_of_the_readings_is_named():
+    seen = recorded({})
+    found = learned(seen, {}, known='6g+-1%')
+    assert not found.holds
+    [tension] = [each for each in found.tensions if each.name == 'runner.mass']
+    assert tension.apart > 3.0
+    assert tension.preferred < 0.9 * 6e-3
+    assert any(
+        text.startswith('runner.mass is 0.006 +- 1 %, but the') for text in warnings_of(found)
+    )
+
+
+def test_values_and_errors_of_constants_are_stated_and_a_described_foot_is_no_doubt():
+    stand, shares = assumed_of(
+        Parameters(),
+        ['contact.young_runner'],
+        {'contact.radius': '0.4mm+-2%', 'scale': '+-0%', 'amplifier.slew_rate': (1e8, 0.1)},
+    )
+    assert stand.contact.radius == pytest.approx(4e-4, rel=1e-12, abs=0.0)
+    assert stand.amplifier.slew_rate == 1e8
+    assert shares.pop('scale') == 0.0
+    assert shares == pytest.approx(
+        {
+            'contact.radius': 0.02,
+            'contact.young_sphere': 0.1,
+            'stand.preload': 0.05,
+            'amplifier.slew_rate': 0.1,
+        }
+    )
+
+
+@pytest.mark.parametrize(
+    ('name', 'stated', 'message'),
+    [
+        ('contact.radius', '1mm', 'is not VALUE'),
+        ('contact.radius', '+-100%', 'with an error of 0 to less than 100 %'),
+        ('scale', '2+-10%', r'not a value above 0 \(scale, feet: 1\)'),
+        ('contact.friction', '+-1%', 'of a free parameter; leave it out, or use --known'),
+        ('contact.radus', '+-1%', 'contact.radius'),
+        ('feet.count', '+-1%', 'a quantity'),
+        ('actuator.creep', '+-1%', 'not a value above 0'),
+    ],
+)
+def test_an_assumption_that_is_none_is_refused(name: str, stated: str, message: str):
+    with pytest.raises(StickSlipError, match=message):
+        assumed_of(Parameters(), ['contact.friction'], {name: stated})
