@@ -27,6 +27,8 @@ PARAMETERS = {
     'runner.damping': 'damping_n_s_per_m',
     'actuator.gain': 'gain_m_per_v',
 }
+CONTACT = ('contact.radius', 'contact.young_runner', 'contact.young_sphere')
+EXACT = dict.fromkeys((*CONTACT, 'stand.preload', 'scale', 'feet'), '+-0%')
 
 
 def rig_of(kind, chance):
@@ -73,7 +75,9 @@ def learned(kind, number):
     about = {'kind': kind, 'rig': number}
     table, commands = table_of(kind, rig, chance)
     try:
-        options = FitOptions(commands=commands, preloads_n=(rig.preload_n,), starts=1, workers=1)
+        options = FitOptions(
+            commands=commands, preloads_n=(rig.preload_n,), starts=1, workers=1, assume=EXACT
+        )
         found = fit(table, list(PARAMETERS), options=options)
     except StickSlipError as refusal:
         return [{**about, 'refused': str(refusal)}]

@@ -12,6 +12,7 @@ marginalised to first order, by the slopes of the predictions at the minimum.
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
@@ -19,9 +20,8 @@ import numpy as np
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.lab.experiments.experiment import Experiment
-from stickslip_ros.lab.experiments.predict import Prediction
 from stickslip_ros.lab.fitting.free import Known, check_quantity, known_value
-from stickslip_ros.lab.fitting.problem import STEP, Problem
+from stickslip_ros.lab.fitting.problem import STEP, Predicted, Problem
 from stickslip_ros.lab.fitting.statistics import (
     QUANTILE_95,
     RANK,
@@ -30,7 +30,6 @@ from stickslip_ros.lab.fitting.statistics import (
     reaching,
 )
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.units import unit_of
 
 _SCALE, FEET_NUMBER = 'scale', 'feet'
 """The stiffness of all contacts at the same limits of friction, and the number of feet under the
@@ -44,7 +43,7 @@ ASSUMED_SHARES: Mapping[str, float] = {
     'stand.preload': 0.05,
 }
 """Assumed relative standard errors, of constants that are not free."""
-FEET_SHARE = 0.5
+_FEET_SHARE = 0.5
 """The same of the number of feet if they were not described: with the scale, a mass from motion
 alone is known to half of itself."""
 _OPPOSING = (
@@ -146,14 +145,20 @@ def assumed_of(
     }
 
 
-def is_described(
-    parameters: Parameters, free: Iterable[str], experiments: Sequence[Experiment]
-) -> bool:
-    """Return whether contacts or feet were given, or the drive of this package was recorded."""
+def doubt_feet(
+    shares: dict[str, float],
+    parameters: Parameters,
+    free: Iterable[str],
+    experiments: Sequence[Experiment],
+) -> tuple[str, ...]:
+    """Add the error of feet if no feet or contacts were given, and return a note about them."""
     given = parameters.changed().keys() - {*free}
-    return any(name.startswith(('feet.', 'contact.')) for name in given) or all(
-        'stand.weight' in one.settings for one in experiments
-    )
+    is_own = all('stand.weight' in one.settings for one in experiments)  # of this package
+    if is_own or any(name.startswith(('feet.', 'contact.')) for name in given):
+        return ()
+    shares.setdefault(FEET_NUMBER, _FEET_SHARE)
+    note = 'feet and contacts are those of the paper, as none were described; describe yours with '
+    return (note + '--stage or feet.* (docs/howto/which_stage.md)',)
 
 
 def assume(
@@ -187,25 +192,25 @@ def slopes_of_constants(problem: Problem, place: Array, names: Sequence[str]) ->
     """Return the slopes of the residuals per relative change, shape (residuals, constants)."""
     stand, count = problem.stand(place), len(problem.experiments)
     ends = [(name, math.exp(way)) for name in names for way in (-STEP, STEP)]
-    changed = [_changed(stand, one, *end) for end in ends for one in problem.experiments]
-    many = replace(
-        problem, experiments=tuple(changed), shifts_s=problem.shifts_s * len(ends)
-    ).predicted([stand])[0]
-    found = [
-        [
+    changed = tuple(_changed(stand, one, *end) for end in ends for one in problem.experiments)
+    many = replace(problem, experiments=changed, shifts_s=problem.shifts_s * len(ends))
+    rows, found = iter(many.predicted([stand])[0]), list[Predicted]()
+    for name, factor in ends:
+        forces = OF_FORCES if name in FACTORS_ASSUMED else ()  # which ``_changed`` divided
+        found.append(
             [
-                _scaled(model, seen.quantity, *end)
-                for model, seen in zip(row, one.seen, strict=True)
+                [
+                    replace(each, values=factor * each.values) if seen.unit in forces else each
+                    for each, seen in zip(row, one.seen, strict=True)
+                ]
+                for row, one in zip(islice(rows, count), problem.experiments, strict=True)
             ]
-            for row, one in zip(many[k * count :], problem.experiments, strict=False)
-        ]
-        for k, end in enumerate(ends)
-    ]
-    columns = [
-        problem.whitened(high, low, np.zeros_like(place)) / (2.0 * STEP)
-        for low, high in zip(found[::2], found[1::2], strict=True)
-    ]
-    return np.column_stack(columns)
+        )
+    none = np.zeros_like(place)
+    pairs = zip(found[::2], found[1::2], strict=True)
+    return np.column_stack(
+        [problem.whitened(high, low, none) / (2.0 * STEP) for low, high in pairs]
+    )
 
 
 def _changed(stand: Parameters, one: Experiment, name: str, factor: float) -> Experiment:
@@ -227,9 +232,3 @@ def _changed(stand: Parameters, one: Experiment, name: str, factor: float) -> Ex
     except StickSlipError:
         return one
     return replace(one, settings={**one.settings, **changes}, load_n=load_n)
-
-
-def _scaled(model: Prediction, quantity: str, name: str, factor: float) -> Prediction:
-    """Return a prediction with the forces that ``_changed`` divided."""
-    is_force = name in FACTORS_ASSUMED and unit_of(quantity) in OF_FORCES
-    return replace(model, values=factor * model.values) if is_force else model

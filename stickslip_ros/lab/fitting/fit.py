@@ -17,13 +17,7 @@ from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.experiments.experiment import Experiment
 from stickslip_ros.lab.experiments.options import ReadingOptions
 from stickslip_ros.lab.experiments.reading import read_experiments
-from stickslip_ros.lab.fitting.assumed import (
-    FEET_NUMBER,
-    FEET_SHARE,
-    assume,
-    assumed_of,
-    is_described,
-)
+from stickslip_ros.lab.fitting.assumed import assume, assumed_of, doubt_feet
 from stickslip_ros.lab.fitting.free import (
     Coordinate,
     FreeParameters,
@@ -55,11 +49,6 @@ WIDENED_MAX = 4  # most continuations of a search beyond default bounds
 AROUND = 1.0
 """Distance from the start of other searches of traces, in coordinates: a factor of e, mostly."""
 
-_OF_PAPER = (
-    'feet and contacts are those of the paper, as none were described; describe yours with '
-    '--stage or feet.* (docs/howto/which_stage.md)'
-)
-
 
 @reading
 @dataclass(frozen=True, kw_only=True)
@@ -77,8 +66,7 @@ class FitOptions(ReadingOptions):
     """Seed of the hypercube."""
     assume: Mapping[str, Known | str] = field(default_factory=dict)
     """
-    Error of a constant that is not free, of the scale of contact stiffness, or of the feet's
-    number; +-0% is exact.
+    Error of a constant, of the scale of contact stiffness, or of the number of feet; +-0%: none.
 
     Typed, ``{'contact.radius': '0.5mm+-2%', 'scale': '+-0%'}``, or value and relative error.
 
@@ -132,10 +120,7 @@ def fit(
     stand, chosen, notes = choose_free(given, free)
     known = known_of(free)
     read = read_experiments(experiments, given, options, report)
-    is_of_paper = not is_described(given, names, read)
-    if is_of_paper:
-        shares.setdefault(FEET_NUMBER, FEET_SHARE)
-        notes = (*notes, _OF_PAPER)
+    notes += doubt_feet(shares, given, names, read)
     with progress_of(progress, 'runs') as show:
         fitted = fit_experiments(
             stand, chosen, read, known=known, assumed=shares, options=options, progress=show
@@ -154,12 +139,7 @@ def fit_experiments(
     is_warm: bool = False,
     progress: Show | None = None,
 ) -> Fit:
-    """
-    Fit coordinates of ``choose_free`` to experiments.
-
-    ``assumed`` are relative errors of constants; ``is_warm``: the start is near.
-
-    """
+    """Fit coordinates of ``choose_free`` to experiments; ``is_warm``: the start is near."""
     started_s = time.perf_counter()
     if not 1 <= options.starts <= STARTS_MAX:
         limit = f'not from 1 to {STARTS_MAX}'

@@ -16,7 +16,7 @@ from stickslip_ros.drive.records import VOLTAGE
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps, Seen, Voltage
-from stickslip_ros.lab.fitting.assumed import APART_MAX, FACTORS_ASSUMED, Tension
+from stickslip_ros.lab.fitting.assumed import APART_MAX, FACTORS_ASSUMED
 from stickslip_ros.lab.fitting.free import PREFACTOR, RMS_HEIGHT
 from stickslip_ros.lab.fitting.missing import Trial
 from stickslip_ros.lab.fitting.result import MISSED_MOST, P_VALUE_MIN, FitResult, Ratio
@@ -90,8 +90,16 @@ class Fit(Plottable, FitResult):
                 for note in one.drive.notes
             ]
             yield Section('driving voltage', drove)
-        if told := [_tension_row(each) for each in self.tensions]:
-            heads = 'known or assumed', 'value', 'error', 'readings prefer', 'std errors apart'
+        if told := [
+            (each.name, *(f'{value:.4g}' for value in each[1:])) for each in self.tensions
+        ]:
+            heads = (
+                'known or assumed',
+                'value',
+                'relative error',
+                'readings prefer',
+                'std errors apart',
+            )
             yield Section('constants about which the readings tell', told, heads)
         if len(self.estimates) > 1:
             names = [one.name for one in self.estimates]
@@ -410,10 +418,9 @@ def _of_bands(fit: FitResult) -> str:
     """Return a note on bands of draws; empty if they are as wide as the readings allow."""
     notes = list[str]()
     if not (fit.has_forces or fit.assumed.shares.keys().isdisjoint(FACTORS_ASSUMED)):
-        off = ' '.join(f'--assume {name}=+-0%' for name in FACTORS_ASSUMED)
         notes.append(
             'draws have the errors of the assumed contact, so bands of a motion are too wide; '
-            f'fit with {off} for bands of the motion alone'
+            'fit with --assume scale=+-0% --assume feet=+-0% for narrow ones'
         )
     preloads = {one.settings.get('stand.preload') for one in fit.experiments}
     names = {one.name for one in fit.estimates}
@@ -453,15 +460,10 @@ def _estimate(one: Estimate, *, holds: bool) -> str:
 
 
 def _row(one: Estimate | Ratio, *, holds: bool) -> tuple[str, ...]:
-    doubt = ('not determined' if one.undetermined and holds else '-', '-', '-')
+    doubt = ('not determined' if getattr(one, 'undetermined', False) and holds else '-', '-', '-')
     if holds and np.isfinite(one.standard_error):
         doubt = (f'{one.standard_error:.2g}', f'{one.low:.6g}', f'{one.high:.6g}')
     return (one.name, f'{one.value:.6g}', *doubt, one.unit)
-
-
-def _tension_row(each: Tension) -> tuple[str, ...]:
-    share, apart = f'{100.0 * each.share:.3g} %', f'{each.apart:.2g}'
-    return each.name, f'{each.value:.4g}', share, f'{each.preferred:.4g}', apart
 
 
 def _trace_row(one: Experiment, each: Seen, sensor: dict[str, float]) -> tuple[str, ...]:

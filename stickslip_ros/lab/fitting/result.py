@@ -76,7 +76,6 @@ class Ratio(NamedTuple):
     standard_error: float  # without those of assumed constants
     low: float
     high: float
-    undetermined: bool = False
 
 
 _RATIOS: Mapping[str, tuple[str, Callable[[Parameters], float]]] = {
@@ -85,7 +84,8 @@ _RATIOS: Mapping[str, tuple[str, Callable[[Parameters], float]]] = {
     'friction, mu F/m': ('m/s^2', lambda on: friction_limit_n(on) / on.runner.mass),
     'gain': ('m/V', lambda on: on.actuator.gain),
 }
-_SCALED_GROUPS = ('contact', 'friction_law', 'runner', 'load_cell')
+_NOTHING, _UNKNOWN = 1e-300, 1e9  # a ratio of 0, and an infinite variance, in arithmetic
+_SCALED = 'contact.', 'friction_law.', 'runner.', 'load_cell.'  # by the forces
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -161,47 +161,44 @@ class FitResult:
 
     def scale_of(self, name: str) -> str:
         """Return in words where the scale of a parameter comes from."""
-        known, is_mass = self.problem.known, name.startswith('runner.')
+        known = self.problem.known
         if name in known:
             return 'weighed' if name == 'runner.mass' else 'known'
-        if name.partition('.')[0] not in _SCALED_GROUPS:
+        if not name.startswith(_SCALED):
             return 'from the recording'
         if self.has_forces:
             return 'from the force'
-        if 'runner.mass' in known and (is_mass or name == 'contact.friction'):
-            return 'from the weighed mass'
-        return 'from the assumed contact'
+        is_weighed = 'runner.mass' in known and name in {'contact.friction', 'runner.damping'}
+        return f'from the {"weighed mass" if is_weighed else "assumed contact"}'
 
     @cached_property
     def ratios(self) -> tuple[Ratio, ...]:
         """The ratios that readings without a force show."""
         place, settings = self.found.place, dict(self.experiments[0].settings)
-        covariance_z, found = self.assumed.recorded.covariance_z, list[Ratio]()
 
-        def logarithm(shown: Callable[[Parameters], float], z: Array) -> float:
-            value = shown(self.problem.stand(z).updated(settings))
-            return float(np.log(value)) if value > 0.0 else -np.inf
+        def logarithms(z: Array) -> Array:
+            stand = self.problem.stand(z).updated(settings)
+            return np.log([max(shown(stand), _NOTHING) for _, shown in _RATIOS.values()])
 
-        for name, (unit, shown) in {} if self.has_forces else _RATIOS.items():
-            middle = logarithm(shown, place)
-            slopes = np.array(
-                [
-                    (logarithm(shown, place + way) - logarithm(shown, place - way)) / (2.0 * STEP)
-                    for way in STEP * np.eye(len(place))
-                ]
-            )
-            acts = np.abs(slopes) > EFFECT
-            if not (np.isfinite(middle) and acts.any()):
-                continue
-            slopes = slopes[acts]
-            error = float(np.sqrt(slopes @ covariance_z[np.ix_(acts, acts)] @ slopes))
-            value, width = float(np.exp(middle)), self.uncertainty.quantile * error
-            if not error < UNDETERMINED:
-                found.append(Ratio(name, unit, value, np.inf, np.nan, np.nan, True))
-            else:
-                low, high = (value * float(np.exp(way)) for way in (-width, width))
-                found.append(Ratio(name, unit, value, value * error, low, high))
-        return tuple(found)
+        slopes = np.column_stack(
+            [
+                (logarithms(place + way) - logarithms(place - way)) / (2.0 * STEP)
+                for way in STEP * np.eye(len(place))
+            ]
+        )
+        covariance_z = np.nan_to_num(self.assumed.recorded.covariance_z, nan=0.0, posinf=_UNKNOWN)
+        errors = np.sqrt(np.sum(slopes @ covariance_z * slopes, axis=1))
+        errors = np.where(errors < UNDETERMINED, errors, np.inf)
+        strained = np.abs(slopes @ self.assumed.moves @ self.assumed.pulls)
+        widths = self.uncertainty.quantile * errors + strained
+        values = np.exp(logarithms(place))
+        columns = values, values * errors, values * np.exp(-widths), values * np.exp(widths)
+        rows = zip(_RATIOS.items(), np.transpose(columns).tolist(), strict=True)
+        return tuple(
+            Ratio(name, unit, *row)
+            for (name, (unit, _)), row in rows
+            if row[1] > EFFECT * row[0] > EFFECT * _NOTHING and not self.has_forces
+        )
 
     @cached_property
     def tensions(self) -> tuple[Tension, ...]:
