@@ -132,6 +132,8 @@ def test_with_steps_every_run_makes_as_many_as_the_experiment(experiment, capsys
     [
         (['--start', 'runner.mass=3g'], "--start 'runner.mass' is not free; add it to --free"),
         (['--known', 'runner.mass=3g+-1%'], "--known 'runner.mass' is not free; add it"),
+        (['--assume', 'contact.friction=+-1%'], 'of a free parameter; leave it out, or use'),
+        (['--assume', 'contact.radius=1mm'], "'1mm' is not VALUE+-SHARE%; write contact.radius="),
         (['--bounds', 'runner.mas=1:2'], 'did you mean runner.mass'),
         (['--bounds', 'contact.friction=0.1'], "bounds of contact.friction '0.1' is not LOW:HIGH"),
         (['--bounds', 'contact.friction'], 'is not an assignment; write --bounds NAME=LOW:HIGH'),

@@ -19,7 +19,7 @@ from stickslip_ros.lab.fitting.fit import FitOptions, fit
 from stickslip_ros.lab.fitting.free import Free
 from stickslip_ros.lab.fitting.plan import plan
 from stickslip_ros.lab.fitting.report import Fit, as_object, warnings_of
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters import Parameters, Scalar
 
 ROWS = voltage((-60.0, 250.0, 1), (-170.0, 200.0, 1), (280.0, 300.0, 5), (300.0, 600.0, 8))
 TRUTH = {
@@ -38,7 +38,7 @@ STEPWISE = 1e-9  # relative rounding of two stands that move alike
 def recorded(changes: Mapping[str, Any], rows: np.ndarray = ROWS) -> Experiment:
     """Give the noisy position of a stand that differs from the stand of the paper."""
     time_s = np.arange(0.0, rows[-1, 0], 2e-5)
-    settings = {'stand.preload': PRELOAD_N, 'load_cell.contact': 'absent'}
+    settings: dict[str, Scalar] = {'stand.preload': PRELOAD_N, 'load_cell.contact': 'absent'}
     asked = Experiment('rig', settings, Voltage(rows), (Seen('position_m', 0.0 * time_s, time_s),))
     [[shown]] = predict(Parameters().updated({**TRUTH, **changes}), [asked])
     noise_m = np.random.default_rng(2).normal(0.0, NOISE_M, len(time_s))

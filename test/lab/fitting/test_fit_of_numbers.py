@@ -138,8 +138,9 @@ def test_who_knows_a_0_amplitude_and_a_ring_down_learns_friction_mass_and_dampin
         }
     )
     free = ['contact.friction', 'runner.mass', 'runner.damping']
-    said: Any = {'preloads_n': (rig.preload_n,), 'steps': STEPS, 'assume': EXACT}
-    found = fit([zeros, ringing], free, options=FitOptions(**said, starts=1))
+    said: Any = {'preloads_n': (rig.preload_n,), 'steps': STEPS}
+    options = FitOptions(**said, starts=1, assume=EXACT)
+    found = fit([zeros, ringing], free, options=options)
     for one, true in zip(
         found.estimates, (rig.friction, rig.mass_kg, rig.damping_n_s_per_m), strict=True
     ):
