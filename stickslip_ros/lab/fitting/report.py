@@ -281,7 +281,8 @@ def _misfit_warnings(fit: FitResult) -> Iterator[str]:
             yield (
                 f'{each.name} is {each.value:.4g} +- {100.0 * each.share:.3g} %, but the '
                 f'readings prefer {each.preferred:.3g}, {each.apart:.3g} standard errors off: '
-                'check it, and describe feet and contacts (--stage, feet.*, contact.*)'
+                'check it, describe feet and contacts (--stage, feet.*, contact.*), or free '
+                'contact.radius'
             )
     worst = fit.missing[0] if fit.missing else None
     if worst and fit.is_trial_different and fit.trial and fit.trial.found < worst.expected:

@@ -137,6 +137,19 @@ def test_a_weighed_mass_far_from_that_of_the_readings_is_named():
     )
 
 
+def test_a_weighed_mass_and_a_free_radius_learn_the_friction_of_unknown_feet():
+    free: list[str | Free] = [name for name in TRUTH if name != 'runner.mass']
+    weighed = Free('runner.mass', known='3.2g+-1%')
+    options = FitOptions(starts=1)
+    found = fit(recorded(THREE_FEET), [*free, weighed, 'contact.radius'], options=options)
+    assert found.holds
+    friction = found.estimates[0]
+    assert friction.low < TRUTH['contact.friction'] < friction.high
+    assert friction.standard_error < 0.1 * friction.value
+    assert found.scale_of('runner.mass') == 'weighed'
+    assert found.scale_of('contact.friction') == 'from the weighed mass'
+
+
 def test_values_and_errors_of_constants_are_stated_and_a_described_foot_is_no_doubt():
     stand, shares = assumed_of(
         Parameters(),

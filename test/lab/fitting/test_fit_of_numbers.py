@@ -139,8 +139,8 @@ def test_who_knows_a_0_amplitude_and_a_ring_down_learns_friction_mass_and_dampin
     )
     free = ['contact.friction', 'runner.mass', 'runner.damping']
     said: Any = {'preloads_n': (rig.preload_n,), 'steps': STEPS}
-    options = FitOptions(**said, starts=1, assume=EXACT)
-    found = fit([zeros, ringing], free, options=options)
+    exact = FitOptions(**said, starts=1, assume=EXACT)
+    found = fit([zeros, ringing], free, options=exact)
     for one, true in zip(
         found.estimates, (rig.friction, rig.mass_kg, rig.damping_n_s_per_m), strict=True
     ):
