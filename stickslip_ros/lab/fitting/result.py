@@ -197,7 +197,7 @@ class FitResult:
         return tuple(
             Ratio(name, unit, *row)
             for (name, (unit, _)), row in rows
-            if row[1] > EFFECT * row[0] > EFFECT * _NOTHING and not self.has_forces
+            if row[1] > EFFECT * row[0] and row[0] > 2.0 * _NOTHING and not self.has_forces
         )
 
     @cached_property
