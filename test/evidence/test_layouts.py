@@ -38,6 +38,7 @@ def test_the_table_has_the_rows_of_all_cases_and_their_errors_are_small():
     assert max(float(row.why.split()[-1]) for row in STORED.values()) <= REFERENCES_ERROR
 
 
+@pytest.mark.slow  # a drive of springs
 def test_a_clamp_made_anew_is_the_stored_one():
     [case] = [each for each in layouts.CASES if each.layout == 'clamp' and each.cell_n_per_m]
     rows = list(layouts.references(case))
@@ -86,6 +87,7 @@ def test_a_slow_walker_of_the_drive_steps_by_the_law(voltage_v, load_n):
     assert error_m <= SLOW * voltage_v * M_PER_V
 
 
+@pytest.mark.slow  # a drive of springs
 def test_a_slow_walker_of_springs_steps_by_the_law():
     case, step_m = slow_walk(*WALKS[0])
     rows = layouts.run(case, LAYOUTS['walker'], SLOW_MESH)

@@ -125,6 +125,7 @@ def test_twice_the_feet_move_as_twice_the_feet():
     assert found.values == pytest.approx(true.values, rel=0.0, abs=STEPWISE * np.ptp(true.values))
 
 
+@pytest.mark.slow  # a fit on feet that it does not know, and another of a weighed runner
 def test_a_weighed_mass_far_from_that_of_the_readings_is_named():
     seen = recorded({})
     found = learned(seen, {}, known='6g+-1%')
