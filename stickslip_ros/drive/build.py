@@ -117,7 +117,7 @@ def plant_of(parameters: Parameters) -> Record:
     plant.driven = max(driven_feet(parameters), 1)
     plant.presliding_m = plant.contacts[ALL].curve.limit_m
     if parameters.contact.travel:
-        plant.track = lines_of(parameters.contact, radii_of(parameters))
+        plant.track = lines_of(parameters.contact, radii_of(parameters.contact, parameters.feet))
     motions = motions_of(parameters)
     if list(motions) != [TOGETHER]:
         _separate_motions(plant, parameters, motions)

@@ -10,8 +10,8 @@ drive ends where a delayed actuator meets a corner, so its voltage is straight i
 
 """
 
-from stickslip_ros.drive.amplifier import SETTLED_V, clamp, low_pass
-from stickslip_ros.drive.piezo import Ring, displace
+from stickslip_ros.drive.actuator import Pace, move_actuator
+from stickslip_ros.drive.amplifier import SETTLED_V, clamp
 from stickslip_ros.drive.records import CORNERS
 from stickslip_ros.drive.stride import way_in
 from stickslip_ros.kernels.kernel import kernel, noinline_kernel
@@ -67,22 +67,17 @@ def end_stretch(
 
 
 @noinline_kernel
-def begin_step(
-    plant: Record, state: Record, at_s: float, half_s: float, settling: float, ring: Ring
-) -> None:
+def begin_step(plant: Record, state: Record, at_s: float, pace: Pace) -> None:
     """Move the delayed actuators in a step, ``at_s`` after the start of the stretch."""
+    half_s = pace.half_s
     for j in range(plant.delayed):
         late = state.late[j]
         from_v = late_voltage(plant, state, j, at_s)
         half_v = late_voltage(plant, state, j, at_s + half_s)
         to_v = late_voltage(plant, state, j, at_s + 2.0 * half_s)
-        voltage_v = low_pass(plant, late.voltage_v, from_v, half_v, half_s, settling)
-        middle_m = displace(plant, late.piezo, voltage_v, ring, half_s)
-        late.voltage_v = low_pass(plant, voltage_v, half_v, to_v, half_s, settling)
-        late.end_m = displace(plant, late.piezo, late.voltage_v, ring, half_s)
-        bow_m = (late.end_m - middle_m) - (middle_m - late.foot_m)
-        late.speeding = bow_m / (half_s * half_s)
-        late.speed = (late.end_m - late.foot_m) / (2.0 * half_s) - half_s * late.speeding
+        late.voltage_v, late.end_m, late.speed, late.speeding = move_actuator(
+            plant, late.piezo, late.voltage_v, late.foot_m, from_v, half_v, to_v, pace
+        )
 
 
 @noinline_kernel

@@ -44,7 +44,7 @@ TOGETHER = FeetMotion(1.0, 0.0)
 
 
 def kinds_of(contact: ContactParameters, feet: FeetParameters) -> list[FootGroup]:
-    """Return the kinds of feet in a row with their number; on rough lines each foot differs."""
+    """Return equal neighbours as one kind with their number; on rough lines each foot differs."""
     if contact.profile == 'rough_line':
         return [each._replace(feet=1) for each in feet.groups for _ in range(each.feet)]
     alike = groupby(feet.groups, key=lambda each: each._replace(feet=0))
@@ -97,7 +97,7 @@ def groups_of(
 ) -> list[Group]:
     """Return the contacts of each kind of foot under the weight of the runner, N (Eq. 19)."""
     kinds, groups = kinds_of(contact, feet), list[Group]()
-    radii_m = tuple(each.radius_m or contact.radius for each in kinds)
+    radii_m = radii_of(contact, feet)
     for i, each in enumerate(kinds):
         if contact.travel:
             profile: Profile = window_profile(lines_of(contact, radii_m), i)
@@ -114,13 +114,9 @@ def _with_radius(contact: ContactParameters, radius_m: float) -> ContactParamete
     return contact if radius_m == contact.radius else replace(contact, radius=radius_m)
 
 
-def radii_of(parameters: Parameters) -> tuple[float, ...]:
-    """Return the radius of each foot, m."""
-    return tuple(
-        each.radius_m or parameters.contact.radius
-        for each in parameters.feet.groups
-        for _ in range(each.feet)
-    )
+def radii_of(contact: ContactParameters, feet: FeetParameters) -> tuple[float, ...]:
+    """Return the radius of each kind of foot, m."""
+    return tuple(each.radius_m or contact.radius for each in kinds_of(contact, feet))
 
 
 def contacts_of(parameters: Parameters) -> list[Presliding]:

@@ -14,13 +14,12 @@ where a loop closes, and where a wall is met.
 """
 
 import math
-from typing import NamedTuple
 
 from stickslip_ros.contact.laws import COULOMB
 from stickslip_ros.drive import button, contacts, delay, frame, runner, stacks, travel
-from stickslip_ros.drive.amplifier import low_pass
+from stickslip_ros.drive.actuator import Pace, move_actuator
 from stickslip_ros.drive.coulomb import take_rigid_stride
-from stickslip_ros.drive.piezo import Ring, displace, prepare_piezo
+from stickslip_ros.drive.piezo import prepare_piezo
 from stickslip_ros.drive.records import ALL
 from stickslip_ros.drive.stride import new_stride
 from stickslip_ros.kernels.kernel import kernel
@@ -30,15 +29,6 @@ TURN_SLACK_S = 1.1e-4
 """A reversal within (sim.dt/TURN_SLACK_S)^3 of the presliding range counts as immediate: 1e-4 of
 it at the default of 5 us. A hundredth of that gives the same errors of realistic stands with 9 %
 more steps."""
-
-
-class Pace(NamedTuple):
-    """Constants of steps of one length."""
-
-    half_s: float  # Half the length
-    slack_m: float  # Way within which a reversal counts as immediate
-    settling: float  # Share of a change that passes the low-pass of the amplifier in half a step
-    ring: Ring  # Free motion of the piezo in half a step
 
 
 @kernel
@@ -76,20 +66,22 @@ def step(
     The step begins ``at_s`` after the start of the stretch.
 
     """
-    half_s, half_v, start_m = pace.half_s, 0.5 * (from_v + to_v), state.foot_m
-
     # Amplifier and feet.
-    voltage_v = low_pass(plant, state.voltage_v, from_v, half_v, half_s, pace.settling)
-    middle_m = displace(plant, state.piezo, voltage_v, pace.ring, half_s)
-    voltage_v = low_pass(plant, voltage_v, half_v, to_v, half_s, pace.settling)
-    foot_m = displace(plant, state.piezo, voltage_v, pace.ring, half_s)
-    speeding = ((foot_m - middle_m) - (middle_m - start_m)) / (half_s * half_s)
-    speed = (foot_m - start_m) / (2.0 * half_s) - half_s * speeding
+    voltage_v, foot_m, speed, speeding = move_actuator(
+        plant,
+        state.piezo,
+        state.voltage_v,
+        state.foot_m,
+        from_v,
+        0.5 * (from_v + to_v),
+        to_v,
+        pace,
+    )
     if plant.delayed:
-        delay.begin_step(plant, state, at_s, half_s, pace.settling, pace.ring)
+        delay.begin_step(plant, state, at_s, pace)
 
     # Contacts and runner.
-    left_s = 2.0 * half_s
+    left_s = 2.0 * pace.half_s
     while left_s > 0.0 and may_pass(state):
         stride = new_stride()
         stride.longest_s = stride.lasts_s = left_s

@@ -10,7 +10,7 @@ from stickslip_ros.instrument.commands import Request
 from stickslip_ros.kernels.cache import cache_problem
 from stickslip_ros.parameters import SENSORS, Parameters
 
-KERNELS = 193 + 3 * len(SENSORS)
+KERNELS = 194 + 3 * len(SENSORS)
 """Kernels that ``compile_kernels`` compiles, with at least loop, low-pass and display of each
 sensor."""
 RUNS_KERNELS = 24  # further kernels of offline runs
