@@ -142,15 +142,20 @@ def test_errors_allow_for_a_low_pass_of_readings_and_for_one_of_the_motion(filte
     assert found.estimates[0].standard_error < 0.02
 
 
-def test_digits_coarser_than_the_noise_count_twice_and_are_told():
-    rig, digit_m = Rig(0.35, friction=0.24, noise_m=1e-9), 5e-9
+def fit_of_rounded(rig: Rig, digit_m: float) -> Fit:
+    """Fit a rig whose readings are whole digits."""
     seen = experiment(rig, 1, FEWER)
     [fine] = seen.seen
     rounded = replace(fine, values=digit_m * np.round(fine.values / digit_m))
     free = ['contact.friction', 'runner.mass', 'actuator.gain']
     stand = Parameters().updated({'runner.damping': rig.damping_n_s_per_m})
-    coarse = replace(seen, seen=(rounded,))
-    found = fit(coarse, free, parameters=stand, options=FitOptions(starts=1))
+    digital = replace(seen, seen=(rounded,))
+    return fit(digital, free, parameters=stand, options=FitOptions(starts=1))
+
+
+def test_digits_coarser_than_the_noise_count_twice_and_are_told():
+    rig, digit_m = Rig(0.35, friction=0.24, noise_m=1e-9), 5e-9
+    found = fit_of_rounded(rig, digit_m)
     assert found.holds
     assert_holds(found, rig)
     assert any('is rounded by more than its noise' in note for note in found.notes)
@@ -435,13 +440,7 @@ def test_noise_of_rounded_readings_and_of_their_residuals_is_that_of_noise_and_r
 
 def test_digits_of_half_the_noise_are_no_misfit():
     rig, digit_m = Rig(0.45, friction=0.24, noise_m=2e-9), 1e-9
-    seen = experiment(rig, 1, FEWER)
-    [fine] = seen.seen
-    rounded = replace(fine, values=digit_m * np.round(fine.values / digit_m))
-    free = ['contact.friction', 'runner.mass', 'actuator.gain']
-    stand = Parameters().updated({'runner.damping': rig.damping_n_s_per_m})
-    digital = replace(seen, seen=(rounded,))
-    found = fit(digital, free, parameters=stand, options=FitOptions(starts=1))
+    found = fit_of_rounded(rig, digit_m)
     assert found.holds
     assert_holds(found, rig)
     [[noise]] = found.problem.noise.values
