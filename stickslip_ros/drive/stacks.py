@@ -24,7 +24,7 @@ from stickslip_ros.drive.feet import (
 from stickslip_ros.drive.frame import frame_place, holding_force
 from stickslip_ros.drive.oscillator import SIXTH
 from stickslip_ros.drive.piezo import free_ring, swing_along
-from stickslip_ros.drive.stride import way_in
+from stickslip_ros.drive.stride import way_after, way_in
 from stickslip_ros.kernels.kernel import kernel
 from stickslip_ros.kernels.record import Record
 
@@ -95,6 +95,7 @@ def frame_recoil(plant: Record, state: Record, stride: Record, time_s: float) ->
 
     """
     piezo, frame, pull, mean_speed = plant.piezo, plant.frame, 0.0, 0.0
+    foot_m = state.foot_m + way_after(stride.path, time_s)
     starts, ends = time_s == 0.0, time_s == stride.lasts_s
     for k in active_contacts(plant):
         if is_guide(plant, k):
@@ -102,10 +103,11 @@ def frame_recoil(plant: Record, state: Record, stride: Record, time_s: float) ->
         foot = state.feet[k]
         speed = foot.end_m_per_s if ends else foot.middle_m_per_s
         speed = foot.m_per_s if starts else speed
-        own_speed, own_speeding = nominal_way(plant, state, stride, k)
-        way_m = way_in(own_speed, own_speeding, time_s)
-        foot_m = nominal_place(plant, state, k) + way_m
-        bent_m = state.places_m[k] - state.offsets_m[k] - ratio_of(plant, k) * foot_m
+        nominal_m = foot_m
+        if plant.lates[k]:
+            own_speed, own_speeding = nominal_way(plant, state, stride, k)
+            nominal_m = nominal_place(plant, state, k) + way_in(own_speed, own_speeding, time_s)
+        bent_m = state.places_m[k] - state.offsets_m[k] - ratio_of(plant, k) * nominal_m
         force_n = foot.load_n - piezo.stack_n_per_m * bent_m
         pull += force_n / piezo.foot_kg - 2.0 * piezo.damping_ratio * piezo.omega_per_s * speed
         mean_speed += in_mean(plant, k, speed)
