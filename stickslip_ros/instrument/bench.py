@@ -3,6 +3,7 @@
 
 """The virtual test stand, from time and requests to readings, events and status."""
 
+import math
 from collections import deque
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -106,6 +107,7 @@ class Bench:
         '_delayed': deque[tuple[int, int, Annotated[Request, UNCHECKED]]],
         '_events': list[Event],
         '_last_refused': bool,
+        '_read': tuple[float | None, float | None],
     }
 
     def __init__(self, parameters: Parameters) -> None:
@@ -126,6 +128,7 @@ class Bench:
         self._delayed: deque[tuple[int, int, Request]] = deque()
         self._events: list[Event] = []
         self._last_refused = False
+        self._read: tuple[float | None, float | None] = (None, None)
         self._last_bits, self._last_status = 0, Status(0)
         self.apply_faults(self.faults)
 
@@ -241,6 +244,7 @@ class Bench:
         trace = self.stand.advance(self.motion.wave, samples)
         self.time_ns = until_ns
         readings = self.sensing.read(trace, until_ns, self.stand.voltage_v, self.faults)
+        self._read = _if_finite(readings.position_m), _if_finite(readings.force_n)
         motion = self.motion
         if motion.is_running and (motion.may_end_early or self.stand.has_arrived(motion.wave)):
             motion.watch(self._observe())
@@ -399,6 +403,19 @@ class Bench:
         if command is not None:
             self._report(command, result, why)
 
+    def event(
+        self,
+        command: Identity,
+        result: Result,
+        message: str = '',
+        steps: int = 0,
+        step_m: float | None = None,
+    ) -> Event:
+        """Return the end of a command at the present time, with the last readings."""
+        number, name, sent_ns, tag = command
+        end = (self.time_ns, number, name, result, steps, message, sent_ns, tag)
+        return Event(*end, *self._read, step_m)
+
     def _report(
         self,
         command: Identity,
@@ -407,10 +424,11 @@ class Bench:
         steps: int = 0,
         step_m: float | None = None,
     ) -> None:
-        number, name, stamp_ns, tag = command
-        self._events.append(
-            Event(self.time_ns, number, name, result, steps, message, stamp_ns, tag, step_m)
-        )
+        self._events.append(self.event(command, result, message, steps, step_m))
+
+
+def _if_finite(reading: float) -> float | None:
+    return reading if math.isfinite(reading) else None
 
 
 def _identity(number: int, request: Request) -> Identity:

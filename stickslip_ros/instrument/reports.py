@@ -6,6 +6,7 @@
 import json
 from dataclasses import dataclass
 from enum import Enum, IntFlag
+from types import NoneType
 from typing import Any, NamedTuple
 
 from stickslip_ros.arrays import Array
@@ -79,8 +80,8 @@ class Identity(NamedTuple):
         Number since the start, from 1; 0: not a command.
     name : str
         Name of its topic or service after ``command/`` or ``~/``.
-    stamp_ns : int
-        Stamp in the header of its message; 0: none.
+    sent_ns : int
+        Stamp of its sender, in the header of its message; 0: none.
     tag : str
         Word of its sender; empty: none.
 
@@ -88,7 +89,7 @@ class Identity(NamedTuple):
 
     number: int
     name: str
-    stamp_ns: int = 0
+    sent_ns: int = 0
     tag: str = ''
 
 
@@ -100,7 +101,7 @@ class Event:
     Attributes
     ----------
     time_ns : int
-        Simulated time.
+        Simulated time of the end.
     number : int
         Number of the command since the start, from 1; 0: not a command.
     command : str
@@ -111,10 +112,12 @@ class Event:
         Number of steps of a saw-tooth.
     message : str
         Reason of a refusal or an abort.
-    stamp_ns : int
+    sent_ns : int
         Stamp of its sender; 0: none.
     tag : str
         Word of its sender; empty: none.
+    position_m, force_n : float or None
+        Readings at the end, m and N; None without a reading.
     step_m : float or None
         Way of the position reading per step, in the direction of the steps, m: mean of a
         saw-tooth, or learned by a closed loop; None without steps.
@@ -127,12 +130,19 @@ class Event:
     result: Result
     steps: int = 0
     message: str = ''
-    stamp_ns: int = 0
+    sent_ns: int = 0
     tag: str = ''
+    position_m: float | None = None
+    force_n: float | None = None
     step_m: float | None = None
 
-    def to_json(self) -> str:
-        """Return the text of ``~/event``, with the reason first, as some tools cut a text."""
+    def to_json(self, time_origin_ns: int = 0) -> str:
+        """
+        Return the text of ``~/event``, with the reason first, as some tools cut a text.
+
+        Its ``stamp_ns`` is the end in the time of all stamps: the time origin plus simulated time.
+
+        """
         content: dict[str, Any] = {
             'message': self.message,
             'result': self.result.name,
@@ -140,9 +150,12 @@ class Event:
             'number': self.number,
             'steps': self.steps,
             'time_ns': self.time_ns,
+            'stamp_ns': time_origin_ns + self.time_ns,
+            'position_m': self.position_m,
+            'force_n': self.force_n,
         }
-        if self.stamp_ns:
-            content['stamp_ns'] = self.stamp_ns
+        if self.sent_ns:
+            content['sent_ns'] = self.sent_ns
         if self.tag:
             content['tag'] = self.tag
         if self.step_m is not None:
@@ -150,28 +163,36 @@ class Event:
         return json.dumps(content)
 
 
-_KINDS: dict[str, type] = {
-    **dict.fromkeys(('message', 'result', 'command', 'tag'), str),
-    **dict.fromkeys(('number', 'steps', 'time_ns', 'stamp_ns'), int),
-    'step_m': float,
+_KINDS: dict[str, tuple[type, ...]] = {
+    **dict.fromkeys(('message', 'result', 'command', 'tag'), (str,)),
+    **dict.fromkeys(('number', 'steps', 'time_ns', 'stamp_ns', 'sent_ns'), (int,)),
+    **dict.fromkeys(('position_m', 'force_n'), (float, NoneType)),
+    'step_m': (float,),
 }
-_OPTIONAL = ('stamp_ns', 'tag', 'step_m')
+_OPTIONAL = ('stamp_ns', 'position_m', 'force_n', 'sent_ns', 'tag', 'step_m')
 EVENT_MAX = 10_000
 """Most characters of an event; its message quotes only the beginning of a long value."""
 INT64_END = 2**63
 
 
 def read_event(text: str) -> dict[str, Any] | None:
-    """Return the content of a text of ``~/event``, by names of `Event`; None if it is invalid."""
+    """
+    Return the content of a text of ``~/event``, by names of `Event`; None if it is invalid.
+
+    Version 1.0.0 wrote the stamp of the sender as ``stamp_ns``, and no readings.
+
+    """
     try:
         content = json.loads(text if len(text) <= EVENT_MAX else '')
+        if 'stamp_ns' in content and 'position_m' not in content:
+            content['sent_ns'] = content.pop('stamp_ns')
         event = {
             name: content[name] for name in _KINDS if name not in _OPTIONAL or name in content
         }
-    except (ValueError, RecursionError, TypeError, KeyError):
+    except (ValueError, RecursionError, TypeError, KeyError, AttributeError):
         return None
     for name, value in event.items():
-        if type(value) is not _KINDS[name]:
+        if type(value) not in _KINDS[name]:
             return None
         if isinstance(value, int | float) and not abs(value) < INT64_END:  # too large or NaN
             return None

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.instrument.reports import FIRST_READING, Output, Status, trace_columns
+from stickslip_ros.instrument.reports import FIRST_READING, Event, Output, Status, trace_columns
 from stickslip_ros.interface.cdr import (
     frame_field,
     pack_float64,
@@ -34,6 +34,11 @@ class Packed(NamedTuple):
     data: bytes
 
 
+def pack_event(event: Event, time_origin_ns: int) -> Packed:
+    """Pack the end of a command; its stamp begins with the time origin."""
+    return Packed('event', event.time_ns, pack_string(event.to_json(time_origin_ns)))
+
+
 class Feed:
     """Packs the reports of a bench in the order of time."""
 
@@ -50,7 +55,7 @@ class Feed:
             )
             for row in parameters.sensors
         ]
-        self._labels = 'sample', ','.join(trace_columns(parameters))
+        self._columns = ','.join(trace_columns(parameters))
         self._joint_name = parameters.sim.joint_name
         rate_hz = parameters.sim.joint_states_rate
         self._joint_period_ns = round(NS_PER_S / rate_hz) if rate_hz else 0
@@ -70,7 +75,7 @@ class Feed:
         """Yield the messages of one update; stamps begin with the time origin."""
         readings = output.readings
         for event in output.events:
-            yield Packed('event', event.time_ns, pack_string(event.to_json()))
+            yield pack_event(event, time_origin_ns)
         blocks = max(1, len(readings.trace) // self._samples)  # more may have gone together
         first = len(readings.trace) - 1 - (blocks - 1) * self._samples
         period_ns, time_ns = self._joint_period_ns, readings.time_ns - blocks * self._block_ns
@@ -91,7 +96,8 @@ class Feed:
         self.pending.append(readings.trace)
         if readings.time_ns % self._period_ns == 0:
             yield Packed('voltage', readings.time_ns, pack_float64(readings.voltage_v))
-            table = pack_float64_array(np.concatenate(self.pending), self._labels)
+            labels = f'sample; time_origin_ns={time_origin_ns}', self._columns
+            table = pack_float64_array(np.concatenate(self.pending), labels)
             self.pending.clear()
             yield Packed('trace', readings.time_ns, table)
         if output.status != self.status:

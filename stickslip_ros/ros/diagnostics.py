@@ -25,6 +25,8 @@ BLOCK_MAX_S = 1.0
 """Wall-clock time of a block above which it is an error, while it lasts."""
 STAMPS_OFF_MAX_S = 0.5
 """Difference of stamps and system time above which a report is a warning."""
+MADE_UP_S = 0.05
+"""Lag below which it is made up."""
 FULL_SOON_S, RATE_OVER_S = 3600.0, 10.0
 """Time until the disk is full, below which a report is a warning; and the shortest time over which
 the rate is averaged, since a file begins with its parameters."""
@@ -58,8 +60,9 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
     missing_blocks = report.missing_s / session.parameters.sim.block
     if report.real_time_factor < FACTOR_SHARE * wanted and missing_blocks > MISSING_BLOCKS:
         level, message = _ERROR, f'real-time factor {kept} instead of {wanted:g}'
+        message += f'; {report.lag_s:.1f} s late' * (report.lag_s > STAMPS_OFF_MAX_S)
     elif report.lag_s > STAMPS_OFF_MAX_S:
-        level, message = _WARN, f'{report.lag_s:.1f} s late, which is being made up'
+        level, message = _WARN, late_words(report)
     elif report.overruns:
         level = _WARN
         message = f'{report.overruns} of {report.ticks} ticks late{report.stalls.most}'
@@ -83,6 +86,49 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
         before = [] if level == _OK else [message]
         level, message = max(level, _WARN), '; '.join([*before, *problems])
     return _status(name, 'time', level, message, values)
+
+
+def late_words(report: PaceReport) -> str:
+    """Return the lag of a drive that makes it up, and its present pace."""
+    pace = f'{report.real_time_factor:.1f} times real time'
+    return f'{report.lag_s:.1f} s late, which is being made up at {pace}'
+
+
+class LagLog:
+    """The log of a lag: when it begins, has doubled, is being made up, and is made up."""
+
+    def __init__(self) -> None:
+        self._forget()
+
+    def _forget(self) -> None:
+        self._limit_s = STAMPS_OFF_MAX_S  # of the next warning
+        self._most_s = self._fastest = 0.0
+        self._hurries = False
+
+    def news(self, report: PaceReport, wanted: float) -> tuple[str, str]:
+        """Return a warning and an information for the log; each is empty without news."""
+        if report.given_up_s:  # `pace_status` says so
+            self._forget()
+            return '', ''
+        # A lag between two reports is already made up.
+        pace, lag_s = report.real_time_factor, max(report.lag_s, report.lateness_max_s)
+        hurries = report.lag_s > STAMPS_OFF_MAX_S and pace * FACTOR_SHARE > wanted
+        warning = ''
+        if hurries and not self._hurries:
+            warning = f'{late_words(report)}: readings come faster, simulated timeouts end sooner'
+        elif lag_s > self._limit_s:
+            warning = f'{lag_s:.1f} s late: real-time factor {pace:.2f} instead of {wanted:g}'
+        if warning:
+            self._limit_s, self._hurries = max(self._limit_s, 2.0 * lag_s), self._hurries | hurries
+        if self._limit_s == STAMPS_OFF_MAX_S:
+            return '', ''
+        self._most_s, self._fastest = max(self._most_s, lag_s), max(self._fastest, pace)
+        if report.lag_s > MADE_UP_S:
+            return warning, ''
+        made_up = f'a lag of {self._most_s:.1f} s is made up'
+        made_up += f', at up to {self._fastest:.1f} times real time' * (self._fastest > wanted)
+        self._forget()
+        return warning, made_up
 
 
 def drive_status(name: str, session: Session, guard: Guard) -> DiagnosticStatus:

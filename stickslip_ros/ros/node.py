@@ -110,6 +110,7 @@ class StickSlipDrive(ReloadableNode, GuardedNode, LifecycleNode):
         self.create_timer(DIAGNOSTICS_PERIOD_S, self._publish_diagnostics, clock=clock)
         self._failed = self.create_guard_condition(self._leave_active)
         self._logged_block_ns = -1
+        self._lag_log = diagnostics.LagLog()
         self.add_on_set_parameters_callback(
             lambda changes: judge_changes(self, changes, runs=self._active is not None)
         )
@@ -161,6 +162,7 @@ class StickSlipDrive(ReloadableNode, GuardedNode, LifecycleNode):
             return self._refuse(f'not activated: {error}')
         session.start()
         self._active, self._trouble = session, ''
+        self._lag_log = diagnostics.LagLog()
         self.get_logger().info(_describe_run(self, session.parameters, session.bench))
         return result
 
@@ -346,8 +348,11 @@ class StickSlipDrive(ReloadableNode, GuardedNode, LifecycleNode):
             self.get_logger().error(late)
         report = session.pacer.report()
         pace = diagnostics.pace_status(name, report, session)
-        if report.given_up_s:
-            self.get_logger().warning(pace.message)
+        lag, made_up = self._lag_log.news(report, session.pacer.real_time_factor)
+        if report.given_up_s or lag:
+            self.get_logger().warning(lag or pace.message)
+        if made_up:
+            self.get_logger().info(made_up)
         self._send_diagnostics(
             pace,
             diagnostics.drive_status(name, session, self.guard),

@@ -175,6 +175,7 @@ class Pacer:
             elapsed_s = now_s - self._report_s
             if self._held_since_s is not None:
                 elapsed_s -= now_s - self._held_since_s
+                self._deadline_s += now_s - self._held_since_s
                 self._held_since_s = now_s
             self._report_s = now_s
             ticks, self._lateness_s = self._lateness_s, deque(maxlen=TICKS_KEPT)

@@ -11,9 +11,9 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import start_bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.fault_schedule import FaultSchedule, read_schedule
-from stickslip_ros.instrument.reports import Event, Result, Status
-from stickslip_ros.interface.cdr import pack_stamp, pack_string
-from stickslip_ros.interface.feed import Packed
+from stickslip_ros.instrument.reports import Event, Identity, Result, Status
+from stickslip_ros.interface.cdr import pack_stamp
+from stickslip_ros.interface.feed import Packed, pack_event
 from stickslip_ros.parameters import FaultParameters, Parameters, Scalar
 from stickslip_ros.recording.run import Publish, ReportingBench, RunWriter
 from stickslip_ros.runtime.orders import Order
@@ -87,19 +87,25 @@ class Worker(ReportingBench):
 
     def report_failure(self, error: BaseException) -> None:
         """Report that the drive has stopped, as an event and in the recording."""
-        event = Event(self.bench.time_ns, 0, 'drive', Result.DRIVE_FAILED, message=str(error))
-        packed = Packed('event', event.time_ns, pack_string(event.to_json()))
+        packed = self._pack_event('drive', Result.DRIVE_FAILED, str(error))
         if self.writer is not None:
             self.writer.write(packed)
         self._publish(packed)
+
+    def report_recorded(self, writer: RunWriter) -> None:
+        """Report that a recording is complete; the message is its place."""
+        self._publish(self._pack_event('recording', Result.DONE, writer.recorder.place))
 
     def lose_recording(self, writer: RunWriter) -> None:
         """Report that the disk has ended a recording; the drive goes on."""
         self.failed_writer = writer
         why = str(writer.recorder.error)
-        event = Event(self.bench.time_ns, 0, 'recording', Result.RECORDING_FAILED, message=why)
-        self._publish(Packed('event', event.time_ns, pack_string(event.to_json())))
+        self._publish(self._pack_event('recording', Result.RECORDING_FAILED, why))
         self._callbacks.on_lost_recording(writer)
+
+    def _pack_event(self, name: str, result: Result, message: str) -> Packed:
+        """Pack an event that ends no command."""
+        return pack_event(self.bench.event(Identity(0, name), result, message), self.time_origin_ns)
 
     def _carry_out(self, orders: list[Order], scheduled: Iterable[Request] = ()) -> None:
         """Carry out recordings first, then scheduled faults, then the other orders."""
