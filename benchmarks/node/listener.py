@@ -20,7 +20,8 @@ from std_msgs.msg import Float64MultiArray
 
 from benchmarks.node.process import serve
 from benchmarks.node.spinning import ros, spinning, wait_for
-from stickslip_ros.interface.topics import NODE_NAME, READINGS
+from stickslip_ros.interface.topics import READINGS
+from stickslip_ros.parameters import NODE_NAME
 from stickslip_ros.ros.client import Handshake
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
 

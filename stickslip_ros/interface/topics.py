@@ -20,9 +20,8 @@ from stickslip_ros.message_types import (
     UINT32,
     WRENCH_STAMPED,
 )
-from stickslip_ros.parameters import SENSORS, Parameters, Sensor, spec_of
+from stickslip_ros.parameters import NODE_NAME, SENSORS, Parameters, Sensor, spec_of
 
-NODE_NAME = 'stickslip_drive'
 PREFIX = 'command/'
 TRACE = 'trace'
 

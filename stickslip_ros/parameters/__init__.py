@@ -40,6 +40,7 @@ from stickslip_ros.parameters.tree import (
     to_nanoseconds,
 )
 from stickslip_ros.parameters.yaml_form import (
+    NODE_NAME,
     describe,
     dump_yaml,
     format_value,
@@ -54,6 +55,7 @@ __all__ = [
     'FEET_MAX',
     'FREQUENCY_SPEC',
     'LAWS',
+    'NODE_NAME',
     'SENSORS',
     'STROKE_SPEC',
     'TRUTH',

@@ -9,6 +9,7 @@ YAML that can be misunderstood is refused: repeated keys, numbers of base 60, al
 """
 
 import json
+import re
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -22,6 +23,7 @@ from stickslip_ros.parameters.arguments import reading
 from stickslip_ros.parameters.declaration import Scalar, Spec
 from stickslip_ros.parameters.tree import Parameters, specs
 
+NODE_NAME = 'stickslip_drive'
 ROS_KEY = 'ros__parameters'
 ANY_NODE = '/**'
 _NUMBERS = ('tag:yaml.org,2002:int', 'tag:yaml.org,2002:float')
@@ -110,20 +112,51 @@ def parse_yaml(text: str, origin: str) -> Parameters:
 
 
 def _values(document: object, origin: str) -> dict[str, object]:
-    """Return the parameters of the only drive in a file; its own values override ``/**``."""
-    sections: dict[str, dict[str, object]] = {}
-    for node, body in _items(document, origin):
-        if not isinstance(body, dict) or set(body) != {ROS_KEY}:
-            hint = f'{origin} needs {ROS_KEY}: right below a node name'
-            raise UnknownName('section', node, hint)
-        sections[node] = _flat(body[ROS_KEY], origin)
-    values = sections.pop(ANY_NODE, {})
-    if len(sections) > 1:
-        problem = f'is for several nodes: {" and ".join(sections)}'
+    """
+    Return the parameters of the only drive in a file, from the sections that ROS takes for it.
+
+    As in ROS, later sections override earlier ones. If wildcards alone name the drive, its
+    namespace is any.
+
+    """
+    sections = list(_sections(document, '', origin))
+    names = dict.fromkeys(name for name, _ in sections)
+    drives = [name for name in names if name.endswith(f'/{NODE_NAME}') and '*' not in name]
+    if len(drives) > 1:
+        problem = f'is for several drives: {" and ".join(drives)}'
         raise RecordingError(origin, problem, f'keep one, or {ANY_NODE} for what all share')
-    for own in sections.values():
-        values |= own
+    taken = [name for name in names if _matches(name, *drives)]
+    if names and not taken:
+        problem = f'has no section of a drive, only of {" and ".join(names)}'
+        raise RecordingError(origin, problem, f'name it /{NODE_NAME}, or {ANY_NODE} for any node')
+    values: dict[str, object] = {}
+    for name, body in sections:
+        if name in taken:
+            values |= _flat(body, origin)
     return values
+
+
+def _sections(node: object, place: str, origin: str) -> Iterator[tuple[str, object]]:
+    """Yield the full name and the content of each section; namespaces may be nested."""
+    for key, below in _items(node, origin):
+        name = f'{place}/{key.strip("/")}'
+        if not isinstance(below, dict) or not below or (ROS_KEY in below and len(below) > 1):
+            hint = f'{origin} needs {ROS_KEY}: right below a node name'
+            raise UnknownName('section', key, hint)
+        if ROS_KEY in below:
+            yield name, below[ROS_KEY]
+        else:
+            yield from _sections(below, name, origin)
+
+
+def _matches(section: str, drive: str = '') -> bool:
+    """Return whether ROS takes a section for a drive; without its name, for one anywhere."""
+    if not drive:
+        return section.rpartition('/')[2] in (NODE_NAME, '*', '**')
+    wildcards = {'*': r'/\w+', '**': r'(/\w+)*'}
+    words = section.split('/')[1:]
+    pattern = ''.join(wildcards.get(each, f'/{re.escape(each)}') for each in words)
+    return re.fullmatch(pattern, drive) is not None
 
 
 def _flat(section: object, origin: str) -> dict[str, object]:

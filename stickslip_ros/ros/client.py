@@ -20,8 +20,8 @@ from rclpy.signals import SignalHandlerOptions
 
 from stickslip_ros.errors import UnknownName
 from stickslip_ros.interface.requests import pack_command
-from stickslip_ros.interface.topics import COMMAND_TOPICS, NODE_NAME, TOPICS, Topic
-from stickslip_ros.parameters import to_nanoseconds
+from stickslip_ros.interface.topics import COMMAND_TOPICS, TOPICS, Topic
+from stickslip_ros.parameters import NODE_NAME, to_nanoseconds
 from stickslip_ros.recording.run_file import TIME_ORIGIN, to_time_ns
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
 from stickslip_ros.units import NANO, NS_PER_S
@@ -30,6 +30,9 @@ RETRY_S = 0.2
 """Wall-clock time after which an unanswered call is repeated."""
 BEGIN_PERIOD_S = 0.02
 """Wall-clock time after which the first grant is sent again, until a position arrives."""
+
+_MARK_SERVICE = 'step_simulation'
+"""A service that only drives have, from their configuration on."""
 
 Commands = Iterable[tuple[str, Any]]
 """Names of commands, as they follow ``command/``, and their values as for `pack_command`."""
@@ -50,6 +53,17 @@ def stamp_ns(message: Any) -> int:
     """Return the stamp in the header of a message, in ns."""
     stamp = message.header.stamp
     return int(stamp.sec) * NS_PER_S + int(stamp.nanosec)
+
+
+def drives_of(node: Node) -> list[str]:
+    """Return the full names of the drives that a node sees: by its name, or by its services."""
+    seen = node.get_node_names_and_namespaces()
+    names = {f'{namespace.rstrip("/")}/{name}': name for name, namespace in seen}
+    return sorted(
+        full
+        for full, name in names.items()
+        if name == NODE_NAME or node.count_services(f'{full}/{_MARK_SERVICE}')
+    )
 
 
 def open_context(

@@ -28,9 +28,9 @@ from stickslip_ros.interface.cdr import pack_string, pack_uint32
 from stickslip_ros.interface.channels import Channel
 from stickslip_ros.interface.feed import Packed
 from stickslip_ros.interface.requests import receive_request
-from stickslip_ros.interface.topics import NODE_NAME, Topic
+from stickslip_ros.interface.topics import Topic
 from stickslip_ros.kernels.kernel import compilation_reported
-from stickslip_ros.parameters import Parameters, format_value
+from stickslip_ros.parameters import NODE_NAME, Parameters, format_value
 from stickslip_ros.process.signals import run
 from stickslip_ros.process.stopping import StillBusy
 from stickslip_ros.recording.run import RunWriter

@@ -31,6 +31,9 @@ SIM_TIME, _CLOCK = 'use_sim_time', 'sim.publish_clock'
 FOREIGN = (SIM_TIME, 'start_type_description_service')
 """Parameters that every node of rclpy has."""
 QOS_PREFIX = 'qos_overrides.'
+_TYPES = Parameter.Type
+_NO_DOUBLES = (_TYPES.STRING, _TYPES.STRING_ARRAY, _TYPES.INTEGER, _TYPES.INTEGER_ARRAY)
+"""Types that stand for doubles where doubles are declared."""
 
 
 def descriptor_of(spec: Spec) -> ParameterDescriptor:
@@ -153,24 +156,24 @@ class ReloadableNode(Node):
 
 def with_number(change: Parameter) -> Parameter:
     """
-    Return a parameter with its text turned into numbers, if numbers are declared.
+    Return a parameter with whole numbers and texts turned into doubles, if those are declared.
 
-    ``ros2 param load`` and ``set`` send 1e-8 as text, since YAML 1.1 wants a point before an
-    exponent. ``load`` also turns 1.0e-8 into text: it writes 1e-08, as Python does. An array with
-    a text, or with numbers of two types, becomes one text or an array of texts.
+    ``ros2 param load`` and ``set`` send 1 as a whole number, and 1e-8 as text, since YAML 1.1
+    wants a point before an exponent. ``load`` also turns 1.0e-8 into text: it writes 1e-08, as
+    Python does. An array with a text, or with numbers of two types, becomes one text or an array
+    of texts.
 
     """
-    spec, types = specs().get(change.name), Parameter.Type
-    is_text = change.type_ == types.STRING
-    try:
-        if spec is None or spec.kind is not float:
-            return change
-        if spec.is_array and (is_text or change.type_ == types.STRING_ARRAY):
-            texts = change.value.strip('[] ').split(',') if is_text else change.value
-            return Parameter(change.name, value=[float(each) for each in texts])
-        return Parameter(change.name, value=float(change.value)) if is_text else change
-    except ValueError:
+    spec, value = specs().get(change.name), change.value
+    if spec is None or spec.kind is not float or change.type_ not in _NO_DOUBLES:
         return change
+    if spec.is_array and isinstance(value, str | int):
+        value = str(value).strip('[] ').split(',')
+    try:
+        doubles = [float(each) for each in value] if spec.is_array else float(value)
+    except (TypeError, ValueError):  # not a number, or an array for a number
+        return change
+    return Parameter(change.name, value=doubles)
 
 
 def is_live(name: str) -> bool:

@@ -105,7 +105,8 @@ class Worker(ReportingBench):
 
     def _pack_event(self, name: str, result: Result, message: str) -> Packed:
         """Pack an event that ends no command."""
-        return pack_event(self.bench.event(Identity(0, name), result, message), self.time_origin_ns)
+        event = self.bench.event(Identity(0, name), result, message)
+        return pack_event(event, self.time_origin_ns)
 
     def _carry_out(self, orders: list[Order], scheduled: Iterable[Request] = ()) -> None:
         """Carry out recordings first, then scheduled faults, then the other orders."""

@@ -24,7 +24,8 @@ from std_srvs.srv import SetBool, Trigger
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.reports import read_event
-from stickslip_ros.interface.topics import NODE_NAME, PREFIX, READINGS
+from stickslip_ros.interface.topics import PREFIX, READINGS
+from stickslip_ros.parameters import NODE_NAME
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.run_file import TIME_ORIGIN
 from stickslip_ros.ros.client import DriveClient, Handshake, stamp_ns

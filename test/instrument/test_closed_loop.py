@@ -152,12 +152,12 @@ def test_events_carry_the_stamps_of_their_commands_up_to_the_end_of_a_hold(bench
     refused = replace(go_to(math.inf), stamp_ns=1)
     reached = replace(go_to(300e-9), stamp_ns=STAMP_NS)
     run = drive_bench(bench, 100 * MS, {0: [refused, reached]})
-    assert [(e.result, e.stamp_ns) for e in run.events] == [
+    assert [(e.result, e.sent_ns) for e in run.events] == [
         (Result.INVALID_PARAMETER, 1),
         (Result.DONE, STAMP_NS),
     ]
     torn = drive_bench(bench, 50 * MS, {0: [replace(load(2.0), stamp_ns=-2)]})
-    stamps = {event.command: event.stamp_ns for event in torn.events}
+    stamps = {event.command: event.sent_ns for event in torn.events}
     assert stamps == {'load': -2, 'hold': STAMP_NS}
 
 
@@ -165,7 +165,7 @@ def test_a_delayed_command_that_a_reset_ends_keeps_its_stamp(bench_with):
     bench = bench_with(fault__command_delay=5e-3)
     asked = [replace(go_to(300e-9), stamp_ns=STAMP_NS), Request('reset')]
     run = drive_bench(bench, 2 * MS, {0: asked})
-    assert [(e.command, e.stamp_ns) for e in run.events] == [('position', STAMP_NS), ('reset', 0)]
+    assert [(e.command, e.sent_ns) for e in run.events] == [('position', STAMP_NS), ('reset', 0)]
 
 
 def test_only_an_event_of_a_stamped_command_tells_a_stamp(bench_with):

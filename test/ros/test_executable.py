@@ -22,8 +22,8 @@ from processes import progress_of, start_process
 from waiting import wait_until
 
 from stickslip_ros.instrument.reports import Status
-from stickslip_ros.interface.topics import NODE_NAME
 from stickslip_ros.lab.cli.main import main as stickslip
+from stickslip_ros.parameters import NODE_NAME
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.ros import executable
 from stickslip_ros.ros.executable import DISCOVERY_VARIABLE, stay_on_this_host

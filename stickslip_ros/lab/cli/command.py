@@ -14,6 +14,8 @@ from stickslip_ros.instrument.reports import Result, Status
 from stickslip_ros.interface.requests import BY_TOPIC, pack_command, typed_numbers
 from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.message_types import SET_BOOL
+from stickslip_ros.parameters import NODE_NAME
+from stickslip_ros.ros.client import drives_of
 from stickslip_ros.ros.executable import stay_on_this_host
 from stickslip_ros.testing import Operator, open_context
 from stickslip_ros.units import MICRO, NANO
@@ -36,9 +38,14 @@ def command_verb(arguments: argparse.Namespace) -> Answer:
         raise OutOfRange('--cycles', cycles, '', f'not for {command.name}', 'leave it out')
     stay_on_this_host()
     context = open_context(namespace=arguments.namespace)
-    operator = Operator(context)
+    operator = Operator(context, arguments.node or NODE_NAME)
     try:
+        if not arguments.node and (name := find(operator, arguments.timeout)) != NODE_NAME:
+            operator.close()
+            operator = Operator(context, name)
         meet(operator, arguments.timeout)
+        if not arguments.node:
+            refuse_several(operator)  # by now all are seen
         if command.has_service:
             answer = (
                 operator.switch(command.name, bool(numbers[0]))
@@ -57,10 +64,9 @@ def command_verb(arguments: argparse.Namespace) -> Answer:
 
         def has_ended() -> bool:
             found[:] = ends(operator.events[before:], command.name, is_moving=bool(is_moving))
-            return bool(found) and operator.time_ns >= found[0]['time_ns']
+            return bool(found)
 
         operator.spin_until(has_ended, f'the end of {command.name}', EVENT_S)
-        position_m = operator.positions[operator.time_ns]
     finally:
         operator.close()
         context.try_shutdown()
@@ -69,20 +75,60 @@ def command_verb(arguments: argparse.Namespace) -> Answer:
     if event['result'] != Result.DONE.name:
         raise StickSlipError(f'{outcome}: {event["message"]}')
     steps = f', {event["steps"]} steps' if event['steps'] else ''
-    words = f'{outcome}{steps}; position reading {position_m / MICRO:.6g} um'
-    return Answer({**event, 'position_m': position_m}, [words])
+    position_m = event['position_m']
+    reading = 'none' if position_m is None else f'{position_m / MICRO:.6g} um'
+    return Answer(event, [f'{outcome}{steps}; position reading {reading}'])
+
+
+def find(operator: Operator, timeout_s: float) -> str:
+    """Wait for the only drive in the namespace of an operator; return its name."""
+    names: list[str] = []
+
+    def is_seen() -> bool:
+        names[:] = near(operator)
+        return bool(names)
+
+    try:
+        operator.spin_until(is_seen, 'a drive', timeout_s)
+    except StickSlipError:
+        namespace = operator.node.get_namespace()
+        raise missing(operator, f'in namespace {namespace}', timeout_s) from None
+    refuse_several(operator)
+    return names[0]
+
+
+def near(operator: Operator) -> list[str]:
+    """Return the names of the drives in the namespace of an operator."""
+    namespace = operator.node.get_namespace().rstrip('/')
+    drives = [each.rpartition('/') for each in drives_of(operator.node)]
+    return [name for place, _, name in drives if place == namespace]
+
+
+def refuse_several(operator: Operator) -> None:
+    """Refuse a namespace with several drives, of which none is named."""
+    names = near(operator)
+    if len(names) > 1:
+        namespace = operator.node.get_namespace()
+        why = f'namespace {namespace} has {len(names)} drives: {", ".join(names)}'
+        raise StickSlipError(f'{why}; choose by --node')
+
+
+def missing(operator: Operator, what: str, timeout_s: float) -> StickSlipError:
+    """Return the refusal of a drive that does not answer, with all drives that are seen."""
+    domain, seen = operator.node.context.get_domain_id(), ', '.join(drives_of(operator.node))
+    hint = 'start one: stickslip drive; or name its --namespace'
+    hint = f'seen: {seen}; choose by --namespace and --node' if seen else hint
+    why = f'no drive {what} has answered within {timeout_s:g} s in domain {domain}'
+    return StickSlipError(f'{why}; {hint}')
 
 
 def meet(operator: Operator, timeout_s: float) -> None:
     """Wait for the drive; refuse a drive that is missing or not active."""
     place = operator.node.get_namespace().rstrip('/') + f'/{operator.drive}'
-    domain = operator.node.context.get_domain_id()
     try:
         operator.wait_for_topics(timeout_s)
     except StickSlipError:
-        hint = 'start one: stickslip drive; or name its --namespace'
-        why = f'no drive {place} has answered within {timeout_s:g} s in domain {domain}'
-        raise StickSlipError(f'{why}; {hint}') from None
+        raise missing(operator, place, timeout_s) from None
     state = operator.state()
     if state != 'active':
         raise StickSlipError(f'{place} is {state}, not active; activate it first')

@@ -194,6 +194,14 @@ def to_namespace(text: str) -> str:
     return name and f'/{name}'
 
 
+def to_node_name(text: str) -> str:
+    """Return the name of a node; refuse other characters."""
+    if not re.fullmatch(r'([a-z_]\w*)?', text, re.ASCII | re.IGNORECASE):
+        why = f'--node {quoted(text)} is not made of letters, digits and _'
+        raise StickSlipError(f'{why}; give a name such as left_drive, its place by --namespace')
+    return text
+
+
 def many(flags: str, text: str, metavar: str, kind: Any = str, **more: Any) -> Option:
     """Return an option that may be repeated."""
     return option(
@@ -342,6 +350,13 @@ PARAMETERS = (
 """Options that choose a stand, as does an option with the name of a parameter as ``dest``."""
 NAMESPACE = option(
     '--namespace', 'namespace of the drive, as /left', to_namespace, 'NAME', default=''
+)
+NODE = option(
+    '--node',
+    'name of the node of the drive (default: the only drive in the namespace)',
+    to_node_name,
+    'NAME',
+    default='',
 )
 PRELOAD = option('--preload', 'set stand.preload', metavar='NEWTON', dest='stand.preload')
 NO_LOAD_CELL = switch(

@@ -37,7 +37,7 @@ def panel_verb(arguments: argparse.Namespace) -> Answer:
     if file is None:
         from stickslip_ros.lab.panel.link import Link
 
-        source, first = Link(arguments.namespace), sheet()
+        source, first = Link(arguments.namespace, name=arguments.node), sheet()
         beside += ((Link(namespace), sheet()) for namespace in arguments.beside)
     else:
         if arguments.beside:

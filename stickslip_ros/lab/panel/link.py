@@ -26,12 +26,12 @@ from stickslip_ros.instrument.reports import read_event
 from stickslip_ros.interface.cdr import unpack
 from stickslip_ros.interface.messages import ArrayMessage
 from stickslip_ros.interface.requests import BY_TOPIC, typed_numbers
-from stickslip_ros.interface.topics import NODE_NAME, SERVICES, Topic
+from stickslip_ros.interface.topics import SERVICES, Topic
 from stickslip_ros.lab.panel.controls import read_parameter, refuse_text, shown_parameters
 from stickslip_ros.lab.panel.model import ACTIVE, PANEL, REBUILT, Model
 from stickslip_ros.message_types import FLOAT64_ARRAY
-from stickslip_ros.parameters import specs
-from stickslip_ros.ros.client import DriveClient, command_topic, open_context, stamp_ns
+from stickslip_ros.parameters import NODE_NAME, specs
+from stickslip_ros.ros.client import DriveClient, command_topic, drives_of, open_context, stamp_ns
 from stickslip_ros.ros.diagnostics import verdict
 from stickslip_ros.ros.executable import end_node, stay_on_this_host
 from stickslip_ros.ros.guard import GuardedNode
@@ -52,7 +52,6 @@ _TWIN_TYPES = {
 """Topics of a twin in the namespace of the drive."""
 _TWIN_DEPTH = 400  # two windows; a slow page loses older ones
 TRANSITIONS = ('configure', 'activate', 'deactivate', 'cleanup')
-_MARK_SERVICE = 'step_simulation'  # a service that only drives have
 BUTTONS = {each.name.removeprefix('~/'): SERVICE_TYPES[each.type_name] for each in SERVICES}
 CALLED = BUTTONS | {
     'get_parameters': GetParameters,
@@ -70,7 +69,8 @@ class _NotSent(StickSlipError):
 class Link:
     """A client of one drive at a time; all ROS objects are made and destroyed in its thread."""
 
-    def __init__(self, namespace: str = '', domain: int | None = None) -> None:
+    def __init__(self, namespace: str = '', domain: int | None = None, name: str = '') -> None:
+        self._takes_any = not name
         stay_on_this_host()
         self._context = open_context(domain)
         self._node = GuardedNode(
@@ -81,7 +81,7 @@ class Link:
         )
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
-        self.model = Model(f'/{namespace.strip("/")}/{NODE_NAME}'.replace('//', '/'))
+        self.model = Model(f'/{namespace.strip("/")}/{name or NODE_NAME}'.replace('//', '/'))
         self._node.guard.tell = partial(self.model.note, PANEL, bad=True)
         self._diagnostics = self._node.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self.state, self.frame = self.model.state, self.model.frame
@@ -169,17 +169,19 @@ class Link:
 
     def _choose_drive(self, wish: Mapping[str, Any]) -> None:
         if wish.get('drive') in self.model.drives:
+            self._takes_any = False
             self._drive.close()
             self._drive = self._attached(wish['drive'])
 
     def _look(self) -> None:
-        """List the drives of the graph."""
-        self.model.drives = [
-            node
-            for name, namespace in self._node.get_node_names_and_namespaces()
-            for node in [f'{namespace.rstrip("/")}/{name}']
-            if name == NODE_NAME or self._node.count_services(f'{node}/{_MARK_SERVICE}')
-        ]
+        """List the drives of the graph; attach to the only drive of the namespace."""
+        self.model.drives = drives_of(self._node)
+        place = self.model.drive.rpartition('/')[0]
+        near = [each for each in self.model.drives if each.rpartition('/')[0] == place]
+        if self._takes_any and near:
+            self._takes_any = False
+            if len(near) == 1:
+                self._choose_drive({'drive': near[0]})
         self.model.is_there = self._services['get_state'].service_is_ready()
 
     def _ask_state(self) -> None:

@@ -315,7 +315,8 @@ class Model:
         gone = f': no data for {self._silent_s:.0f} s, its process may be gone' * is_lost
         if self.is_there:
             return 'silent', f'{self.drive} does not answer{gone}; waiting for it'
-        return 'absent', f'no drive {self.drive} in this ROS domain{gone}; waiting for it'
+        seen = f' (seen: {", ".join(self.drives)})' if self.drives else ''
+        return 'absent', f'no drive {self.drive} in this ROS domain{gone}; waiting for it{seen}'
 
     @property
     def _silent_s(self) -> float:

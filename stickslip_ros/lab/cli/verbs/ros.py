@@ -6,6 +6,7 @@
 from stickslip_ros.lab.cli.options import (
     MAP,
     NAMESPACE,
+    NODE,
     PARAMETERS,
     READING,
     WINDOW,
@@ -60,6 +61,7 @@ ROS = (
         option('numbers', 'its numbers, in order or by name', metavar='NUMBER', nargs='*'),
         option('--cycles', 'cycles of a waveform; 0 repeats it', int, default=1),
         NAMESPACE,
+        NODE,
         option('--timeout', 'longest wait for a drive', unit='s', default=10.0),
         switch('--no-wait', 'do not wait for its end'),
     ),
@@ -72,6 +74,7 @@ ROS = (
         *MAP,
         WINDOW,
         NAMESPACE,
+        NODE,
         many('--beside', 'namespace of another drive to show', 'NAME', to_namespace),
         option('--port', 'TCP port on 127.0.0.1; 0 takes a free one', int, default=8040),
     ),
