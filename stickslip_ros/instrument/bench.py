@@ -416,15 +416,8 @@ class Bench:
         end = (self.time_ns, number, name, result, steps, message, sent_ns, tag)
         return Event(*end, *self._read, step_m)
 
-    def _report(
-        self,
-        command: Identity,
-        result: Result,
-        message: str = '',
-        steps: int = 0,
-        step_m: float | None = None,
-    ) -> None:
-        self._events.append(self.event(command, result, message, steps, step_m))
+    def _report(self, *end: Any) -> None:
+        self._events.append(self.event(*end))
 
 
 def _if_finite(reading: float) -> float | None:

@@ -23,7 +23,7 @@ from stickslip_ros.instrument.sensing import CLASSES
 from stickslip_ros.instrument.state_tree import HINT, plain, read, without_gaps
 from stickslip_ros.parameters import Parameters, specs
 
-FORMAT = 7
+FORMAT = 8
 HEAD = ('format', 'version', 'kinds', 'sha256')
 CONTENT = ('parameters', 'state', 'attached')
 SIZE_MAX = 1 << 26

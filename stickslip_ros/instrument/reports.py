@@ -137,14 +137,9 @@ class Event:
     step_m: float | None = None
 
     def to_json(self, time_origin_ns: int = 0) -> str:
-        """
-        Return the text of ``~/event``, with the reason first, as some tools cut a text.
-
-        Its ``stamp_ns`` is the end in the time of all stamps: the time origin plus simulated time.
-
-        """
+        """Return the text of ``~/event``; ``stamp_ns`` is the end in the time of all stamps."""
         content: dict[str, Any] = {
-            'message': self.message,
+            'message': self.message,  # first, as some tools cut a text
             'result': self.result.name,
             'command': self.command,
             'number': self.number,

@@ -165,11 +165,14 @@ TOPICS = (
     *(_reading_topic(
         row, row.reading, row.text + ': {field}; once per sim.block; stamp is the sample time'
     ) for row in SENSORS),
-    Topic('voltage', FLOAT64, STREAM, 'voltage at the piezo, V; once per trace.period',
+    Topic('voltage', FLOAT64, STREAM,
+          'voltage at the piezo, V; once per trace.period; its stamp: time_origin_ns + t of the '
+          'last row of the next trace',
           pace='trace.period', overridable=STREAMED),
     Topic(TRACE, FLOAT64_ARRAY, STREAM,
           f'oscilloscope: rows of {", ".join(trace_columns(Parameters()))}, then of sensors that '
-          'are enabled, at trace.sample_rate; one block per trace.period',
+          'are enabled, at trace.sample_rate; one block per trace.period; t counts from '
+          'time_origin_ns, in the label of the rows',
           pace='trace.period', overridable=STREAMED),
     *(_reading_topic(
         row, f'truth/{row.reading}',
@@ -182,8 +185,8 @@ TOPICS = (
           pace='sim.joint_states_rate', switches=('sim.joint_states_rate',), overridable=STREAMED),
     Topic('~/status', UINT32, LATCHED, 'status bits, when they change'),
     Topic('~/event', STRING, EVENTS,
-          'JSON: the end of a command and its result; stamp_ns and tag if the sender gave them; '
-          'step_m of steps',
+          'JSON: the end of a command and its result; stamp_ns of the end, position_m and force_n '
+          'read there; sent_ns and tag if the sender gave them; step_m of steps',
           overridable=QUEUED),
     Topic('~/request', STRING, EVENTS,
           'JSON: a request that came by service, parameter or schedule, at the time of its effect',

@@ -112,28 +112,18 @@ def parse_yaml(text: str, origin: str) -> Parameters:
 
 
 def _values(document: object, origin: str) -> dict[str, object]:
-    """
-    Return the parameters of the only drive in a file, from the sections that ROS takes for it.
-
-    As in ROS, later sections override earlier ones. If wildcards alone name the drive, its
-    namespace is any.
-
-    """
+    """Return the parameters of the only drive in a file; as in ROS, later sections override."""
     sections = list(_sections(document, '', origin))
-    names = dict.fromkeys(name for name, _ in sections)
+    names = list(dict.fromkeys(name for name, _ in sections))
     drives = [name for name in names if name.endswith(f'/{NODE_NAME}') and '*' not in name]
     if len(drives) > 1:
         problem = f'is for several drives: {" and ".join(drives)}'
         raise RecordingError(origin, problem, f'keep one, or {ANY_NODE} for what all share')
-    taken = [name for name in names if _matches(name, *drives)]
-    if names and not taken:
+    taken = [body for name, body in sections if _matches(name, *drives)]
+    if sections and not taken:
         problem = f'has no section of a drive, only of {" and ".join(names)}'
         raise RecordingError(origin, problem, f'name it /{NODE_NAME}, or {ANY_NODE} for any node')
-    values: dict[str, object] = {}
-    for name, body in sections:
-        if name in taken:
-            values |= _flat(body, origin)
-    return values
+    return {name: value for body in taken for name, value in _flat(body, origin).items()}
 
 
 def _sections(node: object, place: str, origin: str) -> Iterator[tuple[str, object]]:

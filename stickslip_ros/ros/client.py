@@ -55,15 +55,16 @@ def stamp_ns(message: Any) -> int:
     return int(stamp.sec) * NS_PER_S + int(stamp.nanosec)
 
 
-def drives_of(node: Node) -> list[str]:
-    """Return the full names of the drives that a node sees: by its name, or by its services."""
-    seen = node.get_node_names_and_namespaces()
-    names = {f'{namespace.rstrip("/")}/{name}': name for name, namespace in seen}
-    return sorted(
+def drives_of(node: Node, namespace: str = '') -> list[str]:
+    """Return the full names of the drives that a node sees, by default of all namespaces."""
+    seen = sorted(node.get_node_names_and_namespaces())
+    names = {f'{place.rstrip("/")}/{name}': (name, place) for name, place in seen}
+    return [
         full
-        for full, name in names.items()
-        if name == NODE_NAME or node.count_services(f'{full}/{_MARK_SERVICE}')
-    )
+        for full, (name, place) in names.items()
+        if namespace in ('', place)
+        and (name == NODE_NAME or node.count_services(f'{full}/{_MARK_SERVICE}'))
+    ]
 
 
 def open_context(

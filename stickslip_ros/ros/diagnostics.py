@@ -62,7 +62,8 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
         level, message = _ERROR, f'real-time factor {kept} instead of {wanted:g}'
         message += f'; {report.lag_s:.1f} s late' * (report.lag_s > STAMPS_OFF_MAX_S)
     elif report.lag_s > STAMPS_OFF_MAX_S:
-        level, message = _WARN, late_words(report)
+        level, pace = _WARN, f'{report.real_time_factor:.2g} times real time'
+        message = f'{report.lag_s:.1f} s late, which is being made up at {pace}'
     elif report.overruns:
         level = _WARN
         message = f'{report.overruns} of {report.ticks} ticks late{report.stalls.most}'
@@ -88,47 +89,26 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
     return _status(name, 'time', level, message, values)
 
 
-def late_words(report: PaceReport) -> str:
-    """Return the lag of a drive that makes it up, and its present pace."""
-    pace = f'{report.real_time_factor:.1f} times real time'
-    return f'{report.lag_s:.1f} s late, which is being made up at {pace}'
-
-
 class LagLog:
-    """The log of a lag: when it begins, has doubled, is being made up, and is made up."""
+    """The log of a lag: a line when it begins, has doubled, is being made up, is made up."""
 
     def __init__(self) -> None:
-        self._forget()
+        self._told_s = self._most_s = self._fastest = 0.0
 
-    def _forget(self) -> None:
-        self._limit_s = STAMPS_OFF_MAX_S  # of the next warning
-        self._most_s = self._fastest = 0.0
-        self._hurries = False
-
-    def news(self, report: PaceReport, wanted: float) -> tuple[str, str]:
-        """Return a warning and an information for the log; each is empty without news."""
-        if report.given_up_s:  # `pace_status` says so
-            self._forget()
-            return '', ''
-        # A lag between two reports is already made up.
-        pace, lag_s = report.real_time_factor, max(report.lag_s, report.lateness_max_s)
-        hurries = report.lag_s > STAMPS_OFF_MAX_S and pace * FACTOR_SHARE > wanted
-        warning = ''
-        if hurries and not self._hurries:
-            warning = f'{late_words(report)}: readings come faster, simulated timeouts end sooner'
-        elif lag_s > self._limit_s:
-            warning = f'{lag_s:.1f} s late: real-time factor {pace:.2f} instead of {wanted:g}'
-        if warning:
-            self._limit_s, self._hurries = max(self._limit_s, 2.0 * lag_s), self._hurries | hurries
-        if self._limit_s == STAMPS_OFF_MAX_S:
-            return '', ''
-        self._most_s, self._fastest = max(self._most_s, lag_s), max(self._fastest, pace)
-        if report.lag_s > MADE_UP_S:
-            return warning, ''
-        made_up = f'a lag of {self._most_s:.1f} s is made up'
-        made_up += f', at up to {self._fastest:.1f} times real time' * (self._fastest > wanted)
-        self._forget()
-        return warning, made_up
+    def news(self, report: PaceReport, wanted: float) -> tuple[bool, str]:
+        """Return whether to warn with the status, and what to say when the lag is made up."""
+        pace, lag_s, fast = report.real_time_factor, report.lag_s, wanted / FACTOR_SHARE
+        hurries = lag_s > STAMPS_OFF_MAX_S and pace > fast >= self._fastest
+        warns = hurries or lag_s > max(STAMPS_OFF_MAX_S, 2.0 * self._told_s)
+        if warns:
+            self._told_s = max(self._told_s, lag_s)
+        self._most_s = most_s = max(self._most_s, lag_s, report.lateness_max_s)
+        self._fastest = fastest = max(self._fastest, pace)
+        if report.given_up_s or lag_s <= MADE_UP_S:
+            self._told_s = self._most_s = self._fastest = 0.0
+        if report.given_up_s or lag_s > MADE_UP_S or most_s <= STAMPS_OFF_MAX_S:
+            return warns or report.given_up_s > 0.0, ''
+        return warns, f'a lag of {most_s:.1f} s is made up, at up to {fastest:.2g} times real time'
 
 
 def drive_status(name: str, session: Session, guard: Guard) -> DiagnosticStatus:

@@ -110,7 +110,6 @@ class StickSlipDrive(ReloadableNode, GuardedNode, LifecycleNode):
         self.create_timer(DIAGNOSTICS_PERIOD_S, self._publish_diagnostics, clock=clock)
         self._failed = self.create_guard_condition(self._leave_active)
         self._logged_block_ns = -1
-        self._lag_log = diagnostics.LagLog()
         self.add_on_set_parameters_callback(
             lambda changes: judge_changes(self, changes, runs=self._active is not None)
         )
@@ -258,6 +257,7 @@ class StickSlipDrive(ReloadableNode, GuardedNode, LifecycleNode):
         if writer is not None:
             with suppress(StickSlipError):  # a failed recording has been reported
                 session.close_recording(writer, self.get_logger())
+                session.worker.report_recorded(writer)
         if isinstance(session.failure, StillBusy):
             self.get_logger().error(
                 f'the drive could not be stopped and is abandoned: {session.failure}'
@@ -348,9 +348,9 @@ class StickSlipDrive(ReloadableNode, GuardedNode, LifecycleNode):
             self.get_logger().error(late)
         report = session.pacer.report()
         pace = diagnostics.pace_status(name, report, session)
-        lag, made_up = self._lag_log.news(report, session.pacer.real_time_factor)
-        if report.given_up_s or lag:
-            self.get_logger().warning(lag or pace.message)
+        warns, made_up = self._lag_log.news(report, session.pacer.real_time_factor)
+        if warns:
+            self.get_logger().warning(pace.message)
         if made_up:
             self.get_logger().info(made_up)
         self._send_diagnostics(

@@ -263,7 +263,6 @@ class Session:
         logger.info(
             f'recorded {recorder.place}: {recorder.stored} messages, {recorder.dropped} dropped'
         )
-        self.worker.report_recorded(writer)
         return recorder.place
 
     def _notify(self) -> None:

@@ -4,6 +4,7 @@
 """The bench carries out requests and reports their results."""
 
 import json
+import math
 import re
 
 import numpy as np
@@ -45,6 +46,23 @@ def test_a_sawtooth_ends_with_an_event_that_counts_its_steps(bench):
     assert event.time_ns == 11 * MS
     assert len(run.ramps) == 10
     assert run.status == [READY | Status.MOVING] * 10 + [READY] * 2
+
+
+@pytest.mark.parametrize('fault', [{}, {'fault.interferometer': 'dropout'}])
+def test_an_event_has_the_readings_of_its_time(bench: Bench, fault: dict[str, str]):
+    faults = Request('fault', settings=tuple(fault.items()))
+    begun = [faults, sawtooth(300.0, 1000.0, 5), load(0.01)]
+    run = drive_bench(bench, 20 * MS, {3 * MS: begun, 15 * MS: [Request('reset')]})
+    read = {each.readings.time_ns: each.readings for each in run.outputs}
+    moved = [event for event in run.events if event.command in {'sawtooth', 'load', 'reset'}]
+    assert [event.time_ns // MS for event in moved] == [3, 9, 15]
+    for event in moved:
+        there = read[event.time_ns]
+        is_lost = math.isnan(there.position_m)
+        assert event.position_m == (None if is_lost else there.position_m)
+        assert event.force_n == there.force_n
+        assert is_lost == (bool(fault) and event.time_ns > 3 * MS)
+    assert moved[-1].force_n
 
 
 def test_a_bench_shows_where_it_is(bench):
@@ -208,6 +226,9 @@ def test_an_event_is_told_as_json(bench):
     assert next(iter(content)) == 'message'  # ros2 topic echo cuts a text off after 128 characters
     assert content == {
         'time_ns': 0,
+        'stamp_ns': 0,
+        'position_m': None,
+        'force_n': None,
         'number': 1,
         'command': 'voltage',
         'result': 'INVALID_PARAMETER',

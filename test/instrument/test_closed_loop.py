@@ -172,8 +172,8 @@ def test_only_an_event_of_a_stamped_command_tells_a_stamp(bench_with):
     asked = [replace(load(0.1), stamp_ns=STAMP_NS), load(0.2)]
     run = drive_bench(bench_with(), MS, {0: asked})
     contents = [json.loads(event.to_json()) for event in run.events]
-    assert contents[0]['stamp_ns'] == STAMP_NS
-    assert 'stamp_ns' not in contents[1]
+    assert contents[0]['sent_ns'] == STAMP_NS
+    assert 'sent_ns' not in contents[1]
 
 
 def test_a_move_that_takes_too_long_fails(bench_with):

@@ -18,7 +18,8 @@ NESTED = f'{{"message": {"[" * 1500}{"]" * 1500}}}'
     'more',
     [
         {},
-        {'stamp_ns': 1_800_000_000_123_456_789},
+        {'sent_ns': 1_800_000_000_123_456_789},
+        {'position_m': 1.5e-6, 'force_n': -0.25},
         {'tag': 'left', 'step_m': 0.0},
         {'step_m': -9.4e-8},
     ],
@@ -28,6 +29,18 @@ def test_an_event_comes_back_from_its_text(more: dict[str, Any]):
     assert read_event(text) == json.loads(text)
     assert json.loads(text).items() >= more.items()
     assert json.loads(text).keys() == json.loads(EVENT.to_json()).keys() | more.keys()
+
+
+def test_an_event_has_its_stamp_in_the_time_of_all_streams():
+    content = json.loads(EVENT.to_json(1_800_000_000_000_000_000))
+    assert (content['time_ns'], content['stamp_ns']) == (5, 1_800_000_000_000_000_005)
+
+
+def test_of_an_event_of_version_1_0_0_the_stamp_is_that_of_its_sender():
+    content = json.loads(EVENT.to_json())
+    old = {k: v for k, v in content.items() if k not in {'stamp_ns', 'position_m', 'force_n'}}
+    assert read_event(json.dumps(old)) == old
+    assert read_event(json.dumps({**old, 'stamp_ns': 7})) == {**old, 'sent_ns': 7}
 
 
 @pytest.mark.parametrize(
@@ -51,6 +64,9 @@ def test_a_text_that_is_no_event_is_none(text: str):
         ('time_ns', float('nan')),
         ('time_ns', 10**400),
         ('stamp_ns', {}),
+        ('sent_ns', 1.5),
+        ('position_m', '1'),
+        ('force_n', float('nan')),
         ('tag', 7),
         ('step_m', 1),
         ('step_m', float('nan')),

@@ -108,7 +108,7 @@ def test_names_that_a_file_leaves_out_keep_their_defaults():
 
 
 def test_a_node_name_and_dotted_names_are_read_too():
-    read = parse_yaml(_under_node('    stand.preload: 0.25\n', '/stand/drive'), 'text')
+    read = parse_yaml(_under_node('    stand.preload: 0.25\n', '/stand/stickslip_drive'), 'text')
     assert read.stand.preload == 0.25
 
 
@@ -182,8 +182,12 @@ def test_a_text_on_which_the_reader_stumbles_is_refused_too(text):
             'line 4: has the alias *x; write out what it stands for',
         ),
         (
-            'left: {ros__parameters: {}}\nright: {ros__parameters: {}}\n',
-            'run.yaml: is for several nodes: left and right; keep one, or /** for what all share',
+            _under_node('', 'a/stickslip_drive') + _under_node('', '/b/stickslip_drive'),
+            'for several drives: /a/stickslip_drive and /b/stickslip_drive; keep one, or /**',
+        ),
+        (
+            '/other: {ros__parameters: {stand: {preload: 0.2}}}\n/a: {b: {ros__parameters: {}}}\n',
+            'has no section of a drive, only of /other and /a/b; name it /stickslip_drive, or /**',
         ),
     ],
 )
@@ -197,12 +201,45 @@ def test_a_text_in_quotes_is_a_text():
     assert parse_yaml(_under_node("    record: {name: '1:30'}\n"), '').record.name == '1:30'
 
 
-def test_a_drive_outweighs_what_all_share():
-    text = (
-        '/left/stickslip_drive: {ros__parameters: {stand: {preload: 0.2}}}\n'
-        '/**: {ros__parameters: {stand: {preload: 0.1}, sim: {seed: 7}}}\n'
-    )
-    assert parse_yaml(text, 'run.yaml').changed() == {'stand.preload': 0.2, 'sim.seed': 7}
+SHARED = '{ros__parameters: {stand: {preload: 0.1}, sim: {seed: 7}}}'
+OWN = '{ros__parameters: {stand: {preload: 0.2}}}'
+
+
+def test_later_sections_override_as_in_ros():
+    shared, own = f'/**: {SHARED}\n', f'/left/stickslip_drive: {OWN}\n'
+    both = {'stand.preload': 0.2, 'sim.seed': 7}
+    assert parse_yaml(shared + own, 'run.yaml').changed() == both
+    assert parse_yaml(own + shared, 'run.yaml').changed() == both | {'stand.preload': 0.1}
+
+
+@pytest.mark.parametrize(
+    ('sections', 'is_taken'),
+    [
+        (f'left: {{stickslip_drive: {OWN}}}', True),
+        (f'"**": {{stickslip_drive: {OWN}}}', True),
+        (f'/*: {OWN}', False),  # of the namespace /
+        (f'/*/stickslip_drive: {OWN}', True),
+        (f'/left/*: {OWN}', True),
+        (f'/left/**: {OWN}', True),
+        (f'/right/*: {OWN}', False),
+        (f'/**/left/*: {OWN}', True),
+        (f'/left/other: {OWN}', False),
+        (f'"/left/stickslip_driv.": {OWN}', False),
+        ('controllers: {manager: {ros__parameters: {update_rate: 100, stand: 5}}}', False),
+    ],
+)
+def test_of_a_file_of_many_nodes_only_the_sections_of_the_drive_are_taken(
+    sections: str, is_taken: bool
+):
+    own = '/left/stickslip_drive: {ros__parameters: {sim.seed: 8}}'
+    read = parse_yaml(f'/**: {SHARED}\n{own}\n{sections}', 'run.yaml').changed()
+    assert read == {'stand.preload': 0.2 if is_taken else 0.1, 'sim.seed': 8}
+
+
+@pytest.mark.parametrize('name', ['/*', '/left/**', '/**/stickslip_drive', 'stickslip_drive'])
+def test_a_drive_that_only_wildcards_name_may_be_in_any_namespace(name: str):
+    read = parse_yaml(f'"{name}": {OWN}\n/other: {SHARED}\n', 'run.yaml')
+    assert read.changed() == {'stand.preload': 0.2}
 
 
 def test_a_file_that_never_ends_is_refused():

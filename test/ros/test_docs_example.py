@@ -102,7 +102,7 @@ def test_five_lines_wait_for_the_end_of_ones_own_command(
     done = run_process([sys.executable, '-c', program], check=True)
     event = json.loads(done.stdout)
     assert (event['command'], event['number'], event['result']) == ('position', 2, 'DONE')
-    assert event['stamp_ns'] > 0
+    assert event['sent_ns'] > 0
 
 
 def typed(page: str, folder: Path) -> list[list[str]]:

@@ -25,7 +25,7 @@ from stickslip_ros.kernels.kernel import entry_point
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.run import RunWriter
-from stickslip_ros.ros.diagnostics import pace_status, recorder_status
+from stickslip_ros.ros.diagnostics import LagLog, pace_status, recorder_status
 from stickslip_ros.runtime.orders import NEXT_BLOCK, Order
 from stickslip_ros.runtime.pacing import PaceReport, Stalls
 from stickslip_ros.runtime.session import Session
@@ -222,7 +222,7 @@ def test_a_lag_that_is_made_up_needs_no_remedy_and_one_that_is_given_up_says_its
     monkeypatch.setattr(time, 'time_ns', lambda: now_ns)
     session.worker.time_origin_ns = now_ns - 5 * 10**9
     lag = pace_status('x', replace(PACE, lag_s=5.0), session)
-    assert lag.message == '5.0 s late, which is being made up'
+    assert lag.message == '5.0 s late, which is being made up at 1 times real time'
     session.worker.time_origin_ns = now_ns - 70 * 10**9
     lost = pace_status('x', replace(PACE, given_up_s=70.0, behind_s=70.0), session)
     assert lost.message == (
@@ -230,6 +230,28 @@ def test_a_lag_that_is_made_up_needs_no_remedy_and_one_that_is_given_up_says_its
         "stamps are 70.0 s behind the system's time, more than 0.5 s; "
         'deactivate and activate the node'
     )
+
+
+def test_a_lag_is_logged_when_it_begins_doubles_is_made_up_faster_and_is_made_up():
+    log = LagLog()
+
+    def news(lag_s: float, pace: float = 0.95, **more: float) -> tuple[bool, str]:
+        return log.news(replace(PACE, lag_s=lag_s, real_time_factor=pace, **more), 1.0)
+
+    silent, warning = (False, ''), (True, '')
+    assert [news(each) for each in (0.4, 0.6, 1.0, 1.3, 2.5)] == [
+        silent,
+        warning,
+        silent,
+        warning,
+        silent,
+    ]
+    assert [news(lag_s, 2.5) for lag_s in (1.8, 0.7, 0.3)] == [warning, silent, silent]
+    assert news(0.0, 1.4) == (False, 'a lag of 2.5 s is made up, at up to 2.5 times real time')
+    assert news(0.0) == silent
+    # A lag between two reports, and one that is given up:
+    assert news(0.0, 1.2, lateness_max_s=0.8)[1].startswith('a lag of 0.8 s is made up')
+    assert [news(0.0, lateness_max_s=70.0, given_up_s=70.0), news(0.0)] == [warning, silent]
 
 
 def test_what_is_behind_because_of_a_preload_on_its_way_says_so_once():

@@ -301,6 +301,27 @@ def test_a_live_parameter_set_to_what_it_was_ends_a_fault_that_a_schedule_brough
     stand.operator.spin_until(lambda: not faults.faults, 'the end of the fault')
 
 
+@pytest.mark.parametrize(
+    ('name', 'value', 'taken'),
+    [
+        ('stand.preload', 1, 1.0),
+        ('limits.soft_max', 0, 0.0),
+        ('feet.share', [1, 2], (1.0, 2.0)),
+        ('feet.gain', 1, (1.0,)),
+    ],
+)
+def test_whole_numbers_are_taken_for_doubles(manual: Any, name: str, value: Any, taken: Any):
+    answer = manual.operator.set_parameter(name, value)
+    assert answer.successful, answer.reason
+    assert values_of(manual.drive)[name] == taken
+
+
+def test_a_truth_value_is_no_double(manual: Any):
+    for value in (True, [True]):
+        answer = manual.operator.set_parameter('stand.preload', value)
+        assert 'Wrong parameter type, expected' in answer.reason
+
+
 @pytest.mark.parametrize('text', ['1e-8', '1.0e-8', '1e-08'])
 def test_a_text_that_is_a_number_is_taken_for_one(manual: Any, text: str):
     assert manual.operator.set_parameter('actuator.gain', text).successful

@@ -193,6 +193,9 @@ def test_leaving_the_active_state_finishes_the_recording(
     counts = {channel.topic: channel.messages for channel in recording.channels}
     assert counts['/position'] == session.bench.time_ns // session.parameters.block_ns
     assert {channel.gaps for channel in recording.channels} == {0}
+    event = stand.operator.wait_for_event('recording', 0)
+    assert (event['result'], event['message']) == ('DONE', f'{tmp_path}/run.mcap')
+    assert event['stamp_ns'] == recording.time_origin_ns + session.bench.time_ns
 
 
 def test_types_hashes_and_quality_of_service_are_those_of_the_live_topics(stand: Any):

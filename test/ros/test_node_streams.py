@@ -76,7 +76,10 @@ def test_the_layout_of_a_trace_names_its_columns(stand: Any):
     heard = stand.operator.listen('trace')
     stand.operator.spin_until(lambda: bool(heard), 'a trace')
     rows, columns = heard[0].layout.dim
-    assert (rows.label, rows.size, rows.stride) == ('sample', 500, 2500)
+    origin_ns = stand.operator.info['time_origin_ns']
+    label = f'sample; time_origin_ns={origin_ns}'
+    assert (rows.label, rows.size, rows.stride) == (label, 500, 2500)
+    assert origin_ns > 0
     assert (columns.label, columns.size, columns.stride) == (COLUMNS, 5, 5)
     assert heard[0].layout.data_offset == 0
     assert len(heard[0].data) == 2500

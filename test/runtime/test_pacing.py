@@ -218,10 +218,14 @@ def test_a_report_in_the_middle_of_a_hold_ends_with_the_hold(clock: Clock):
     pacer = Pacer(PERIOD_S, 1.0, LAG_MAX_S)
     pacer.hold()
     clock.work(10 * PERIOD_S)
-    assert pacer.report().missing_s == pytest.approx(0.0, **TO_THE_NANOSECOND)
+    report = pacer.report()
+    assert (report.missing_s, report.lag_s) == pytest.approx((0.0, 0.0), **TO_THE_NANOSECOND)
     clock.work(10 * PERIOD_S)
     pacer.resume()
-    assert pacer.report().missing_s == pytest.approx(0.0, **TO_THE_NANOSECOND)
+    pacer.wait(clock.sleep)
+    report = pacer.report()
+    assert report.missing_s == pytest.approx(0.0, **TO_THE_NANOSECOND)
+    assert report.lateness_max_s == pytest.approx(0.0, **TO_THE_NANOSECOND)
 
 
 def test_what_is_missing_is_the_wanted_pace_less_the_ticks(clock: Clock):

@@ -45,7 +45,7 @@ def command_verb(arguments: argparse.Namespace) -> Answer:
             operator = Operator(context, name)
         meet(operator, arguments.timeout)
         if not arguments.node:
-            refuse_several(operator)  # by now all are seen
+            find(operator, arguments.timeout)  # again, as all are seen by now
         if command.has_service:
             answer = (
                 operator.switch(command.name, bool(numbers[0]))
@@ -81,36 +81,20 @@ def command_verb(arguments: argparse.Namespace) -> Answer:
 
 
 def find(operator: Operator, timeout_s: float) -> str:
-    """Wait for the only drive in the namespace of an operator; return its name."""
-    names: list[str] = []
+    """Wait for a drive in the namespace of an operator; return its name, or refuse several."""
+    namespace = operator.node.get_namespace()
 
-    def is_seen() -> bool:
-        names[:] = near(operator)
-        return bool(names)
+    def near() -> list[str]:
+        return drives_of(operator.node, namespace)
 
     try:
-        operator.spin_until(is_seen, 'a drive', timeout_s)
+        operator.spin_until(lambda: bool(near()), 'a drive', timeout_s)
     except StickSlipError:
-        namespace = operator.node.get_namespace()
         raise missing(operator, f'in namespace {namespace}', timeout_s) from None
-    refuse_several(operator)
-    return names[0]
-
-
-def near(operator: Operator) -> list[str]:
-    """Return the names of the drives in the namespace of an operator."""
-    namespace = operator.node.get_namespace().rstrip('/')
-    drives = [each.rpartition('/') for each in drives_of(operator.node)]
-    return [name for place, _, name in drives if place == namespace]
-
-
-def refuse_several(operator: Operator) -> None:
-    """Refuse a namespace with several drives, of which none is named."""
-    names = near(operator)
-    if len(names) > 1:
-        namespace = operator.node.get_namespace()
-        why = f'namespace {namespace} has {len(names)} drives: {", ".join(names)}'
+    if len(drives := near()) != 1:
+        why = f'namespace {namespace} has {len(drives)} drives: {", ".join(drives)}'
         raise StickSlipError(f'{why}; choose by --node')
+    return drives[0].rpartition('/')[2]
 
 
 def missing(operator: Operator, what: str, timeout_s: float) -> StickSlipError:

@@ -194,11 +194,11 @@ def to_namespace(text: str) -> str:
     return name and f'/{name}'
 
 
-def to_node_name(text: str) -> str:
+def to_node(text: str) -> str:
     """Return the name of a node; refuse other characters."""
     if not re.fullmatch(r'([a-z_]\w*)?', text, re.ASCII | re.IGNORECASE):
         why = f'--node {quoted(text)} is not made of letters, digits and _'
-        raise StickSlipError(f'{why}; give a name such as left_drive, its place by --namespace')
+        raise StickSlipError(f'{why}; give its name alone, its place by --namespace')
     return text
 
 
@@ -352,11 +352,7 @@ NAMESPACE = option(
     '--namespace', 'namespace of the drive, as /left', to_namespace, 'NAME', default=''
 )
 NODE = option(
-    '--node',
-    'name of the node of the drive (default: the only drive in the namespace)',
-    to_node_name,
-    'NAME',
-    default='',
+    '--node', 'its node (default: the only drive in the namespace)', to_node, 'NAME', default=''
 )
 PRELOAD = option('--preload', 'set stand.preload', metavar='NEWTON', dest='stand.preload')
 NO_LOAD_CELL = switch(

@@ -7,6 +7,7 @@ import json
 from typing import Any
 
 import pytest
+from waiting import wait_until
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.commands import COMMANDS, typed_command
@@ -68,9 +69,33 @@ def test_without_a_drive_that_is_said(
     monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
     assert main(['command', 'stop', '--namespace', 'left/', '--timeout', '200ms']) == 2
     assert capsys.readouterr().err == (
-        f'stickslip: no drive /left/stickslip_drive has answered within 0.2 s in domain '
+        f'stickslip: no drive in namespace /left has answered within 0.2 s in domain '
         f'{ros_domain}; start one: stickslip drive; or name its --namespace\n'
     )
+
+
+def test_a_drive_of_any_name_is_found_and_of_several_the_named_one(
+    quiet_ros: None,
+    start_drive: Any,
+    ros_domain: int,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: Any,
+):
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
+    first = start_drive(FREE, remaps=['__node:=first'], wait=False)
+    assert main(['command', 'load', '10mN']) == 0
+    assert first.drive.session.bench.stand.load_n == 0.01
+    second = start_drive(FREE, remaps=['__node:=second'], namespace='/left', wait=False)
+    assert main(['command', 'zero', '--namespace', 'left', '--node', 'second']) == 0
+    assert second.drive.session.bench.time_ns > 0
+    assert main(['command', 'stop', '--node', 'second', '--timeout', '1s']) == 2
+    told = capsys.readouterr().err
+    assert 'no drive /second has answered within 1 s in domain ' in told
+    assert told.endswith('; seen: /first, /left/second; choose by --namespace and --node\n')
+    start_drive(FREE, remaps=['__node:=third'], wait=False)
+    wait_until(lambda: main(['command', 'stop']) == 2, 'the third drive')
+    told = capsys.readouterr().err
+    assert told == 'stickslip: namespace / has 2 drives: /first, /third; choose by --node\n'
 
 
 def test_a_command_is_known_by_its_first_word(capsys: Any):

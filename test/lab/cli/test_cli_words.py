@@ -153,6 +153,10 @@ def test_version(capsys: Any):
         (['simulate', '--output=--'], "--output -- is not a value; 'stickslip simulate --help'"),
         (['panel', '--namespace', 'a*'], "'a*' is not made of letters, digits, _ and /; give"),
         (['command', 'stop', '--namespace', '/1'], "--namespace '/1' is not made of letters"),
+        (
+            ['panel', '--node', '/left'],
+            "--node '/left' is not made of letters, digits and _; give",
+        ),
         (['contact', '--normal-force', '0.1', 'nm'], "--normal-force '0.1nm' is not a number in"),
     ],
 )

@@ -338,6 +338,16 @@ def test_a_drive_that_comes_later_is_found_and_missed_when_it_goes(
     wait(lambda told: word(told) == 'absent')
 
 
+def test_the_only_drive_of_the_namespace_is_shown_whatever_its_name(
+    start_drive: Callable[..., Stand], link: Link, wait: Wait
+):
+    start_drive(namespace='/left', wait=False)
+    wait(lambda told: len(told['drives']) == 2)
+    assert word(link.state()) == 'absent'
+    start_drive(remaps=['__node:=other'], wait=False)
+    wait(lambda told: told['drive'] == '/other' and word(told) in ACTIVE)
+
+
 def test_one_of_two_drives_is_chosen(start_drive: Callable[..., Stand], link: Link, wait: Wait):
     for side in ('/left', '/right'):
         start_drive(namespace=side, wait=False)

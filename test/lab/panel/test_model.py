@@ -157,7 +157,10 @@ def test_conditions_are_told_apart(model: Model, monkeypatch: pytest.MonkeyPatch
     model.is_there = False
     assert model.condition() == ('absent', f'no drive {DRIVE} in this ROS domain: {gone}')
     model.forget()  # one that has not been heard yet
-    assert model.condition() == ('absent', f'no drive {DRIVE} in this ROS domain; waiting for it')
+    absent = f'no drive {DRIVE} in this ROS domain; waiting for it'
+    assert model.condition() == ('absent', absent)
+    model.drives = ['/a/b', '/c']
+    assert model.condition() == ('absent', f'{absent} (seen: /a/b, /c)')
 
 
 @pytest.mark.parametrize(

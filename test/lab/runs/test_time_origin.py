@@ -4,6 +4,7 @@
 """A time origin moves stamps and log times and nothing else; readers give simulated time."""
 
 import dataclasses
+import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -98,17 +99,35 @@ def test_stamps_and_log_times_are_the_origin_and_simulated_time(
             assert moved == plain._replace(stamp_ns=other.log_time)
 
 
-def test_trace_events_status_requests_and_commands_are_the_same_bytes(
+def test_an_event_and_a_trace_differ_in_their_origin_alone(
+    recordings: tuple[Recording, Recording],
+):
+    types, compared = recordings[0].types, set()
+    for one, other, topic in unlike_in_origin(recordings):
+        if topic in {'/trace', '/stickslip_drive/event'}:
+            compared.add(topic)
+            plain, moved = (unpack(types[topic], each.data) for each in (one, other))
+            if isinstance(plain, m.ArrayMessage):
+                assert np.array_equal(plain.data, moved.data)
+                assert moved.labels == (f'sample; time_origin_ns={ORIGIN_NS}', plain.labels[1])
+            else:
+                event = json.loads(plain)
+                assert json.loads(moved) == event | {'stamp_ns': event['time_ns'] + ORIGIN_NS}
+    assert len(compared) == 2
+
+
+def test_voltage_status_requests_and_commands_are_the_same_bytes(
     recordings: tuple[Recording, Recording],
 ):
     stamped = {name for name, kind in recordings[0].types.items() if kind in STAMPED}
-    moved = {name for name in stamped if 'command' not in name} | {'/stickslip_drive/info'}
+    moved = {name for name in stamped if 'command' not in name} | {'/trace'}
+    moved |= {'/stickslip_drive/info', '/stickslip_drive/event'}
     compared = set()
     for one, other, topic in unlike_in_origin(recordings):
         if topic not in moved:
             compared.add(topic)
             assert one.data == other.data
-    names = {'trace', 'voltage', 'event', 'status', 'request', 'sawtooth', 'load'}
+    names = {'voltage', 'status', 'request', 'sawtooth', 'load'}
     assert {name.rpartition('/')[2] for name in compared} == names
 
 
