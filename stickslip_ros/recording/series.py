@@ -98,15 +98,15 @@ class Columns:
 
     def add(self, block: ArrayMessage) -> None:
         """Add a block; WrongKind if its layout differs from that of the blocks before."""
-        if not self._labels:
-            self._labels = block.labels
+        if not self._units:
+            self._labels = block.labels[1:]  # the label of the rows changes with each activation
             names = block.labels[1].split(',') if len(block.labels) == 2 else []
             parts = [_LABEL.fullmatch(name) for name in names]
             self._units = {part['name']: part['unit'] or '' for part in parts if part}
             if self._units.get(_TIME) != 's' or len(self._units) != len(names):
                 self._units = {}
             self._table = np.empty((len(self._units), self._room))
-        is_like = block.labels == self._labels and block.data.shape[1:] == (len(self._units),)
+        is_like = block.labels[1:] == self._labels and block.data.shape[1:] == (len(self._units),)
         if not (self._units and is_like):
             raise WrongKind(
                 f'layout of a block of {self._origin}',

@@ -100,8 +100,9 @@ def test_blocks_with_other_columns_are_refused():
 def test_blocks_are_joined_whatever_the_room_for_them(room: int):
     table = np.arange(14, dtype=np.float64).reshape(7, 2)
     columns = Columns('a test', room)
-    for part in (table[:3], table[3:4], table[4:4], table[4:]):
-        columns.add(ArrayMessage(('sample', 't[s],force[N]'), part.shape, part))
+    for origin_ns, part in enumerate((table[:3], table[3:4], table[4:4], table[4:])):
+        labels = f'sample; time_origin_ns={origin_ns}', 't[s],force[N]'
+        columns.add(ArrayMessage(labels, part.shape, part))
     force = columns.series()['force']
     assert force.time_s.tolist() == table[:, 0].tolist()
     assert force.value.tolist() == table[:, 1].tolist()
