@@ -235,7 +235,7 @@ def test_a_lag_that_is_made_up_needs_no_remedy_and_one_that_is_given_up_says_its
 def test_a_lag_is_logged_when_it_begins_doubles_is_made_up_faster_and_is_made_up():
     log = LagLog()
 
-    def news(lag_s: float, pace: float = 0.95, **more: float) -> tuple[bool, str]:
+    def news(lag_s: float, pace: float = 0.95, **more: Any) -> tuple[bool, str]:
         return log.news(replace(PACE, lag_s=lag_s, real_time_factor=pace, **more), 1.0)
 
     silent, warning = (False, ''), (True, '')

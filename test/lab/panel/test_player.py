@@ -143,7 +143,7 @@ def test_the_overview_has_positions_where_they_are(recording: Path, tmp_path: Pa
 def test_a_text_that_is_no_event_does_not_end_the_player(tmp_path: Path):
     path, event = tmp_path / 'run.mcap', Event(1, 1, 'steps', Result.DONE).to_json()
     topics = {'/position': POINT_STAMPED, '/drive/event': STRING}
-    texts = [event.replace('"steps"', '7'), event.replace('1}', '"1"}'), '[' * 5000, event]
+    texts = [event.replace('"steps"', '7'), event.replace('1,', '"1",'), '[' * 5000, event]
     with Recorder(path, [Channel(name, kind, Qos(1)) for name, kind in topics.items()]) as to:
         for at_ns, text in enumerate(texts):
             to.put('/position', at_ns, pack_stamped(at_ns, '', (1e-6, 0.0, 0.0)), wait=True)

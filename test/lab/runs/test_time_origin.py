@@ -108,11 +108,13 @@ def test_an_event_and_a_trace_differ_in_their_origin_alone(
             compared.add(topic)
             plain, moved = (unpack(types[topic], each.data) for each in (one, other))
             if isinstance(plain, m.ArrayMessage):
+                assert isinstance(moved, m.ArrayMessage)
                 assert np.array_equal(plain.data, moved.data)
                 assert moved.labels == (f'sample; time_origin_ns={ORIGIN_NS}', plain.labels[1])
             else:
-                event = json.loads(plain)
-                assert json.loads(moved) == event | {'stamp_ns': event['time_ns'] + ORIGIN_NS}
+                event = json.loads(str(plain))
+                moved_ns = event['time_ns'] + ORIGIN_NS
+                assert json.loads(str(moved)) == event | {'stamp_ns': moved_ns}
     assert len(compared) == 2
 
 
