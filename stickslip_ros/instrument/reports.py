@@ -171,15 +171,10 @@ INT64_END = 2**63
 
 
 def read_event(text: str) -> dict[str, Any] | None:
-    """
-    Return the content of a text of ``~/event``, by names of `Event`; None if it is invalid.
-
-    Version 1.0.0 wrote the stamp of the sender as ``stamp_ns``, and no readings.
-
-    """
+    """Return the content of a text of ``~/event``, by names of `Event`; None if it is invalid."""
     try:
         content = json.loads(text if len(text) <= EVENT_MAX else '')
-        if 'stamp_ns' in content and 'position_m' not in content:
+        if 'stamp_ns' in content and 'position_m' not in content:  # an event of version 1.0.0
             content['sent_ns'] = content.pop('stamp_ns')
         event = {
             name: content[name] for name in _KINDS if name not in _OPTIONAL or name in content

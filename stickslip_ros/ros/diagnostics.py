@@ -57,13 +57,14 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
         'paused': str(session.is_paused).lower(),
     }
     level, message = _OK, 'paused' if session.is_paused else 'in time'
+    late_s = _lag_s(report)
     missing_blocks = report.missing_s / session.parameters.sim.block
     if report.real_time_factor < FACTOR_SHARE * wanted and missing_blocks > MISSING_BLOCKS:
         level, message = _ERROR, f'real-time factor {kept} instead of {wanted:g}'
-        message += f'; {report.lag_s:.1f} s late' * (report.lag_s > STAMPS_OFF_MAX_S)
-    elif report.lag_s > STAMPS_OFF_MAX_S:
+        message += f'; {late_s:.1f} s late' * (late_s > STAMPS_OFF_MAX_S)
+    elif late_s > STAMPS_OFF_MAX_S:
         level, pace = _WARN, f'{report.real_time_factor:.2g} times real time'
-        message = f'{report.lag_s:.1f} s late, which is being made up at {pace}'
+        message = f'{late_s:.1f} s late, made up at {pace}'
     elif report.overruns:
         level = _WARN
         message = f'{report.overruns} of {report.ticks} ticks late{report.stalls.most}'
@@ -97,18 +98,25 @@ class LagLog:
 
     def news(self, report: PaceReport, wanted: float) -> tuple[bool, str]:
         """Return whether to warn with the status, and what to say when the lag is made up."""
-        pace, lag_s, fast = report.real_time_factor, report.lag_s, wanted / FACTOR_SHARE
-        hurries = lag_s > STAMPS_OFF_MAX_S and pace > fast >= self._fastest
-        warns = hurries or lag_s > max(STAMPS_OFF_MAX_S, 2.0 * self._told_s)
+        pace, late_s, fast = report.real_time_factor, _lag_s(report), wanted / FACTOR_SHARE
+        hurries = report.lag_s > STAMPS_OFF_MAX_S and pace > fast >= self._fastest
+        warns = hurries or late_s > max(STAMPS_OFF_MAX_S, 2.0 * self._told_s)
         if warns:
-            self._told_s = max(self._told_s, lag_s)
-        self._most_s = most_s = max(self._most_s, lag_s, report.lateness_max_s)
+            self._told_s = max(self._told_s, late_s)
+        self._most_s = most_s = max(self._most_s, late_s)
         self._fastest = fastest = max(self._fastest, pace)
-        if report.given_up_s or lag_s <= MADE_UP_S:
+        if report.given_up_s or report.lag_s <= MADE_UP_S:
             self._told_s = self._most_s = self._fastest = 0.0
-        if report.given_up_s or lag_s > MADE_UP_S or most_s <= STAMPS_OFF_MAX_S:
-            return warns or report.given_up_s > 0.0, ''
-        return warns, f'a lag of {most_s:.1f} s is made up, at up to {fastest:.2g} times real time'
+            if most_s > STAMPS_OFF_MAX_S and not report.given_up_s:
+                at = f'at up to {fastest:.2g} times real time'
+                return warns, f'a lag of {most_s:.1f} s is made up, {at}'
+        return warns or report.given_up_s > 0.0, ''
+
+
+def _lag_s(report: PaceReport) -> float:
+    """Return the lag, s, or if it is short the longest since the last report; 0: given up."""
+    is_over = report.lag_s <= STAMPS_OFF_MAX_S < report.lateness_max_s
+    return 0.0 if report.given_up_s else report.lateness_max_s if is_over else report.lag_s
 
 
 def drive_status(name: str, session: Session, guard: Guard) -> DiagnosticStatus:
