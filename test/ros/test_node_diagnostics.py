@@ -91,7 +91,7 @@ def test_diagnostics_carry_time_drive_and_recorder(stand: Any):
     assert parts.keys() == {'time', 'drive', 'faults', 'recorder', 'connections'}
     assert values_of(parts['time']).keys() == TIME_KEYS
     drive = values_of(parts['drive'])
-    counts = ('commands_refused', 'messages_refused', 'setpoints_replaced')
+    counts = ('commands_refused', 'messages_refused', 'messages_lost', 'setpoints_replaced')
     assert drive.keys() == {'simulated_s', 'status', 'last_refused', *counts}
     assert drive['last_refused'] == ''
     assert {drive[count] for count in counts} == {'0'}
