@@ -79,7 +79,6 @@ class Connections:
         self.release()
         self.incompatible.clear()
         self.unsent.clear()
-        self._node.guard.lost.clear()
         for topic in TOPICS:
             if topic.exists(parameters) and topic.key != ALWAYS:
                 self._offered[topic.key] = self._open(topic, parameters)

@@ -109,7 +109,7 @@ class GuardedNode(Node):  # type: ignore[misc]
         raw: bool = False,
         **other: Any,
     ) -> Subscription:
-        """Subscribe; bytes that are no message, errors of ``callback``, and lost messages count."""
+        """Subscribe; bytes that are no message, errors of ``callback`` and lost messages count."""
 
         def take(data: bytes, *info: Any) -> None:
             why: object = f'{len(data)} bytes are no {msg_type.__name__}; check their publisher'

@@ -129,6 +129,7 @@ class StickSlipDrive(ReloadableNode, GuardedNode, LifecycleNode):
             check_clock(self)
             self._session = self._build(read_parameters(self))
             self._topics.offer(self._session.parameters)
+            self.guard.lost.clear()
         except StickSlipError as error:
             self._release()
             return self._refuse(f'not configured: {error}')

@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The other host of a drive: it reads positions, or sends loads, and prints for each profile what
-has become of them.
+The other host of a drive: it reads positions or sends loads, and prints what becomes of them.
 
     python far_side.py read|send RELIABILITY:DEPTH ...
 

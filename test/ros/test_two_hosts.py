@@ -4,7 +4,6 @@
 """Between two hosts, 5 ms and some lost frames apart: what arrives, and what is told as lost."""
 
 import json
-import os
 import signal
 import sys
 from collections.abc import Callable, Iterator
