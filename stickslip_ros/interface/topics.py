@@ -26,6 +26,8 @@ PREFIX = 'command/'
 TRACE = 'trace'
 
 COMMAND = Qos(depth=100)
+SET_POINT = Qos(depth=1000)
+"""Holds what arrives behind a lost message, until DDS sends it again up to 3 s later."""
 STREAM = Qos(depth=100)
 """Requested by our subscribers, and the least that a stream keeps for a slow subscriber."""
 KEPT_S = 1.0
@@ -127,14 +129,16 @@ class Topic:
 
 
 def _topic_of(command: Command) -> Topic:
+    is_set_point = command.interface in _SET_POINTS
+    short = SET_POINT if is_set_point else COMMAND
     return Topic(
         PREFIX + command.name,
         command.interface,
-        LONG_COMMAND if command.is_table else COMMAND,
+        LONG_COMMAND if command.is_table else short,
         command.text,
         numbers=command.numbers,
         is_table=command.is_table,
-        overridable=STREAMED if command.interface in _SET_POINTS else (),
+        overridable=STREAMED if is_set_point else (),
     )
 
 

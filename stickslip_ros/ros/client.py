@@ -6,6 +6,7 @@
 import json
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from time import monotonic
 from typing import Any
 
@@ -195,16 +196,23 @@ class DriveClient:
         self.sent += 1
 
     def subscribe(
-        self, key: str, take: Callable[[Any], None], *, depth: int = 0, raw: bool = False
+        self,
+        key: str,
+        take: Callable[[Any], None],
+        *,
+        depth: int = 0,
+        raw: bool = False,
+        best_effort: bool = False,
     ) -> None:
         """
         Subscribe to a topic by its key; with ``raw`` the messages come as bytes.
 
-        The queue is as deep as the topic declares, or ``depth``; for a latched topic, 1.
+        The queue is as deep as the topic declares, or ``depth``; for a latched topic, 1. With
+        ``best_effort`` a lost message delays none behind it.
 
         """
         topic = _TOPICS[key]
-        profile = to_profile(topic.qos)
+        profile = to_profile(replace(topic.qos, reliable=not best_effort))
         if depth and not topic.qos.latched:
             profile.depth = depth
         made = self.node.create_subscription(*self._ends_of(topic), take, profile, raw=raw)

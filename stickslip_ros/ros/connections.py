@@ -58,6 +58,8 @@ class Connections:
         self.incompatible: Counter[str] = Counter()
         # Messages since the configuration that the network refused, by key of the topic.
         self.unsent: Counter[str] = Counter()
+        # Ages of the stamped commands since the last report, s: arrival less stamp.
+        self.command_ages_s: list[float] = []
         # Other nodes with the name of this node, or with publishers of its readings, in words.
         self.conflicts: list[str] = []
         [always] = [topic for topic in TOPICS if topic.key == ALWAYS]

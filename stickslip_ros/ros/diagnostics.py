@@ -5,6 +5,7 @@
 
 import math
 import shutil
+import statistics
 from collections.abc import Mapping
 from contextlib import suppress
 
@@ -150,17 +151,29 @@ def fault_status(name: str, faults: Faults) -> DiagnosticStatus:
     return verdict(name, 'faults', ', '.join(faults), 'none', values)
 
 
-def connection_status(name: str, connections: Connections) -> DiagnosticStatus:
-    """Return the status of connections: foreign endpoints, messages that were not sent."""
-    incompatible, unsent = connections.incompatible, connections.unsent
+def connection_status(name: str, connections: Connections, guard: Guard) -> DiagnosticStatus:
+    """
+    Return the status of connections: foreign endpoints, messages that were not sent or got lost.
+
+    The ages of commands begin anew.
+
+    """
+    incompatible, unsent, lost = connections.incompatible, connections.unsent, guard.lost
     values = {topic: str(count) for topic, count in incompatible.items()}
     values.update({f'{topic} not sent': str(count) for topic, count in unsent.items()})
+    values.update({f'{topic} lost': str(count) for topic, count in lost.items()})
+    ages_s, connections.command_ages_s = connections.command_ages_s, []
+    if ages_s:
+        values['command_age_median_s'] = f'{statistics.median(ages_s):.6f}'
+        values['command_age_max_s'] = f'{max(ages_s):.6f}'
     problems = [*connections.conflicts]
     if incompatible:
         count = sum(incompatible.values())
         problems.append(f'{count} of incompatible quality of service since the configuration')
     if unsent:
         problems.append(f'{sum(unsent.values())} messages not sent since the configuration')
+    if lost:
+        problems.append(f'{lost.total()} messages lost on their way since the configuration')
     return verdict(name, 'connections', '; '.join(problems), 'compatible', values)
 
 

@@ -1,14 +1,15 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The guard in front of every subscription of a node: refusals are counted, nothing is raised."""
+"""The guard in front of every subscription: refused and lost messages count, nothing is raised."""
 
 import threading
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
@@ -22,12 +23,14 @@ class Guard:
     Refusals of a node: counted, and logged once per name and report.
 
     ``count`` is the number of refused messages and calls, ``last`` the reason of the latest
-    refusal. ``tell`` takes a line, by default for the log, in the thread of the executor.
+    refusal. ``lost`` is the number of messages by topic that the network lost. ``tell`` takes a
+    line, by default for the log, in the thread of the executor.
 
     """
 
     def __init__(self, node: Node) -> None:
         self.count, self.last = 0, ''
+        self.lost: Counter[str] = Counter()
         self.tell: Callable[[str], object] = node.get_logger().warning
         self._lines: deque[str] = deque()
         self._wake = node.create_guard_condition(self._log)
@@ -80,8 +83,12 @@ class Guard:
         return f'{news} refused since the last report' if news else ''
 
     def values(self) -> dict[str, str]:
-        """Return what the diagnostics say of refusals."""
-        return {'messages_refused': str(self.count), 'last_refused': self.last}
+        """Return what the diagnostics say of refused and lost messages."""
+        return {
+            'messages_refused': str(self.count),
+            'last_refused': self.last,
+            'messages_lost': str(self.lost.total()),
+        }
 
 
 class GuardedNode(Node):  # type: ignore[misc]
@@ -102,7 +109,7 @@ class GuardedNode(Node):  # type: ignore[misc]
         raw: bool = False,
         **other: Any,
     ) -> Subscription:
-        """Subscribe to a topic; bytes that are no message, and errors of ``callback``, count."""
+        """Subscribe; bytes that are no message, errors of ``callback`` and lost messages count."""
 
         def take(data: bytes, *info: Any) -> None:
             why: object = f'{len(data)} bytes are no {msg_type.__name__}; check their publisher'
@@ -113,5 +120,10 @@ class GuardedNode(Node):  # type: ignore[misc]
             except Exception as error:  # noqa: BLE001 - a message may be anything
                 self.guard.refuse(topic, why or error)
 
+        def lose(event: Any) -> None:
+            self.guard.lost[topic] += event.total_count_change
+
+        events = other.setdefault('event_callbacks', SubscriptionEventCallbacks())
+        events.message_lost = lose
         take.__wrapped__ = callback  # type: ignore[attr-defined] # rclpy looks at its arguments
         return super().create_subscription(msg_type, topic, take, qos_profile, raw=True, **other)

@@ -55,7 +55,7 @@ from stickslip_ros.ros.trajectory_action import TrajectoryAction, installed_type
 from stickslip_ros.runtime.orders import AT_ONCE, read_grant
 from stickslip_ros.runtime.session import Session, await_reply, require
 from stickslip_ros.runtime.worker import UNTROUBLED, Callbacks
-from stickslip_ros.units import KILO
+from stickslip_ros.units import KILO, NANO
 
 DIAGNOSTICS_PERIOD_S = 1.0
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
@@ -129,6 +129,7 @@ class StickSlipDrive(ReloadableNode, GuardedNode, LifecycleNode):
             check_clock(self)
             self._session = self._build(read_parameters(self))
             self._topics.offer(self._session.parameters)
+            self.guard.lost.clear()
         except StickSlipError as error:
             self._release()
             return self._refuse(f'not configured: {error}')
@@ -297,6 +298,9 @@ class StickSlipDrive(ReloadableNode, GuardedNode, LifecycleNode):
             request = receive_request(topic, data)
         finally:
             session.receive(request)
+        if request.stamp_ns:
+            age_ns = self.get_clock().now().nanoseconds - request.stamp_ns
+            self._topics.command_ages_s.append(NANO * age_ns)
 
     def _after_parameters(self, changes: list[Parameter]) -> None:
         """Pass live parameters to the drive, except faults that ~/clear_faults has reset."""
@@ -358,7 +362,7 @@ class StickSlipDrive(ReloadableNode, GuardedNode, LifecycleNode):
             diagnostics.drive_status(name, session, self.guard),
             diagnostics.fault_status(name, session.worker.faults),
             diagnostics.recorder_status(name, session),
-            diagnostics.connection_status(name, self._topics),
+            diagnostics.connection_status(name, self._topics, self.guard),
         )
 
     @property

@@ -156,7 +156,8 @@ def test_errors_and_bytes_that_are_no_message_are_told_in_words(context: Context
     assert node.guard.last == "voltage refused: KeyError: 'a fault of the program'"
     subscription.callback(b'odd', {})
     why = 'voltage refused: 3 bytes are no Float64; check their publisher'
-    assert node.guard.values() == {'messages_refused': '2', 'last_refused': why}
+    counts = {'messages_refused': '2', 'messages_lost': '0'}
+    assert node.guard.values() == {**counts, 'last_refused': why}
     assert node.guard.news() == '2 refused since the last report'
     assert node.guard.news() == ''
     node.destroy_node()

@@ -14,6 +14,9 @@ from typing import Any
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import WrenchStamped
+from rclpy.event_handler import QoSSubscriptionEventType
+from rclpy.time import Time
 
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Status
@@ -91,7 +94,7 @@ def test_diagnostics_carry_time_drive_and_recorder(stand: Any):
     assert parts.keys() == {'time', 'drive', 'faults', 'recorder', 'connections'}
     assert values_of(parts['time']).keys() == TIME_KEYS
     drive = values_of(parts['drive'])
-    counts = ('commands_refused', 'messages_refused', 'setpoints_replaced')
+    counts = ('commands_refused', 'messages_refused', 'messages_lost', 'setpoints_replaced')
     assert drive.keys() == {'simulated_s', 'status', 'last_refused', *counts}
     assert drive['last_refused'] == ''
     assert {drive[count] for count in counts} == {'0'}
@@ -370,3 +373,50 @@ def test_a_node_says_how_far_the_compilation_of_its_kernels_is(
     last_of_the_drive(manual, heard, DiagnosticStatus.OK, 'unconfigured')  # it is heard
     manual.operator.change_state('configure')
     last_of_the_drive(manual, heard, DiagnosticStatus.WARN, 'compiling kernels, once: 0 of ')
+
+
+def test_each_subscription_counts_what_dds_reports_as_lost(start_drive: Callable):
+    stand = start_drive({'sim.publish_clock': True})
+    heard = stand.operator.listen('diagnostics')
+    taken = {each.topic_name: each for each in stand.drive.subscriptions}
+    assert {'/command/load', '/command/steps'} <= taken.keys()
+    for subscription in taken.values():
+        [loses] = [
+            handler.callback
+            for handler in subscription.event_handlers
+            if handler.event_type == QoSSubscriptionEventType.RCL_SUBSCRIPTION_MESSAGE_LOST
+        ]
+        if subscription.topic_name == '/command/load':
+            loses(SimpleNamespace(total_count_change=2))
+            loses(SimpleNamespace(total_count_change=3))
+    parts = next_parts(stand, heard)
+    assert values_of(parts['drive'])['messages_lost'] == '5'
+    told = parts['connections']
+    assert values_of(told) == {'command/load lost': '5'}
+    lost = '5 messages lost on their way since the configuration'
+    assert (told.level, told.message) == (DiagnosticStatus.WARN, lost)
+    for transition in ('deactivate', 'cleanup', 'configure', 'activate'):
+        assert stand.operator.change_state(transition)
+    assert next_parts(stand, heard)['connections'].level == DiagnosticStatus.OK
+
+
+def test_the_age_of_commands_is_that_of_their_stamps(stand: Any):
+    heard = stand.operator.listen('diagnostics')
+    stand.operator.command('load', 0.0)  # has no stamp
+    assert values_of(next_parts(stand, heard)['connections']) == {}
+    now_ns, load = time.time_ns(), WrenchStamped()
+    for age_s in (1, 2, 9):
+        load.header.stamp = Time(nanoseconds=now_ns - age_s * 10**9).to_msg()
+        stand.operator.send('load', load)
+    told: dict[str, str] = {}
+
+    def look() -> bool:
+        for part in (part for each in heard for part in each.status):
+            if part.name.endswith(': connections'):
+                told.update(values_of(part))
+        return bool(told)
+
+    stand.operator.spin_until(look, 'ages')
+    since_s = 1e-9 * (time.time_ns() - now_ns)
+    assert 9.0 <= float(told['command_age_max_s']) <= 9.0 + since_s
+    assert values_of(next_parts(stand, heard)['connections']) == {}

@@ -151,7 +151,7 @@ class Link:
         """Return a client of a drive, and clear the model."""
         self.model.forget(name)
         drive = DriveClient(self._node, name)
-        drive.subscribe('trace', self._take_trace, raw=True)
+        drive.subscribe('trace', self._take_trace, raw=True, best_effort=True)
         drive.subscribe('status', lambda message: self.model.take_status(message.data))
         drive.subscribe('event', self._take_event)
         drive.subscribe('diagnostics', self._take_diagnostics)

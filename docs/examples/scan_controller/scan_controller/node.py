@@ -3,12 +3,15 @@
 import rclpy
 from geometry_msgs.msg import PointStamped
 from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Float64, String
 
 from scan_controller.loop import ScanController
 
 PATIENCE = 100
 """Readings without an event after which the last voltage counts as lost."""
+NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+"""For readings: on a network that loses some, none waits for another."""
 
 
 class ScanControllerNode(Node):
@@ -30,7 +33,7 @@ class ScanControllerNode(Node):
         self.voltage = self.create_publisher(Float64, 'command/voltage', 10)
         # Of what came at the same time, the event is heard first.
         self.create_subscription(String, 'stickslip_drive/event', self.on_event, 10)
-        self.create_subscription(PointStamped, 'position', self.on_position, 1)
+        self.create_subscription(PointStamped, 'position', self.on_position, NEWEST)
 
     def on_event(self, message):
         """Note that a voltage has been reached, or was refused."""
