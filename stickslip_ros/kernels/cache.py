@@ -28,6 +28,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -197,6 +198,23 @@ def _name() -> str:
 sources_digest(_package())
 
 
+class NotKept(Exception):
+    """A kernel is not on the disk."""
+
+
+_only_loads: ContextVar[bool] = ContextVar('only_loads', default=False)
+
+
+@contextmanager
+def only_loaded() -> Iterator[None]:
+    """Raise NotKept for the first kernel within that must be compiled, in this thread."""
+    before = _only_loads.set(True)
+    try:
+        yield
+    finally:
+        _only_loads.reset(before)
+
+
 class KernelCache(NullCache):
     """
     Cache of a kernel's machine code for numba: one file for each signature.
@@ -256,6 +274,8 @@ class KernelCache(NullCache):
             logging.getLogger(__name__).warning(
                 'compiled kernel %s: %s; it is compiled anew, with others like it', *broken
             )
+        if _only_loads.get():
+            raise NotKept
         return None
 
     def save_overload(self, sig: Any, compiled: Any) -> None:

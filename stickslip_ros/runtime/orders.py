@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 from stickslip_ros.errors import OutOfRange, StickSlipError, WrongKind
 from stickslip_ros.instrument.commands import Request
+from stickslip_ros.instrument.compilation import SHORT_STEP_REQUESTS
 from stickslip_ros.interface.requests import read_request
 from stickslip_ros.interface.topics import COMMAND_TOPICS, Topic
 from stickslip_ros.parameters import to_nanoseconds
@@ -54,9 +55,19 @@ class Order:
         return LEAST_NUMBERS + (0 if self.request is None else self.request.size)
 
     @property
+    def name(self) -> str:
+        """Name of the request; empty without one."""
+        return '' if self.request is None else self.request.name
+
+    @property
+    def needs_all_kernels(self) -> bool:
+        """Whether an ideal drive may need further kernels to carry it out."""
+        return self.name in SHORT_STEP_REQUESTS
+
+    @property
     def rank(self) -> int:
         """Place of its topic among the command topics; an order without topic comes first."""
-        return -1 if self.request is None else _RANKS.get(self.request.name, -1)
+        return _RANKS.get(self.name, -1)
 
 
 class Orders:
@@ -72,9 +83,15 @@ class Orders:
         self._waiting: deque[Order] = deque()
         self.numbers = 0  # how many the waiting orders hold, each order at least LEAST_NUMBERS
         self._by_topic = by_topic
+        self.lack_kernels = False  # whether orders that need all kernels are left waiting
 
     def __iter__(self) -> Iterator[Order]:
         return iter(tuple(self._waiting))
+
+    @property
+    def wait_for_kernels(self) -> bool:
+        """Whether an order waits until all kernels are loaded."""
+        return self.lack_kernels and any(each.needs_all_kernels for each in self._waiting)
 
     def put(self, order: Order) -> Order:
         """Add an order; return it."""
@@ -89,12 +106,19 @@ class Orders:
         due: list[Order] = []
         later: list[Order] = []
         for order in self._waiting:
-            (due if order.due_ns <= now_ns else later).append(order)
+            waits = order.due_ns > now_ns or (self.lack_kernels and order.needs_all_kernels)
+            (later if waits else due).append(order)
         self._waiting = deque(later)
         self.numbers -= sum(order.numbers for order in due)
         if self._by_topic:
             due.sort(key=lambda order: order.rank)
         return [order for order in due if order.reply.set_running_or_notify_cancel()]
+
+    def withdraw(self, name: str) -> None:
+        """Cancel the requests of a name; `take` removes them."""
+        for order in self._waiting:
+            if order.name == name:
+                order.reply.cancel()
 
     def withdraw_all(self) -> None:
         """Cancel all orders, and close the recordings that were to begin."""

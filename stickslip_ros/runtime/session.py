@@ -13,8 +13,8 @@ from enum import Enum, auto
 from typing import Any, TypeVar
 
 from stickslip_ros.errors import OutOfRange, StickSlipError
-from stickslip_ros.instrument.commands import Request
-from stickslip_ros.instrument.compilation import compile_kernels
+from stickslip_ros.instrument.commands import FAULT, Request
+from stickslip_ros.instrument.compilation import compile_for
 from stickslip_ros.interface.channels import Channel
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import StillBusy
@@ -22,6 +22,7 @@ from stickslip_ros.recording.run import Publish, RunWriter
 from stickslip_ros.recording.run_file import run_path
 from stickslip_ros.runtime.orders import AT_ONCE, NEXT_BLOCK, Grant, Order, Orders, TimeControl
 from stickslip_ros.runtime.pacing import Pacer
+from stickslip_ros.runtime.remaining import RemainingKernels
 from stickslip_ros.runtime.worker import NO_CALLBACKS, Callbacks, Worker
 from stickslip_ros.units import NANO
 
@@ -58,7 +59,8 @@ class Session:
         self.failure: BaseException | None = None  # why there will be no further tick
         self._on_failure = callbacks.on_failure
         self._changed = threading.Condition()
-        compile_kernels()  # all: nothing is compiled while a drive keeps a pace
+        has_all = compile_for(parameters)
+        self._kernels = RemainingKernels(has_all, callbacks.say, self._take_kernels)
         # Other threads may read the state of worker and bench, but change nothing.
         self.worker = Worker(parameters, publish, callbacks)
         self.bench = self.worker.bench
@@ -85,7 +87,14 @@ class Session:
     def state(self) -> str:
         """Simulated time, and the cause that holds it."""
         now_ns = self.bench.time_ns
-        return f'simulated time {now_ns * NANO:.9g} s; {self._time_control.state(now_ns)}'
+        held = self._waits_for_kernels and 'waits for kernels, which are compiled once'
+        state = held or self._time_control.state(now_ns)
+        return f'simulated time {now_ns * NANO:.9g} s; {state}'
+
+    @property
+    def _waits_for_kernels(self) -> bool:
+        """Whether simulated time is held for kernels: without a pace, orders keep their block."""
+        return self.pacer.real_time_factor == 0.0 and self._orders.wait_for_kernels
 
     @property
     def busy_s(self) -> float:
@@ -116,6 +125,10 @@ class Session:
         """Start to tick, not paused and without a grant."""
         self._is_ending = False
         self._time_control.restart()
+        self._kernels.start()
+        self._orders.lack_kernels = not self._kernels.are_loaded
+        for order in self._orders:
+            self._hurry_for(order)
         self.pacer.start()
         self._thread = threading.Thread(target=self._run, name='stickslip drive', daemon=True)
         self._thread.start()
@@ -129,6 +142,7 @@ class Session:
 
         """
         self._is_ending = True
+        self._kernels.stop()
         self._notify()
         if self._thread is not None:
             self._thread.join(STOP_TIMEOUT_S)
@@ -172,7 +186,7 @@ class Session:
                 hint = 'advance simulated time first'
                 raise OutOfRange('numbers of commands', numbers, '', limit, hint)
             if request is not None:
-                self._orders.put(Order(NEXT_BLOCK, request=request))
+                self._queue(Order(NEXT_BLOCK, request=request))
             self._changed.notify_all()
 
     def extend_grant(self, grant: Grant) -> None:
@@ -271,9 +285,26 @@ class Session:
 
     def _put(self, order: Order) -> 'Future[Any]':
         with self._changed:
-            self._orders.put(order)
+            self._queue(order)
             self._changed.notify_all()
         return order.reply
+
+    def _queue(self, order: Order) -> None:
+        """Add an order; if the drive lacks its kernels, it waits while the drive goes on."""
+        if self._orders.lack_kernels and order.name == 'clear_faults':
+            self._orders.withdraw(FAULT)
+        self._hurry_for(self._orders.put(order))
+
+    def _hurry_for(self, order: Order) -> None:
+        """Compile now if an order waits for it."""
+        if self._orders.lack_kernels and order.needs_all_kernels:
+            self._kernels.hurry(order.name)
+
+    def _take_kernels(self) -> None:
+        """Carry out the orders that wait for kernels, now that all are loaded."""
+        with self._changed:
+            self._orders.lack_kernels = False
+            self._changed.notify_all()
 
     def _run(self) -> None:
         try:
@@ -329,7 +360,8 @@ class Session:
         now_ns = self.bench.time_ns
         if self._is_ending:
             return Turn.END
-        if self._time_control.allows(now_ns):
+        waits = self._waits_for_kernels
+        if self._time_control.allows(now_ns) and not waits:
             self._due = self._orders.take(now_ns)
             return Turn.ADVANCE
         self._due = self._orders.take(AT_ONCE)
@@ -337,7 +369,7 @@ class Session:
             return Turn.SERVE
         while self._steps and not self._steps[0].set_running_or_notify_cancel():
             self._steps.popleft()
-        if not self._steps:
+        if waits or not self._steps:
             return None
         self._due = self._orders.take(now_ns)
         return Turn.STEP
