@@ -17,7 +17,7 @@ COMPILE_AFTER_S = 20.0
 short run, such as the demo, does not pay for them."""
 _POLL_S = 0.1
 _PROGRAM = 'from stickslip_ros.instrument.compilation import compile_kernels; compile_kernels()'
-_COMMAND = ['nice', '-n', '19', sys.executable, '-c', _PROGRAM]
+_COMMAND = ['nice', sys.executable, '-c', _PROGRAM]
 _alone = threading.Lock()
 """Held while kernels are compiled: drives of one process share them."""
 
@@ -26,8 +26,8 @@ class RemainingKernels:
     """
     Loads the kernels that only some requests need, without delay of the drive's blocks.
 
-    numba holds the interpreter while it compiles, so another process compiles, of the lowest
-    priority. It ends with the drive; the kernels that it has compiled are kept.
+    numba holds the interpreter while it compiles, so another process compiles, of low priority. It
+    ends with the drive; the kernels that it has compiled are kept.
 
     Attributes
     ----------
