@@ -91,7 +91,7 @@ class Parameters(Shown, Checked):
         """
         Refuse combinations of groups, and periods that are not multiples.
 
-        A block has a whole number of samples, a trace message a whole number of blocks.
+        A block has a whole number of samples, a wake-up and a trace message of blocks.
 
         """
         if self.contact.travel and self.stand.preload_end:
@@ -102,6 +102,7 @@ class Parameters(Shown, Checked):
             raise OutOfRange('stand.weight', True, '', limit, hint)
         self.feet.check_foot('fault.dead_foot', self.fault.dead_foot)
         _check_multiple('sim.block', self.block_ns, 'sample of trace.sample_rate', self.sample_ns)
+        _check_multiple('sim.wake', to_nanoseconds(self.sim.wake), 'sim.block', self.block_ns)
         _check_multiple('trace.period', self.trace_period_ns, 'sim.block', self.block_ns)
 
     @property
@@ -114,6 +115,11 @@ class Parameters(Shown, Checked):
     def block_ns(self) -> int:
         """Period of updates, ns."""
         return to_nanoseconds(self.sim.block)
+
+    @property
+    def wake_ns(self) -> int:
+        """Simulated time of a wake-up: its blocks, ns."""
+        return max(self.block_ns, to_nanoseconds(self.sim.wake))
 
     @property
     def sample_ns(self) -> int:

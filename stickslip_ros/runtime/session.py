@@ -55,7 +55,9 @@ class Session:
         self.parameters = parameters
         lockstep = parameters.sim.lockstep
         pace = 0.0 if lockstep else parameters.sim.real_time_factor
-        self.pacer = Pacer(parameters.sim.block, pace, parameters.sim.lag_max)
+        self.pacer = Pacer(parameters.wake_ns * NANO, pace, parameters.sim.lag_max)
+        self._wake_blocks = parameters.wake_ns // parameters.block_ns
+        self._blocks = 0  # since the start
         self.failure: BaseException | None = None  # why there will be no further tick
         self._on_failure = callbacks.on_failure
         self._changed = threading.Condition()
@@ -112,18 +114,18 @@ class Session:
         """
         Set the origin of the stamps, as `has_system_time` decides.
 
-        A reading is published when its block begins. Its stamp is the end of the block, and must
-        not lie in the future.
+        A reading is published when the blocks of its wake-up begin. Its stamp is the end of its
+        block, and must not lie in the future.
 
         """
         self.worker.time_origin_ns = 0
         if has_system_time(self.parameters, follows_clock=follows_clock):
-            ahead_ns = self.bench.time_ns + self.parameters.block_ns
+            ahead_ns = self.bench.time_ns + self.parameters.wake_ns
             self.worker.time_origin_ns = time.time_ns() - ahead_ns
 
     def start(self) -> None:
         """Start to tick, not paused and without a grant."""
-        self._is_ending = False
+        self._is_ending, self._blocks = False, 0
         self._time_control.restart()
         self._kernels.start()
         self._orders.lack_kernels = not self._kernels.are_loaded
@@ -340,7 +342,9 @@ class Session:
             if self._pausing:
                 self._notify()
             if turn is Turn.ADVANCE:
-                self.pacer.wait(self._sleep)
+                self._blocks += 1
+                if self._blocks % self._wake_blocks == 0:
+                    self.pacer.wait(self._sleep)
 
     def _fail(self, error: BaseException) -> None:
         """Refuse all pending orders, and report the failure."""
