@@ -18,10 +18,10 @@ loaded: list[str] = []
 _load = KernelCache.load_overload
 
 
-def load_and_note(cache: KernelCache, *arguments: Any) -> Any:
+def load_and_note(self: KernelCache, sig: Any, target_context: Any) -> Any:
     """Load a kernel, and note its name; a kernel that is not on the disk is compiled."""
-    loaded.append(cache._function.__name__)
-    return _load(cache, *arguments)
+    loaded.append(self._function.__name__)
+    return _load(self, sig, target_context)
 
 
 def run(name: str) -> dict[str, object]:
@@ -43,6 +43,6 @@ if __name__ == '__main__':
     KernelCache.load_overload = load_and_note  # type: ignore[method-assign]
     for each in STANDS:
         if not os.fork():
-            print(json.dumps({each: run(each)}), flush=True)
+            os.write(1, json.dumps({each: run(each)}).encode() + b'\n')
             os._exit(0)
         os.wait()

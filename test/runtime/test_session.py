@@ -98,14 +98,14 @@ def test_stamps_of_a_wake_up_do_not_lie_in_the_future():
     ahead_ns: list[int] = []
 
     def publish(packed: Packed) -> None:
-        stamp_ns = session.worker.time_origin_ns + packed.time_ns
+        stamp_ns = drive.worker.time_origin_ns + packed.time_ns
         ahead_ns.append(stamp_ns - time.time_ns())
 
-    session = Session(parameters, publish)
-    session.fix_time_origin(follows_clock=False)
-    session.start()
-    session.submit(Request('stop'), due_ns=100 * MS).result(GIVE_UP_S)
-    session.stop()
+    drive = Session(parameters, publish)
+    drive.fix_time_origin(follows_clock=False)
+    drive.start()
+    drive.submit(Request('stop'), due_ns=100 * MS).result(GIVE_UP_S)
+    drive.stop()
     assert max(ahead_ns) < 0
 
 
