@@ -8,7 +8,7 @@ from collections.abc import Callable
 from stickslip_ros.drive.advance import takes_only_long_steps
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import FAULT, Request
-from stickslip_ros.kernels.cache import NotKept, cache_folders, cache_problem, only_loaded
+from stickslip_ros.kernels.cache import NotKept, cache_folders, cache_problem, only_loads
 from stickslip_ros.parameters import SENSORS, Parameters
 
 KERNELS = 194 + 3 * len(SENSORS)
@@ -25,14 +25,8 @@ def compile_for(parameters: Parameters) -> bool:
     """
     Compile the kernels that a stand runs, or load them; return whether it can need no others.
 
-    An ideal drive needs others after ``SHORT_STEP_REQUESTS`` alone; they are most of the work. All
-    kernels are compiled if it starts from a checkpoint, if faults are scheduled, or if the disk
-    cannot keep kernels that another process compiles.
-
-    Raises
-    ------
-    StickSlipError
-        If the stand is refused.
+    An ideal drive needs others after ``SHORT_STEP_REQUESTS`` alone. All kernels are compiled for a
+    checkpoint, for scheduled faults, and if the disk cannot keep what another process compiles.
 
     """
     if parameters.sim.checkpoint or parameters.fault.schedule or cache_folders().write is None:
@@ -72,11 +66,13 @@ def _take_other_steps(bench: Bench) -> None:
 
 def load_kernels() -> bool:
     """Load all kernels from the disk; return False at the first that is missing."""
+    before = only_loads.set(True)
     try:
-        with only_loaded():
-            compile_kernels()
+        compile_kernels()
     except NotKept:
         return False
+    finally:
+        only_loads.reset(before)
     return True
 
 

@@ -202,17 +202,8 @@ class NotKept(Exception):
     """A kernel is not on the disk."""
 
 
-_only_loads: ContextVar[bool] = ContextVar('only_loads', default=False)
-
-
-@contextmanager
-def only_loaded() -> Iterator[None]:
-    """Raise NotKept for the first kernel within that must be compiled, in this thread."""
-    before = _only_loads.set(True)
-    try:
-        yield
-    finally:
-        _only_loads.reset(before)
+only_loads: ContextVar[bool] = ContextVar('only_loads', default=False)
+"""Whether the present thread raises NotKept instead of compiling a kernel."""
 
 
 class KernelCache(NullCache):
@@ -274,7 +265,7 @@ class KernelCache(NullCache):
             logging.getLogger(__name__).warning(
                 'compiled kernel %s: %s; it is compiled anew, with others like it', *broken
             )
-        if _only_loads.get():
+        if only_loads.get():
             raise NotKept
         return None
 

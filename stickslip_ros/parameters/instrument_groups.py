@@ -39,8 +39,7 @@ class SimParameters(Checked):
     wake: float = quantity(
         0.0,
         's',
-        'time of a wake-up, whose blocks run in a row: a multiple of sim.block; less work of the '
-        'processor, but later readings and commands; 0: one block',
+        'time of a wake-up, whose blocks run in a row, a multiple of sim.block; 0: one block',
         bounds=(0.0, 0.1),
     )
     seed: int = count(1, 'seed of all random numbers', bounds=(0, 2**31 - 1))

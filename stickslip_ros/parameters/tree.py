@@ -117,11 +117,6 @@ class Parameters(Shown, Checked):
         return to_nanoseconds(self.sim.block)
 
     @property
-    def wake_ns(self) -> int:
-        """Simulated time of a wake-up: its blocks, ns."""
-        return max(self.block_ns, to_nanoseconds(self.sim.wake))
-
-    @property
     def sample_ns(self) -> int:
         """Period of the samples of the trace, ns; OutOfRange if it is not whole."""
         period_ns = NS_PER_S / self.trace.sample_rate

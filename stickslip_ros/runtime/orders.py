@@ -5,7 +5,7 @@
 
 import math
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -60,11 +60,6 @@ class Order:
         return '' if self.request is None else self.request.name
 
     @property
-    def needs_all_kernels(self) -> bool:
-        """Whether an ideal drive may need further kernels to carry it out."""
-        return self.name in SHORT_STEP_REQUESTS
-
-    @property
     def rank(self) -> int:
         """Place of its topic among the command topics; an order without topic comes first."""
         return _RANKS.get(self.name, -1)
@@ -75,15 +70,15 @@ class Orders:
     Pending orders in the sequence of their arrival.
 
     With ``by_topic`` the orders of one block are sorted by topic, so that the sequence of their
-    delivery by the network does not matter.
+    delivery by the network does not matter. Without ``has_kernels``, ``SHORT_STEP_REQUESTS`` wait.
 
     """
 
-    def __init__(self, *, by_topic: bool) -> None:
+    def __init__(self, *, by_topic: bool, has_kernels: Callable[[], bool] = lambda: True) -> None:
         self._waiting: deque[Order] = deque()
         self.numbers = 0  # how many the waiting orders hold, each order at least LEAST_NUMBERS
         self._by_topic = by_topic
-        self.lack_kernels = False  # whether orders that need all kernels are left waiting
+        self._has_kernels = has_kernels
 
     def __iter__(self) -> Iterator[Order]:
         return iter(tuple(self._waiting))
@@ -91,7 +86,7 @@ class Orders:
     @property
     def wait_for_kernels(self) -> bool:
         """Whether an order waits until all kernels are loaded."""
-        return self.lack_kernels and any(each.needs_all_kernels for each in self._waiting)
+        return any(each.name in SHORT_STEP_REQUESTS for each in self) and not self._has_kernels()
 
     def put(self, order: Order) -> Order:
         """Add an order; return it."""
@@ -105,20 +100,15 @@ class Orders:
             return []
         due: list[Order] = []
         later: list[Order] = []
+        held = () if self._has_kernels() else SHORT_STEP_REQUESTS
         for order in self._waiting:
-            waits = order.due_ns > now_ns or (self.lack_kernels and order.needs_all_kernels)
+            waits = order.due_ns > now_ns or order.name in held
             (later if waits else due).append(order)
         self._waiting = deque(later)
         self.numbers -= sum(order.numbers for order in due)
         if self._by_topic:
             due.sort(key=lambda order: order.rank)
         return [order for order in due if order.reply.set_running_or_notify_cancel()]
-
-    def withdraw(self, name: str) -> None:
-        """Cancel the requests of a name; `take` removes them."""
-        for order in self._waiting:
-            if order.name == name:
-                order.reply.cancel()
 
     def withdraw_all(self) -> None:
         """Cancel all orders, and close the recordings that were to begin."""

@@ -7,9 +7,9 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable
-from contextlib import suppress
 
-from stickslip_ros.instrument.compilation import compile_kernels, load_kernels
+from stickslip_ros.instrument.compilation import compile_for, load_kernels
+from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.children import bound_to_parent
 
 COMPILE_AFTER_S = 20.0
@@ -17,38 +17,31 @@ COMPILE_AFTER_S = 20.0
 short run, such as the demo, does not pay for them."""
 _POLL_S = 0.1
 _PROGRAM = 'from stickslip_ros.instrument.compilation import compile_kernels; compile_kernels()'
-_COMMAND = ['nice', sys.executable, '-c', _PROGRAM]
-_alone = threading.Lock()
-"""Held while kernels are compiled: drives of one process share them."""
+_alone = threading.Lock()  # held while kernels are compiled: drives of one process share them
 
 
 class RemainingKernels:
     """
-    Loads the kernels that only some requests need, without delay of the drive's blocks.
+    The kernels that only some requests need: loaded, or compiled without delay of the blocks.
 
-    numba holds the interpreter while it compiles, so another process compiles, of low priority. It
-    ends with the drive; the kernels that it has compiled are kept.
-
-    Attributes
-    ----------
-    are_loaded : bool
-        Whether the drive can carry out every request.
+    numba holds the interpreter while it compiles, so a process of low priority compiles. It ends
+    with the drive; what it has compiled is kept. ``are_loaded`` tells whether nothing is missing.
 
     """
 
     def __init__(
-        self, are_loaded: bool, say: Callable[[str], None], on_loaded: Callable[[], None]
+        self, parameters: Parameters, say: Callable[[str], None], on_loaded: Callable[[], None]
     ) -> None:
-        self.are_loaded = are_loaded
+        self.are_loaded = compile_for(parameters)
         self._say, self._on_loaded = say, on_loaded
         self._begin, self._end = threading.Event(), threading.Event()
+        self._begin.set()
 
     def start(self) -> None:
         """Load the kernels; if the disk lacks some, compile them later."""
         self.are_loaded = self.are_loaded or load_kernels()
         if not self.are_loaded:
-            self._begin, self._end = threading.Event(), threading.Event()
-            own = self._begin, self._end
+            own = self._begin, self._end = threading.Event(), threading.Event()
             threading.Thread(target=self._run, args=own, name='kernels', daemon=True).start()
 
     def stop(self) -> None:
@@ -56,28 +49,29 @@ class RemainingKernels:
         self._end.set()
         self._begin.set()
 
-    def hurry(self, request: str) -> None:
-        """Compile now, because a request waits for it."""
-        self._begin.set()
-        self._say(f'{request} waits until its kernels are compiled, once, which takes seconds')
+    def hurry(self, *, is_wanted: bool) -> None:
+        """Compile now if a request waits."""
+        if is_wanted and not self._begin.is_set():
+            self._begin.set()
+            self._say('preload and faults wait until their kernels are compiled, once: seconds')
 
     def _run(self, begin: threading.Event, end: threading.Event) -> None:
         begin.wait(COMPILE_AFTER_S)
-        with suppress(KeyboardInterrupt), _alone:  # the process is asked to end
+        with _alone:
             if not (end.is_set() or load_kernels()):
                 self._compile(end)
-            self.are_loaded = not end.is_set()
-        if self.are_loaded:
+                load_kernels()
+        if not end.is_set():
+            self.are_loaded = True
             self._on_loaded()
 
     def _compile(self, end: threading.Event) -> None:
-        """Compile and load kernels, unless the drive ends before."""
-        command = bound_to_parent(_COMMAND)
+        """Compile kernels, until the drive ends."""
+        command = bound_to_parent(['nice', sys.executable, '-c', _PROGRAM])
         with subprocess.Popen(command, stdin=subprocess.DEVNULL, start_new_session=True) as child:
             while child.poll() is None:
                 if end.wait(_POLL_S):
                     child.terminate()
-        if not (end.is_set() or load_kernels()):
+        if child.returncode and not end.is_set():
             why = f'the process that compiles kernels ended with status {child.returncode}'
             self._say(f'{why}; the drive compiles them itself, and its blocks are late')
-            compile_kernels()

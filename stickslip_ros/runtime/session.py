@@ -14,9 +14,8 @@ from typing import Any, TypeVar
 
 from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.instrument.commands import FAULT, Request
-from stickslip_ros.instrument.compilation import compile_for
 from stickslip_ros.interface.channels import Channel
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters import Parameters, to_nanoseconds
 from stickslip_ros.process.stopping import StillBusy
 from stickslip_ros.recording.run import Publish, RunWriter
 from stickslip_ros.recording.run_file import run_path
@@ -55,19 +54,17 @@ class Session:
         self.parameters = parameters
         lockstep = parameters.sim.lockstep
         pace = 0.0 if lockstep else parameters.sim.real_time_factor
-        self.pacer = Pacer(parameters.wake_ns * NANO, pace, parameters.sim.lag_max)
-        self._wake_blocks = parameters.wake_ns // parameters.block_ns
-        self._blocks = 0  # since the start
+        self._wake_ns = max(parameters.block_ns, to_nanoseconds(parameters.sim.wake))
+        self.pacer = Pacer(self._wake_ns * NANO, pace, parameters.sim.lag_max)
         self.failure: BaseException | None = None  # why there will be no further tick
         self._on_failure = callbacks.on_failure
         self._changed = threading.Condition()
-        has_all = compile_for(parameters)
-        self._kernels = RemainingKernels(has_all, callbacks.say, self._take_kernels)
+        self._kernels = RemainingKernels(parameters, callbacks.say, self._notify)
         # Other threads may read the state of worker and bench, but change nothing.
         self.worker = Worker(parameters, publish, callbacks)
         self.bench = self.worker.bench
         self._time_control = TimeControl(parameters.block_ns, lockstep=lockstep)
-        self._orders = Orders(by_topic=lockstep)
+        self._orders = Orders(by_topic=lockstep, has_kernels=lambda: self._kernels.are_loaded)
         self._steps: deque[Future[None]] = deque()
         self._due: list[Order] = []
         self._is_ending = False
@@ -89,9 +86,8 @@ class Session:
     def state(self) -> str:
         """Simulated time, and the cause that holds it."""
         now_ns = self.bench.time_ns
-        held = self._waits_for_kernels and 'waits for kernels, which are compiled once'
-        state = held or self._time_control.state(now_ns)
-        return f'simulated time {now_ns * NANO:.9g} s; {state}'
+        held = 'waits for kernels, which are compiled once' * self._waits_for_kernels
+        return f'simulated time {now_ns * NANO:.9g} s; {held or self._time_control.state(now_ns)}'
 
     @property
     def _waits_for_kernels(self) -> bool:
@@ -120,17 +116,15 @@ class Session:
         """
         self.worker.time_origin_ns = 0
         if has_system_time(self.parameters, follows_clock=follows_clock):
-            ahead_ns = self.bench.time_ns + self.parameters.wake_ns
+            ahead_ns = self.bench.time_ns + self._wake_ns
             self.worker.time_origin_ns = time.time_ns() - ahead_ns
 
     def start(self) -> None:
         """Start to tick, not paused and without a grant."""
-        self._is_ending, self._blocks = False, 0
+        self._is_ending = False
         self._time_control.restart()
         self._kernels.start()
-        self._orders.lack_kernels = not self._kernels.are_loaded
-        for order in self._orders:
-            self._hurry_for(order)
+        self._kernels.hurry(is_wanted=self._orders.wait_for_kernels)
         self.pacer.start()
         self._thread = threading.Thread(target=self._run, name='stickslip drive', daemon=True)
         self._thread.start()
@@ -293,20 +287,11 @@ class Session:
 
     def _queue(self, order: Order) -> None:
         """Add an order; if the drive lacks its kernels, it waits while the drive goes on."""
-        if self._orders.lack_kernels and order.name == 'clear_faults':
-            self._orders.withdraw(FAULT)
-        self._hurry_for(self._orders.put(order))
-
-    def _hurry_for(self, order: Order) -> None:
-        """Compile now if an order waits for it."""
-        if self._orders.lack_kernels and order.needs_all_kernels:
-            self._kernels.hurry(order.name)
-
-    def _take_kernels(self) -> None:
-        """Carry out the orders that wait for kernels, now that all are loaded."""
-        with self._changed:
-            self._orders.lack_kernels = False
-            self._changed.notify_all()
+        if order.name == 'clear_faults' and not self._kernels.are_loaded:
+            for fault in filter(lambda each: each.name == FAULT, self._orders):
+                fault.reply.cancel()
+        self._orders.put(order)
+        self._kernels.hurry(is_wanted=self._orders.wait_for_kernels)
 
     def _run(self) -> None:
         try:
@@ -341,10 +326,8 @@ class Session:
             self._busy_since_s = None
             if self._pausing:
                 self._notify()
-            if turn is Turn.ADVANCE:
-                self._blocks += 1
-                if self._blocks % self._wake_blocks == 0:
-                    self.pacer.wait(self._sleep)
+            if turn is Turn.ADVANCE and self.bench.time_ns % self._wake_ns == 0:
+                self.pacer.wait(self._sleep)
 
     def _fail(self, error: BaseException) -> None:
         """Refuse all pending orders, and report the failure."""
@@ -364,8 +347,7 @@ class Session:
         now_ns = self.bench.time_ns
         if self._is_ending:
             return Turn.END
-        waits = self._waits_for_kernels
-        if self._time_control.allows(now_ns) and not waits:
+        if self._time_control.allows(now_ns) and not self._waits_for_kernels:
             self._due = self._orders.take(now_ns)
             return Turn.ADVANCE
         self._due = self._orders.take(AT_ONCE)
@@ -373,7 +355,7 @@ class Session:
             return Turn.SERVE
         while self._steps and not self._steps[0].set_running_or_notify_cancel():
             self._steps.popleft()
-        if waits or not self._steps:
+        if self._waits_for_kernels or not self._steps:
             return None
         self._due = self._orders.take(now_ns)
         return Turn.STEP

@@ -21,7 +21,7 @@ import hashlib, json, sys, time
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.kernels.kernel import compilation_reported
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.runtime.orders import Grant
+from stickslip_ros.runtime.orders import AT_ONCE, Grant
 from stickslip_ros.runtime.session import Session
 from stickslip_ros.runtime.worker import Callbacks
 
@@ -34,14 +34,19 @@ parameters = Parameters().updated({'sim.lockstep': lockstep, 'stand.preload_rate
 with compilation_reported(compiled.append):
     session = Session(parameters, publish, callbacks)
     session.start()
+    fault = None
+    if not lockstep:
+        fault = session.submit(Request('fault', settings=(('fault.dead_foot', 2),)), AT_ONCE)
+        session.submit(Request('clear_faults'), AT_ONCE).result()
     for request in Request('preload', (0.4,)), Request('voltage', (30.0,)):
         session.receive(request)
     session.extend_grant(Grant(20_000_000, 2))
     state = session.state
-    while (len(ended) < 2 or session.bench.time_ns < 20_000_000) and session.failure is None:
+    while ('preload' not in ended or session.bench.time_ns < 20_000_000) and session.failure is None:
         time.sleep(0.001)
     session.stop()
 print(json.dumps({'said': said, 'ended': ended, 'compiled': len(compiled), 'state': state,
+                  'withdrawn': fault and fault.cancelled(), 'dead': session.bench.faults.dead_foot,
                   'digest': digest.hexdigest()}))
 """
 
@@ -66,11 +71,18 @@ def run(tmp_path: Path, compiled_kernels: None) -> Any:
 
 def test_a_request_that_needs_other_kernels_waits_while_the_drive_goes_on(run):
     found = run('paced', lacks=True)
-    assert found['ended'] == ['voltage', 'preload']
+    assert found['ended'] == ['clear_faults', 'voltage', 'preload']
     assert found['compiled'] == 0
     [line] = found['said']
-    assert line.startswith('preload waits until its kernels are compiled')
+    assert line.startswith('preload and faults wait until their kernels are compiled')
     assert run('paced', lacks=False)['said'] == []
+
+
+def test_a_fault_that_waits_for_kernels_is_withdrawn_when_faults_are_cleared(run):
+    found = run('paced', lacks=True)
+    assert found['withdrawn']
+    assert found['dead'] == 0
+    assert not run('paced', lacks=False)['withdrawn']
 
 
 def test_in_lockstep_simulated_time_waits_and_the_bytes_are_the_same(run):
