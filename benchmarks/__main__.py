@@ -9,10 +9,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
-
 from benchmarks import fit, paper, report, speed, start, sweeps, twin
-from benchmarks.node import cpu, lockstep, recording
+from benchmarks.node import axes, cpu, lockstep, recording
 from benchmarks.outcome import Outcome
 from benchmarks.sizes import FULL, TINY, Sizes
 
@@ -28,8 +26,8 @@ BENCHMARKS: dict[str, Callable[[Sizes], Outcome]] = {
     'node-lateness': cpu.run_lateness,
     'node-lockstep': lockstep.run,
     'node-recording': recording.run,
+    'node-axes': axes.run,
 }
-WIDTH = 160
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -39,13 +37,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument('--tiny', action='store_true', help='only see whether they run')
     parser.add_argument('--out', type=Path, help='write the results to this file instead')
     chosen = parser.parse_args(arguments)
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=WIDTH)
     for name in chosen.names:
         if name not in BENCHMARKS:
             parser.error(f'no benchmark {name}; there are {", ".join(BENCHMARKS)}')
-    results = run(chosen.names or list(BENCHMARKS), TINY if chosen.tiny else FULL, console)
+    results = run(chosen.names or list(BENCHMARKS), TINY if chosen.tiny else FULL)
     if chosen.out is not None:
         report.write_results(results, chosen.out)
     elif not (chosen.names or chosen.tiny):
@@ -53,15 +48,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
         report.write_readme(results)
 
 
-def run(names: Sequence[str], sizes: Sizes, console: Console) -> dict[str, Any]:
+def run(names: Sequence[str], sizes: Sizes) -> dict[str, Any]:
     """Run some benchmarks, print their tables and return the results."""
     entries = {}
     for name in names:
         start_s = time.perf_counter()
         outcome = BENCHMARKS[name](sizes)
         seconds = time.perf_counter() - start_s
-        report.show(outcome, console)
-        console.print(f'  {name} took {seconds:.1f} s', style='dim', highlight=False)
+        report.show(outcome)
+        print(f'{name} took {seconds:.1f} s', flush=True)
         entries[name] = report.entry_of(outcome, seconds)
     return report.circumstances() | {'benchmarks': entries}
 

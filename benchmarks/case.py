@@ -79,13 +79,9 @@ def cheapest(
     If none is, the last one is returned: its error is in the table.
 
     """
-    last = None
-    for setting in settings:
-        last = setting
-        if worst_error(forces_of(setting), reference_n) <= ACCURACY:
-            break
-    assert last is not None
-    return last
+    tried = list(settings)
+    fine = (each for each in tried if worst_error(forces_of(each), reference_n) <= ACCURACY)
+    return next(fine, tried[-1])
 
 
 def ours_at(

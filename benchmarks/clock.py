@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks.outcome import Row, spread
 from benchmarks.sizes import Sizes
 from stickslip_ros.arrays import Array
 
@@ -33,18 +34,9 @@ class Times:
         """Return the median time of a program per unit of work, s."""
         return float(np.median(self.seconds[program]))
 
-    def ratios(self, program: int, other: int = 0) -> Array:
-        """Return how many times longer a program took than another, in each round."""
-        return np.asarray(self.seconds[program] / self.seconds[other])
-
-    def ratio(self, program: int, other: int = 0) -> dict[str, float]:
-        """Return median, least and largest of ``ratios`` as entries of a row."""
-        ratios = self.ratios(program, other)
-        return {
-            'ratio': float(np.median(ratios)),
-            'ratio_low': float(np.min(ratios)),
-            'ratio_high': float(np.max(ratios)),
-        }
+    def ratio(self, program: int) -> Row:
+        """Return how many times longer a program took than the first, as entries of a row."""
+        return spread('ratio', self.seconds[program] / self.seconds[0], 'ratio_low', 'ratio_high')
 
 
 def in_turn(programs: Sequence[Program], sizes: Sizes) -> Times:

@@ -5,6 +5,10 @@
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
+from stickslip_ros.arrays import Array
+
 Row = dict[str, str | float]
 
 
@@ -15,3 +19,12 @@ class Outcome:
     title: str
     rows: list[Row]
     notes: list[str] = field(default_factory=list)
+
+
+def spread(name: str, ratios: Array, low: str = 'lowest', high: str = 'highest') -> Row:
+    """Return median, least and largest of some ratios as entries of a row."""
+    return {
+        name: float(np.median(ratios)),
+        low: float(np.min(ratios)),
+        high: float(np.max(ratios)),
+    }

@@ -52,11 +52,8 @@ def run_equivalent(sizes: Sizes) -> Outcome:
         f"with {FINE.springs} springs a contact and {_words(FINE)} the paper's algorithm agrees "
         f'with the converged run of ours to {apart:.1e}'
     )
-    return Outcome(
-        'The algorithm of the paper, equivalent rough profile',
-        rows,
-        [*_notes(sizes), agreement],
-    )
+    notes = [*_notes(sizes), agreement]
+    return Outcome('The algorithm of the paper, equivalent rough profile', rows, notes)
 
 
 def run_line(sizes: Sizes) -> Outcome:

@@ -16,8 +16,6 @@ from typing import Any
 import numba
 import numpy as np
 import scipy
-from rich.console import Console
-from rich.table import Table
 
 import stickslip_ros
 from benchmarks.outcome import Outcome, Row
@@ -41,36 +39,30 @@ def text_of(value: str | float) -> str:
     return f'{value:.0f}' if abs(value) >= 100.0 else f'{value:.3g}'
 
 
-def show(outcome: Outcome, console: Console) -> None:
-    """Print the tables of one benchmark."""
-    console.print()
-    if outcome.rows:
-        table = Table(title=outcome.title, title_justify='left')
-        for key, value in outcome.rows[0].items():
-            table.add_column(
-                key.replace('_', ' '), justify='left' if isinstance(value, str) else 'right'
-            )
-        for row in outcome.rows:
-            table.add_row(*map(text_of, row.values()))
-        console.print(table)
-    else:
-        console.print(outcome.title)
-    for note in outcome.notes:
-        console.print(f'  {note}', style='dim', highlight=False)
+def show(outcome: Outcome) -> None:
+    """Print the table of one benchmark, with aligned columns, and its notes."""
+    rows = [*map(list, outcome.rows[:1])]
+    rows += [[*map(text_of, row.values())] for row in outcome.rows]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = ['  '.join(map(str.ljust, row, widths)) for row in rows]
+    print('', outcome.title, *lines, *outcome.notes, sep='\n')
 
 
 def circumstances() -> dict[str, Any]:
     """Return when, where and with what a run was made."""
     return {
         'date': dt.datetime.now(dt.timezone.utc).isoformat(timespec='seconds'),
-        'machine': _machine(),
+        'machine': {
+            'processor': _processor(),
+            'cores': os.cpu_count(),
+            'system': f'{platform.system()} {platform.machine()}',
+            'load': os.getloadavg()[0],
+        },
         'commit': _commit(),
         'versions': {
             'stickslip_ros': stickslip_ros.__version__,
             'python': platform.python_version(),
-            'numpy': np.__version__,
-            'numba': numba.__version__,
-            'scipy': scipy.__version__,
+            **{each.__name__: each.__version__ for each in (np, numba, scipy)},
         },
     }
 
@@ -117,17 +109,7 @@ def _heading(results: Mapping[str, Any]) -> str:
 
 
 def _without_nan(row: Row) -> dict[str, str | float | None]:
-    known = {key: isinstance(value, str) or not math.isnan(value) for key, value in row.items()}
-    return {key: value if known[key] else None for key, value in row.items()}
-
-
-def _machine() -> dict[str, str | float | None]:
-    return {
-        'processor': _processor(),
-        'cores': os.cpu_count(),
-        'system': f'{platform.system()} {platform.machine()}',
-        'load': os.getloadavg()[0],
-    }
+    return {key: None if value != value else value for key, value in row.items()}  # noqa: PLR0124
 
 
 def _commit() -> str:
@@ -143,9 +125,6 @@ def _commit() -> str:
 
 
 def _processor() -> str:
-    try:
-        lines = Path('/proc/cpuinfo').read_text(encoding='utf-8').splitlines()
-    except OSError:
-        lines = []
-    names = [line.split(':')[1].strip() for line in lines if line.startswith('model name')]
-    return names[0] if names else platform.processor() or 'unknown processor'
+    lines = Path('/proc/cpuinfo').read_text(encoding='utf-8').splitlines()
+    names = (line.split(':')[1].strip() for line in lines if line.startswith('model name'))
+    return next(names, 'unknown processor')

@@ -38,17 +38,13 @@ def run(sizes: Sizes) -> Outcome:
     simulated = partial(
         simulate, parameters, amplitude_m=AMPLITUDE_M, frequency_hz=FREQUENCY_HZ, steps=cycles
     )
+    default_s, run_one = parameters.sim.dt, partial(run_drive, parameters, *standard, cycles)
     calls: list[tuple[str, float, Callable[[], object]]] = [
-        ('drive.advance', step_s, Ours(standard_case({'sim.dt': step_s}), cycles))
-        for step_s in sizes.steps_s
-    ]
-    default_s = parameters.sim.dt
-    calls += [
-        (
-            'run_drive',
-            default_s,
-            partial(run_drive, parameters, *standard, cycles),
+        *(
+            ('drive.advance', step_s, Ours(standard_case({'sim.dt': step_s}), cycles))
+            for step_s in sizes.steps_s
         ),
+        ('run_drive', default_s, run_one),
         *(
             (name, default_s, partial(run_drive, standard_case(values), *standard, cycles))
             for name, values in LAYOUTS.items()

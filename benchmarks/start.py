@@ -9,8 +9,8 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -54,15 +54,9 @@ def run_python(code: str, cache: Path | None) -> float:
 def run(sizes: Sizes) -> Outcome:
     """Time whole processes."""
     processor_s: dict[str, list[float]] = {}
-
-    def process(name: str, code: str, cache: Path | None, *, is_cold: bool) -> None:
-        if is_cold and cache is not None:
-            shutil.rmtree(cache, ignore_errors=True)
-        processor_s.setdefault(name, []).append(run_python(code, cache))
-
     # A node that has just ended may still be writing its log
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
-        kept = Path(folder, 'kept') if sizes.cold else None
+        kept, emptied = Path(folder, 'kept'), Path(folder, 'emptied')
         programs = {
             'stickslip simulate, kernels cached': (SIMULATE, kept),
             'import numpy and numba': (IMPORTS, kept),
@@ -70,17 +64,17 @@ def run(sizes: Sizes) -> Outcome:
             'node until active, kernels cached': (NODE, kept),
         }
         if sizes.cold:
-            emptied = Path(folder, 'emptied')
-            programs |= {
-                'stickslip simulate, empty cache': (SIMULATE, emptied),
-                'node until active, empty cache': (NODE, emptied),
-            }
+            programs['stickslip simulate, empty cache'] = SIMULATE, emptied
+            programs['node until active, empty cache'] = NODE, emptied
 
-        def run_of(name: str) -> Callable[[], None]:
-            return lambda: process(name, *programs[name], is_cold='empty' in name)
+        def process(name: str) -> None:
+            code, cache = programs[name]
+            shutil.rmtree(emptied, ignore_errors=True)
+            used_s = run_python(code, cache if sizes.cold else None)
+            processor_s.setdefault(name, []).append(used_s)
 
         few = replace(sizes, rounds=min(sizes.rounds, COLD_ROUNDS), least_s=0.0)
-        times = in_turn([Program(run_of(name), 1.0) for name in programs], few)
+        times = in_turn([Program(partial(process, name), 1.0) for name in programs], few)
     rows: list[Row] = [
         {
             'process': name,

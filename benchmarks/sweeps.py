@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.case import AMPLITUDE_M, FREQUENCY_HZ, Ours, standard_case
 from benchmarks.clock import Program, in_turn
-from benchmarks.outcome import Outcome, Row
+from benchmarks.outcome import Outcome, Row, spread
 from benchmarks.sizes import Sizes
 from stickslip_ros.lab.runs.sweep import Axis, Sweep, run_sweep
 from stickslip_ros.parameters import Parameters
@@ -38,16 +38,9 @@ def run(sizes: Sizes) -> Outcome:
     cpu_s = in_turn(programs, sizes).cpu_seconds
     rows: list[Row] = []
     for name, whole_s in zip(names.values(), cpu_s[1:], strict=True):
-        ratios = whole_s / cpu_s[0]
-        rows.append(
-            {
-                'sweep': name,
-                'cpu_ms_per_case': float(np.median(whole_s)) * 1e3,
-                'ratio': float(np.median(ratios)),
-                'ratio_low': float(ratios.min()),
-                'ratio_high': float(ratios.max()),
-            }
-        )
+        case_ms = float(np.median(whole_s)) * 1e3
+        ratios = spread('ratio', whole_s / cpu_s[0], 'ratio_low', 'ratio_high')
+        rows.append({'sweep': name, 'cpu_ms_per_case': case_ms, **ratios})
     return Outcome(
         f'Sweeps of {CASES} cases of {sizes.cycles} steps',
         rows,

@@ -14,10 +14,10 @@ class Wish(NamedTuple):
 
     what: str
     benchmark: str
-    ours: dict[str, str]  # cells that tell our row
+    ours: Row  # cells that tell our row
     column: str  # what is shown of both rows
     unit: str
-    rival: dict[str, str]
+    rival: Row
     said: str
     ratio: Callable[[Row, Row], float]  # of the two rows: time or cost of ours over the other's
 
@@ -60,6 +60,8 @@ WISHES = (
          'a bare loop that publishes the same', lambda _, it: it['node_over_this']),
     Wish('ticks on time', 'node-lateness', NODE, 'mean_us', 'us late', KEPT, 'the same loop',
          lambda _, it: it['node_over_this_mean']),
+    Wish('three axes, `sim.wake` 20 ms', 'node-axes', {'wake_ms': 20}, 'cpu_percent',
+         '% of a core', {'wake_ms': 0}, 'a block a wake-up', lambda us, _: us['over_one_block']),
     Wish('lockstep', 'node-lockstep', {'program': 'the node and its LockstepClient'},
          'round_trips_per_s', 'round trips a second',
          {'program': 'bare ping-pong, with all messages of the node'}, 'a bare ping-pong',

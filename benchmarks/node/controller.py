@@ -87,9 +87,8 @@ class BareController(Controller):
         """
         Grant block after block until the first position comes.
 
-        What is sent before both sides know of each other is lost, a grant as well as a position.
-        So each grant ends a block later than the one before: wherever the other side has come to
-        it ticks once more. When round trips have begun, it ignores a grant that came too much.
+        What is sent before both sides know of each other is lost. So each grant ends a block later
+        than the one before: the other side ticks once more, and ignores a grant too many.
 
         """
         self._knocks += 1

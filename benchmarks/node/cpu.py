@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.node.lateness import summary
 from benchmarks.node.programs import BareLoop, Drive, Turn, run_in_turn
-from benchmarks.outcome import Outcome, Row
+from benchmarks.outcome import Outcome, Row, spread
 from benchmarks.sizes import Sizes
 from stickslip_ros.arrays import Array
 
@@ -71,21 +71,9 @@ def run_lateness(sizes: Sizes) -> Outcome:
         rows,
         [
             'from the same turns as node-cpu; of the node, its own diagnostics',
-            (
-                'p99: median of the percentiles of about a second each; overruns: ticks more '
-                'than a period late; ratios: medians of those of the turns'
-            ),
+            'p99: median of those of a second each; overruns: ticks more than a period late',
         ],
     )
-
-
-def spread(name: str, ratios: Array) -> Row:
-    """Return median, least and largest of some ratios as entries of a row."""
-    return {
-        name: float(np.median(ratios)),
-        'lowest': float(np.min(ratios)),
-        'highest': float(np.max(ratios)),
-    }
 
 
 def _ratios(ours: Sequence[Row], others: Sequence[Row], key: str) -> list[float]:

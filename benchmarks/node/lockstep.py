@@ -7,9 +7,8 @@ from contextlib import ExitStack
 
 import numpy as np
 
-from benchmarks.node.cpu import spread
 from benchmarks.node.process import Helper, Lane, Process
-from benchmarks.outcome import Outcome, Row
+from benchmarks.outcome import Outcome, Row, spread
 from benchmarks.sizes import Sizes
 
 DRIVE = 'the node and its LockstepClient'
@@ -48,10 +47,7 @@ def run(sizes: Sizes) -> Outcome:
                 'one way and a grant the other; ratio: round trips per second of the node over '
                 'those of this pair'
             ),
-            (
-                'the node simulates a block and also publishes force, voltage and trace; 1000 '
-                'round trips per second are real time'
-            ),
+            'the node also publishes force, voltage and trace; 1000 round trips/s are real time',
         ],
     )
 

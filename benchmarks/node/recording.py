@@ -9,10 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.node.cpu import spread
 from benchmarks.node.lateness import summary
 from benchmarks.node.programs import Drive, run_in_turn
-from benchmarks.outcome import Outcome, Row
+from benchmarks.outcome import Outcome, Row, spread
 from benchmarks.sizes import Sizes
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.storage import CLOSING_RECORD

@@ -45,6 +45,7 @@ CHANGEABLE_NODE = frozenset(
         'sim.publish_truth',
         'sim.real_time_factor',
         'sim.time_origin',
+        'sim.wake',
     )
 )
 CHANGEABLE_PLANT = frozenset(('amplifier.slew_rate', 'runner.damping', 'runner.mass'))

@@ -1,13 +1,14 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Compile all kernels of a stand before it runs, and report the progress."""
+"""Compile the kernels of a stand before it runs, and report the progress."""
 
 from collections.abc import Callable
 
+from stickslip_ros.drive.advance import takes_only_long_steps
 from stickslip_ros.instrument.bench import Bench
-from stickslip_ros.instrument.commands import Request
-from stickslip_ros.kernels.cache import cache_problem
+from stickslip_ros.instrument.commands import FAULT, Request
+from stickslip_ros.kernels.cache import NotKept, cache_folders, cache_problem, only_loads
 from stickslip_ros.parameters import SENSORS, Parameters
 
 KERNELS = 194 + 3 * len(SENSORS)
@@ -16,6 +17,27 @@ sensor."""
 RUNS_KERNELS = 24  # further kernels of offline runs
 REPORT_EVERY = 20
 """Kernels after which the progress of the compilation is logged again."""
+SHORT_STEP_REQUESTS = 'preload', FAULT
+"""Requests that may end the long steps of an ideal drive, and so need all kernels."""
+
+
+def compile_for(parameters: Parameters) -> bool:
+    """
+    Compile the kernels that a stand runs, or load them; return whether it can need no others.
+
+    An ideal drive needs others after ``SHORT_STEP_REQUESTS`` alone. All kernels are compiled for a
+    checkpoint, for scheduled faults, and if the disk cannot keep what another process compiles.
+
+    """
+    if parameters.sim.checkpoint or parameters.fault.schedule or cache_folders().write is None:
+        compile_kernels()
+        return True
+    bench = Bench(parameters.updated({'fault.command_delay': 0.0}))
+    bench.update(bench.parameters.sample_ns)
+    if takes_only_long_steps(bench.stand.plants, bench.stand.states):
+        return False
+    _take_other_steps(bench)
+    return True
 
 
 def compile_kernels() -> None:
@@ -27,13 +49,31 @@ def compile_kernels() -> None:
 
     """
     bench = Bench(Parameters().updated({row.switch: True for row in SENSORS if row.switch}))
-    bench.update(bench.parameters.block_ns)
+    bench.update(bench.parameters.sample_ns)
+    _take_other_steps(bench)
+
+
+def _take_other_steps(bench: Bench) -> None:
+    """Advance with another preload, with a dead foot, and after a reset."""
     for request in (
         Request('preload', (bench.parameters.stand.preload,)),
-        Request('fault', settings=(('fault.dead_foot', 1),)),
+        Request(FAULT, settings=(('fault.dead_foot', 1),)),
+        Request('clear_faults'),
+        Request('reset'),
     ):
-        bench.accept(request)
-    bench.update(2 * bench.parameters.block_ns)
+        bench.update(bench.time_ns + bench.parameters.sample_ns, [request])
+
+
+def load_kernels() -> bool:
+    """Load all kernels from the disk; return False at the first that is missing."""
+    before = only_loads.set(True)
+    try:
+        compile_kernels()
+    except NotKept:
+        return False
+    finally:
+        only_loads.reset(before)
+    return True
 
 
 def progress_reporter(
@@ -55,6 +95,6 @@ def progress_reporter(
         if done == 0 and (why := cache_problem()):
             say(why)
         if done % REPORT_EVERY == 0:
-            say(f'compiling kernels, once: {done} of {max(kernels, done)}')
+            say(f'compiling kernels, once: {done} of at most {max(kernels, done)}')
 
     return report

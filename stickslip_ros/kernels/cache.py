@@ -28,6 +28,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -197,6 +198,14 @@ def _name() -> str:
 sources_digest(_package())
 
 
+class NotKept(Exception):
+    """A kernel is not on the disk."""
+
+
+only_loads: ContextVar[bool] = ContextVar('only_loads', default=False)
+"""Whether the present thread raises NotKept instead of compiling a kernel."""
+
+
 class KernelCache(NullCache):
     """
     Cache of a kernel's machine code for numba: one file for each signature.
@@ -256,6 +265,8 @@ class KernelCache(NullCache):
             logging.getLogger(__name__).warning(
                 'compiled kernel %s: %s; it is compiled anew, with others like it', *broken
             )
+        if only_loads.get():
+            raise NotKept
         return None
 
     def save_overload(self, sig: Any, compiled: Any) -> None:

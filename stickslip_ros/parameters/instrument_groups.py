@@ -36,6 +36,12 @@ class SimParameters(Checked):
         'period of updates: of position, force and commands',
         bounds=(1e-4, 0.1),
     )
+    wake: float = quantity(
+        0.0,
+        's',
+        'time of a wake-up, whose blocks run in a row, a multiple of sim.block; 0: one block',
+        bounds=(0.0, 0.1),
+    )
     seed: int = count(1, 'seed of all random numbers', bounds=(0, 2**31 - 1))
     real_time_factor: float = quantity(
         1.0,

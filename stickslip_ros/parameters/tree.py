@@ -91,7 +91,7 @@ class Parameters(Shown, Checked):
         """
         Refuse combinations of groups, and periods that are not multiples.
 
-        A block has a whole number of samples, a trace message a whole number of blocks.
+        A block has a whole number of samples, a wake-up and a trace message of blocks.
 
         """
         if self.contact.travel and self.stand.preload_end:
@@ -102,6 +102,7 @@ class Parameters(Shown, Checked):
             raise OutOfRange('stand.weight', True, '', limit, hint)
         self.feet.check_foot('fault.dead_foot', self.fault.dead_foot)
         _check_multiple('sim.block', self.block_ns, 'sample of trace.sample_rate', self.sample_ns)
+        _check_multiple('sim.wake', to_nanoseconds(self.sim.wake), 'sim.block', self.block_ns)
         _check_multiple('trace.period', self.trace_period_ns, 'sim.block', self.block_ns)
 
     @property

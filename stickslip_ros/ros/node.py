@@ -184,6 +184,7 @@ class StickSlipDrive(ReloadableNode, GuardedNode, LifecycleNode):
             on_lost_recording=self._on_lost_recording,
             on_end=self._on_end,
             on_failure=self._on_failure,
+            say=self.get_logger().warning,
         )
         with compilation_reported(progress_reporter(report, KERNELS)):
             return Session(parameters, self._topics.publish, callbacks)

@@ -5,13 +5,14 @@
 
 import math
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from stickslip_ros.errors import OutOfRange, StickSlipError, WrongKind
 from stickslip_ros.instrument.commands import Request
+from stickslip_ros.instrument.compilation import SHORT_STEP_REQUESTS
 from stickslip_ros.interface.requests import read_request
 from stickslip_ros.interface.topics import COMMAND_TOPICS, Topic
 from stickslip_ros.parameters import to_nanoseconds
@@ -54,9 +55,14 @@ class Order:
         return LEAST_NUMBERS + (0 if self.request is None else self.request.size)
 
     @property
+    def name(self) -> str:
+        """Name of the request; empty without one."""
+        return '' if self.request is None else self.request.name
+
+    @property
     def rank(self) -> int:
         """Place of its topic among the command topics; an order without topic comes first."""
-        return -1 if self.request is None else _RANKS.get(self.request.name, -1)
+        return _RANKS.get(self.name, -1)
 
 
 class Orders:
@@ -64,17 +70,23 @@ class Orders:
     Pending orders in the sequence of their arrival.
 
     With ``by_topic`` the orders of one block are sorted by topic, so that the sequence of their
-    delivery by the network does not matter.
+    delivery by the network does not matter. Without ``has_kernels``, ``SHORT_STEP_REQUESTS`` wait.
 
     """
 
-    def __init__(self, *, by_topic: bool) -> None:
+    def __init__(self, *, by_topic: bool, has_kernels: Callable[[], bool] = lambda: True) -> None:
         self._waiting: deque[Order] = deque()
         self.numbers = 0  # how many the waiting orders hold, each order at least LEAST_NUMBERS
         self._by_topic = by_topic
+        self._has_kernels = has_kernels
 
     def __iter__(self) -> Iterator[Order]:
         return iter(tuple(self._waiting))
+
+    @property
+    def wait_for_kernels(self) -> bool:
+        """Whether an order waits until all kernels are loaded."""
+        return any(each.name in SHORT_STEP_REQUESTS for each in self) and not self._has_kernels()
 
     def put(self, order: Order) -> Order:
         """Add an order; return it."""
@@ -88,8 +100,10 @@ class Orders:
             return []
         due: list[Order] = []
         later: list[Order] = []
+        held = () if self._has_kernels() else SHORT_STEP_REQUESTS
         for order in self._waiting:
-            (due if order.due_ns <= now_ns else later).append(order)
+            waits = order.due_ns > now_ns or order.name in held
+            (later if waits else due).append(order)
         self._waiting = deque(later)
         self.numbers -= sum(order.numbers for order in due)
         if self._by_topic:

@@ -13,15 +13,15 @@ from enum import Enum, auto
 from typing import Any, TypeVar
 
 from stickslip_ros.errors import OutOfRange, StickSlipError
-from stickslip_ros.instrument.commands import Request
-from stickslip_ros.instrument.compilation import compile_kernels
+from stickslip_ros.instrument.commands import FAULT, Request
 from stickslip_ros.interface.channels import Channel
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters import Parameters, to_nanoseconds
 from stickslip_ros.process.stopping import StillBusy
 from stickslip_ros.recording.run import Publish, RunWriter
 from stickslip_ros.recording.run_file import run_path
 from stickslip_ros.runtime.orders import AT_ONCE, NEXT_BLOCK, Grant, Order, Orders, TimeControl
 from stickslip_ros.runtime.pacing import Pacer
+from stickslip_ros.runtime.remaining import RemainingKernels
 from stickslip_ros.runtime.worker import NO_CALLBACKS, Callbacks, Worker
 from stickslip_ros.units import NANO
 
@@ -54,16 +54,17 @@ class Session:
         self.parameters = parameters
         lockstep = parameters.sim.lockstep
         pace = 0.0 if lockstep else parameters.sim.real_time_factor
-        self.pacer = Pacer(parameters.sim.block, pace, parameters.sim.lag_max)
+        self._wake_ns = max(parameters.block_ns, to_nanoseconds(parameters.sim.wake))
+        self.pacer = Pacer(self._wake_ns * NANO, pace, parameters.sim.lag_max)
         self.failure: BaseException | None = None  # why there will be no further tick
         self._on_failure = callbacks.on_failure
         self._changed = threading.Condition()
-        compile_kernels()  # all: nothing is compiled while a drive keeps a pace
+        self._kernels = RemainingKernels(parameters, callbacks.say, self._notify)
         # Other threads may read the state of worker and bench, but change nothing.
         self.worker = Worker(parameters, publish, callbacks)
         self.bench = self.worker.bench
         self._time_control = TimeControl(parameters.block_ns, lockstep=lockstep)
-        self._orders = Orders(by_topic=lockstep)
+        self._orders = Orders(by_topic=lockstep, has_kernels=lambda: self._kernels.are_loaded)
         self._steps: deque[Future[None]] = deque()
         self._due: list[Order] = []
         self._is_ending = False
@@ -85,7 +86,13 @@ class Session:
     def state(self) -> str:
         """Simulated time, and the cause that holds it."""
         now_ns = self.bench.time_ns
-        return f'simulated time {now_ns * NANO:.9g} s; {self._time_control.state(now_ns)}'
+        held = 'waits for kernels, which are compiled once' * self._waits_for_kernels
+        return f'simulated time {now_ns * NANO:.9g} s; {held or self._time_control.state(now_ns)}'
+
+    @property
+    def _waits_for_kernels(self) -> bool:
+        """Whether simulated time is held for kernels: without a pace, orders keep their block."""
+        return self.pacer.real_time_factor == 0.0 and self._orders.wait_for_kernels
 
     @property
     def busy_s(self) -> float:
@@ -103,19 +110,21 @@ class Session:
         """
         Set the origin of the stamps, as `has_system_time` decides.
 
-        A reading is published when its block begins. Its stamp is the end of the block, and must
-        not lie in the future.
+        A reading is published when the blocks of its wake-up begin. Its stamp is the end of its
+        block, and must not lie in the future.
 
         """
         self.worker.time_origin_ns = 0
         if has_system_time(self.parameters, follows_clock=follows_clock):
-            ahead_ns = self.bench.time_ns + self.parameters.block_ns
+            ahead_ns = self.bench.time_ns + self._wake_ns
             self.worker.time_origin_ns = time.time_ns() - ahead_ns
 
     def start(self) -> None:
         """Start to tick, not paused and without a grant."""
         self._is_ending = False
         self._time_control.restart()
+        self._kernels.start()
+        self._kernels.hurry(is_wanted=self._orders.wait_for_kernels)
         self.pacer.start()
         self._thread = threading.Thread(target=self._run, name='stickslip drive', daemon=True)
         self._thread.start()
@@ -129,6 +138,7 @@ class Session:
 
         """
         self._is_ending = True
+        self._kernels.stop()
         self._notify()
         if self._thread is not None:
             self._thread.join(STOP_TIMEOUT_S)
@@ -172,7 +182,7 @@ class Session:
                 hint = 'advance simulated time first'
                 raise OutOfRange('numbers of commands', numbers, '', limit, hint)
             if request is not None:
-                self._orders.put(Order(NEXT_BLOCK, request=request))
+                self._queue(Order(NEXT_BLOCK, request=request))
             self._changed.notify_all()
 
     def extend_grant(self, grant: Grant) -> None:
@@ -271,9 +281,17 @@ class Session:
 
     def _put(self, order: Order) -> 'Future[Any]':
         with self._changed:
-            self._orders.put(order)
+            self._queue(order)
             self._changed.notify_all()
         return order.reply
+
+    def _queue(self, order: Order) -> None:
+        """Add an order; if the drive lacks its kernels, it waits while the drive goes on."""
+        if order.name == 'clear_faults' and not self._kernels.are_loaded:
+            for fault in filter(lambda each: each.name == FAULT, self._orders):
+                fault.reply.cancel()
+        self._orders.put(order)
+        self._kernels.hurry(is_wanted=self._orders.wait_for_kernels)
 
     def _run(self) -> None:
         try:
@@ -308,7 +326,7 @@ class Session:
             self._busy_since_s = None
             if self._pausing:
                 self._notify()
-            if turn is Turn.ADVANCE:
+            if turn is Turn.ADVANCE and self.bench.time_ns % self._wake_ns == 0:
                 self.pacer.wait(self._sleep)
 
     def _fail(self, error: BaseException) -> None:
@@ -329,7 +347,7 @@ class Session:
         now_ns = self.bench.time_ns
         if self._is_ending:
             return Turn.END
-        if self._time_control.allows(now_ns):
+        if self._time_control.allows(now_ns) and not self._waits_for_kernels:
             self._due = self._orders.take(now_ns)
             return Turn.ADVANCE
         self._due = self._orders.take(AT_ONCE)
@@ -337,7 +355,7 @@ class Session:
             return Turn.SERVE
         while self._steps and not self._steps[0].set_running_or_notify_cancel():
             self._steps.popleft()
-        if not self._steps:
+        if self._waits_for_kernels or not self._steps:
             return None
         self._due = self._orders.take(now_ns)
         return Turn.STEP

@@ -27,12 +27,13 @@ Faults = dict[str, Scalar]
 
 @dataclass(frozen=True)
 class Callbacks:
-    """Listeners to events of a drive, called on its thread; by default none."""
+    """Listeners to events of a drive, called on its thread unless told; by default none."""
 
     on_faults: Callable[[Faults], None] = lambda _: None  # the faults whenever they change
     on_lost_recording: Callable[[RunWriter], None] = lambda _: None  # one that has just failed
     on_end: Callable[[Event], None] = lambda _: None  # how a command has ended
     on_failure: Callable[[], None] = lambda: None  # the drive itself has failed
+    say: Callable[[str], None] = lambda _: None  # a line for the log, on any thread
 
 
 NO_CALLBACKS = Callbacks()

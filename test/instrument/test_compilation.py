@@ -3,11 +3,16 @@
 
 """All kernels of a stand are compiled before it runs, with reports of the progress."""
 
+import json
+import os
+import sys
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import pytest
 from bench_runs import MS
+from processes import run_process
 
 from stickslip_ros.instrument import compilation
 from stickslip_ros.instrument.bench import Bench
@@ -25,6 +30,7 @@ from stickslip_ros.kernels.kernel import compilation_reported, entry_point, kern
 from stickslip_ros.parameters import Parameters, load_yaml
 
 REALISTIC = Path(__file__).parents[2] / 'config/realistic.yaml'
+OWN_KERNELS = Path(__file__).with_name('kernels_of_stands.py')
 STANDS: dict[str, dict[str, object]] = {
     'default': {},
     'smooth': {'contact.profile': 'smooth'},
@@ -36,6 +42,8 @@ STANDS: dict[str, dict[str, object]] = {
     'walls': {'load_cell.contact': 'one_sided', 'stand.stop_stiffness': 1e6},
     'preload': {'stand.preload_end': 0.3},
     'dead foot': {'fault.dead_foot': 2},
+    'stuck': {'fault.runner_stuck': True},
+    'realistic': {},
 }
 REQUESTS = (
     Request('voltage', (100.0,)),
@@ -53,12 +61,39 @@ REQUESTS = (
 )
 
 
-@pytest.mark.parametrize('name', [*STANDS, 'realistic'])
-def test_no_stand_compiles_anything_once_the_kernels_are_compiled(name, compiled_kernels):
+def parameters_of(name: str) -> Parameters:
     parameters = load_yaml(REALISTIC) if name == 'realistic' else Parameters()
+    return parameters.updated(STANDS[name])
+
+
+@pytest.fixture(scope='module')
+def own_kernels(compiled_kernels: None) -> dict[str, Any]:
+    """Return what each stand loads of the disk: by ``compile_for``, and later."""
+    environment = {**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)}
+    done = run_process([sys.executable, OWN_KERNELS], env=environment, check=True)
+    stands = map(json.loads, done.stdout.splitlines())
+    return {name: own for stand in stands for name, own in stand.items()}
+
+
+@pytest.mark.parametrize('name', STANDS)
+def test_a_stand_compiles_nothing_after_its_own_kernels(name, own_kernels):
+    own = own_kernels[name]
+    assert own['late'] == []
+    assert own['can_do_all'] == ('observe' in own['before'])
+    assert own['can_do_all'] == (own['further'] == 0)
+
+
+def test_an_ideal_stand_is_spared_the_kernels_of_short_steps(own_kernels):
+    is_ideal = {name for name, own in own_kernels.items() if not own['can_do_all']}
+    assert is_ideal == {'default', 'smooth', 'rough line', 'travelling', 'walls'}
+    assert 'observe_ideal' in own_kernels['default']['before']
+
+
+@pytest.mark.parametrize('name', STANDS)
+def test_no_stand_compiles_anything_once_the_kernels_are_compiled(name, compiled_kernels):
     compiled: list[int] = []
     with compilation_reported(compiled.append):
-        bench = Bench(parameters.updated(STANDS.get(name, {})))
+        bench = Bench(parameters_of(name))
         results: Counter[Result] = Counter()
         for number, request in enumerate(REQUESTS, start=1):
             results.update(each.result for each in bench.update(number * MS, [request]).events)
@@ -86,7 +121,7 @@ def test_the_number_of_compiled_kernels_is_reported(monkeypatch):
         assert four_times(2.5) == 10.0
     assert 'set NUMBA_CACHE_DIR' in lines.pop(0)
     kernels = KERNELS + RUNS_KERNELS
-    assert lines == [f'compiling kernels, once: {done} of {kernels}' for done in (0, 1)]
+    assert lines == [f'compiling kernels, once: {done} of at most {kernels}' for done in (0, 1)]
 
 
 def test_the_progress_is_not_reported_too_often():

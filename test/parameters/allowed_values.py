@@ -16,6 +16,7 @@ COUPLED = {
     'amplifier.voltage_max',
     'amplifier.voltage_initial',
     'sim.block',
+    'sim.wake',
     'trace.sample_rate',
     'trace.period',
     'limits.soft_min',
@@ -109,4 +110,5 @@ def allowed_values(draw: st.DrawFn) -> dict[str, object]:
         values['contact.friction_rate'] = draw(st.floats(0.0, 0.01))
         values['contact.friction_ageing'] = draw(st.floats(0.0, 0.01))
     block_s, rate_hz, period_s = draw(st.sampled_from(PERIODS))
+    values['sim.wake'] = draw(st.sampled_from((0.0, block_s)))
     return values | {'sim.block': block_s, 'trace.sample_rate': rate_hz, 'trace.period': period_s}

@@ -173,6 +173,7 @@ def test_a_start_outside_the_voltage_range_is_refused(initial_v):
     ('values', 'limit'),
     [
         ({'sim.block': 1.01e-3}, 'sim.block 1010000 ns is not a multiple of one sample'),
+        ({'sim.wake': 2.5e-3}, 'sim.wake 2500000 ns is not a multiple of one sim.block'),
         ({'sim.block': 1.5e-3}, 'trace.period 10000000 ns is not a multiple of one sim.block'),
         ({'trace.period': 5e-4}, 'trace.period 500000 ns is not a multiple of one sim.block'),
         ({'trace.sample_rate': 30e3}, 'Hz is a period of 33333.3333 ns, not a whole number'),

@@ -366,8 +366,8 @@ def test_a_node_says_how_far_the_compilation_of_its_kernels_is(
 ):
     monkeypatch.setattr(kernel_cache, 'cache_folders', lambda: Folders((), None))
     monkeypatch.setattr(
-        'stickslip_ros.runtime.session.compile_kernels',
-        lambda: entry_point(lambda value: 2.0 * value)(1.5),
+        'stickslip_ros.runtime.remaining.compile_for',
+        lambda _: entry_point(lambda value: 2.0 * value)(1.5),
     )
     heard = manual.operator.listen('diagnostics')
     last_of_the_drive(manual, heard, DiagnosticStatus.OK, 'unconfigured')  # it is heard

@@ -49,3 +49,19 @@ def test_orders_of_one_tick_are_carried_out_in_the_order_in_which_they_came():
         orders.put(Order((number % 2) * 5 * BLOCK_NS, request=request))
     taken = [order.request for due_ns in (0, 5 * BLOCK_NS) for order in orders.take(due_ns)]
     assert taken == requests[::2] + requests[1::2]
+
+
+def test_without_all_kernels_preload_and_faults_wait_and_nothing_else_does():
+    kernels: list[str] = []
+    orders = Orders(by_topic=False, has_kernels=lambda: bool(kernels))
+    held = [
+        orders.put(Order(AT_ONCE, request=Request('fault', settings=(('fault.dead_foot', 1),)))),
+        orders.put(Order(NEXT_BLOCK, request=Request('preload', (0.4,)))),
+    ]
+    free = orders.put(Order(NEXT_BLOCK, request=Request('voltage', (1.0,))))
+    assert orders.wait_for_kernels
+    assert orders.take(0) == [free]
+    assert orders.take(0) == []
+    kernels.append('all')
+    assert not orders.wait_for_kernels
+    assert orders.take(0) == held

@@ -3,6 +3,7 @@
 
 """A session answers every order, whatever happens to it."""
 
+import time
 from array import array
 from collections.abc import Iterator
 
@@ -13,9 +14,12 @@ from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.instrument.commands import WAVEFORM_ROWS_MAX, Request
 from stickslip_ros.interface.feed import Packed
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.runtime.orders import Grant
 from stickslip_ros.runtime.session import Session, require
 
 FAR_NS = 10**15
+MS = 1_000_000
+RUN_NS = 60 * MS
 
 
 @pytest.fixture
@@ -58,6 +62,51 @@ def test_when_the_drive_fails_every_waiting_order_is_refused_with_the_reason():
     with pytest.raises(StickSlipError, match='configure the node anew'):
         require(session, 'active')
     session.stop()
+
+
+def bytes_of(changes: dict[str, object]) -> tuple[bytes, int]:
+    """Return what a drive publishes in the time of RUN_NS, and its wake-ups."""
+    published: list[bytes] = []
+
+    def publish(packed: Packed) -> None:
+        if packed.time_ns <= RUN_NS:
+            published.append(packed.key.encode() + packed.data)
+
+    session = Session(Parameters().updated({'sim.time_origin': 'zero', **changes}), publish)
+    session.submit(Request('sawtooth', (100.0, 1000.0, 20.0)), due_ns=7_000_000)
+    end = session.submit(Request('stop'), due_ns=RUN_NS)
+    session.start()
+    session.extend_grant(Grant(2 * RUN_NS, 0))
+    end.result(GIVE_UP_S)
+    wakes = session.pacer.report().ticks
+    session.stop()
+    return b''.join(published), wakes
+
+
+@pytest.mark.parametrize('lockstep', [False, True])
+def test_several_blocks_a_wake_up_give_the_same_bytes(lockstep: bool):
+    each, wakes = bytes_of({'sim.lockstep': lockstep})
+    at_once, few = bytes_of({'sim.lockstep': lockstep, 'sim.wake': 0.01})
+    assert at_once == each
+    assert len(each) > RUN_NS // MS
+    assert wakes >= RUN_NS // MS
+    assert few <= wakes // 8
+
+
+def test_stamps_of_a_wake_up_do_not_lie_in_the_future():
+    parameters = Parameters().updated({'sim.wake': 0.05})
+    ahead_ns: list[int] = []
+
+    def publish(packed: Packed) -> None:
+        stamp_ns = drive.worker.time_origin_ns + packed.time_ns
+        ahead_ns.append(stamp_ns - time.time_ns())
+
+    drive = Session(parameters, publish)
+    drive.fix_time_origin(follows_clock=False)
+    drive.start()
+    drive.submit(Request('stop'), due_ns=100 * MS).result(GIVE_UP_S)
+    drive.stop()
+    assert max(ahead_ns) < 0
 
 
 def test_stopping_does_not_wait_for_a_slow_pace():

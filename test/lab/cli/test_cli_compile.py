@@ -25,7 +25,7 @@ from stickslip_ros.testing import reserve_domain
 
 BIN = Path(sys.executable).parent
 REALISTIC = str(Path(__file__).parents[3] / 'config/realistic.yaml')
-LINE = 'compiling kernels, once: ({done}) of {kernels}'
+LINE = 'compiling kernels, once: ({done}) of at most {kernels}'
 OF_ALL = LINE.format(done=r'\d+', kernels=KERNELS + RUNS_KERNELS)
 OF_NODE = LINE.format(done=r'\d+', kernels=KERNELS)
 
@@ -65,9 +65,12 @@ def cold_demo(run: Callable) -> Any:
 
 @pytest.fixture(scope='module')
 def all_kept(run: Callable, cold_demo: Any, files: Callable[[], list[Path]]) -> None:
-    """Compile what a single drive does not need."""
-    assert run('compile').returncode == 0
+    """Compile what the drive of the demo does not need, and nothing twice."""
+    before = len(files())
+    done = run('compile')
+    assert done.returncode == 0
     assert len(files()) == KERNELS + RUNS_KERNELS
+    assert done.stdout.startswith(f'{KERNELS + RUNS_KERNELS - before} kernels compiled in ')
 
 
 @pytest.fixture(scope='module')
@@ -76,14 +79,13 @@ def files(environment: dict[str, str]) -> Callable[[], list[Path]]:
 
 
 @pytest.mark.slow
-def test_a_demo_that_finds_no_kernels_waits_for_them_and_says_so(cold_demo, files):
+def test_a_demo_that_finds_no_kernels_compiles_those_of_its_stand_and_says_so(cold_demo, files):
     assert cold_demo.returncode == 0, cold_demo.stderr
     told = [int(done) for done in re.findall(OF_NODE, cold_demo.stderr)]
     assert told[0] == 0
     assert told == sorted(set(told))
-    assert told[-1] < KERNELS
+    assert told[-1] < len(files()) < KERNELS / 2
     assert cold_demo.stderr.splitlines()[0] == 'starting the drive in a separate process'
-    assert len(files()) == KERNELS
 
 
 @pytest.mark.slow
@@ -126,7 +128,7 @@ def test_a_drive_that_compiles_ends_at_a_signal(environment, tmp_path):
         drive.send_signal(signal.SIGTERM)
         _, rest = finish(drive)
         assert drive.returncode == 0
-    assert f'0 of {KERNELS}' in told
+    assert f'0 of at most {KERNELS}' in told
     assert 'Traceback' not in rest
     assert 'active' not in rest
     assert len(list((tmp_path / 'cache').rglob('*.nbc'))) < KERNELS
