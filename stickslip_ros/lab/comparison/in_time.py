@@ -113,7 +113,7 @@ def of_model(experiment: Experiment, stand: Parameters) -> TimeRun:
     """Return the run of a model under the voltage of an experiment, in the times of its sensor."""
     stand = stand.updated(dict(experiment.settings))
     late_s = lateness_in(experiment, stand)
-    [found] = predict(stand, [experiment], shifts_s=(late_s,))
+    [found] = predict(stand, [experiment.sensed(late_s=late_s)])
     assert isinstance(experiment.drive, Voltage)
     begins_s = experiment.drive.begins_s
     series = {}

@@ -199,7 +199,7 @@ def _own_series(
         if _is_of_drive(recording) and sensor.quantity == 'position_m':
             beam = own.interferometer
             fringe_m = 0.5 * beam.wavelength
-            seen[-1] = replace(seen[-1], cyclic_m=beam.cyclic_error, fringe_m=fringe_m)
+            seen[-1] = seen[-1].sensed(cyclic_m=beam.cyclic_error, fringe_m=fringe_m)
     return series, tuple(seen)
 
 
@@ -214,15 +214,16 @@ def _before_low_pass(shown: Seen, low_pass_hz: float, rate_hz: float) -> Seen:
     follows = np.diff(shown.time_s) * rate_hz < _NEXT
     before = shown.values[:-1] + np.diff(shown.values) / gain
     time_s = shown.time_s[1:][follows]
-    return replace(shown, values=before[follows], time_s=time_s, low_pass_hz=low_pass_hz)
+    sensed = shown.sensed(undone_hz=low_pass_hz)
+    return replace(sensed, values=before[follows], time_s=time_s)
 
 
 def behind_low_pass(shown: Seen, values: Array) -> Array:
     """Return values at the times of readings behind the low-pass of their sensor."""
-    if not shown.low_pass_hz:
+    if not shown.sensor.undone_hz:
         return values
     rate_hz = 1.0 / float(np.median(np.diff(shown.time_s)))
-    gain = low_pass_gain(shown.low_pass_hz, rate_hz)
+    gain = low_pass_gain(shown.sensor.undone_hz, rate_hz)
     return np.asarray(signal.lfilter((gain,), (1.0, gain - 1.0), values - values[0]) + values[0])
 
 

@@ -10,7 +10,7 @@ from scipy.stats import chi2
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.lab.fitting.report import Fit
-from stickslip_ros.lab.fitting.result import MISSED_MOST, FitResult
+from stickslip_ros.lab.fitting.result import FitResult
 from stickslip_ros.lab.twin.settings import TwinParameters
 from stickslip_ros.lab.twin.twin import Look, Twin
 from stickslip_ros.lab.twin.watch import LookEstimate, Watch
@@ -24,6 +24,8 @@ _CAUSES = {
 }
 """Usual causes of a changed parameter."""
 _GREW = 1.5  # growth of chi-square per reading since the start that marks another motion
+_MISSED_MOST = 1.5
+"""Most chi-square per reading, of noise and sensor alone, of a model that explains a motion."""
 _MEANS_NOTHING = 5.0
 """Chi-square per reading above which parameters mean nothing: with travelling roughness it went
 from 2 to 85 between places, and the mass changed by a fifth."""
@@ -102,7 +104,7 @@ def _chi(fit: FitResult) -> float:
 
 def _limit(fit: FitResult) -> float:
     """Return the largest chi-square per reading of a model that explains the motion."""
-    return max(MISSED_MOST, float(chi2.isf(1e-6, fit.readings)) / fit.readings)
+    return max(_MISSED_MOST, float(chi2.isf(1e-6, fit.readings)) / fit.readings)
 
 
 def _misfit_text(fit: FitResult) -> str:
