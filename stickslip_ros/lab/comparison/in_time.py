@@ -10,6 +10,13 @@ import numpy as np
 
 import stickslip_ros
 from stickslip_ros.arrays import Array
+from stickslip_ros.lab.comparison.clocks import (
+    OVERLAP_MIN,
+    TRUSTED,
+    clock_shift,
+    coefficients,
+    overlaps,
+)
 from stickslip_ros.lab.comparison.result import (
     TIME_COLUMN,
     Alignment,
@@ -18,13 +25,6 @@ from stickslip_ros.lab.comparison.result import (
     Part,
     Side,
     StepStatistics,
-)
-from stickslip_ros.lab.experiments.clocks import (
-    OVERLAP_MIN,
-    TRUSTED,
-    clock_shift,
-    coefficients,
-    overlaps,
 )
 from stickslip_ros.lab.experiments.experiment import Experiment, Voltage
 from stickslip_ros.lab.experiments.predict import predict

@@ -15,7 +15,6 @@ from scipy import signal
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.instrument.sensors.signal_chain import low_pass_gain
-from stickslip_ros.lab.experiments.clocks import lone_outliers
 from stickslip_ros.lab.experiments.commanded import NOTHING_ASKED, Commanded, commanded
 from stickslip_ros.lab.experiments.experiment import (
     OF_TRACES,
@@ -29,6 +28,7 @@ from stickslip_ros.lab.experiments.experiment import (
     ZeroAmplitudeRuns,
 )
 from stickslip_ros.lab.experiments.options import ReadingOptions
+from stickslip_ros.lab.experiments.sensor import lone_outliers
 from stickslip_ros.lab.experiments.sensor_limits import check_limits
 from stickslip_ros.lab.runs.mapped import mapped_series
 from stickslip_ros.lab.runs.recorded import recorded_series, recorded_stand

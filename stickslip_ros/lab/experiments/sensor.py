@@ -7,10 +7,16 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from stickslip_ros.arrays import Array
+from stickslip_ros.lab.waveform.monitor import GAUSSIAN
 
-NOISE_FACTOR = 1.4826 / math.sqrt(6.0)
+OUTLIERS = 6.0
+"""Robust standard deviations beyond which a value is an outlier: 2 of 1e9 of normal noise are."""
+_NEIGHBOURS = 3  # on either side, with which a sample is compared
+
+NOISE_FACTOR = GAUSSIAN / math.sqrt(6.0)
 """Standard deviation of noise per median of its absolute second differences."""
 _WHITE_CORRELATION = -2.0 / 3.0  # of neighbouring second differences of white noise
 _SAME = 1e-12  # share of the largest reading by which equal readings may differ
@@ -101,3 +107,22 @@ def rounding_of(values: Array) -> float:
     smallest = float(np.min(steps, where=steps > least, initial=math.inf))
     rounding = _ROUNDING * smallest if is_rounded and math.isfinite(smallest) else 0.0
     return max(rounding, least, _FINEST * float(np.ptp(values)))
+
+
+def lone_outliers(values: ArrayLike, outliers: float = OUTLIERS) -> NDArray[np.bool_]:
+    """
+    Return a mask of isolated samples far beyond their neighbours, shape (n,).
+
+    The limit is so many standard deviations of the noise, or ranges of the neighbours, whichever
+    is more. A step is no outlier: its samples have neighbours on their side. One neighbour may be
+    an outlier too.
+
+    """
+    y = np.asarray(values, np.float64)
+    padded = np.pad(y, _NEIGHBOURS, mode='reflect')
+    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * _NEIGHBOURS + 1)
+    neighbours = np.sort(np.delete(windows, _NEIGHBOURS, axis=1), axis=1)
+    low, high = neighbours[:, 1], neighbours[:, -2]
+    noise = GAUSSIAN * float(np.median(np.abs(y - np.median(windows, axis=1))))
+    beyond = np.maximum(y - high, low - y)
+    return np.asarray(beyond > outliers * np.maximum(noise, high - low))

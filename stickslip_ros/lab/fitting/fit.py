@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.experiments.experiment import Experiment
 from stickslip_ros.lab.experiments.options import ReadingOptions
@@ -24,8 +25,8 @@ from stickslip_ros.lab.fitting.free import (
     listed_free,
 )
 from stickslip_ros.lab.fitting.metric import Allowance
-from stickslip_ros.lab.fitting.missing import missing_from
-from stickslip_ros.lab.fitting.problem import pose, silent
+from stickslip_ros.lab.fitting.missing import CYCLIC, missing_from
+from stickslip_ros.lab.fitting.problem import Problem, pose, silent
 from stickslip_ros.lab.fitting.report import Fit
 from stickslip_ros.lab.fitting.result import RULED_OUT_BY
 from stickslip_ros.lab.fitting.search import Minimum, distinct, refine, search, search_all
@@ -41,6 +42,8 @@ if TYPE_CHECKING:
     from stickslip_ros.lab.tables.formats import Table
 
 STARTS_MAX = 1000
+SURE = 1e3  # least odds of a cyclic error that is solved for
+CYCLIC_M = 3e-9  # its usual size
 NEAR = 1.1  # most chi-square of another end, per that of the best, that is searched again
 
 
@@ -148,6 +151,13 @@ def fit_experiments(
         refined, notes, rivals = list[Minimum](), tuple[str, ...](), list[Minimum]()
         if problem.has_traces:
             problem, refined = settle(problem, here.place, allowance, outliers)
+            if fringe_m := _fringe_m(problem, refined[-1].place):
+                sensed = (
+                    one.sensed(cyclic_m=CYCLIC_M, fringe_m=fringe_m) for one in problem.experiments
+                )
+                problem = replace(problem, experiments=tuple(sensed))
+                problem, more = settle(problem, refined[-1].place, allowance, outliers)
+                refined += more
             notes = tuple(notes_of(problem, allowance))
         problem, more, steady = refine(problem, refined[-1] if refined else here)
         refined += more
@@ -183,6 +193,12 @@ def fit_experiments(
         wall_s=time.perf_counter() - started_s,
         notes=notes,
     )
+
+
+def _fringe_m(problem: Problem, place: Array) -> float:
+    """Return the fringe of a cyclic error that the readings surely show, m; 0 if they do not."""
+    best = next(iter(missing_from(problem, place)), None)
+    return CYCLIC.get(best.name, 0.0) if best is not None and best.odds > SURE else 0.0
 
 
 class _Count:

@@ -16,14 +16,22 @@ FITTED_GROUPS = ('contact', 'friction_law', 'runner', 'load_cell', 'actuator', '
 """Groups of parameters that a fit may change: properties of the stand."""
 WIDE = 1e3
 """Default bounds are this factor below and above the start, within the limits of the model."""
+PREFACTOR, RMS_HEIGHT = 'contact.prefactor', 'contact.rms_height'
 FROM_ZERO = (
+    PREFACTOR,
+    RMS_HEIGHT,
     'friction_law.bristle_damping',
     'friction_law.viscous',
     'runner.damping',
     'actuator.hysteresis',
     'actuator.creep',
 )
-"""Quantities with 0 as the limit of small values; for others 0 means "none" or "derived"."""
+"""
+Quantities with 0 as the limit of small values; for others 0 means "none" or "derived".
+
+The stiffness of a contact hardly changes with a small roughness, but then evenly.
+
+"""
 TYPICAL: Mapping[str, float] = {
     'runner.damping': 20.0,
     'actuator.hysteresis': 0.05,
@@ -34,7 +42,6 @@ TYPICAL: Mapping[str, float] = {
     'amplifier.bandwidth': 2e5,
 }
 """Starts of parameters that are 0 by default: assumed, of the size in data sheets."""
-PREFACTOR, RMS_HEIGHT = 'contact.prefactor', 'contact.rms_height'
 OF_A_FALL = 'actuator.resonance', 'actuator.damping_ratio', 'amplifier.bandwidth'
 """Parameters that act in the microseconds after a fall, and can only be found together."""
 _LEAST, _MOST = 1e-300, 300.0  # a value without a logarithm, and a logarithm without a value
@@ -106,7 +113,9 @@ class Coordinate:
 
     def beyond(self, coordinate: float) -> float:
         """Return how far a coordinate is beyond a bound; below the lower one it is negative."""
-        return coordinate - self.to_coordinate(self.to_value(coordinate))
+        value = math.exp(min(coordinate, _MOST)) if self.is_log else coordinate * self.size
+        bound = self.lower if value < self.lower else min(value, self.upper)
+        return 0.0 if bound == value else coordinate - self.to_coordinate(bound)
 
     def is_limit(self, value: float) -> bool:
         """Return whether the bound next to a value is also a limit of the model."""

@@ -56,10 +56,11 @@ _FRAMES_HZ, _FRAME_KG = (1.5e3, 4e3), 0.1
 _RATE, _GUIDE_SHARE, _LOAD_SHARE = 0.01, 0.02, 0.01
 """Growth of friction per e-fold of velocity; share of the normal force on a guide; load per
 friction."""
-CYCLIC, PLACE = 'cyclic error of the sensor', 'friction by place'
+CYCLIC = {f'cyclic error of {1e9 * each:.4g} nm': each for each in (316.4e-9, 158.2e-9)}
+"""Fringes of an interferometer with a helium-neon laser, by name: single and double pass, m."""
+PLACE = 'friction by place'
 FRAME, GUIDE, LOAD, RATE = 'frame.resonance', 'a guide', 'stand.load', 'contact.friction_rate'
 _OF_FEET = 'count', 'share', 'weight', 'radius', 'gain', 'delay'
-_FRINGES_M = (316.4e-9, 158.2e-9)  # of a helium-neon laser, single and double pass
 _WAYS = 6  # waves of friction along the way of a recording
 _SHARE = 3e-3  # relative change of a value
 _RANK = 1e-5  # least singular value, per largest, of independent free parameters
@@ -200,9 +201,9 @@ def _of_position(problem: Problem, here: Predicted) -> Iterator[tuple[str, list[
         for number, one, each, _ in problem.seen
         if isinstance(one.drive, Voltage)
     ]
-    for fringe_m in _FRINGES_M:
+    for name, fringe_m in CYCLIC.items():
         phases = [2.0 * np.pi * each.values / fringe_m for _, each, _ in traces]
-        yield CYCLIC, [[of(phase) for phase in phases] for of in (np.sin, np.cos)]
+        yield name, [[of(phase) for phase in phases] for of in (np.sin, np.cos)]
     columns = list[list[Array]]()
     for wave in range(1, _WAYS + 1):
         for of in (np.sin, np.cos):

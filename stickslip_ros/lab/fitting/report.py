@@ -5,6 +5,7 @@
 
 import json
 import math
+import re
 from collections.abc import Iterator
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
@@ -31,9 +32,11 @@ if TYPE_CHECKING:
 JSON, YAML, HTML = ('.json',), ('.yaml', '.yml'), ('.html', '.htm')
 CORRELATED = 0.95  # least correlation of parameters that go together
 OPPOSITE = -0.3  # largest correlation of model and readings of opposite sign
+_TELLING = 0.95  # largest factor of the misfit by a suspect that is named beside a fit that holds
 _RANKED = 3  # most suspects that are named
 _ODDS_SURE = 20.0  # least odds of a suspect that is named alone
 _EXPLAINED = 0.5  # largest share of the misfit that its cause leaves
+_IS_PIECE = re.compile(r'^[0-9.]+ to [0-9.]+ s: (hold|ramp)')  # of a voltage, in words
 _SIMILAR = 0.05  # largest relative difference of equal parameters of two minima
 _CHECK = 'check preload, units of the columns, clocks, and the voltage of the recording'
 
@@ -67,12 +70,10 @@ class Fit(Plottable, FitResult):
 
     def sections(self) -> Iterator[Section]:
         """Yield what is seen, the estimates with the verdict, and the readings."""
-        header = 'parameter', 'value', 'std error', '95 % low', '95 % high', 'unit', 'scale'
+        header = 'parameter', 'value', 'std error', '95 % low', '95 % high', 'unit'
         if ratios := [_row(one, holds=self.holds) for one in self.ratios]:
-            yield Section('what the recording shows, whatever the feet are', ratios, header[:-1])
-        estimates = [
-            (*_row(one, holds=self.holds), self.scale_of(one.name)) for one in self.estimates
-        ]
+            yield Section('what the recording shows, whatever the feet are', ratios, header)
+        estimates = [_row(one, holds=self.holds) for one in self.estimates]
         yield Section('fitted parameters', estimates, header, self._notes(), self._draw)
         if traces := [_trace_row(*each) for each in self.sensors]:
             header_of = 'recording', 'quantity', 'readings', 'noise', 'missed', 'unit', 'late (us)'
@@ -118,6 +119,11 @@ def basis_of(fit: FitResult) -> str:
 
 
 def _assumed(fit: FitResult) -> Iterator[str]:
+    sources = dict[str, list[str]]()
+    for one in fit.estimates:
+        sources.setdefault(fit.scale_of(one.name), []).append(one.name)
+    words = (f'{source}: {", ".join(names)}' for source, names in sources.items())
+    yield f'Scale {"; ".join(words)}.'
     shares = fit.uncertainty.shares.items()
     if shares and fit.holds:
         errors = ', '.join(f'{name} {100.0 * share:.3g} %' for name, share in shares)
@@ -158,6 +164,8 @@ def _lacking(fit: FitResult) -> Iterator[str]:
             yield f'nothing that was tried explains the misfit: {_CHECK}'
         return
     best, *others = fit.missing[:_RANKED]
+    if fit.holds and best.expected > _TELLING * best.chi_square:
+        return
     text = f'the stand may lack {best.name}'
     if math.isfinite(best.odds):
         text += f' (odds {min(best.odds, 1e6):.2g} to 1 against the next)'
@@ -376,7 +384,7 @@ def _estimate(one: Estimate, *, holds: bool) -> str:
 
 
 def _row(one: Estimate | Ratio, *, holds: bool) -> tuple[str, ...]:
-    doubt = ('not determined' if getattr(one, 'undetermined', False) and holds else '-', '-', '-')
+    doubt = ('unknown' if getattr(one, 'undetermined', False) and holds else '-', '-', '-')
     if holds and np.isfinite(one.standard_error):
         doubt = (f'{one.standard_error:.2g}', f'{one.low:.4g}', f'{one.high:.4g}')
     return (one.name, f'{one.value:.4g}', *doubt, one.unit)

@@ -38,6 +38,7 @@ TRIED_SLOW_S = (2.5e-5, 8e-5, 2.5e-4)
 """Time constants of sensors that are tried too, 6 kHz to 640 Hz: a low-pass hides the ringing of
 the runner, and a search without it ends elsewhere."""
 FOLLOWED_MAX = 3  # most ends of loose searches that go on
+READINGS_MAX = 10_000  # most readings of a quantity in a recording; more are thinned
 APART = 0.05  # least distance of two minima
 TOLERANCE = 1e-6
 """Relative change of sum of squares, or of coordinates, that ends a search: a thousandth of a
@@ -110,9 +111,10 @@ def search_all(
     Raises StickSlipError if the start is impossible.
 
     """
-    begins = [(with_clocks(problem), problem.start)]
+    on_time, unsure = (_thinned(with_clocks(problem, only_clear=each)) for each in (True, False))
+    begins = [(on_time, problem.start)]
     if starts > 1:
-        begins += _tried(problem, seed)[: starts - 1]
+        begins += _tried(on_time, unsure, seed)[: starts - 1]
     alone = [(replace(one, pool=None), place) for one, place in begins]
     first = partial(_descend, problem.start, LOOSE[:1] if problem.has_traces else ())
     ends = run_batch(first, alone, workers=workers, progress=progress)
@@ -124,7 +126,7 @@ def search_all(
     return [(replace(one, pool=problem.pool), ended) for one, ended in ends]
 
 
-def with_clocks(problem: Problem, *, only_clear: bool = True) -> Problem:
+def with_clocks(problem: Problem, *, only_clear: bool) -> Problem:
     """Return the problem with the delays of the sensor clocks by the falls of the voltage."""
 
     def on_time(one: Experiment) -> Experiment:
@@ -134,17 +136,24 @@ def with_clocks(problem: Problem, *, only_clear: bool = True) -> Problem:
     return replace(problem, experiments=tuple(map(on_time, problem.experiments)), metrics=())
 
 
-def _tried(problem: Problem, seed: int) -> list[tuple[Problem, Array]]:
+def _thinned(problem: Problem) -> Problem:
+    """Return the problem with not too many readings in a recording."""
+    experiments = tuple(
+        replace(one, seen=tuple(each.thinned(READINGS_MAX) for each in one.seen))
+        for one in problem.experiments
+    )
+    return replace(problem, experiments=experiments)
+
+
+def _tried(problem: Problem, unsure: Problem, seed: int) -> list[tuple[Problem, Array]]:
     """Return places of a Latin hypercube, each with the sensors that suit it, the best first."""
     reach = AROUND if problem.has_traces else FAR
     shares = qmc.LatinHypercube(d=len(problem.free), seed=seed).random(TRIED)
     places = list(problem.start + reach * (2.0 * shares - 1.0))
     variants = [problem]
     if problem.has_traces:
-        on_time, unsure = with_clocks(problem), with_clocks(problem, only_clear=False)
-        variants = [on_time, unsure, *(_slowed(on_time, slow_s) for slow_s in TRIED_SLOW_S)]
-        if on_time.experiments != unsure.experiments:
-            variants.append(_slowed(unsure, TRIED_SLOW_S[0]))
+        variants += [unsure, _slowed(unsure, TRIED_SLOW_S[0])]
+        variants += [_slowed(problem, slow_s) for slow_s in TRIED_SLOW_S]
     found = list[tuple[float, int, Problem, Array]]()
     for first in range(0, len(places), LANES):
         for number, place in enumerate(places[first : first + LANES], first):

@@ -10,9 +10,13 @@ from dataclasses import replace
 import numpy as np
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.lab.experiments.clocks import lone_outliers
 from stickslip_ros.lab.experiments.experiment import Seen, Voltage
-from stickslip_ros.lab.experiments.sensor import keeps_noise, noise_of, rounding_of
+from stickslip_ros.lab.experiments.sensor import (
+    keeps_noise,
+    lone_outliers,
+    noise_of,
+    rounding_of,
+)
 from stickslip_ros.lab.experiments.sensor_clock import LATE_MIN_S
 from stickslip_ros.lab.fitting.metric import Allowance, slower
 from stickslip_ros.lab.fitting.problem import FINEST, Predicted, Problem, StandardErrors
