@@ -428,12 +428,8 @@ def _quality(fit: FitResult) -> Iterator[tuple[str, object]]:
         )
         steps = 'steps until steady' if is_steady else 'steps per run'
         yield steps, f'{min(cycles)} to {max(cycles)}'
-    notes = (
-        note
-        for one in fit.experiments
-        if isinstance(one.drive, Voltage)
-        for note in one.drive.notes
-    )
-    for note in notes:
-        yield 'driven by', note
+    for one in fit.experiments:
+        if isinstance(one.drive, Voltage):
+            told = (note for note in one.drive.notes if not _IS_PIECE.search(note))
+            yield from (('driven by', note) for note in told)
     yield 'time', f'{fit.wall_s:.1f} s'
