@@ -12,7 +12,7 @@ import numpy as np
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, WrongKind
-from stickslip_ros.lab.experiments.sensor import Sensor, noise_of
+from stickslip_ros.lab.experiments.sensor import KnownSensor, noise_of
 from stickslip_ros.lab.tables.numbers import NUMBERS
 from stickslip_ros.parameters import Parameters, Scalar
 from stickslip_ros.units import unit_of
@@ -98,7 +98,7 @@ class Seen:
     time_s: Array = field(default_factory=lambda: np.empty(0))
     sigma: float | None = None  # standard error of a value; None: unknown
     left_out: int = 0  # outliers that were dropped
-    sensor: Sensor = field(default_factory=Sensor)
+    sensor: KnownSensor = field(default_factory=KnownSensor)
 
     @property
     def is_trace(self) -> bool:

@@ -26,9 +26,9 @@ _ROUNDING = 1.0 / math.sqrt(12.0)
 
 
 @dataclass(frozen=True)
-class Sensor:
+class KnownSensor:
     """
-    What is known of a sensor.
+    What is known of the sensor of a trace.
 
     Its zero and its drift, and small changes of delay and low-pass, are solved for with each
     prediction. A low-pass of first order is taken, as most are.

@@ -14,7 +14,7 @@ from stickslip_ros.parameters.typed import to_si_list
 
 FITTED_GROUPS = ('contact', 'friction_law', 'runner', 'load_cell', 'actuator', 'amplifier')
 """Groups of parameters that a fit may change: properties of the stand."""
-WIDE = 1e3
+_WIDE = 1e3
 """Default bounds are this factor below and above the start, within the limits of the model."""
 PREFACTOR, RMS_HEIGHT = 'contact.prefactor', 'contact.rms_height'
 FROM_ZERO = (
@@ -243,8 +243,8 @@ def _coordinate(free: Free, present: Scalar) -> Coordinate:
         hint = f'give --start {name}=VALUE or --bounds {name}=LOW:HIGH'
         raise OutOfRange(name, start, spec.unit, limit, hint)
     is_part = name in FROM_ZERO
-    lower = max(0.0 if is_part else start / WIDE, spec.minimum or 0.0)
-    upper = min(start * WIDE, spec.maximum or math.inf)
+    lower = max(0.0 if is_part else start / _WIDE, spec.minimum or 0.0)
+    upper = min(start * _WIDE, spec.maximum or math.inf)
     if free.low is not None:
         lower = float(spec.check(name, free.low))
     if free.high is not None:

@@ -53,13 +53,13 @@ _BESIDE: Mapping[str, Mapping[str, Scalar]] = {
 }
 """Parameters changed together: a resonance that rings for long has no rival."""
 _FRAMES_HZ, _FRAME_KG = (1.5e3, 4e3), 0.1
-_RATE, _GUIDE_SHARE, _LOAD_SHARE = 0.01, 0.02, 0.01
+_GROWTH, _GUIDE_SHARE, _LOAD_SHARE = 0.01, 0.02, 0.01
 """Growth of friction per e-fold of velocity; share of the normal force on a guide; load per
 friction."""
 CYCLIC = {f'cyclic error of {1e9 * each:.4g} nm': each for each in (316.4e-9, 158.2e-9)}
 """Fringes of an interferometer with a helium-neon laser, by name: single and double pass, m."""
 PLACE = 'friction by place'
-FRAME, GUIDE, LOAD, RATE = 'frame.resonance', 'a guide', 'stand.load', 'contact.friction_rate'
+_FRAME, _GUIDE, _LOAD, _RATE = 'frame.resonance', 'a guide', 'stand.load', 'contact.friction_rate'
 _OF_FEET = 'count', 'share', 'weight', 'radius', 'gain', 'delay'
 _WAYS = 6  # waves of friction along the way of a recording
 _SHARE = 3e-3  # relative change of a value
@@ -150,7 +150,7 @@ def _suspects(
     flat = stand.flat()
     predicted = problem.predicted([changed for _, changed in tried])
     for (name, _), there in zip(tried, predicted, strict=True):
-        may_only_grow = name not in {LOAD, RATE} and not flat.get(name, 0.0)
+        may_only_grow = name not in {_LOAD, _RATE} and not flat.get(name, 0.0)
         yield Suspect(name, partial(_columns, here, [there]), may_only_grow)
     yield Suspect(FEET_NUMBER, lambda one: slopes_of_constants(one, place, [FEET_NUMBER]))
     for name, columns in _of_position(problem, here):
@@ -177,16 +177,16 @@ def _stands(stand: Parameters, free: set[str]) -> list[tuple[str, Parameters]]:
             changes.append((name, {name: TYPICAL[name], **_BESIDE.get(name, {})}))
     if not flat['frame.resonance']:
         parts = ({'frame.resonance': hertz, 'frame.mass': _FRAME_KG} for hertz in _FRAMES_HZ)
-        changes += [(FRAME, each) for each in parts]
-    if RATE not in free and not flat[RATE]:
-        changes.append((RATE, {RATE: _RATE}))
-    load_n = float(flat[LOAD]) + _LOAD_SHARE * friction_limit_n(stand)
-    changes.append((LOAD, {LOAD: load_n}))
+        changes += [(_FRAME, each) for each in parts]
+    if _RATE not in free and not flat[_RATE]:
+        changes.append((_RATE, {_RATE: _GROWTH}))
+    load_n = float(flat[_LOAD]) + _LOAD_SHARE * friction_limit_n(stand)
+    changes.append((_LOAD, {_LOAD: load_n}))
     if all(feet.gain):
         normal = sum(count * share for count, share in zip(feet.count, feet.share, strict=True))
         guide = 1, _GUIDE_SHARE * normal, 0.0, feet.radius[0], 0.0, 0.0
         pairs = zip(_OF_FEET, guide, strict=True)
-        changes.append((GUIDE, {f'feet.{key}': (*getattr(feet, key), x) for key, x in pairs}))
+        changes.append((_GUIDE, {f'feet.{key}': (*getattr(feet, key), x) for key, x in pairs}))
     found = list[tuple[str, Parameters]]()
     for name, each in changes:
         with suppress(StickSlipError):  # an impossible stand is no suspect

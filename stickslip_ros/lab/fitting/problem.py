@@ -35,7 +35,7 @@ STEP = 3e-4
 number of cycles are smooth in every parameter but for 8e-9 of themselves, so that a slope has a
 noise of 1e-5 of them; the truncation is 1e-5 of a slope for central differences and 2e-3 for
 one-sided ones, where the force goes with the 13th power of a parameter, the steepest found."""
-WALL = 1e4
+_WALL = 1e4
 """Standard errors per e-fold, or per usual size, beyond a bound."""
 BOUND = 1e-3  # distance of a parameter on its bound
 _STEPS_MIN, _STEPS_MAX = 100, 6400
@@ -225,7 +225,7 @@ class Problem:
         """Return numbers of known values, and of bounds, each a wall that is 0 within."""
         known, walls = list[float](), list[float]()
         for one, z in zip(self.free, self.natural.back(place).tolist(), strict=True):
-            walls.append(WALL * one.beyond(z))
+            walls.append(_WALL * one.beyond(z))
             if one.name in self.known:
                 value, share = self.known[one.name]
                 known.append((z - one.to_coordinate(value)) * one.slope(value) / (share * value))

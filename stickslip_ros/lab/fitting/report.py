@@ -410,8 +410,7 @@ def _quality(fit: FitResult) -> Iterator[tuple[str, object]]:
     else:
         yield 'noise of a point, estimated', f'{fit.noise_n:.3g} N'
     yield 'degrees of freedom', doubt.dof
-    told = [each for each in fit.tensions if each.name in fit.problem.known]
-    for each in told:
+    for each in (one for one in fit.tensions if one.name in fit.problem.known):
         yield (
             f'{each.name} beside the readings',
             f'{each.value:.4g}, they prefer {each.preferred:.4g}: {each.apart:.2g} errors apart',

@@ -10,8 +10,8 @@ short add up to a large misfit, and a search without an allowance ends elsewhere
 """
 
 import math
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -27,6 +27,7 @@ from stickslip_ros.lab.experiments.sensor_clock import lateness_of, sensor_near
 from stickslip_ros.lab.fitting.metric import Allowance
 from stickslip_ros.lab.fitting.problem import Problem
 from stickslip_ros.lab.runs.batch import Progress, run_batch
+from stickslip_ros.process.stopping import Stopped
 
 LOOSE = Allowance(2e-8, 0.3), Allowance(4e-9, 0.05)
 """Allowed errors of the model in the first searches of traces: from starts up to 1.6 times off in
@@ -43,6 +44,7 @@ APART = 0.05  # least distance of two minima
 TOLERANCE = 1e-6
 """Relative change of sum of squares, or of coordinates, that ends a search: a thousandth of a
 standard error."""
+_IMPOSSIBLE = 1e9  # residual of a stand that no drive can make
 _STEPS_MAX = 40  # most steps of a search that converges
 _ROUNDS = 6  # most searches with more cycles, until they suffice at the minimum
 
@@ -65,6 +67,17 @@ class Minimum:
 NOTHING = Minimum((), math.inf, converged=False, evaluations=0)
 
 
+@contextmanager
+def impossible() -> Iterator[None]:
+    """Pass over a stand that no drive can make."""
+    try:
+        yield
+    except Stopped:
+        raise
+    except StickSlipError:
+        return
+
+
 def best_of(searches: Sequence[Minimum]) -> Minimum:
     """Return the search that ended lowest."""
     return min(searches, key=lambda found: found.chi_square)
@@ -81,11 +94,23 @@ def distinct(searches: Sequence[Minimum]) -> list[Minimum]:
 
 
 def search(problem: Problem, start: Array) -> Minimum:
-    """Search from a place by least squares: a trust region, with one-sided differences."""
+    """
+    Search from a place by least squares: a trust region, with one-sided differences.
+
+    Raises StickSlipError if the place is impossible.
+
+    """
     if problem.has_traces and not problem.metrics:
         problem = problem.measured_at(problem.predicted([problem.stand(start)])[0])
+    first = problem.residuals(start)
+
+    def residuals(place: Array) -> Array:
+        with impossible():
+            return problem.residuals(place)
+        return np.full_like(first, _IMPOSSIBLE)  # no drive goes there, nor does the search
+
     ended = optimize.least_squares(
-        problem.residuals,
+        residuals,
         start,
         jac=problem.slopes,
         x_scale='jac',
@@ -157,7 +182,7 @@ def _tried(problem: Problem, unsure: Problem, seed: int) -> list[tuple[Problem, 
     found = list[tuple[float, int, Problem, Array]]()
     for first in range(0, len(places), LANES):
         for number, place in enumerate(places[first : first + LANES], first):
-            with suppress(StickSlipError):
+            with impossible():
                 for one in variants:
                     [predicted] = one.predicted([one.stand(place)])
                     plain = replace(one, allowance=None).measured_at(predicted)
@@ -184,8 +209,8 @@ def _descend(
         for stage in stages or (problem.allowance,):
             ended = search(replace(problem, allowance=stage, metrics=()), place)
             place = ended.place
-    except StickSlipError:
-        if place is given:
+    except StickSlipError as error:
+        if place is given or isinstance(error, Stopped):
             raise
         return problem, NOTHING
     return (_on_time(problem, place) if stages == LOOSE[:1] else problem), ended

@@ -13,7 +13,7 @@ from stickslip_ros.lab.fitting.report import Fit
 from stickslip_ros.lab.fitting.result import FitResult
 from stickslip_ros.lab.twin.settings import TwinParameters
 from stickslip_ros.lab.twin.twin import Look, Twin
-from stickslip_ros.lab.twin.watch import LookEstimate, Watch
+from stickslip_ros.lab.twin.watch import ELSE, LookEstimate, Watch
 
 _CAUSES = {
     'contact.friction': 'dirt, moisture or wear',
@@ -23,6 +23,10 @@ _CAUSES = {
     'actuator.gain': 'the piezo or its amplifier',
 }
 """Usual causes of a changed parameter."""
+_SOMETHING_ELSE = (
+    'something else has changed than one parameter: the preload, a load, one foot, the clock of '
+    'the sensor, or messages are lost'
+)
 _GREW = 1.5  # growth of chi-square per reading since the start that marks another motion
 _MISSED_MOST = 1.5
 """Most chi-square per reading, of noise and sensor alone, of a model that explains a motion."""
@@ -70,7 +74,9 @@ class Doctor:
             self._chi_at_start = max(self._chi_at_start, _chi(fit))
         if not self._watch.has_begun or _chi(fit) <= self._largest_chi(fit):
             changed = self._watch.changed(_estimate_of(fit))
-            if changed is not None:
+            if changed == ELSE:
+                words = '; '.join(filter(None, [_SOMETHING_ELSE, words]))
+            elif changed is not None:
                 was = np.median(self._first, axis=0)[:, changed]
                 name = names[changed]
                 numbers = (values[changed], errors[changed], *was)

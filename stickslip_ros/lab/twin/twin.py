@@ -25,7 +25,7 @@ from stickslip_ros.lab.experiments.reading import (
     experiment_over_time,
     without_outliers,
 )
-from stickslip_ros.lab.experiments.sensor import Sensor, noise_of
+from stickslip_ros.lab.experiments.sensor import KnownSensor, noise_of
 from stickslip_ros.lab.fitting.fit import FitOptions, fit_experiments
 from stickslip_ros.lab.fitting.free import FROM_ZERO, choose_free
 from stickslip_ros.lab.fitting.metric import metric_of, waves_of
@@ -81,7 +81,7 @@ class Twin:
         )
         self._known = {one.name: (one.start, settings.prior) for one in free if own[one.name]}
         self._options = ReadingOptions(window_s=(0.0, settings.window))
-        self._sensor = Sensor()  # of the first quantity
+        self._sensor = KnownSensor()  # of the first quantity
         self._noise: float | None = None
         self._due_ns: int | None = None
 
@@ -128,7 +128,7 @@ class Twin:
                 name,
                 values,
                 times_s,
-                sensor=Sensor(drift_per_s=drift.get(name, self.settings.drift)),
+                sensor=KnownSensor(drift_per_s=drift.get(name, self.settings.drift)),
             )
             for name in OF_TRACES
             for times_s, values in [window.samples.get(name, (np.empty(0), np.empty(0)))]
