@@ -24,7 +24,7 @@ from scipy.stats import chi2
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.build import friction_limit_n
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.lab.experiments.experiment import Voltage
+from stickslip_ros.lab.experiments.experiment import Seen, Voltage
 from stickslip_ros.lab.experiments.sensor_clock import falls_of
 from stickslip_ros.lab.fitting.assumed import FEET_NUMBER, slopes_of_constants
 from stickslip_ros.lab.fitting.free import TYPICAL
@@ -54,8 +54,8 @@ _BESIDE: Mapping[str, Mapping[str, Scalar]] = {
 """Parameters changed together: a resonance that rings for long has no rival."""
 _FRAMES_HZ, _FRAME_KG = (1.5e3, 4e3), 0.1
 _GROWTH, _GUIDE_SHARE, _LOAD_SHARE = 0.01, 0.02, 0.01
-"""Growth of friction per e-fold of velocity; share of the normal force on a guide; load per
-friction."""
+"""Growth of friction per e-fold of velocity, or of time at rest; share of the normal force that a
+guide has; load per friction."""
 CYCLIC = {f'cyclic error of {1e9 * each:.4g} nm': each for each in (316.4e-9, 158.2e-9)}
 """Fringes of an interferometer with a helium-neon laser, by name: single and double pass, m."""
 PLACE = 'friction by place'
@@ -178,8 +178,9 @@ def _stands(stand: Parameters, free: set[str]) -> list[tuple[str, Parameters]]:
     if not flat['frame.resonance']:
         parts = ({'frame.resonance': hertz, 'frame.mass': _FRAME_KG} for hertz in _FRAMES_HZ)
         changes += [(_FRAME, each) for each in parts]
-    if _RATE not in free and not flat[_RATE]:
-        changes.append((_RATE, {_RATE: _GROWTH}))
+    for name in (_RATE, 'contact.friction_ageing'):
+        if name not in free and not flat[name]:
+            changes.append((name, {name: _GROWTH}))
     load_n = float(flat[_LOAD]) + _LOAD_SHARE * friction_limit_n(stand)
     changes.append((_LOAD, {_LOAD: load_n}))
     if all(feet.gain):
@@ -204,18 +205,19 @@ def _of_position(problem: Problem, here: Predicted) -> Iterator[tuple[str, list[
     for name, fringe_m in CYCLIC.items():
         phases = [2.0 * np.pi * each.values / fringe_m for _, each, _ in traces]
         yield name, [[of(phase) for phase in phases] for of in (np.sin, np.cos)]
-    columns = list[list[Array]]()
-    for wave in range(1, _WAYS + 1):
-        for of in (np.sin, np.cos):
-            column = list[Array]()
-            for drive, each, model in traces:
-                falls_s = falls_of(drive)[0] + each.sensor.late_s
-                at = np.interp(falls_s, each.time_s, model)
-                sizes = of(2.0 * np.pi * wave * (at - model.min()) / max(np.ptp(model), 1e-12))
-                over = np.searchsorted(falls_s, each.time_s, side='right')
-                column.append(np.concatenate(([0.0], np.cumsum(sizes)))[over])
-            columns.append(column)
-    yield PLACE, columns
+    ways = [(wave, of) for wave in range(1, _WAYS + 1) for of in (np.sin, np.cos)]
+    yield PLACE, [[_step_lengths(*trace, wave, of) for trace in traces] for wave, of in ways]
+
+
+def _step_lengths(
+    drive: Voltage, seen: Seen, model: Array, waves: int, of: Callable[[Array], Array]
+) -> Array:
+    """Return the motion by steps whose length changes along the way."""
+    falls_s = falls_of(drive)[0] + seen.sensor.late_s
+    at = np.interp(falls_s, seen.time_s, model)
+    sizes = of(2.0 * np.pi * waves * (at - model.min()) / max(np.ptp(model), 1e-12))
+    over = np.searchsorted(falls_s, seen.time_s, side='right')
+    return np.append(np.zeros(1), np.cumsum(sizes))[over]
 
 
 def _moved(here: Predicted, problem: Problem, column: Sequence[Array]) -> Predicted:
