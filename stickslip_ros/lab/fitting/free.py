@@ -14,6 +14,7 @@ from stickslip_ros.parameters.typed import to_si_list
 
 FITTED_GROUPS = ('contact', 'friction_law', 'runner', 'load_cell', 'actuator', 'amplifier')
 """Groups of parameters that a fit may change: properties of the stand."""
+_SMOOTH = 1e-4  # least prefactor per that at the start: no roughness; 0 means another
 _WIDE = 1e3
 """Default bounds are this factor below and above the start, within the limits of the model."""
 PREFACTOR, RMS_HEIGHT = 'contact.prefactor', 'contact.rms_height'
@@ -121,7 +122,7 @@ class Coordinate:
         """Return whether the bound next to a value is also a limit of the model."""
         spec = spec_of(self.name)
         bound = min(self.lower, self.upper, key=lambda end: abs(end - value))
-        return bound in {spec.minimum, spec.maximum}
+        return bound in {spec.minimum, spec.maximum, _SMOOTH * self.start}
 
     def slope(self, value: float) -> float:
         """Return d value / d coordinate."""
@@ -242,8 +243,8 @@ def _coordinate(free: Free, present: Scalar) -> Coordinate:
         limit = 'not above 0, and gives no scale for a search'
         hint = f'give --start {name}=VALUE or --bounds {name}=LOW:HIGH'
         raise OutOfRange(name, start, spec.unit, limit, hint)
-    is_part = name in FROM_ZERO
-    lower = max(0.0 if is_part else start / _WIDE, spec.minimum or 0.0)
+    least = 0.0 if name in FROM_ZERO else 1.0 / _WIDE
+    lower = max(start * (_SMOOTH if name == PREFACTOR else least), spec.minimum or 0.0)
     upper = min(start * _WIDE, spec.maximum or math.inf)
     if free.low is not None:
         lower = float(spec.check(name, free.low))

@@ -24,7 +24,7 @@ from stickslip_ros.parameters import Parameters
 
 _MASS, _DAMPING = 'runner.mass', 'runner.damping'
 _PER_STIFFNESS = 'contact.friction', _MASS
-_STEP = 1e-4  # of the slopes of a map
+_STEP = 1e-5  # of the slopes of a map
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,9 +55,9 @@ class Natural:
 
     def slopes(self, place: Array) -> Array:
         """Return the slopes of ``back``, shape (free, free)."""
-        ways = _STEP * np.eye(len(place))
-        pairs = [(self.back(place + way), self.back(place - way)) for way in ways]
-        return np.column_stack([(above - below) / (2.0 * _STEP) for above, below in pairs])
+        here = self.back(place)
+        ends = [self.back(place + way) for way in _STEP * np.eye(len(place))]
+        return np.column_stack([(end - here) / _STEP for end in ends])
 
     @cached_property
     def _numbers(self) -> dict[str, int]:

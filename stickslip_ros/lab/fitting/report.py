@@ -239,10 +239,10 @@ def _opposite_ways(fit: FitResult) -> Iterator[str]:
 
 
 def _estimate_warnings(one: Estimate) -> Iterator[str]:
-    if one.at_bound:
+    if one.at_bound and not one.is_limit(one.value):
         where = f'{one.name} sits on its bound, {one.value:.6g} {one.unit}'.rstrip()
-        wider = '' if one.is_limit(one.value) else f'; --bounds {one.name}=LOW:HIGH moves it'
-        yield f'{where}: it has no interval, and the others hold for this value{wider}'
+        remedy = f'--bounds {one.name}=LOW:HIGH moves it'
+        yield f'{where}: it has no interval, and the others hold for this value; {remedy}'
     elif one.inert:
         yield f'{one.name} has no effect on the readings; the others hold for this value of it'
     elif one.undetermined:

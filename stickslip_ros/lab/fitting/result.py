@@ -260,6 +260,12 @@ class FitResult:
             )
         for each in self.culprits[:1]:
             yield f'values move beyond their errors with {each.name} free'
+        for one, beyond in zip(self.estimates, self.uncertainty.beyond.tolist(), strict=True):
+            if one.at_bound and one.is_limit(one.value) and beyond > APART_MAX:
+                yield (
+                    f'the readings pull {one.name} beyond {one.value:.4g} {one.unit}, a limit of '
+                    f'the model, by {beyond:.3g} standard errors: something else is lacking'
+                )
         for tension in self.tensions:
             if tension.apart > APART_MAX:
                 yield (
@@ -267,9 +273,9 @@ class FitResult:
                     f'the readings prefer {tension.preferred:.3g}, {tension.apart:.3g} standard '
                     'errors off'
                 )
-        for one, drift_m_per_s in self.drifts:
+        for drifting, drift_m_per_s in self.drifts:
             yield (
-                f'{one.origin}: most of the motion would be a drift of the sensor, '
+                f'{drifting.origin}: most of the motion would be a drift of the sensor, '
                 f'{1e6 * drift_m_per_s:.3g} um/s'
             )
 

@@ -21,7 +21,7 @@ from scipy.stats import norm, t
 from stickslip_ros.arrays import Array
 from stickslip_ros.lab.fitting.assumed import slopes_of_constants
 from stickslip_ros.lab.fitting.free import Coordinate
-from stickslip_ros.lab.fitting.problem import Problem
+from stickslip_ros.lab.fitting.problem import BOUND, Problem
 
 Flags = NDArray[np.bool_]
 
@@ -77,6 +77,8 @@ class Uncertainty:
     recorded_z: Array  # covariance with exact constants, infinite if unknown, shape (free, free)
     covariance_z: Array  # the same with the errors of the constants
     at_bound: Flags  # parameters on a bound, shape (free,)
+    # how far the readings pull a parameter beyond such a bound, in standard errors, shape (free,)
+    beyond: Array
     inert: Flags  # parameters without effect
     shares: Mapping[str, float]  # relative errors of the constants, by name
     whole_z: Array  # covariance of z and constants, shape (free + constants, same)
@@ -152,11 +154,14 @@ def uncertainty(
     """Return the errors at a minimum; ``shares`` are relative errors of assumed constants."""
     free = len(place)
     per_natural = problem.natural.slopes(place)
-    slopes = problem.slopes(place, central=True) @ np.linalg.inv(per_natural)
+    slopes = problem.slopes(place, central=True)[:-free] @ np.linalg.inv(per_natural)
+    missed = problem.residuals(place)[:-free]  # without bounds
     is_known, dof = problem.noise.known, problem.count - problem.unknowns - free
     at_bound = problem.at_bound(place)
+    pairs = zip(problem.free, problem.values(place), at_bound, strict=True)
+    held = np.array([sits and not one.is_limit(value) for one, value, sits in pairs])
     inert = np.sqrt(np.sum(slopes**2, axis=0)) <= EFFECT * problem.signal
-    active = np.flatnonzero(~at_bound & ~inert)
+    active = np.flatnonzero(~held & ~inert)
     scale = 1.0  # with given errors of numbers; those of traces are estimated
     if not is_known:
         scale = max(chi_square / dof, float(np.finfo(np.float64).tiny))
@@ -165,12 +170,12 @@ def uncertainty(
     shares = {name: share for name, share in shares.items() if share}
     columns = [slopes[:, active]]
     if shares:
-        columns.append(slopes_of_constants(problem, place, list(shares)))
+        columns.append(slopes_of_constants(problem, place, list(shares))[:-free])
     seen = np.hstack(columns)
     priors = np.array([*[PRIOR] * len(active), *shares.values()])
     information = seen.T @ seen / scale + np.diag(priors**-2.0)
     inner = _inverse(information)
-    pull = -inner @ seen.T @ problem.residuals(place) / scale
+    pull = -inner @ seen.T @ missed / scale
     rows = [*active, *range(free, free + len(shares))]
     whole_z, pulled = _spread(inner, rows, free + len(shares)), np.zeros(free + len(shares))
     pulled[rows] = pull
@@ -190,11 +195,24 @@ def uncertainty(
         recorded_z=_spread(_inverse(information[:known, :known]), [*active], free),
         covariance_z=_reaching(covariance_z, reach),
         at_bound=at_bound,
+        beyond=_beyond(problem, z, slopes, missed) / math.sqrt(scale),
         inert=inert & ~at_bound,
         shares=shares,
         whole_z=whole_z,
         pulled=pulled,
     )
+
+
+def _beyond(problem: Problem, z: Array, slopes: Array, missed: Array) -> Array:
+    """Return how far the residuals pull parameters beyond their bounds, in standard errors."""
+    lower = np.array([one.beyond(x - BOUND) < 0.0 for one, x in zip(problem.free, z, strict=True)])
+    upper = np.array([one.beyond(x + BOUND) > 0.0 for one, x in zip(problem.free, z, strict=True)])
+    basis, found = np.linalg.qr(slopes[:, ~(lower | upper)])[0], np.zeros(len(z))
+    for number in np.flatnonzero(lower | upper):
+        alone = slopes[:, number] - basis @ (basis.T @ slopes[:, number])
+        pull = float(alone @ missed) / max(float(np.linalg.norm(alone)), 1e-300)
+        found[number] = pull if lower[number] else -pull
+    return found
 
 
 def _inverse(information: Array) -> Array:
