@@ -45,6 +45,7 @@ TYPICAL: Mapping[str, float] = {
 """Starts of parameters that are 0 by default: assumed, of the size in data sheets."""
 OF_A_FALL = 'actuator.resonance', 'actuator.damping_ratio', 'amplifier.bandwidth'
 """Parameters that act in the microseconds after a fall, and can only be found together."""
+_ROUNDED = 1e-12  # difference of equal values
 _LEAST, _MOST = 1e-300, 300.0  # a value without a logarithm, and a logarithm without a value
 
 Known: TypeAlias = tuple[float, float]
@@ -116,7 +117,8 @@ class Coordinate:
         """Return how far a coordinate is beyond a bound; below the lower one it is negative."""
         value = math.exp(min(coordinate, _MOST)) if self.is_log else coordinate * self.size
         bound = self.lower if value < self.lower else min(value, self.upper)
-        return 0.0 if bound == value else coordinate - self.to_coordinate(bound)
+        is_within = math.isclose(value, bound, rel_tol=_ROUNDED)
+        return 0.0 if is_within else coordinate - self.to_coordinate(bound)
 
     def is_limit(self, value: float) -> bool:
         """Return whether the bound next to a value is also a limit of the model."""

@@ -166,7 +166,7 @@ class FitResult:
             for way in STEP * np.eye(len(place))
         ]
         slopes, doubt = np.column_stack(columns), self.uncertainty
-        covariance = doubt.natural(doubt.recorded_z)
+        covariance = doubt.natural(doubt.shown_z)
         errors = np.sqrt(np.sum(slopes @ covariance * slopes, axis=1))
         moved = np.linalg.solve(doubt.per_natural, doubt.pulled[: len(place)])
         widths = doubt.quantile * errors + np.abs(slopes @ moved)

@@ -119,8 +119,9 @@ def search(problem: Problem, start: Array) -> Minimum:
         gtol=TOLERANCE**2,
         max_nfev=_STEPS_MAX,
     )
+    within = problem.place_of(problem.values(ended.x))
     return Minimum(
-        tuple(ended.x.tolist()),
+        tuple(within.tolist()),
         2.0 * float(ended.cost),
         bool(ended.success),
         int(ended.nfev + len(start) * ended.njev),
@@ -141,13 +142,15 @@ def search_all(
     if starts > 1:
         begins += _tried(on_time, unsure, seed)[: starts - 1]
     alone = [(replace(one, pool=None), place) for one, place in begins]
-    first = partial(_descend, problem.start, LOOSE[:1] if problem.has_traces else ())
-    ends = run_batch(first, alone, workers=workers, progress=progress)
-    if problem.has_traces:  # only the best go on
-        ends.sort(key=lambda end: end[1].chi_square)
+    stages = LOOSE[:1] if problem.has_traces else (problem.allowance,)
+    ends = run_batch(
+        partial(_descend, problem.start, stages), alone, workers=workers, progress=progress
+    )
+    if problem.has_traces:  # the best go on
         kept = distinct([ended for _, ended in ends])[:FOLLOWED_MAX]
-        begins = [(one, ended.place) for one, ended in ends if ended in kept]
-        ends = run_batch(partial(_descend, None, LOOSE[1:]), begins, workers=workers)
+        begins = [(_on_time(one, ended.place), ended) for one, ended in ends if ended in kept]
+        stages = *LOOSE[1:], problem.allowance
+        ends = run_batch(partial(_go_on, stages), begins, workers=workers)
     return [(replace(one, pool=problem.pool), ended) for one, ended in ends]
 
 
@@ -201,19 +204,26 @@ def _slowed(problem: Problem, slow_s: float) -> Problem:
 
 
 def _descend(
-    given: Array | None, stages: Sequence[Allowance], begin: tuple[Problem, Array]
+    given: Array, stages: Sequence[Allowance | None], begin: tuple[Problem, Array]
 ) -> tuple[Problem, Minimum]:
-    """Search from a place with less and less allowed; refuse an impossible ``given`` place."""
+    """Search from a place; refuse the ``given`` one if it is impossible."""
     problem, place = begin
     try:
-        for stage in stages or (problem.allowance,):
-            ended = search(replace(problem, allowance=stage, metrics=()), place)
-            place = ended.place
+        return _go_on(stages, (problem, replace(NOTHING, coordinates=tuple(place))))
     except StickSlipError as error:
         if place is given or isinstance(error, Stopped):
             raise
         return problem, NOTHING
-    return (_on_time(problem, place) if stages == LOOSE[:1] else problem), ended
+
+
+def _go_on(
+    stages: Sequence[Allowance | None], begin: tuple[Problem, Minimum]
+) -> tuple[Problem, Minimum]:
+    """Search from the end of a search with less and less allowed."""
+    problem, ended = begin
+    for stage in stages:
+        ended = search(replace(problem, allowance=stage, metrics=()), ended.place)
+    return problem, ended
 
 
 def _on_time(problem: Problem, place: Array) -> Problem:

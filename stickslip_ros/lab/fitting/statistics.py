@@ -27,8 +27,9 @@ Flags = NDArray[np.bool_]
 
 LEVEL = 0.95  # confidence of the intervals
 QUANTILE_95 = 1.96  # half width of a 95 % interval in standard deviations
-PRIOR = math.log(10.0)
-"""Standard error of a coordinate before a measurement: a factor of ten."""
+PRIOR, _VAGUE = math.log(10.0), 10.0
+"""Standard error of a coordinate before a measurement, a factor of ten; and one that shows whether
+the readings alone determine it."""
 EFFECT = 1e-5
 """Least effect of an e-fold, or of a usual size, per reading: the noise of a slope."""
 UNDETERMINED = 1.0
@@ -74,8 +75,10 @@ class Uncertainty:
     # half width of the intervals in standard errors: of the normal distribution with known errors
     # of the points, else of the t distribution
     quantile: float
-    recorded_z: Array  # covariance with exact constants, infinite if unknown, shape (free, free)
+    shown_z: Array  # covariance by the recording alone, with exact constants, shape (free, free)
+    recorded_z: Array  # the same with known parameters
     covariance_z: Array  # the same with the errors of the constants
+    alone_z: Array  # standard errors by the readings alone, nearly without those before
     at_bound: Flags  # parameters on a bound, shape (free,)
     # how far the readings pull a parameter beyond such a bound, in standard errors, shape (free,)
     beyond: Array
@@ -92,8 +95,8 @@ class Uncertainty:
     @property
     def undetermined(self) -> Flags:
         """Parameters known to less than a factor of e, or than themselves."""
-        known = np.isfinite(self.errors_z)
-        return np.asarray(known & (self.errors_z > UNDETERMINED * self.sizes))
+        errors = np.maximum(self.errors_z, self.alone_z)
+        return np.asarray(np.isfinite(errors) & (errors > UNDETERMINED * self.sizes))
 
     @property
     def correlation(self) -> Array:
@@ -177,9 +180,12 @@ def uncertainty(
     inner = _inverse(information)
     pull = -inner @ seen.T @ missed / scale
     rows = [*active, *range(free, free + len(shares))]
+    shown = slopes[: len(slopes) - len(problem.known), active]
+    prior, vague = (each**-2.0 * np.eye(len(active)) for each in (PRIOR, _VAGUE))
     whole_z, pulled = _spread(inner, rows, free + len(shares)), np.zeros(free + len(shares))
     pulled[rows] = pull
     known = len(active)
+    data = seen[:, :known].T @ seen[:, :known] / scale
     covariance_z = whole_z[:free, :free]
     errors = np.sqrt(np.diag(covariance_z))
     reach = np.where(np.isfinite(errors), np.abs(pulled[:free]) + QUANTILE_95 * errors, 0.0)
@@ -192,6 +198,8 @@ def uncertainty(
         dof=dof,
         variance_scale=scale,
         quantile=float(norm.ppf(upper) if is_known else t.ppf(upper, dof)),
+        alone_z=np.sqrt(np.diag(_spread(_inverse(data + vague), [*active], free))),
+        shown_z=_spread(_inverse(shown.T @ shown / scale + prior), [*active], free),
         recorded_z=_spread(_inverse(information[:known, :known]), [*active], free),
         covariance_z=_reaching(covariance_z, reach),
         at_bound=at_bound,
