@@ -22,7 +22,7 @@ from stickslip_ros.lab.experiments.predict import (
     low_passed,
     low_passed_readings,
 )
-from stickslip_ros.lab.experiments.sensor import Sensor, keeps_noise, noise_of
+from stickslip_ros.lab.experiments.sensor import KnownSensor, keeps_noise, noise_of
 from stickslip_ros.lab.experiments.sensor_clock import LATE_MIN_S, lateness_of, sensor_near
 from stickslip_ros.lab.fitting.draws import read_draws, read_note
 from stickslip_ros.lab.fitting.fit import FitOptions, fit
@@ -69,7 +69,7 @@ def assert_holds(found: Fit, rig: Rig) -> None:
         assert abs(np.log(one.value / true)) < Z_MAX * one.standard_error / one.value
 
 
-def sensor_of(found: Fit) -> Sensor:
+def sensor_of(found: Fit) -> KnownSensor:
     """Give the sensor of a recording as a fit found it."""
     [[seen]] = [one.seen for one in found.experiments]
     return seen.sensor
@@ -355,7 +355,7 @@ def test_the_metric_is_that_of_its_covariance(lasts_s: float):
     rows = voltage((200.0, 400.0, 6), rest_s=4e-3)
     motion = np.cumsum(chance.normal(0.0, 1e-8, 300))
     readings = motion + chance.normal(0.0, 1e-9, 300)
-    seen = Seen('position_m', readings, time_s, sensor=Sensor(noise_lasts_s=lasts_s))
+    seen = Seen('position_m', readings, time_s, sensor=KnownSensor(noise_lasts_s=lasts_s))
     rate, curvature = chance.normal(size=(2, 300))
     predicted = Prediction(motion, rate, curvature)
     metric = metric_of(seen, predicted, rows, 1e-9, Allowance())
