@@ -142,15 +142,15 @@ def search_all(
     if starts > 1:
         begins += _tried(on_time, unsure, seed)[: starts - 1]
     alone = [(replace(one, pool=None), place) for one, place in begins]
-    stages = LOOSE[:1] if problem.has_traces else (problem.allowance,)
+    stages = [LOOSE[0] if problem.has_traces else problem.allowance]
     ends = run_batch(
         partial(_descend, problem.start, stages), alone, workers=workers, progress=progress
     )
     if problem.has_traces:  # the best go on
         kept = distinct([ended for _, ended in ends])[:FOLLOWED_MAX]
-        begins = [(_on_time(one, ended.place), ended) for one, ended in ends if ended in kept]
-        stages = *LOOSE[1:], problem.allowance
-        ends = run_batch(partial(_go_on, stages), begins, workers=workers)
+        best = [(_on_time(one, ended.place), ended) for one, ended in ends if ended in kept]
+        stages = [*LOOSE[1:], problem.allowance]
+        ends = run_batch(partial(_go_on, stages), best, workers=workers)
     return [(replace(one, pool=problem.pool), ended) for one, ended in ends]
 
 
