@@ -36,7 +36,7 @@ number of cycles are smooth in every parameter but for 8e-9 of themselves, so th
 noise of 1e-5 of them; the truncation is 1e-5 of a slope for central differences and 2e-3 for
 one-sided ones, where the force goes with the 13th power of a parameter, the steepest found."""
 _WALL = 1.0
-"""Standard errors per e-fold, or per usual size, beyond a bound, where the stand no longer changes:
+"""Standard errors per e-fold, or per usual size, beyond a bound, where no stand changes any more:
 a steep wall ends a search before it has gone along the bound."""
 BOUND = 1e-3  # distance of a parameter on its bound
 _STEPS_MIN, _STEPS_MAX = 100, 6400
