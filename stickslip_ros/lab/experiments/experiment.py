@@ -11,6 +11,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from stickslip_ros.arrays import Array
+from stickslip_ros.drive.layout import STANDARD_GRAVITY_M_PER_S2
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.lab.experiments.sensor import KnownSensor, noise_of
 from stickslip_ros.lab.tables.numbers import NUMBERS
@@ -160,6 +161,12 @@ class Experiment:
     seen: tuple[Seen, ...]  # zero, drift, delay and low-pass of the sensor of a trace are unknown
     load_n: float = 0.0  # constant external force on the runner along +x
     notes: tuple[str, ...] = ()
+    slope_deg: float = 0.0  # of the rail; above 0 the runner climbs towards +x
+
+    def load_on(self, stand: Parameters) -> float:
+        """Return the external force on the runner of a stand, with its weight along the rail, N."""
+        weight_n = stand.runner.mass * STANDARD_GRAVITY_M_PER_S2
+        return self.load_n - weight_n * math.sin(math.radians(self.slope_deg))
 
     def __post_init__(self) -> None:
         """Refuse quantities that do not belong to the drive."""

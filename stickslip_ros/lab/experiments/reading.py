@@ -48,6 +48,7 @@ from stickslip_ros.recording.series import Series
 _VOLTAGE = 'voltage_v'
 _JITTER, _SAMPLED_SHARE = 0.2, 0.8
 """Times count as sampled if 80 % of the intervals are within 20 % of the median."""
+SLOPE_MAX_DEG = 90.0
 _NEXT = 1.5  # periods within which the next sample follows
 _SAMPLES_MIN = 32  # fewer readings make no trace
 MOVES_MIN = 1.2  # least scatter of readings that move, per noise
@@ -99,7 +100,10 @@ def read_experiments(
                 continue
             one = _of_table(table, stand, reading.preload_n(number), options)
         found.append(without_outliers(one, outliers) if outliers else one)
-    return found
+    if not abs(options.slope_deg) <= SLOPE_MAX_DEG:
+        limit = f'not from -{SLOPE_MAX_DEG:g} to {SLOPE_MAX_DEG:g}'
+        raise OutOfRange('slope', options.slope_deg, 'degrees', limit, 'give that of the rail')
+    return [replace(one, slope_deg=one.slope_deg or options.slope_deg) for one in found]
 
 
 def _recognised(
