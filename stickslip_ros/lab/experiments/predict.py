@@ -93,9 +93,7 @@ def predict_all(
 ) -> list[list[list[Prediction]]]:
     """Do the same as ``predict`` for several stands, with their runs side by side."""
     pairs = [(stand.updated(dict(one.settings)), one) for stand in stands for one in experiments]
-    runs: list[Run] = [
-        (there, one.drive, one.load_on(there), one.lasts_s) for there, one in pairs
-    ]
+    runs: list[Run] = [(there, one.drive, one.load_on(there), one.lasts_s) for there, one in pairs]
     for (stand, *_), one in zip(runs, cycle(experiments), strict=False):
         if stand.load_cell.contact == 'absent' and any(x.quantity == 'force_n' for x in one.seen):
             limit, hint = 'without the measured force', 'set load_cell.contact=attached'

@@ -128,7 +128,7 @@ def _assumed(fit: FitResult) -> Iterator[str]:
     if shares and fit.holds:
         errors = ', '.join(f'{name} {100.0 * share:.3g} %' for name, share in shares)
         yield (
-            f'Assumed errors, also in covariance and draws: {errors}; '
+            f'Assumed errors, also in the covariance: {errors}; '
             '--assume NAME=VALUE+-SHARE% changes them.'
         )
 
@@ -268,7 +268,7 @@ def as_object(fit: FitResult) -> Any:
             'coordinates': doubt.z,
             'covariance_of_coordinates': doubt.covariance_z,
             'natural_coordinates': fit.found.coordinates,
-            'covariance_of_natural_coordinates': doubt.natural(doubt.covariance_z),
+            'covariance_of_natural_coordinates': doubt.natural(doubt.recorded_z),
             'covariance': fit.covariance,
             'correlation': doubt.correlation,
             'sigma_known': fit.problem.noise.known,
@@ -348,12 +348,13 @@ def _points(fit: FitResult) -> list[dict[str, Any]]:
 
 
 def _of_bands(fit: FitResult) -> str:
-    """Return a note on bands of draws; empty if they are as wide as the readings allow."""
-    if fit.has_forces or fit.uncertainty.shares.keys().isdisjoint(FACTORS_ASSUMED):
+    """Return a note on bands of draws; empty if they hold for forces too."""
+    shares = [fit.uncertainty.shares.get(name, 0.0) for name in FACTORS_ASSUMED]
+    if fit.has_forces or not any(shares):
         return ''
     return (
-        'draws have the errors of the assumed contact, so bands of a motion are too wide; '
-        'fit with --assume scale=+-0% --assume feet=+-0% for narrow ones'
+        'bands are those of motions; forces have the error of the assumed contact too, '
+        f'{100.0 * math.hypot(*shares):.2g} %'
     )
 
 

@@ -118,12 +118,13 @@ class FitResult:
         Returns
         -------
         list of Parameters
-            From the normal distribution of the natural coordinates at the minimum, with the
-            errors of the assumed constants; parameters without a finite error stay constant.
+            From the normal distribution of the natural coordinates at the minimum; parameters
+            without a finite error stay constant. They move as the recording shows: another scale
+            of the assumed contact would move alike, with other forces.
 
         """
         vague = [one.name for one in self.estimates if one.undetermined]
-        covariance = self.uncertainty.natural(self.uncertainty.covariance_z)
+        covariance = self.uncertainty.natural(self.uncertainty.recorded_z)
         natural = Natural(self.parameters, self.problem.free)
         return drawn(natural, self.found.place, covariance, vague, count, seed)
 

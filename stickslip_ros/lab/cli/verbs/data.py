@@ -65,7 +65,9 @@ DATA = (
         WINDOW,
         titled(
             'for the model',
-            *options_of(READING, 'commands', 'load_n', 'slope_deg', 'frequency_hz', 'steps', 'workers'),
+            *options_of(
+                READING, 'commands', 'load_n', 'slope_deg', 'frequency_hz', 'steps', 'workers'
+            ),
         ),
         DRAWS,
         *PARAMETERS,
