@@ -52,14 +52,21 @@ _BESIDE: Mapping[str, Mapping[str, Scalar]] = {
     'actuator.resonance': {'actuator.damping_ratio': 0.1}
 }
 """Parameters changed together: a resonance that rings for long has no rival."""
-_FRAMES_HZ, _FRAME_KG = (1.5e3, 4e3), 0.1
+_FRAMES_HZ = 1.5e3, 3e3, 5e3, 8e3
+_FRAME: Mapping[str, float] = {'frame.mass': 0.1, 'frame.damping_ratio': 0.1}
+"""Resonances of a frame that are tried, damped as broadly as they are apart."""
 _GROWTH, _GUIDE_SHARE, _LOAD_SHARE = 0.01, 0.02, 0.01
 """Growth of friction per e-fold of velocity, or of time at rest; share of the normal force that a
 guide has; load per friction."""
 CYCLIC = {f'cyclic error of {1e9 * each:.4g} nm': each for each in (316.4e-9, 158.2e-9)}
 """Fringes of an interferometer with a helium-neon laser, by name: single and double pass, m."""
 PLACE = 'friction by place'
-_FRAME, _GUIDE, _LOAD, _RATE = 'frame.resonance', 'a guide', 'stand.load', 'contact.friction_rate'
+_OF_FRAME, _GUIDE, _LOAD, _RATE = (
+    'frame.resonance',
+    'a guide',
+    'stand.load',
+    'contact.friction_rate',
+)
 _OF_FEET = 'count', 'share', 'weight', 'radius', 'gain', 'delay'
 _WAYS = 6  # waves of friction along the way of a recording
 _SHARE = 3e-3  # relative change of a value
@@ -176,8 +183,7 @@ def _stands(stand: Parameters, free: set[str]) -> list[tuple[str, Parameters]]:
         elif name in TYPICAL:
             changes.append((name, {name: TYPICAL[name], **_BESIDE.get(name, {})}))
     if not flat['frame.resonance']:
-        parts = ({'frame.resonance': hertz, 'frame.mass': _FRAME_KG} for hertz in _FRAMES_HZ)
-        changes += [(_FRAME, each) for each in parts]
+        changes += [(_OF_FRAME, {_OF_FRAME: hertz, **_FRAME}) for hertz in _FRAMES_HZ]
     for name in (_RATE, 'contact.friction_ageing'):
         if name not in free and not flat[name]:
             changes.append((name, {name: _GROWTH}))
