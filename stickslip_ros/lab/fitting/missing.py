@@ -27,7 +27,7 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.experiments.experiment import Seen, Voltage
 from stickslip_ros.lab.experiments.sensor_clock import falls_of
 from stickslip_ros.lab.fitting.assumed import FEET_NUMBER, slopes_of_constants
-from stickslip_ros.lab.fitting.free import TYPICAL
+from stickslip_ros.lab.fitting.free import OF_A_FALL, TYPICAL
 from stickslip_ros.lab.fitting.problem import Predicted, Problem
 from stickslip_ros.parameters import Parameters, Scalar
 
@@ -71,6 +71,7 @@ _OF_FEET = 'count', 'share', 'weight', 'radius', 'gain', 'delay'
 _WAYS = 6  # waves of friction along the way of a recording
 _SHARE = 3e-3  # relative change of a value
 _RANK = 1e-5  # least singular value, per largest, of independent free parameters
+_FALL_SHARE = 0.01  # error of a fall to first order, per chi-square
 _CHANCE = 1e-4  # largest chance of a fall that tells
 TELLING_SHARE = 0.05
 """Least fall as a share of chi-square above the number of readings, which noise does not
@@ -134,11 +135,11 @@ def _without(basis: Array, columns: Array) -> Array:
 
 
 def _odds(one: Missing, ranked: Sequence[Missing], count: int) -> float:
-    """Return the odds of a suspect against the best other, if noise is what the best leaves."""
+    """Return the odds of a suspect against the best other; a slope knows a fall to a share."""
     best = next((each for each in ranked if each is not one), None)
     if best is None:
         return math.inf
-    unit = max(ranked[0].expected / count, 1.0)
+    unit = max(ranked[0].expected / count, _FALL_SHARE * one.chi_square, 1.0)
     return math.exp(float(np.clip(0.5 * (best.expected - one.expected) / unit, -700.0, 700.0)))
 
 
@@ -159,6 +160,9 @@ def _suspects(
     for (name, _), there in zip(tried, predicted, strict=True):
         may_only_grow = name not in {_LOAD, _RATE} and not flat.get(name, 0.0)
         yield Suspect(name, partial(_columns, here, [there]), may_only_grow)
+    falls = [there for (name, _), there in zip(tried, predicted, strict=True) if name in OF_A_FALL]
+    if len(falls) > 1:  # they act together
+        yield Suspect(OF_A_FALL[0], partial(_columns, here, falls))
     yield Suspect(FEET_NUMBER, lambda one: slopes_of_constants(one, place, [FEET_NUMBER]))
     for name, columns in _of_position(problem, here):
         moved = [_moved(here, problem, each) for each in columns]
