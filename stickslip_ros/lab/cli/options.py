@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 UNITS = {'m_per_s': 'm/s', 'm': 'm', 'n': 'N', 'v': 'V', 's': 's', 'hz': 'Hz'}
 """Units by the endings of names."""
-FLAGS = {'headers': '--map', 'preloads_n': '--preload'}
+FLAGS = {'headers': '--map', 'preloads_n': '--preload', 'slope_deg': '--slope'}
 """Flags that differ from the name of their field."""
 Option = Callable[[Any], object]
 """An option adds itself to a parser of argparse or to one of its groups."""

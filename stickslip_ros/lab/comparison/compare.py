@@ -22,9 +22,9 @@ from stickslip_ros.lab.comparison.result import (
     Compared,
     Incomparable,
 )
-from stickslip_ros.lab.experiments.experiment import noise_of
 from stickslip_ros.lab.experiments.options import ReadingOptions
 from stickslip_ros.lab.experiments.reading import read_experiments
+from stickslip_ros.lab.experiments.sensor import noise_of
 from stickslip_ros.lab.runs.bands import bands_with_noise
 from stickslip_ros.lab.runs.batch import Progress
 from stickslip_ros.lab.runs.recorded_run import Run, recording_of

@@ -10,6 +10,13 @@ import numpy as np
 
 import stickslip_ros
 from stickslip_ros.arrays import Array
+from stickslip_ros.lab.comparison.clocks import (
+    OVERLAP_MIN,
+    TRUSTED,
+    clock_shift,
+    coefficients,
+    overlaps,
+)
 from stickslip_ros.lab.comparison.result import (
     TIME_COLUMN,
     Alignment,
@@ -18,13 +25,6 @@ from stickslip_ros.lab.comparison.result import (
     Part,
     Side,
     StepStatistics,
-)
-from stickslip_ros.lab.experiments.clocks import (
-    OVERLAP_MIN,
-    TRUSTED,
-    clock_shift,
-    coefficients,
-    overlaps,
 )
 from stickslip_ros.lab.experiments.experiment import Experiment, Voltage
 from stickslip_ros.lab.experiments.predict import predict
@@ -113,7 +113,7 @@ def of_model(experiment: Experiment, stand: Parameters) -> TimeRun:
     """Return the run of a model under the voltage of an experiment, in the times of its sensor."""
     stand = stand.updated(dict(experiment.settings))
     late_s = lateness_in(experiment, stand)
-    [found] = predict(stand, [experiment], shifts_s=(late_s,))
+    [found] = predict(stand, [experiment.sensed(late_s=late_s)])
     assert isinstance(experiment.drive, Voltage)
     begins_s = experiment.drive.begins_s
     series = {}

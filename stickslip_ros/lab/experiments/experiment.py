@@ -11,21 +11,17 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from stickslip_ros.arrays import Array
+from stickslip_ros.drive.layout import STANDARD_GRAVITY_M_PER_S2
 from stickslip_ros.errors import OutOfRange, WrongKind
+from stickslip_ros.lab.experiments.sensor import KnownSensor, noise_of
 from stickslip_ros.lab.tables.numbers import NUMBERS
 from stickslip_ros.parameters import Parameters, Scalar
 from stickslip_ros.units import unit_of
 
 OF_TRACES = ('position_m', 'force_n', 'foot_position_m')
 """Quantities that may be measured over time."""
-NOISE_FACTOR = 1.4826 / math.sqrt(6.0)
-"""Standard deviation of noise per median of its absolute second differences."""
-_WHITE_CORRELATION = -2.0 / 3.0  # of neighbouring second differences of white noise
-_SAME = 1e-12  # share of the largest reading by which equal readings may differ
-_FINEST = 1e-6  # least rounding, as a share of the range of the readings
 _WITHIN_MIN = 2  # a window needs more readings
-_ROUNDING = 1.0 / math.sqrt(12.0)
-"""Standard deviation of rounding, as a share of the smallest step of the readings."""
+AVERAGED_S = 1e-5  # least time between readings in a fit: a mean over it loses 2 % of 10 kHz
 
 
 class SawtoothSteps(NamedTuple):
@@ -103,13 +99,7 @@ class Seen:
     time_s: Array = field(default_factory=lambda: np.empty(0))
     sigma: float | None = None  # standard error of a value; None: unknown
     left_out: int = 0  # outliers that were dropped
-    slow_s: float = 0.0  # time constant of the sensor's first-order low-pass; 0: none
-    # largest drift of the zero, units of the values per second; with inf a uniform motion is lost
-    drift_per_s: float = math.inf
-    noise_lasts_s: float = 0.0  # correlation time of the noise; 0: white
-    low_pass_hz: float = 0.0  # sensor low-pass that was undone; 0: none
-    cyclic_m: float = 0.0  # largest cyclic error of an interferometer; 0: none
-    fringe_m: float = 0.0  # motion from one fringe to the next
+    sensor: KnownSensor = field(default_factory=KnownSensor)
 
     @property
     def is_trace(self) -> bool:
@@ -130,6 +120,25 @@ class Seen:
 
         """
         return noise_of(self.values) if self.sigma is None else self.sigma
+
+    def sensed(self, **known: float) -> 'Seen':
+        """Return the readings with something else known of the sensor."""
+        return replace(self, sensor=replace(self.sensor, **known))
+
+    def thinned(self, most: int) -> 'Seen':
+        """Return at most so many readings: means over AVERAGED_S, then every nth of them."""
+        if len(self.values) <= most:
+            return self
+        apart_s = float(np.median(np.diff(self.time_s)))
+        size = max(min(int(AVERAGED_S / apart_s), math.ceil(len(self.values) / most)), 1)
+        whole = len(self.values) // size * size
+        every = math.ceil(whole / size / most)
+        values, time_s = (
+            each[:whole].reshape(-1, size).mean(axis=1)[::every]
+            for each in (self.values, self.time_s)
+        )
+        sigma = None if self.sigma is None else self.sigma / math.sqrt(size)
+        return replace(self, values=values, time_s=time_s, sigma=sigma)
 
     def within(self, origin: str, start_s: float, end_s: float) -> 'Seen':
         """Return the readings of a window; refuse a window with too few."""
@@ -152,6 +161,12 @@ class Experiment:
     seen: tuple[Seen, ...]  # zero, drift, delay and low-pass of the sensor of a trace are unknown
     load_n: float = 0.0  # constant external force on the runner along +x
     notes: tuple[str, ...] = ()
+    slope_deg: float = 0.0  # of the rail; above 0 the runner climbs towards +x
+
+    def load_on(self, stand: Parameters) -> float:
+        """Return the external force on the runner of a stand, with its weight along the rail, N."""
+        weight_n = stand.runner.mass * STANDARD_GRAVITY_M_PER_S2
+        return self.load_n - weight_n * math.sin(math.radians(self.slope_deg))
 
     def __post_init__(self) -> None:
         """Refuse quantities that do not belong to the drive."""
@@ -175,71 +190,11 @@ class Experiment:
         """Length of a run, to the last corner and the last reading; 0 for steps."""
         return max(self.drive.lasts_s, self.end_s) if isinstance(self.drive, Voltage) else 0.0
 
+    def sensed(self, **known: float) -> 'Experiment':
+        """Return the experiment with something else known of all its sensors."""
+        return replace(self, seen=tuple(each.sensed(**known) for each in self.seen))
+
     def within(self, start_s: float, end_s: float) -> 'Experiment':
         """Return the readings of a window; the drive still begins where it began."""
         seen = (each.within(self.origin, start_s, end_s) for each in self.seen if each.is_trace)
         return replace(self, seen=tuple(seen))
-
-
-def keeps_noise(values: Array, share: float, rounding: float = 0.0) -> bool:
-    """
-    Return whether the noise of each value has a share of the noise of the value before.
-
-    Neighbouring second differences of white noise have the correlation -2/3; behind a low-pass
-    that keeps the share a, (a^2 - 3a + 4)/(2a - 6), which goes to -1/2. Medians estimate it, as
-    the motion is not smooth everywhere. ``rounding`` is that of ``noise_of``.
-
-    """
-    second = np.diff(values, 2)
-    rounding = rounding or rounding_of(values)
-    sums, differences = (
-        _middle_size(each, rounding) ** 2
-        for each in (second[1:] + second[:-1], second[1:] - second[:-1])
-    )
-    if not sums + differences > 0.0:
-        return False
-    correlation = float((sums - differences) / (sums + differences))
-    behind = (share**2 - 3.0 * share + 4.0) / (2.0 * share - 6.0)
-    return correlation > 0.5 * (_WHITE_CORRELATION + behind)
-
-
-def noise_of(values: Array, keeps: float = 0.0, rounding: float = 0.0) -> float:
-    """
-    Return the standard deviation of noise in values, at least that of their rounding.
-
-    ``keeps`` is the share of its noise that each value has from the value before; 0: white.
-    ``rounding`` is that of the readings of which the values are residuals; 0: of the values.
-
-    """
-    if len(values) < 5:
-        return 0.0
-    rounding = rounding or rounding_of(values)
-    white = NOISE_FACTOR * _middle_size(np.diff(values, 2), rounding)
-    of_white = math.sqrt(6.0 / (6.0 - 8.0 * keeps + 2.0 * keeps**2))
-    return max(of_white * white, rounding)
-
-
-def _middle_size(changes: Array, rounding: float) -> float:
-    """
-    Return the median distance of changes from their median, interpolated in groups of a digit.
-
-    Changes of rounded readings are whole digits: a plain median of them was up to 40 % off.
-
-    """
-    sizes = np.abs(changes - np.median(changes))
-    groups = np.rint(sizes * (_ROUNDING / rounding)) if rounding else sizes
-    middle = math.floor(float(np.median(groups)))
-    below, equal = np.count_nonzero(groups < middle), np.count_nonzero(groups == middle)
-    low = max(middle - 0.5, 0.0)
-    within = (0.5 * len(groups) - below) / max(equal, 1) * (middle + 0.5 - low)
-    return float(low + within) * rounding / _ROUNDING
-
-
-def rounding_of(values: Array) -> float:
-    """Return the standard deviation of rounding in values, at least _FINEST of their range."""
-    steps = np.abs(np.diff(values))
-    least = _SAME * float(np.max(np.abs(values)))
-    is_rounded = np.mean(steps <= least) > 0.01  # noise that is finer than the steps
-    smallest = float(np.min(steps, where=steps > least, initial=math.inf))
-    rounding = _ROUNDING * smallest if is_rounded and math.isfinite(smallest) else 0.0
-    return max(rounding, least, _FINEST * float(np.ptp(values)))

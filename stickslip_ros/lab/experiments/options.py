@@ -38,6 +38,8 @@ class ReadingOptions:
     """Start and end of the part to use, s."""
     load_n: float = 0.0
     """Constant external force on the runner along +x beside that of a recording or column, N."""
+    slope_deg: float = 0.0
+    """Slope of the rail, degrees; above 0 the runner climbs towards +x, against its weight."""
     frequency_hz: float = 1000.0
     """Steps per second of points without a frequency, Hz."""
     steps: int = 0

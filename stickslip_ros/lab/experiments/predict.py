@@ -70,37 +70,30 @@ def predict(
     stand: Parameters,
     experiments: Sequence[Experiment],
     *,
-    shifts_s: Sequence[float] = (),
     pool: Pool | None = None,
     progress: Progress | None = None,
 ) -> list[list[Prediction]]:
     """
     Return the predicted readings of a stand, for each experiment and each quantity.
 
-    The settings of an experiment replace those of the stand. ``shifts_s`` are the delays of the
-    sensor clocks, one for each experiment. Equal runs are made once, in the pool if there is one;
-    ``progress`` receives the runs done and their number. Raises StickSlipError if a stand is
-    impossible or cannot follow the drive.
+    The settings of an experiment replace those of the stand. Equal runs are made once, in the pool
+    if there is one; ``progress`` receives the runs done and their number. Raises StickSlipError if
+    a stand is impossible or cannot follow the drive.
 
     """
-    return predict_all([stand], experiments, [shifts_s], pool=pool, progress=progress)[0]
+    return predict_all([stand], experiments, pool=pool, progress=progress)[0]
 
 
 def predict_all(
     stands: Sequence[Parameters],
     experiments: Sequence[Experiment],
-    shifts_s: Sequence[Sequence[float]],
     *,
     pool: Pool | None = None,
     progress: Progress | None = None,
 ) -> list[list[list[Prediction]]]:
     """Do the same as ``predict`` for several stands, with their runs side by side."""
-    shifts = [each or (0.0,) * len(experiments) for each in shifts_s]
-    runs: list[Run] = [
-        (stand.updated(dict(one.settings)), one.drive, one.load_n, one.lasts_s)
-        for stand in stands
-        for one in experiments
-    ]
+    pairs = [(stand.updated(dict(one.settings)), one) for stand in stands for one in experiments]
+    runs: list[Run] = [(there, one.drive, one.load_on(there), one.lasts_s) for there, one in pairs]
     for (stand, *_), one in zip(runs, cycle(experiments), strict=False):
         if stand.load_cell.contact == 'absent' and any(x.quantity == 'force_n' for x in one.seen):
             limit, hint = 'without the measured force', 'set load_cell.contact=attached'
@@ -119,12 +112,12 @@ def predict_all(
     results = iter([(run, kept[run][0]) for run in runs])
     return [
         [
-            [_look(result, run[0], each, shift_s) for each in one.seen]
-            for one, shift_s, (run, result) in zip(
-                experiments, of_stand, islice(results, len(experiments)), strict=True
+            [_look(result, run[0], each) for each in one.seen]
+            for one, (run, result) in zip(
+                experiments, islice(results, len(experiments)), strict=True
             )
         ]
-        for of_stand in shifts
+        for _ in stands
     ]
 
 
@@ -188,7 +181,7 @@ def trace_course(
     return trace
 
 
-def _look(result: Any, stand: Parameters, seen: Seen, shift_s: float) -> Prediction:
+def _look(result: Any, stand: Parameters, seen: Seen) -> Prediction:
     """Return the readings of a sensor for the result of a run."""
     if not seen.is_trace:
         shown = NUMBERS[seen.quantity].shown
@@ -197,13 +190,14 @@ def _look(result: Any, stand: Parameters, seen: Seen, shift_s: float) -> Predict
         none = np.empty(0)
         return Prediction(number, none, none, getattr(result, 'steady', True))
     true = result[:, _COLUMNS[seen.quantity]]
-    samples = low_passed(true, seen.slow_s)
-    time_s = seen.time_s - shift_s
+    slow_s = seen.sensor.slow_s
+    samples = low_passed(true, slow_s)
+    time_s = seen.time_s - seen.sensor.late_s
     values, rate, curvature = at_times(samples, time_s)
-    if not seen.slow_s:
+    if not slow_s:
         return Prediction(values, rate, curvature)
-    curvature = at_times(low_passed(samples, seen.slow_s), time_s)[2]
-    otherwise = partial(low_passed_readings, true, time_s, seen.slow_s)
+    curvature = at_times(low_passed(samples, slow_s), time_s)[2]
+    otherwise = partial(low_passed_readings, true, time_s, slow_s)
     return Prediction(values, rate, curvature, otherwise=otherwise)
 
 

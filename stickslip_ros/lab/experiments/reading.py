@@ -15,7 +15,6 @@ from scipy import signal
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.instrument.sensors.signal_chain import low_pass_gain
-from stickslip_ros.lab.experiments.clocks import lone_outliers
 from stickslip_ros.lab.experiments.commanded import NOTHING_ASKED, Commanded, commanded
 from stickslip_ros.lab.experiments.experiment import (
     OF_TRACES,
@@ -29,6 +28,7 @@ from stickslip_ros.lab.experiments.experiment import (
     ZeroAmplitudeRuns,
 )
 from stickslip_ros.lab.experiments.options import ReadingOptions
+from stickslip_ros.lab.experiments.sensor import lone_outliers
 from stickslip_ros.lab.experiments.sensor_limits import check_limits
 from stickslip_ros.lab.runs.mapped import mapped_series
 from stickslip_ros.lab.runs.recorded import recorded_series, recorded_stand
@@ -48,6 +48,7 @@ from stickslip_ros.recording.series import Series
 _VOLTAGE = 'voltage_v'
 _JITTER, _SAMPLED_SHARE = 0.2, 0.8
 """Times count as sampled if 80 % of the intervals are within 20 % of the median."""
+SLOPE_MAX_DEG = 90.0
 _NEXT = 1.5  # periods within which the next sample follows
 _SAMPLES_MIN = 32  # fewer readings make no trace
 MOVES_MIN = 1.2  # least scatter of readings that move, per noise
@@ -99,7 +100,10 @@ def read_experiments(
                 continue
             one = _of_table(table, stand, reading.preload_n(number), options)
         found.append(without_outliers(one, outliers) if outliers else one)
-    return found
+    if not abs(options.slope_deg) <= SLOPE_MAX_DEG:
+        limit = f'not from -{SLOPE_MAX_DEG:g} to {SLOPE_MAX_DEG:g}'
+        raise OutOfRange('slope', options.slope_deg, 'degrees', limit, 'give that of the rail')
+    return [replace(one, slope_deg=one.slope_deg or options.slope_deg) for one in found]
 
 
 def _recognised(
@@ -199,7 +203,7 @@ def _own_series(
         if _is_of_drive(recording) and sensor.quantity == 'position_m':
             beam = own.interferometer
             fringe_m = 0.5 * beam.wavelength
-            seen[-1] = replace(seen[-1], cyclic_m=beam.cyclic_error, fringe_m=fringe_m)
+            seen[-1] = seen[-1].sensed(cyclic_m=beam.cyclic_error, fringe_m=fringe_m)
     return series, tuple(seen)
 
 
@@ -214,15 +218,16 @@ def _before_low_pass(shown: Seen, low_pass_hz: float, rate_hz: float) -> Seen:
     follows = np.diff(shown.time_s) * rate_hz < _NEXT
     before = shown.values[:-1] + np.diff(shown.values) / gain
     time_s = shown.time_s[1:][follows]
-    return replace(shown, values=before[follows], time_s=time_s, low_pass_hz=low_pass_hz)
+    sensed = shown.sensed(undone_hz=low_pass_hz)
+    return replace(sensed, values=before[follows], time_s=time_s)
 
 
 def behind_low_pass(shown: Seen, values: Array) -> Array:
     """Return values at the times of readings behind the low-pass of their sensor."""
-    if not shown.low_pass_hz:
+    if not shown.sensor.undone_hz:
         return values
     rate_hz = 1.0 / float(np.median(np.diff(shown.time_s)))
-    gain = low_pass_gain(shown.low_pass_hz, rate_hz)
+    gain = low_pass_gain(shown.sensor.undone_hz, rate_hz)
     return np.asarray(signal.lfilter((gain,), (1.0, gain - 1.0), values - values[0]) + values[0])
 
 

@@ -122,8 +122,8 @@ def sensor_near(
     seen = experiment.seen[0]
 
     def missed(late_s: float, as_slow_s: float) -> float:
-        one = replace(experiment, seen=(replace(seen, slow_s=as_slow_s),))
-        [[model]] = predict(stand, [one], shifts_s=(late_s,))
+        one = replace(experiment, seen=(seen.sensed(late_s=late_s, slow_s=as_slow_s),))
+        [[model]] = predict(stand, [one])
         return float(np.sum(np.diff(model.values - seen.values) ** 2))
 
     best = dict[float, tuple[float, float]]()  # misses and latenesses

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from stickslip_ros.errors import RecordingError
-from stickslip_ros.lab.experiments.clocks import lone_outliers
-from stickslip_ros.lab.experiments.experiment import Seen, Voltage, rounding_of
+from stickslip_ros.lab.experiments.experiment import Seen, Voltage
+from stickslip_ros.lab.experiments.sensor import lone_outliers, rounding_of
 from stickslip_ros.lab.experiments.sensor_clock import falls_of, lateness_of
 
 _FALLS_MIN, _READINGS_MIN = 3, 8

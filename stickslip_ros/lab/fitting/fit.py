@@ -3,21 +3,19 @@
 
 """Fit the drive to experiments: the best of many searches, with its errors."""
 
-import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.stats import qmc
 
+from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.experiments.experiment import Experiment
 from stickslip_ros.lab.experiments.options import ReadingOptions
 from stickslip_ros.lab.experiments.reading import read_experiments
-from stickslip_ros.lab.fitting.assumed import assume, assumed_of, doubt_feet
+from stickslip_ros.lab.fitting.assumed import assumed_of, doubt_feet
 from stickslip_ros.lab.fitting.free import (
     Coordinate,
     FreeParameters,
@@ -27,15 +25,14 @@ from stickslip_ros.lab.fitting.free import (
     listed_free,
 )
 from stickslip_ros.lab.fitting.metric import Allowance
-from stickslip_ros.lab.fitting.missing import missing_from
+from stickslip_ros.lab.fitting.missing import CYCLIC, missing_from
 from stickslip_ros.lab.fitting.problem import Problem, pose, silent
 from stickslip_ros.lab.fitting.report import Fit
-from stickslip_ros.lab.fitting.result import RULED_OUT_BY, Minimum, best_of
-from stickslip_ros.lab.fitting.search import along_valley, refine, search_or_nothing
+from stickslip_ros.lab.fitting.result import RULED_OUT_BY
+from stickslip_ros.lab.fitting.search import Minimum, distinct, refine, search, search_all
+from stickslip_ros.lab.fitting.settle import notes_of, settle
 from stickslip_ros.lab.fitting.statistics import uncertainty
-from stickslip_ros.lab.fitting.traces import LOOSE, refine_noise, tightened, with_clocks
-from stickslip_ros.lab.fitting.trial import fit_trial
-from stickslip_ros.lab.runs.batch import Progress, pool_of, run_batch
+from stickslip_ros.lab.runs.batch import Progress, pool_of
 from stickslip_ros.lab.tables.measured import MeasuredTable
 from stickslip_ros.parameters import Parameters, reading
 from stickslip_ros.progress import Show, progress_of
@@ -45,9 +42,9 @@ if TYPE_CHECKING:
     from stickslip_ros.lab.tables.formats import Table
 
 STARTS_MAX = 1000
-WIDENED_MAX = 4  # most continuations of a search beyond default bounds
-AROUND = 1.0
-"""Distance from the start of other searches of traces, in coordinates: a factor of e, mostly."""
+SURE = 100.0  # least odds of a cyclic error that is solved for
+CYCLIC_M = 3e-9  # its usual size
+NEAR = 1.1  # most chi-square of another end, per that of the best, that is searched again
 
 
 @reading
@@ -56,12 +53,11 @@ class FitOptions(ReadingOptions):
     """Options of reading experiments, weighing them and searching."""
 
     shape_m: float = 5e-10
-    """Error of the model's motion in each moment of a cycle, m."""
+    """Least error of the model's motion in each moment of a cycle, m."""
     step_share: float = 3e-3
-    """Error of the model's step length, as a share of it."""
-    starts: int = 8
-    """Searches from the present values and a Latin hypercube in the bounds (recordings: near
-    the values)."""
+    """Least error of the model's step length, as a share of it."""
+    starts: int = 5
+    """Searches from the present values and from the best of a Latin hypercube."""
     seed: int = 1
     """Seed of the hypercube."""
     assume: Mapping[str, Known | str] = field(default_factory=dict)
@@ -136,10 +132,9 @@ def fit_experiments(
     known: Mapping[str, Known] | None = None,
     assumed: Mapping[str, float] | None = None,
     options: FitOptions = FitOptions(),
-    is_warm: bool = False,
     progress: Show | None = None,
 ) -> Fit:
-    """Fit coordinates of ``choose_free`` to experiments; ``is_warm``: the start is near."""
+    """Fit coordinates of ``choose_free`` to experiments."""
     started_s = time.perf_counter()
     if not 1 <= options.starts <= STARTS_MAX:
         limit = f'not from 1 to {STARTS_MAX}'
@@ -147,58 +142,63 @@ def fit_experiments(
     allowance, outliers = options.allowance, options.outliers
     count = _Count(options.starts, progress)
     problem = pose(parameters, free, experiments, known, count.run)
-    problem = with_clocks(problem)
-    searches = _searches(problem, options, count)
-    if is_warm:
-        searches.append(Minimum(tuple(problem.start.tolist()), math.inf, False, 0))
+    if problem.has_traces:
+        problem = replace(problem, allowance=allowance)
     with pool_of(options.workers) as pool:
         problem = replace(problem, pool=pool)
-        here, refined, notes = best_of(searches), list[Minimum](), tuple[str, ...]()
-        rivals = tuple[Minimum, ...]()
+        ends = search_all(problem, options.starts, options.seed, options.workers, count.search)
+        problem, here = min(ends, key=lambda end: end[1].chi_square)
+        refined, notes, rivals = list[Minimum](), tuple[str, ...](), list[Minimum]()
         if problem.has_traces:
-            is_known = is_warm and experiments[0].seen[0].sigma is not None
-            problem, refined, rivals, notes = tightened(
-                problem, searches, allowance, outliers, options.workers, tries_sensors=not is_known
-            )
-            here = refined[-1]
-        problem, more, steady = _refined(problem, here, allowance, outliers)
+            problem, refined = settle(problem, here.place, allowance, outliers)
+            if fringe_m := _fringe_m(problem, refined[-1].place):
+                sensed = (
+                    one.sensed(cyclic_m=CYCLIC_M, fringe_m=fringe_m) for one in problem.experiments
+                )
+                problem = replace(problem, experiments=tuple(sensed))
+                problem, more = settle(problem, refined[-1].place, allowance, outliers)
+                refined += more
+            notes = tuple(notes_of(problem, allowance))
+        problem, more, steady = refine(problem, refined[-1] if refined else here)
         refined += more
+        if problem.has_traces:
+            near = [ended for _, ended in ends if ended.chi_square < NEAR * here.chi_square]
+            again = [search(problem, each.place) for each in distinct(near)[1:]]
+            best, *rivals = distinct([refined[-1], *again])
+            refined.append(best)
         here = refined[-1] if refined else here
-        if problem.has_traces and not is_warm:
-            problem, more = along_valley(problem, here)
-            refined += more
-            here = refined[-1] if refined else here
         problem = replace(problem, tick=silent)
         [predicted] = problem.predicted([problem.stand(here.place)])
-        doubt = uncertainty(problem, here.place, here.chi_square)
-        rivals = tuple(
+        doubt = uncertainty(problem, here.place, here.chi_square, assumed or {})
+        rivals = [
             each
             for each in rivals
-            if each.chi_square - here.chi_square < RULED_OUT_BY
-            and doubt.is_beyond_errors(here.place, each.place)
-        )
+            if each.chi_square - here.chi_square < RULED_OUT_BY * doubt.variance_scale
+            and doubt.is_beyond_errors(problem.natural.back(each.place))
+        ]
         doubt = doubt.reaching(
-            here.place,
-            np.array([each.place for each in rivals]),
+            np.array([problem.natural.back(each.place) for each in rivals]),
             np.array([each.chi_square - here.chi_square for each in rivals]),
         )
-        taken = assume(problem, here.place, doubt, assumed or {})
         missing = missing_from(problem, here.place)
-        trial = None if is_warm else fit_trial(problem, missing)
     return Fit(
         problem=replace(problem, pool=None),
-        searches=tuple(searches),
+        searches=tuple(ended for _, ended in ends),
         refined=tuple(refined),
-        others=rivals,
+        others=tuple(rivals),
         steady=steady,
-        uncertainty=taken.widened(),
-        assumed=taken,
+        uncertainty=doubt,
         predicted=predicted,
         missing=missing,
-        trial=trial,
         wall_s=time.perf_counter() - started_s,
         notes=notes,
     )
+
+
+def _fringe_m(problem: Problem, place: Array) -> float:
+    """Return the fringe of a cyclic error that the readings surely show, m; 0 if they do not."""
+    best = next(iter(missing_from(problem, place)), None)
+    return CYCLIC.get(best.name, 0.0) if best is not None and best.odds > SURE else 0.0
 
 
 class _Count:
@@ -217,45 +217,3 @@ class _Count:
     def search(self, done: int, _: int) -> None:
         """Set the number of searches that have ended."""
         self._searches = done
-
-
-def _searches(problem: Problem, options: FitOptions, count: _Count) -> list[Minimum]:
-    """Search from the start and from a Latin hypercube in the bounds, of traces near the start."""
-    places = [problem.start]
-    if options.starts > 1:
-        shares = qmc.LatinHypercube(d=len(problem.free), seed=options.seed).random(
-            options.starts - 1
-        )
-        lower, upper = problem.bounds
-        if problem.has_traces:
-            lower, upper = (
-                np.clip(problem.start + way, lower, upper) for way in (-AROUND, AROUND)
-            )
-        places += list(qmc.scale(shares, lower, np.maximum(upper, lower + 1e-9)))
-    first = replace(problem, allowance=LOOSE[0]) if problem.has_traces else problem
-    return run_batch(
-        partial(search_or_nothing, first), places, workers=options.workers, progress=count.search
-    )
-
-
-def _refined(
-    problem: Problem, here: Minimum, allowance: Allowance, outliers: float
-) -> tuple[Problem, list[Minimum], bool]:
-    """Continue a search with enough cycles, and beyond default bounds."""
-    problem, refined, steady = refine(problem, here)
-    for _ in range(WIDENED_MAX):
-        here = refined[-1] if refined else here
-        values = problem.values(here.place)
-        wider = problem.widened(values)
-        if wider.free == problem.free:
-            break
-        beyond = search_or_nothing(wider, wider.coordinates(values))
-        if not beyond.coordinates:
-            break
-        problem, more, steady = refine(wider, beyond)
-        refined += [beyond, *more]
-        if problem.has_traces:  # the residual at the bound was taken for noise, or for the sensor
-            there = refined[-1].place
-            problem, more = refine_noise(problem, there, allowance, outliers)
-            refined += more
-    return problem, refined, steady

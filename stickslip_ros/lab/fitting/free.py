@@ -5,7 +5,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from typing import TypeAlias
 
 from stickslip_ros.errors import OutOfRange, WrongKind
@@ -14,16 +14,25 @@ from stickslip_ros.parameters.typed import to_si_list
 
 FITTED_GROUPS = ('contact', 'friction_law', 'runner', 'load_cell', 'actuator', 'amplifier')
 """Groups of parameters that a fit may change: properties of the stand."""
-DECADE = 10.0
-"""Default bounds are this factor below and above the start and the default of the model."""
+_SMOOTH = 1e-4  # least prefactor per that at the start: no roughness; 0 means another
+_WIDE = 1e3
+"""Default bounds are this factor below and above the start, within the limits of the model."""
+PREFACTOR, RMS_HEIGHT = 'contact.prefactor', 'contact.rms_height'
 FROM_ZERO = (
+    PREFACTOR,
+    RMS_HEIGHT,
     'friction_law.bristle_damping',
     'friction_law.viscous',
     'runner.damping',
     'actuator.hysteresis',
     'actuator.creep',
 )
-"""Quantities with 0 as the limit of small values; for others 0 means "none" or "derived"."""
+"""
+Quantities with 0 as the limit of small values; for others 0 means "none" or "derived".
+
+The stiffness of a contact hardly changes with a small roughness, but then evenly.
+
+"""
 TYPICAL: Mapping[str, float] = {
     'runner.damping': 20.0,
     'actuator.hysteresis': 0.05,
@@ -34,10 +43,10 @@ TYPICAL: Mapping[str, float] = {
     'amplifier.bandwidth': 2e5,
 }
 """Starts of parameters that are 0 by default: assumed, of the size in data sheets."""
-PREFACTOR, RMS_HEIGHT = 'contact.prefactor', 'contact.rms_height'
 OF_A_FALL = 'actuator.resonance', 'actuator.damping_ratio', 'amplifier.bandwidth'
 """Parameters that act in the microseconds after a fall, and can only be found together."""
-
+_ROUNDED = 1e-12  # difference of equal values
+_LEAST, _MOST = 1e-300, 300.0  # a value without a logarithm, and a logarithm without a value
 
 Known: TypeAlias = tuple[float, float]
 """A value and its relative standard error."""
@@ -53,10 +62,9 @@ class Free:
     start: float | str | None = None
     """Start of the first search; by default the value of the stand."""
     low: float | str | None = None
-    """Lower bound; by default a decade below start and default. Unless you set a bound, a search
-    may go beyond both."""
+    """Lower bound; by default a thousandth of the start, or the limit of the model."""
     high: float | str | None = None
-    """Upper bound; by default a decade above start and default."""
+    """Upper bound; by default a thousand times the start, or the limit of the model."""
     known: Known | str | None = None
     """
     Value from another measurement, and its relative standard error.
@@ -73,9 +81,9 @@ FreeParameters: TypeAlias = str | Free | Sequence[str | Free]
 @dataclass(frozen=True)
 class Coordinate:
     """
-    A coordinate of a search: a free parameter, its start and its bounds, both allowed.
+    A coordinate of a search: a free parameter, its start, and its bounds, both allowed.
 
-    Default bounds are ``movable``: a search that ends on a bound continues beyond it.
+    It is ln(value); of a part that may be absent the value per ``size``, as 0 has no logarithm.
 
     """
 
@@ -84,53 +92,43 @@ class Coordinate:
     start: float
     lower: float
     upper: float
-    movable: bool = field(default=False, kw_only=True)
 
     @property
     def is_log(self) -> bool:
-        """Whether the coordinate of the search is ln(value); else it is a share of the range."""
-        return self.lower > 0.0
+        """Whether the coordinate is ln(value)."""
+        return self.name not in FROM_ZERO and self.lower >= 0.0
 
     @property
-    def coordinates(self) -> tuple[float, float]:
-        """Bounds of the coordinate."""
-        return self.to_coordinate(self.lower), self.to_coordinate(self.upper)
+    def size(self) -> float:
+        """Unit of a coordinate that is no logarithm."""
+        return max(abs(self.start), TYPICAL.get(self.name, 0.0)) or self.upper - self.lower
 
     def to_coordinate(self, value: float) -> float:
         """Return the coordinate of a value."""
-        return math.log(value) if self.is_log else value / (self.upper - self.lower)
+        return math.log(max(value, _LEAST)) if self.is_log else value / self.size
 
     def to_value(self, coordinate: float) -> float:
-        """Return the value of a coordinate, within the bounds despite rounding."""
-        value = self.unbounded_value(coordinate)
-        return min(max(value, self.lower), self.upper)
+        """Return the value of a coordinate, within the bounds."""
+        if not self.is_log:
+            return min(max(coordinate * self.size, self.lower), self.upper)
+        return min(max(math.exp(min(coordinate, _MOST)), self.lower), self.upper)
 
-    def unbounded_value(self, coordinate: float) -> float:
-        """Return the value of a coordinate, also beyond the bounds."""
-        return math.exp(coordinate) if self.is_log else coordinate * (self.upper - self.lower)
+    def beyond(self, coordinate: float) -> float:
+        """Return how far a coordinate is beyond a bound; below the lower one it is negative."""
+        value = math.exp(min(coordinate, _MOST)) if self.is_log else coordinate * self.size
+        bound = self.lower if value < self.lower else min(value, self.upper)
+        is_within = math.isclose(value, bound, rel_tol=_ROUNDED)
+        return 0.0 if is_within else coordinate - self.to_coordinate(bound)
 
-    def widened(self, value: float, share: float) -> 'Coordinate':
-        """Move the bound on which a value sits, within a share of the range."""
-        spec, z = spec_of(self.name), self.to_coordinate(value)
-        low, high = self.coordinates
-        lower, upper = self.lower, self.upper
-        if not self.movable:
-            return self
-        if z - low <= share * (high - low):
-            lower = 0.0 if self.name in FROM_ZERO else max(lower / DECADE, spec.minimum or 0.0)
-        elif high - z <= share * (high - low):
-            upper = min(upper * DECADE, math.inf if spec.maximum is None else spec.maximum)
-        return replace(self, lower=lower, upper=upper)
-
-    def is_limited(self, value: float) -> bool:
+    def is_limit(self, value: float) -> bool:
         """Return whether the bound next to a value is also a limit of the model."""
         spec = spec_of(self.name)
         bound = min(self.lower, self.upper, key=lambda end: abs(end - value))
-        return bound in {spec.minimum, spec.maximum}
+        return bound in {spec.minimum, spec.maximum, _SMOOTH * self.start}
 
     def slope(self, value: float) -> float:
         """Return d value / d coordinate."""
-        return value if self.is_log else self.upper - self.lower
+        return value if self.is_log else self.size
 
 
 def choose_free(
@@ -244,12 +242,12 @@ def _coordinate(free: Free, present: Scalar) -> Coordinate:
     name, spec = free.name, spec_of(free.name)
     start = float(spec.check(name, present if free.start is None else free.start))
     if free.low is None and free.high is None and not start > 0.0:
-        limit = 'not above 0, and gives no scale for its bounds'
+        limit = 'not above 0, and gives no scale for a search'
         hint = f'give --start {name}=VALUE or --bounds {name}=LOW:HIGH'
         raise OutOfRange(name, start, spec.unit, limit, hint)
-    known = float(spec.default) or start  # 0 has no logarithm: a search moves its bound there
-    lower = max(min(start, known) / DECADE, spec.minimum or 0.0)
-    upper = min(max(start, known) * DECADE, spec.maximum or math.inf)
+    least = 0.0 if name in FROM_ZERO else 1.0 / _WIDE
+    lower = max(start * (_SMOOTH if name == PREFACTOR else least), spec.minimum or 0.0)
+    upper = min(start * _WIDE, spec.maximum or math.inf)
     if free.low is not None:
         lower = float(spec.check(name, free.low))
     if free.high is not None:
@@ -261,5 +259,4 @@ def _coordinate(free: Free, present: Scalar) -> Coordinate:
         limit = f'outside of its bounds, {lower:g} to {upper:g} {spec.unit}'.rstrip()
         hint = f'move one of them: --start {name}=VALUE, --bounds {name}=LOW:HIGH'
         raise OutOfRange(f'start of {name}', start, spec.unit, limit, hint)
-    is_movable = free.low is None and free.high is None
-    return Coordinate(name, spec.unit, start, lower, upper, movable=is_movable)
+    return Coordinate(name, spec.unit, start, lower, upper)

@@ -8,19 +8,21 @@ A residual r of n samples has the covariance V = N + B B'. N is that of the nois
 diagonal, correlated over the time of a low-pass before the readings. Each column of B is another
 possible error, in its largest size: zero and drift of a sensor, its delay and its low-pass (first
 and second derivative of the prediction), the difference between a low-pass of the readings and of
-the motion, the known cyclic error of an interferometer, an error of the model's shape that repeats
-in all cycles of a wave, and an error of the length of a step. Chi-square alone (B with zero and
-drift only) gives intervals that are too narrow: 52 % of those of 95 % held the true gain in
-recordings of drives with effects that the model lacks.
+the motion, the known cyclic error of an interferometer; three errors of the model: of its shape,
+which repeats in all cycles of a wave, of the length of a step, and a slow one. Their sizes are
+estimated from the residuals. Chi-square alone (B with zero and drift only) gives intervals that
+are too narrow: 52 % of those of 95 % held the true gain in recordings of drives with effects that
+the model lacks.
 
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import linalg, sparse
 
 from stickslip_ros.arrays import Array
@@ -37,6 +39,9 @@ CORRELATED_S = 3e-4
 """Correlation time of an error of the shape: a few periods of a ringing runner."""
 BIN_S = 4e-5
 """Width of a bin of a cycle, with one number for the error of the shape."""
+SLOW_S = 5e-3
+"""Correlation time of an error that does not repeat with the wave: creep, a zero that walks."""
+SLOW_BINS = 10  # for each of these times
 BINS_MAX = 1200
 """Bins of all waves of a recording; in longer ones they are wider."""
 EDGE_S, EDGE_RATIO = 5e-5, 5.0
@@ -58,6 +63,7 @@ class Allowance(NamedTuple):
 
     shape_m: float = 0.5e-9  # of the position in each moment of a cycle
     step_share: float = 3e-3  # of the length of a step
+    slow_m: float = 0.1e-9  # of the position, over SLOW_S
 
     @property
     def reading_m(self) -> float:
@@ -69,10 +75,6 @@ class Allowance(NamedTuple):
 
         """
         return min(self.shape_m, READING_M)
-
-    def times(self, factor: float) -> 'Allowance':
-        """Return a multiple of the allowance."""
-        return Allowance(*(factor * each for each in self))
 
 
 class Cycle(NamedTuple):
@@ -124,14 +126,36 @@ def _rounded(value: float) -> int:
 class Metric:
     """The metric of a residual over time: its noise, and columns of other errors."""
 
-    # columns of zero, drift, delay, low-pass, fringes, bins of cycles, steps, shape (n, m)
+    # columns of zero, drift, delay, low-pass, fringes, bins of cycles, steps, bins, shape (n, m)
     places: 'sparse.csr_array'
     # Cholesky factor of their covariance, shape (m, m): B is ``places @ root``
     root: 'sparse.csr_array'
     # inverse of the Cholesky factor of N, shape (n, n): it makes the noise white, of deviation 1
     white: 'sparse.csr_array'
     inner: tuple[Array, bool]  # Cholesky factor of 1 + B'B, of whitened columns
-    columns: int = SENSOR  # of the sensor, which come first
+    # number of the allowed error of each column, in the order of ``Allowance``; -1 of the sensor,
+    # whose columns come first; shape (m,)
+    owners: NDArray[np.intp]
+
+    @property
+    def columns(self) -> int:
+        """Number of columns of the sensor."""
+        return int(np.count_nonzero(self.owners < 0))
+
+    def owed(self, residual: Array) -> Array:
+        """
+        Return sums of squares and numbers of amounts that a residual determines, shape (2, 3).
+
+        For each allowed error of the model; their ratio is the factor of its variance that is most
+        likely, by the fixed point of MacKay (1992).
+
+        """
+        taken, (root, is_lower) = self.taken(residual), self.inner
+        inverse, _ = linalg.lapack.dtrtri(np.tril(root), lower=is_lower)
+        left = np.sum(inverse**2, axis=0)  # diagonal of (1 + B'B)^-1
+        kinds = [self.owners == kind for kind in range(len(Allowance._fields))]
+        rows = [(np.sum(taken[kind] ** 2), np.sum(1.0 - left[kind])) for kind in kinds]
+        return np.transpose(rows)
 
     def taken(self, residual: Array) -> Array:
         """Return the most likely amount of each column of B in a residual."""
@@ -175,7 +199,7 @@ def slower(slow_s: float, late_s: float, curved_s2: float) -> tuple[float, float
 def metric_of(
     seen: Seen,
     predicted: Prediction,
-    waves: Sequence[Sequence[Cycle]],
+    corners: Array,
     noise: float,
     allowance: Allowance | None,
     scale: float = 1.0,
@@ -183,43 +207,43 @@ def metric_of(
     """
     Return the metric of readings over time.
 
-    ``waves`` are those of ``waves_of`` in the clock of the readings, and ``noise`` is the standard
+    ``corners`` are times and voltages of the drive, shape (n, 2); ``noise`` is the standard
     deviation of a reading. Without an allowance the sensor alone may err. ``scale`` is the unit of
     the readings per metre of shape, as N/m of a load cell.
 
     """
-    time_s = seen.time_s
+    time_s, sensor_of = seen.time_s, seen.sensor
     reach = _FREE * max(float(np.ptp(seen.values)), noise)
     offset = _FREE * float(np.max(np.abs(seen.values - predicted.values))) + reach
     middle_s, half_s = 0.5 * (time_s[0] + time_s[-1]), 0.5 * (time_s[-1] - time_s[0])
     ones = np.ones_like(time_s)
     sensor = [ones, time_s - middle_s, predicted.rate, -predicted.curvature]
-    drift = min(reach / half_s, seen.drift_per_s)
-    late_s = max(DELAY_S, SLOW_SHARE * seen.slow_s)
-    curved_s2 = max(DELAY_S**2, SLOW_SHARE * seen.slow_s**2)
+    drift = min(reach / half_s, sensor_of.drift_per_s)
+    late_s = max(DELAY_S, SLOW_SHARE * sensor_of.slow_s)
+    curved_s2 = max(DELAY_S**2, SLOW_SHARE * sensor_of.slow_s**2)
     sizes = [offset, drift, late_s, curved_s2]
     if predicted.otherwise is not None and allowance is not None:
         sensor.append(predicted.otherwise() - predicted.values)
         sizes.append(1.0)
-    if seen.cyclic_m:
-        phase = 2.0 * math.pi * seen.values / seen.fringe_m
+    if sensor_of.cyclic_m:
+        phase = 2.0 * math.pi * seen.values / sensor_of.fringe_m
         sensor += [np.sin(phase), np.cos(phase)]
-        sizes += [seen.cyclic_m, seen.cyclic_m]
+        sizes += [sensor_of.cyclic_m, sensor_of.cyclic_m]
     places, roots = [sparse.csr_array(np.column_stack(sensor))], [np.diag(sizes)]
+    owners = [-1] * len(sensor)
     if allowance is not None:
         noise = max(noise, allowance.reading_m * scale)
-        bins = sum(wave[0].length_s for wave in waves) / BIN_S
-        bin_s = BIN_S * max(1.0, bins / BINS_MAX)
-        for wave in waves:
-            for place, root in _of_wave(time_s, predicted.values, wave, allowance, scale, bin_s):
-                places.append(place)
-                roots.append(root)
+        owed = _of_model(time_s - sensor_of.late_s, predicted.values, corners, allowance, scale)
+        for kind, place, root in owed:
+            places.append(place)
+            roots.append(root)
+            owners += [kind] * len(root)
     where, root = sparse.hstack(places).tocsr(), sparse.block_diag(roots, format='csr')
-    white = _whitening(time_s, noise, seen.noise_lasts_s)
+    white = _whitening(time_s, noise, sensor_of.noise_lasts_s)
     columns = white @ where
     inner = (root.T @ ((columns.T @ columns) @ root)).toarray()
     inner[np.diag_indices_from(inner)] += 1.0
-    return Metric(where, root, white, linalg.cho_factor(inner, lower=True), len(sensor))
+    return Metric(where, root, white, linalg.cho_factor(inner, lower=True), np.array(owners))
 
 
 def _whitening(time_s: Array, noise: float, lasts_s: float) -> 'sparse.csr_array':
@@ -232,6 +256,25 @@ def _whitening(time_s: Array, noise: float, lasts_s: float) -> 'sparse.csr_array
     return sparse.diags_array(parts, offsets=(0, -1), format='csr')
 
 
+Owed: TypeAlias = tuple[int, 'sparse.csr_array', Array]
+"""An allowed error: its number, its columns, and the Cholesky factor of their covariance."""
+
+
+def _of_model(
+    time_s: Array, predicted: Array, corners: Array, allowance: Allowance, scale: float
+) -> Iterator[Owed]:
+    """Yield the allowed errors of the model: of its shapes and its steps by wave, and slow."""
+    waves = waves_of(corners)
+    bins = sum(wave[0].length_s for wave in waves) / BIN_S
+    bin_s = BIN_S * max(1.0, bins / BINS_MAX)
+    for wave in waves:
+        yield from _of_wave(time_s, predicted, wave, allowance, scale, bin_s)
+    bin_s = max(SLOW_S / SLOW_BINS, float(np.ptp(time_s)) / BINS_MAX)
+    every = np.arange(len(time_s))
+    places, root = _binned(every, time_s - time_s[0], bin_s, SLOW_S, len(time_s))
+    yield 2, places, allowance.slow_m * scale * root
+
+
 def _of_wave(
     time_s: Array,
     predicted: Array,
@@ -239,25 +282,32 @@ def _of_wave(
     allowance: Allowance,
     scale: float,
     bin_s: float,
-) -> list[tuple['sparse.csr_array', Array]]:
-    """Return columns and sizes of the model's errors in a wave: of its shape, of its steps."""
+) -> Iterator[Owed]:
+    """Yield the model's errors in a wave: of its shape, of its steps."""
     starts_s = np.array([cycle.start_s for cycle in wave])
     number = np.searchsorted(starts_s, time_s, side='right') - 1
     length_s = max(cycle.length_s for cycle in wave)
     since_s = time_s - starts_s[np.maximum(number, 0)]
     inside = np.flatnonzero((number >= 0) & (since_s < length_s))
     if not len(inside):
-        return []
-    place = (since_s[inside] / bin_s).astype(np.intp)
-    phase_s = bin_s * np.arange(int(place.max()) + 1)
-    where = (np.ones(len(inside)), (inside, place))
-    bins = sparse.csr_array(where, shape=(len(time_s), len(phase_s)))
-    like = np.exp(-np.abs(phase_s[:, np.newaxis] - phase_s) / CORRELATED_S)
-    shape = bins, allowance.shape_m * scale * np.linalg.cholesky(like)
+        return
+    bins, root = _binned(inside, since_s[inside], bin_s, CORRELATED_S, len(time_s))
+    yield 0, bins, allowance.shape_m * scale * root
     falls_s = np.array([cycle.start_s + cycle.length_s for cycle in wave if cycle.falls])
     if not len(falls_s) or scale != 1.0:
-        return [shape]
+        return
     over = np.searchsorted(falls_s, time_s, side='right').astype(np.float64)
     way = predicted[inside[-1]] - predicted[inside[0]]
     step = allowance.step_share * abs(float(way)) / max(float(over[inside[-1]]), 1.0)
-    return [shape, (sparse.csr_array(over[:, np.newaxis]), np.array([[step]]))]
+    yield 1, sparse.csr_array(over[:, np.newaxis]), np.array([[step]])
+
+
+def _binned(
+    rows: NDArray[np.intp], time_s: Array, bin_s: float, correlated_s: float, count: int
+) -> tuple['sparse.csr_array', Array]:
+    """Return columns of bins of times, shape (count, bins), and the root of their correlation."""
+    place = (time_s / bin_s).astype(np.intp)
+    middle_s = bin_s * np.arange(int(place.max()) + 1)
+    bins = sparse.csr_array((np.ones(len(rows)), (rows, place)), shape=(count, len(middle_s)))
+    like = np.exp(-np.abs(middle_s[:, np.newaxis] - middle_s) / correlated_s)
+    return bins, np.linalg.cholesky(like)

@@ -69,7 +69,7 @@ def plan(fit: FitResult, count: int = 5, candidates: Sequence[Candidate] | None 
     if not 1 <= count <= MOST:
         limit = f'not from 1 to {MOST}'
         raise OutOfRange('number of measurements', count, '', limit, 'take 5')
-    whole = fit.assumed.covariance_z  # of the assumed constants too, which all readings share
+    whole = fit.uncertainty.whole_z  # of the assumed constants too, which all readings share
     finite = np.flatnonzero(np.isfinite(np.diag(whole)))
     known = finite[finite < len(fit.estimates)]
     if not len(known):
@@ -152,7 +152,7 @@ def _like(fit: FitResult) -> tuple[Experiment, float]:
 
 def information_of(fit: FitResult, candidate: Candidate) -> Array:
     """Return the information on coordinates and constants, shape (free + constants, same)."""
-    problem, place, constants = fit.problem, fit.found.place, list(fit.assumed.shares)
+    problem, place, constants = fit.problem, fit.found.place, list(fit.uncertainty.shares)
     added = np.zeros((len(place) + len(constants),) * 2)
     if candidate.experiment is None:
         number = [one.name for one in fit.estimates].index(WEIGHED)
@@ -176,7 +176,7 @@ def information_of(fit: FitResult, candidate: Candidate) -> Array:
         StandardErrors(True, ((float(error),),)),
         problem.allowance,
     ).measured_at([found])
-    slopes = candidate_problem.slopes(place)
+    slopes = candidate_problem.slopes(place) @ np.linalg.inv(fit.uncertainty.per_natural)
     if constants:
         more = slopes_of_constants(candidate_problem, place, constants)
         slopes = np.hstack((slopes, more))

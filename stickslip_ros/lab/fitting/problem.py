@@ -6,6 +6,7 @@
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
@@ -22,10 +23,11 @@ from stickslip_ros.lab.experiments.experiment import (
 )
 from stickslip_ros.lab.experiments.predict import Prediction, predict_all
 from stickslip_ros.lab.fitting.free import Coordinate
-from stickslip_ros.lab.fitting.metric import Allowance, Metric, metric_of, waves_of
+from stickslip_ros.lab.fitting.metric import Allowance, Metric, metric_of
+from stickslip_ros.lab.fitting.natural import Natural
 from stickslip_ros.lab.runs.batch import Pool
 from stickslip_ros.lab.tables.numbers import NUMBERS, SHEET_SHARE
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters import Parameters, Scalar
 
 _GAIN, _ROOM = 'actuator.gain', 1e-6
 STEP = 3e-4
@@ -33,8 +35,10 @@ STEP = 3e-4
 number of cycles are smooth in every parameter but for 8e-9 of themselves, so that a slope has a
 noise of 1e-5 of them; the truncation is 1e-5 of a slope for central differences and 2e-3 for
 one-sided ones, where the force goes with the 13th power of a parameter, the steepest found."""
-BOUND_SHARE = 1e-3
-"""Distance of a parameter on its bound, as a share of the range in coordinates."""
+_WALL = 1.0
+"""Standard errors per e-fold, or per usual size, beyond a bound, where no stand changes any more:
+a steep wall ends a search before it has gone along the bound."""
+BOUND = 1e-3  # distance of a parameter on its bound
 _STEPS_MIN, _STEPS_MAX = 100, 6400
 """Fewest and most cycles of a run; doubled until the number is steady."""
 STEADY_SHARE = 0.01  # change of a steady number by twice as many cycles, per standard error
@@ -70,30 +74,34 @@ class StandardErrors:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """The problem of a fit."""
+    """The problem of a fit. Places are natural coordinates, shape (free,)."""
 
     parameters: Parameters
     free: tuple[Coordinate, ...]
     experiments: tuple[Experiment, ...]  # with a fixed number of steps, for smooth numbers
     noise: StandardErrors
     allowance: Allowance | None = None  # errors of the model
-    shifts_s: tuple[float, ...] = ()  # delays of the sensor clocks
     # free parameters with values from elsewhere, and their relative standard errors
     known: Mapping[str, tuple[float, float]] = dataclasses.field(default_factory=dict)
     metrics: tuple[Metric, ...] = ()  # of the traces in order, for a stand, see ``measured_at``
     pool: Pool | None = None
     tick: Callable[[], None] = silent  # called after each run
 
-    @property
-    def start(self) -> Array:
-        """Coordinates of the starting values."""
-        return self.coordinates([one.start for one in self.free])
+    @cached_property
+    def natural(self) -> Natural:
+        """The map to natural coordinates."""
+        return Natural(self.parameters.updated(self.settings_of_all), self.free)
 
     @property
-    def bounds(self) -> tuple[Array, Array]:
-        """Lower and upper bounds of the coordinates."""
-        lower, upper = zip(*(one.coordinates for one in self.free), strict=True)
-        return np.array(lower), np.array(upper)
+    def settings_of_all(self) -> dict[str, Scalar]:
+        """Settings with the same value in all experiments."""
+        first, *others = (one.settings.items() for one in self.experiments)
+        return dict(set(first).intersection(*others))
+
+    @property
+    def start(self) -> Array:
+        """The place of the starting values."""
+        return self.place_of([one.start for one in self.free])
 
     @property
     def seen(self) -> list[tuple[int, Experiment, Seen, float]]:
@@ -130,32 +138,27 @@ class Problem:
         )
         return float(np.sqrt(sum(squares)))
 
-    def at_bound(self, coordinates: Array) -> NDArray[np.bool_]:
+    def at_bound(self, place: Array) -> NDArray[np.bool_]:
         """Return a mask of the parameters on a bound, shape (free,)."""
-        lower, upper = self.bounds
-        near = BOUND_SHARE * (upper - lower)
-        return np.asarray((coordinates - lower <= near) | (upper - coordinates <= near))
+        pairs = zip(self.free, self.natural.back(place).tolist(), strict=True)
+        return np.array(
+            [one.beyond(z + BOUND) > 0.0 or one.beyond(z - BOUND) < 0.0 for one, z in pairs]
+        )
 
-    def widened(self, values: Sequence[float]) -> 'Problem':
-        """Return the problem with wider bounds for parameters on a movable bound."""
+    def place_of(self, values: Sequence[float]) -> Array:
+        """Return the place of some values of the free parameters."""
         pairs = zip(self.free, values, strict=True)
-        free = tuple(one.widened(value, BOUND_SHARE) for one, value in pairs)
-        return dataclasses.replace(self, free=free)
+        return self.natural.to(np.array([one.to_coordinate(value) for one, value in pairs]))
 
-    def coordinates(self, values: Sequence[float]) -> Array:
-        """Return the coordinates of some values of the free parameters."""
-        pairs = zip(self.free, values, strict=True)
-        return np.array([one.to_coordinate(value) for one, value in pairs])
-
-    def values(self, coordinates: Array) -> list[float]:
-        """Return the values of the free parameters at some coordinates."""
-        pairs = zip(self.free, coordinates.tolist(), strict=True)
+    def values(self, place: Array) -> list[float]:
+        """Return the values of the free parameters at a place."""
+        pairs = zip(self.free, self.natural.back(place).tolist(), strict=True)
         return [one.to_value(z) for one, z in pairs]
 
-    def stand(self, coordinates: Array) -> Parameters:
-        """Return the stand with the values of some coordinates."""
+    def stand(self, place: Array) -> Parameters:
+        """Return the stand of a place."""
         names = (one.name for one in self.free)
-        return self.parameters.updated(dict(zip(names, self.values(coordinates), strict=True)))
+        return self.parameters.updated(dict(zip(names, self.values(place), strict=True)))
 
     def predicted(self, stands: Sequence[Parameters]) -> list[Predicted]:
         """
@@ -172,39 +175,35 @@ class Problem:
                 if isinstance(each, SawtoothSteps | VoltageStep)
             ]
             stands = [_with_room(stand, max(strokes_m, default=0.0)) for stand in stands]
-        shifts_s = [self.shifts_s] * len(stands)
-        found = predict_all(stands, self.experiments, shifts_s, pool=self.pool)
+        found = predict_all(stands, self.experiments, pool=self.pool)
         for _ in range(len(stands) * len(self.experiments)):
             self.tick()
         return found
 
-    def measured_at(self, predicted: Predicted, noise: StandardErrors | None = None) -> 'Problem':
+    def measured_at(self, predicted: Predicted) -> 'Problem':
         """Return the problem with the metrics of a prediction."""
-        noise = noise or self.noise
         metrics = [
             metric_of(
                 each,
                 predicted[number][one.seen.index(each)],
-                waves_of(shifted(one.drive, self.shift_s(number))),
+                one.drive.rows,
                 error,
                 self.allowance,
                 self.parameters.load_cell.stiffness if each.quantity == 'force_n' else 1.0,
             )
-            for number, one, each, error in dataclasses.replace(self, noise=noise).seen
+            for number, one, each, error in self.seen
             if isinstance(one.drive, Voltage)
         ]
-        return dataclasses.replace(self, metrics=tuple(metrics), noise=noise)
+        return dataclasses.replace(self, metrics=tuple(metrics))
 
-    def shift_s(self, number: int) -> float:
-        """Return the delay of the clock of an experiment, s."""
-        return self.shifts_s[number] if self.shifts_s else 0.0
-
-    def whitened(self, found: Predicted, less: Predicted | None, coordinates: Array) -> Array:
+    def whitened(
+        self, found: Predicted, less: Predicted | None = None, beside: Array | None = None
+    ) -> Array:
         """
         Return numbers with the sum of squares chi-square, shape (values and unknowns,).
 
-        They belong to a prediction less the readings, or less another prediction, and to the
-        coordinates of known parameters.
+        They belong to a prediction less the readings, or less another prediction. ``beside`` are
+        those of the parameters themselves, by default 0.
 
         """
         parts, metrics = list[Array](), iter(self.metrics)
@@ -214,46 +213,54 @@ class Problem:
             missed = found[number][at].values - against
             over_time = isinstance(one.drive, Voltage)
             parts.append(next(metrics).whitened(missed) if over_time else missed / noise)
-        return np.concatenate([*parts, self._known_less(coordinates, is_slope=less is not None)])
+        if beside is None:
+            beside = np.zeros(len(self.known) + len(self.free))
+        return np.concatenate((*parts, beside))
 
-    def _known_less(self, coordinates: Array, *, is_slope: bool) -> Array:
-        rows = []
-        for one, z in zip(self.free, coordinates.tolist(), strict=True):
+    def residuals(self, place: Array) -> Array:
+        """Return model less measurement, whitened."""
+        [found] = self.predicted([self.stand(place)])
+        return self.whitened(found, None, self._beside(place))
+
+    def _beside(self, place: Array) -> Array:
+        """Return numbers of known values, and of bounds, each a wall that is 0 within."""
+        known, walls = list[float](), list[float]()
+        for one, z in zip(self.free, self.natural.back(place).tolist(), strict=True):
+            walls.append(_WALL * one.beyond(z))
             if one.name in self.known:
                 value, share = self.known[one.name]
-                middle = 0.0 if is_slope else one.to_coordinate(value)
-                rows.append((z - middle) * one.slope(value) / (share * value))
-        return np.array(rows)
+                known.append((z - one.to_coordinate(value)) * one.slope(value) / (share * value))
+        return np.array(known + walls)
 
-    def residuals(self, coordinates: Array) -> Array:
-        """Return model less measurement, whitened."""
-        [found] = self.predicted([self.stand(coordinates)])
-        return self.whitened(found, None, coordinates)
-
-    def slopes(self, coordinates: Array, *, central: bool = False) -> Array:
+    def slopes(self, place: Array, *, central: bool = False) -> Array:
         """
         Return the slopes of the residuals, shape (residuals, free), by differences.
 
-        One-sided differences suffice for a search; the errors of a fit need central ones.
+        One-sided differences suffice for a search; the errors of a fit need central ones. No
+        difference reaches beyond a bound.
 
         """
-        ends = list[Array]()
-        for index, (lower, upper) in enumerate(zip(*self.bounds, strict=True)):
-            below, above = coordinates.copy(), coordinates.copy()
-            above[index] = min(coordinates[index] + STEP, upper)
-            if central or above[index] < coordinates[index] + STEP:
-                below[index] = max(coordinates[index] - STEP, lower)
-            ends += below, above
-        found = self.predicted([self.stand(end) for end in ends])
+        pairs = list[tuple[Array, Array]]()
+        for way in STEP * np.eye(len(place)):
+            above, below = place + way, place - way if central else place
+            if not self._is_inside(above):
+                above, below = place, place - way
+            elif central and not self._is_inside(below):
+                below = place
+            pairs.append((below, above))
+        found = self.predicted([self.stand(end) for pair in pairs for end in pair])
         columns = []
-        for below, above, low, high in zip(
-            ends[::2], ends[1::2], found[::2], found[1::2], strict=True
-        ):
-            way = above - below
-            columns.append(self.whitened(high, low, way) / way.sum())
+        for (below, above), low, high in zip(pairs, found[::2], found[1::2], strict=True):
+            beside = self._beside(above) - self._beside(below)
+            columns.append(self.whitened(high, low, beside) / float(np.sum(above - below)))
         return np.column_stack(columns)
 
-    def steady_at(self, coordinates: Array) -> tuple['Problem', bool]:
+    def _is_inside(self, place: Array) -> bool:
+        """Return whether no parameter is beyond a bound."""
+        pairs = zip(self.free, self.natural.back(place).tolist(), strict=True)
+        return not any(one.beyond(z) for one, z in pairs)
+
+    def steady_at(self, place: Array) -> tuple['Problem', bool]:
         """Return the problem with enough cycles for a stand, and whether they suffice."""
         chosen = [
             k for k, one in enumerate(self.experiments) if isinstance(one.drive, SawtoothSteps)
@@ -263,7 +270,7 @@ class Problem:
             return problem, steady
         while True:
             longer = problem.with_cycles({k: 2 * problem.steps(k).steps for k in chosen})
-            stand = [self.stand(coordinates)]
+            stand = [self.stand(place)]
             [now], [then] = problem.predicted(stand), longer.predicted(stand)
             short = {k for k in chosen if problem.is_short(k, now[k], then[k])}
             settings = {problem.settings(k) for k in short}
@@ -350,11 +357,6 @@ def noise_at_first(experiments: Sequence[Experiment]) -> StandardErrors:
         return largest_of(experiments, each.quantity) * share
 
     return StandardErrors(is_known, tuple(tuple(map(error_of, one.seen)) for one in experiments))
-
-
-def shifted(voltage: Voltage, shift_s: float) -> Array:
-    """Return the corners of a voltage in the clock of a sensor that is late."""
-    return np.asarray(voltage.rows + np.array((shift_s, 0.0)))
 
 
 def _check_scale(one: Experiment, stand: Parameters) -> None:

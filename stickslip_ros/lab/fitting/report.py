@@ -5,7 +5,8 @@
 
 import json
 import math
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Iterator
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
@@ -16,10 +17,8 @@ from stickslip_ros.drive.records import VOLTAGE
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps, Seen, Voltage
-from stickslip_ros.lab.fitting.assumed import APART_MAX, FACTORS_ASSUMED
-from stickslip_ros.lab.fitting.free import PREFACTOR, RMS_HEIGHT
-from stickslip_ros.lab.fitting.missing import Trial
-from stickslip_ros.lab.fitting.result import MISSED_MOST, P_VALUE_MIN, FitResult, Ratio
+from stickslip_ros.lab.fitting.assumed import FACTORS_ASSUMED
+from stickslip_ros.lab.fitting.result import FitResult, Ratio
 from stickslip_ros.lab.fitting.statistics import Estimate
 from stickslip_ros.lab.runs.plottable import Plottable
 from stickslip_ros.lab.waveform.recognise import LOW_SHARE
@@ -31,15 +30,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 JSON, YAML, HTML = ('.json',), ('.yaml', '.yml'), ('.html', '.htm')
-CORRELATED = 0.95
-CONDITION_MAX = 30.0
-"""Condition number from which parameters are collinear (Belsley, Kuh, Welsch 1980)."""
-EXPLAINED = 0.5  # largest share of chi-square that the cause of a misfit leaves
+CORRELATED = 0.95  # least correlation of parameters that go together
 OPPOSITE = -0.3  # largest correlation of model and readings of opposite sign
+_TELLING = 0.95  # largest factor of the misfit by a suspect that is named beside a fit that holds
+_RANKED = 3  # most suspects that are named
+_ODDS_SURE = 20.0  # least odds of a suspect that is named alone
+_EXPLAINED = 0.5  # largest share of the misfit that its cause leaves
+_IS_PIECE = re.compile(r'^[0-9.]+ to [0-9.]+ s: (hold|ramp)')  # of a voltage, in words
 _SIMILAR = 0.05  # largest relative difference of equal parameters of two minima
 _CHECK = 'check preload, units of the columns, clocks, and the voltage of the recording'
-_FAILED = 'The fit failed its checks, so no errors are given: see the warnings below.'
-SHOWN = 0.1  # least part of a parameter in a combination that is named
 
 
 class Fit(Plottable, FitResult):
@@ -49,74 +48,37 @@ class Fit(Plottable, FitResult):
     Attributes
     ----------
     problem : Problem
-        The problem, with the cycles of each run.
+        The problem, with the cycles of each run, noise, sensors, and what the model owes.
     searches, refined : tuple of Minimum
-        Ends of the searches, and of those continued from the best with more cycles.
+        Ends of the searches, and of those continued from the best.
     others : tuple of Minimum
         Other minima that traces do not rule out.
     steady : bool
         Whether all runs had enough cycles.
     uncertainty : Uncertainty
-        Slopes at the minimum and their consequences.
+        Errors of the parameters and of the constants.
     predicted : list of lists of Prediction
         Predictions of the fitted stand, for each experiment and each quantity.
     missing : tuple of Missing
-        Parameters that the stand may lack, the best first.
-    trial : Trial or None
-        A second fit with resonance and bandwidth free too, if a parameter is missing.
+        What the stand may lack, the best first.
     wall_s : float
         Duration, s.
     notes : tuple of str
-        Changes of the stand for the fit.
+        Changes of the stand for the fit, and what was found about the sensors.
 
     """
 
     def sections(self) -> Iterator[Section]:
-        """Yield estimates, quality, readings over time, correlations, missing parameters."""
-        header = 'parameter', 'estimate', 'std error', '95 % low', '95 % high', 'unit'
+        """Yield what is seen, the estimates with the verdict, and the readings."""
+        header = 'parameter', 'value', 'std error', '95 % low', '95 % high', 'unit'
         if ratios := [_row(one, holds=self.holds) for one in self.ratios]:
             yield Section('what the recording shows, whatever the feet are', ratios, header)
         estimates = [_row(one, holds=self.holds) for one in self.estimates]
-        title = f'fit of {", ".join(one.name for one in self.estimates)}'
-        yield Section(title, estimates, header, self._notes(), self._draw)
-        yield Section('quality', list(_quality(self)))
+        yield Section('fitted parameters', estimates, header, self._notes(), self._draw)
         if traces := [_trace_row(*each) for each in self.sensors]:
             header_of = 'recording', 'quantity', 'readings', 'noise', 'missed', 'unit', 'late (us)'
             yield Section('readings over time', traces, header_of)
-            drove = [
-                (PurePath(one.origin).name, note)
-                for one in self.experiments
-                if isinstance(one.drive, Voltage)
-                for note in one.drive.notes
-            ]
-            yield Section('driving voltage', drove)
-        if told := [
-            (each.name, *(f'{value:.4g}' for value in each[1:])) for each in self.tensions
-        ]:
-            heads = (
-                'known or assumed',
-                'value',
-                'relative error',
-                'readings prefer',
-                'std errors apart',
-            )
-            yield Section('constants about which the readings tell', told, heads)
-        if len(self.estimates) > 1:
-            names = [one.name for one in self.estimates]
-            rows = [
-                (f'{k} {name}', *('-' if np.isnan(value) else f'{value:+.2f}' for value in row))
-                for k, (name, row) in enumerate(
-                    zip(names, self.uncertainty.correlation, strict=True), 1
-                )
-            ]
-            yield Section('correlation', rows, ('', *range(1, len(names) + 1)))
-        if self.missing:
-            title = 'possibly missing parameters: chi-square per reading, noise and sensor alone'
-            rows = [
-                (each.name, *(f'{value / self.readings:.4g}' for value in each[1:3]))
-                for each in self.missing
-            ]
-            yield Section(title, rows, ('parameter', 'now', 'if free'))
+        yield Section('quality', list(_quality(self)))
 
     def _draw(self) -> 'Figure':
         from stickslip_ros.lab.fitting.figure import draw_fit  # noqa: PLC0415 - takes long
@@ -126,42 +88,171 @@ class Fit(Plottable, FitResult):
     def _notes(self) -> list[str]:
         notes = (f'Note: {note}.' for note in self.notes)
         warnings = (f'Warning: {warning}.' for warning in warnings_of(self))
-        basis = f'Errors: {basis_of(self)}.' if self.holds else _FAILED
-        return [basis, *self._assumed(), *notes, *warnings]
-
-    def _assumed(self) -> Iterator[str]:
-        sources = dict[str, list[str]]()
-        for one in self.estimates:
-            sources.setdefault(self.scale_of(one.name), []).append(one.name)
-        words = (f'{source}: {", ".join(names)}' for source, names in sources.items())
-        yield f'Scale {"; ".join(words)}.'
-        shares = self.assumed.shares.items()
-        if shares and self.holds:
-            errors = ', '.join(f'{name} {100.0 * share:.3g} %' for name, share in shares)
-            yield (
-                f'Assumed errors, also in covariance and draws: {errors}; '
-                '--assume NAME=VALUE+-SHARE% changes them.'
-            )
+        return [verdict_of(self), *_assumed(self), *_together(self), *notes, *warnings]
 
     def __repr__(self) -> str:
         estimates = (_estimate(one, holds=self.holds) for one in self.estimates)
         return '\n'.join([*estimates, *self._notes()])
 
 
+def verdict_of(fit: FitResult) -> str:
+    """Return whether a fit holds, and why not, or what it owes."""
+    if fit.reasons:
+        return f'The fit does not hold, so no errors are given: {"; ".join(fit.reasons)}.'
+    return f'The fit holds. Errors: {basis_of(fit)}.'
+
+
+def basis_of(fit: FitResult) -> str:
+    """Return a sentence on the basis of the errors."""
+    if (owed := fit.problem.allowance) is not None:
+        return (
+            f'noise of the readings, and what the model owes: {1e9 * owed.shape_m:.2g} nm in each '
+            f'moment of a cycle, {100.0 * owed.step_share:.2g} % of a step, '
+            f'{1e9 * owed.slow_m:.2g} nm that changes slowly'
+        )
+    if fit.problem.noise.known:
+        return 'from the standard errors of the points; intervals of the normal distribution'
+    return (
+        'scaled by the residuals, as the points have no standard errors; intervals of the t '
+        f'distribution with {fit.uncertainty.dof} degrees of freedom; no test of the model'
+    )
+
+
+def _assumed(fit: FitResult) -> Iterator[str]:
+    sources = dict[str, list[str]]()
+    for one in fit.estimates:
+        sources.setdefault(fit.scale_of(one.name), []).append(one.name)
+    words = (f'{source}: {", ".join(names)}' for source, names in sources.items())
+    yield f'Scale {"; ".join(words)}.'
+    shares = fit.uncertainty.shares.items()
+    if shares and fit.holds:
+        errors = ', '.join(f'{name} {100.0 * share:.3g} %' for name, share in shares)
+        yield (
+            f'Assumed errors, also in the covariance: {errors}; '
+            '--assume NAME=VALUE+-SHARE% changes them.'
+        )
+
+
+def _together(fit: FitResult) -> Iterator[str]:
+    """Yield a sentence on parameters that go together."""
+    names = [one.name for one in fit.estimates]
+    like = np.abs(fit.uncertainty.correlation) > CORRELATED
+    np.fill_diagonal(like, val=False)
+    if chosen := [name for name, row in zip(names, like, strict=True) if row.any()]:
+        *most, last = chosen
+        remedy = 'a second preload parts them'
+        if 'runner.mass' in chosen:
+            remedy = 'a weighed runner or a second preload parts them'
+        yield f'{", ".join(most)} and {last} go together: {remedy} (--plan 5 ranks measurements).'
+
+
 def warnings_of(fit: FitResult) -> tuple[str, ...]:
     """Return sentences about the doubts of a fit."""
-    lacks = fit.missing[0].name if fit.missing else ''
     return (
         *(text for one in fit.experiments for text in one.notes),
-        *_misfit_warnings(fit),
+        *_lacking(fit),
+        *([] if fit.holds else (*_divided_monitors(fit), *_opposite_ways(fit))),
         *_search_warnings(fit),
-        *(
-            text
-            for one in fit.estimates
-            for text in _estimate_warnings(one, lacks, holds=fit.holds)
-        ),
-        *_trade_warnings(fit),
+        *(text for one in fit.estimates for text in _estimate_warnings(one)),
     )
+
+
+def _lacking(fit: FitResult) -> Iterator[str]:
+    """Yield what the stand may lack, ranked, or that nothing of the list explains the misfit."""
+    if not fit.missing:
+        if not fit.holds and fit.problem.has_traces:
+            yield f'nothing that was tried explains the misfit: {_CHECK}'
+        return
+    best, *others = fit.missing[:_RANKED]
+    if fit.holds and best.expected > _TELLING * best.chi_square:
+        return
+    text = f'the stand may lack {best.name}'
+    if math.isfinite(best.odds):
+        text += f' (odds {min(best.odds, 1e6):.2g} to 1 against the next)'
+    if others and best.odds < _ODDS_SURE:
+        text += f', or {" or ".join(each.name for each in others)}'
+    readings = fit.readings
+    text += (
+        f': chi-square per reading would fall from {best.chi_square / readings:.3g} to '
+        f'{best.expected / readings:.3g}'
+    )
+    if best.expected - readings > _EXPLAINED * (best.chi_square - readings):
+        text += f'; nothing that was tried explains half of the misfit: {_CHECK}'
+    yield text
+
+
+def _search_warnings(fit: FitResult) -> Iterator[str]:
+    if not fit.steady:
+        drives = [one.drive for one in fit.experiments if isinstance(one.drive, SawtoothSteps)]
+        is_counted = not all(drive.is_steady for drive in drives)
+        depends = ': their forces are those after this number of steps' if is_counted else ''
+        most = max(drive.steps for drive in drives)
+        yield f'some runs are not steady after {most} steps{depends}'
+    if fit.others:
+        other = fit.others[0]
+        values = zip(fit.estimates, fit.problem.values(other.place), strict=True)
+        there = ', '.join(
+            f'{one.name} {value:.4g}'
+            for one, value in values
+            if not math.isclose(value, one.value, rel_tol=_SIMILAR)
+        )
+        yield (
+            f'{len(fit.others)} other minima are not ruled out at 95 %, the next with a '
+            f'chi-square {other.chi_square - fit.chi_square:.2g} above: '
+            f'{there or "near this one"}; the intervals cover all of them'
+        )
+    elif fit.rivals:
+        yield (
+            f'{fit.rivals} of {len(fit.searches)} searches ended in another minimum that the '
+            'points do not rule out at 95 %: the intervals hold for this one only'
+        )
+
+
+def _divided_monitors(fit: FitResult) -> Iterator[str]:
+    amplifier = fit.parameters.amplifier
+    range_v = amplifier.voltage_max - amplifier.voltage_min
+    for one in fit.experiments:
+        if not isinstance(one.drive, Voltage):
+            continue
+        covered_v = float(np.ptp(one.drive.rows[:, VOLTAGE]))
+        if covered_v < LOW_SHARE * range_v:
+            yield (
+                f'{one.origin}: its voltage covers {covered_v:.3g} V of the {range_v:g} V of the '
+                'amplifier: if the monitor is divided, give its unit, as voltage_v="NAME (100 V)"'
+            )
+
+
+def _opposite_ways(fit: FitResult) -> Iterator[str]:
+    """Yield quantities of opposite sign to the stand at the start: the fitted stand may rest."""
+    [began] = fit.problem.predicted([fit.problem.stand(fit.problem.start)])
+    for number, one, each, _ in fit.problem.seen:
+        model = began[number][one.seen.index(each)].values
+        if each.is_trace and np.ptp(model) > 0.0:
+            correlation = float(np.corrcoef(model, each.values)[0, 1])
+            if correlation < OPPOSITE:
+                yield (
+                    f'{one.origin}: {each.quantity} has the opposite sign of the model '
+                    f'(correlation {correlation:.2f}): if its sensor counts the other way, give '
+                    f'{each.quantity}="NAME (-1 {each.unit})"; if the piezo moves against its '
+                    'voltage, set feet.gain below 0; else check the driving voltage'
+                )
+
+
+def _estimate_warnings(one: Estimate) -> Iterator[str]:
+    if one.at_bound and not one.is_limit(one.value):
+        where = f'{one.name} sits on its bound, {one.value:.6g} {one.unit}'.rstrip()
+        remedy = f'--bounds {one.name}=LOW:HIGH moves it'
+        yield f'{where}: it has no interval, and the others hold for this value; {remedy}'
+    elif one.inert:
+        yield f'{one.name} has no effect on the readings; the others hold for this value of it'
+    elif one.undetermined:
+        yield (
+            f'{one.name} is not determined by the readings: others compensate a change of it, and '
+            f'{one.value:.3g} is an example; measure under another preload too (--plan 5 lists '
+            'the best measurements), or set it instead of freeing it'
+        )
+    elif abs(one.value) < one.standard_error < math.inf:
+        yield f'{one.name} has a standard error above its value'
 
 
 def as_object(fit: FitResult) -> Any:
@@ -169,17 +260,22 @@ def as_object(fit: FitResult) -> Any:
     doubt = fit.uncertainty
     return plain(
         {
-            'estimates': [{**vars(one), 'is_log': one.is_log} for one in fit.estimates],
+            'estimates': [
+                {**vars(one), 'is_log': one.is_log, 'scale': fit.scale_of(one.name)}
+                for one in fit.estimates
+            ],
             'names': [one.name for one in fit.estimates],
-            'coordinates': fit.found.coordinates,
+            'coordinates': doubt.z,
             'covariance_of_coordinates': doubt.covariance_z,
+            'natural_coordinates': fit.found.coordinates,
+            'covariance_of_natural_coordinates': doubt.natural(doubt.recorded_z),
             'covariance': fit.covariance,
-            'correlation': fit.uncertainty.correlation,
+            'correlation': doubt.correlation,
             'sigma_known': fit.problem.noise.known,
             'noise_n': fit.noise_n,
             'allowance': fit.problem.allowance,
             'known': fit.problem.known,
-            'assumed': fit.assumed.shares,
+            'assumed': doubt.shares,
             'tensions': fit.tensions,
             'ratios': fit.ratios,
             'chi_square': fit.chi_square,
@@ -187,10 +283,9 @@ def as_object(fit: FitResult) -> Any:
             'reduced_chi_square': fit.reduced_chi_square,
             'p_value': fit.p_value,
             'holds': fit.holds,
+            'reasons': fit.reasons,
             'covariance_scale': doubt.variance_scale,
             'interval_quantile': doubt.quantile,
-            'singular_values': doubt.singular_values,
-            'condition_number': doubt.condition,
             'warnings': warnings_of(fit),
             'notes': fit.notes,
             'converged': fit.found.converged,
@@ -199,7 +294,6 @@ def as_object(fit: FitResult) -> Any:
             'evaluations': fit.evaluations,
             'wall_s': fit.wall_s,
             'missing': fit.missing,
-            'trial': fit.trial,
             'bands': _of_bands(fit),
             'points': _points(fit),
             'traces': _traces(fit),
@@ -231,168 +325,6 @@ def write_fit(path: Path, fit: Fit, content: dict[str, Any], origin: str, comman
     path.write_text(text, encoding='utf-8')
 
 
-def _search_warnings(fit: FitResult) -> Iterator[str]:
-    if not fit.found.converged:
-        yield 'the search did not converge: raise --starts, or narrow --bounds'
-    if not fit.steady:
-        drives = [one.drive for one in fit.experiments if isinstance(one.drive, SawtoothSteps)]
-        is_counted = not all(drive.is_steady for drive in drives)
-        depends = ': their forces are those after this number of steps' if is_counted else ''
-        most = max(drive.steps for drive in drives)
-        yield f'some runs are not steady after {most} steps{depends}'
-    if fit.others:
-        other = fit.others[0]
-        there = ', '.join(_other_minima(fit, fit.problem.values(other.place)))
-        yield (
-            f'{len(fit.others)} other minima are not ruled out at 95 %, the next with a '
-            f'chi-square {other.chi_square - fit.chi_square:.2g} above: '
-            f'{there or "near this one"}; the intervals cover all of them'
-        )
-    elif fit.rivals:
-        yield (
-            f'{fit.rivals} of {len(fit.searches)} searches ended in another minimum that the '
-            'points do not rule out at 95 %: the intervals hold for this one only'
-        )
-    if fit.holds and not fit.missing and fit.problem.allowance is not None:
-        for one, each, sensor in fit.sensors:
-            least = fit.problem.allowance.reading_m if each.unit == 'm' else 0.0
-            if sensor['rms'] > MISSED_MOST * max(sensor['noise'], least):
-                factor, unit = display_unit(each.unit)
-                yield (
-                    f'{one.origin}: the model misses {each.quantity} by '
-                    f'{factor * sensor["rms"]:.2g} {unit}, its noise is '
-                    f'{factor * sensor["noise"]:.2g} {unit}, and no tested parameter explains '
-                    'it: the intervals rest on the allowance'
-                )
-
-
-def _misfit_warnings(fit: FitResult) -> Iterator[str]:
-    """Yield the reasons against a fit, with remedies."""
-    readings, is_unlikely = fit.readings, fit.p_value is not None and fit.p_value < P_VALUE_MIN
-    if is_unlikely:
-        yield from _divided_monitors(fit)
-        yield (
-            f'p-value {fit.p_value:.2g}: the model misses the points by more than their standard '
-            'errors; either these are too small or the model is wrong: values and intervals are '
-            'not reliable'
-        )
-    for each in fit.tensions:
-        if each.apart > APART_MAX:
-            yield (
-                f'{each.name} is {each.value:.4g} +- {100.0 * each.share:.3g} %, but the '
-                f'readings prefer {each.preferred:.3g}, {each.apart:.3g} standard errors off: '
-                'check it, describe feet and contacts (--stage, feet.*, contact.*), or free '
-                'contact.radius'
-            )
-    worst = fit.missing[0] if fit.missing else None
-    if worst and fit.is_trial_different and fit.trial and fit.trial.found < worst.expected:
-        yield _other_drive(fit, fit.trial)
-    elif worst and not fit.holds:
-        yield (
-            f'the model is incomplete: freeing {worst.name} would lower chi-square per reading '
-            f'from {worst.chi_square / readings:.3g} to {worst.expected / readings:.3g}; until '
-            'then no interval is reliable'
-        )
-    elif fit.problem.has_traces and is_unlikely:
-        yield f'no tested parameter explains the misfit: {_CHECK}'
-    if worst and fit.is_missing_much and worst.expected > EXPLAINED * worst.chi_square:
-        yield f'no parameter explains half of the misfit: {_CHECK}'
-    if is_unlikely:
-        yield from _opposite_ways(fit)
-    for one, drift_m_per_s in fit.drifts:
-        yield (
-            f'{one.origin}: the fit explains most of the motion as a drift of the sensor, '
-            f'{1e6 * drift_m_per_s:.3g} um/s: no value is reliable; {_CHECK}'
-        )
-
-
-def _divided_monitors(fit: FitResult) -> Iterator[str]:
-    amplifier = fit.parameters.amplifier
-    range_v = amplifier.voltage_max - amplifier.voltage_min
-    for one in fit.experiments:
-        if not isinstance(one.drive, Voltage):
-            continue
-        covered_v = float(np.ptp(one.drive.rows[:, VOLTAGE]))
-        if covered_v < LOW_SHARE * range_v:
-            yield (
-                f'{one.origin}: its voltage covers {covered_v:.3g} V of the {range_v:g} V of the '
-                'amplifier: if the monitor is divided, give its unit, as voltage_v="NAME (100 V)"'
-            )
-
-
-def _other_drive(fit: FitResult, trial: Trial) -> str:
-    """Return a warning about a trial with more free parameters and another result."""
-    there = ', '.join(_other_minima(fit, trial.values))
-    return (
-        f'the model is incomplete: with {", ".join(trial.names)} free too, chi-square per '
-        f'reading falls from {trial.chi_square / fit.readings:.3g} to '
-        f'{trial.found / fit.readings:.3g}, with other values: {there}; free them'
-    )
-
-
-def _other_minima(fit: FitResult, values: Sequence[float]) -> Iterator[str]:
-    """Yield the parameters with other values at another minimum."""
-    for one, value in zip(fit.estimates, values, strict=True):
-        if not math.isclose(value, one.value, rel_tol=_SIMILAR):
-            yield f'{one.name} {value:.4g}'
-
-
-def _opposite_ways(fit: FitResult) -> Iterator[str]:
-    """Yield quantities of opposite sign to the stand at the start: the fitted stand may rest."""
-    [began] = fit.problem.predicted([fit.problem.stand(fit.problem.start)])
-    for number, one, each, _ in fit.problem.seen:
-        model = began[number][one.seen.index(each)].values
-        if each.is_trace and np.ptp(model) > 0.0:
-            correlation = float(np.corrcoef(model, each.values)[0, 1])
-            if correlation < OPPOSITE:
-                yield (
-                    f'{one.origin}: {each.quantity} has the opposite sign of the model '
-                    f'(correlation {correlation:.2f}): if its sensor counts the other way, give '
-                    f'{each.quantity}="NAME (-1 {each.unit})"; if the piezo moves against its '
-                    'voltage, set feet.gain below 0; else check the driving voltage'
-                )
-
-
-def _estimate_warnings(one: Estimate, lacks: str, *, holds: bool) -> Iterator[str]:
-    if one.at_bound:
-        where = f'{one.name} sits on its bound, {one.value:.6g} {one.unit}'.rstrip()
-        if one.is_limited(one.value):
-            yield f'{where}: no standard error, and the other intervals hold for this value only'
-        else:
-            remedy = f'free {lacks}, which the stand may lack, before its bounds are widened'
-            wider = f'give wider --bounds {one.name}=LOW:HIGH'
-            yield f'{where}: no estimate, no intervals; {remedy if lacks else wider}'
-    elif one.inert:
-        yield f'{one.name} has no effect on the readings; the others hold for this value of it'
-    elif one.undetermined and holds:
-        yield (
-            f'{one.name} is not determined by the readings: others compensate a change of it, and '
-            f'{one.value:.3g} is an example; measure under another preload too (--plan 5 lists '
-            'the best measurements), or set it instead of freeing it'
-        )
-    elif abs(one.value) < one.standard_error < math.inf:
-        yield f'{one.name} has a standard error above its value'
-
-
-def _trade_warnings(fit: FitResult) -> Iterator[str]:
-    names = [one.name for one in fit.estimates]
-    for row, column in zip(*np.triu_indices(len(names), k=1), strict=True):
-        correlation = float(fit.assumed.recorded.correlation[row, column])
-        if abs(correlation) > CORRELATED:
-            yield f'{names[row]} and {names[column]} are correlated by {correlation:+.3f}'
-    doubt = fit.uncertainty
-    if doubt.condition > CONDITION_MAX:
-        parts = [
-            f'{part:+.2f} {name}'
-            for name, part in zip(names, doubt.weakest, strict=True)
-            if abs(part) > SHOWN
-        ]
-        yield (
-            f'condition number {doubt.condition:.3g}, above {CONDITION_MAX:g}: the points hardly '
-            f'determine the combination {" ".join(parts)} (effects scaled to equal size)'
-        )
-
-
 def _points(fit: FitResult) -> list[dict[str, Any]]:
     """Return an object for each fitted number."""
     rows = list[dict[str, Any]]()
@@ -416,22 +348,14 @@ def _points(fit: FitResult) -> list[dict[str, Any]]:
 
 
 def _of_bands(fit: FitResult) -> str:
-    """Return a note on bands of draws; empty if they are as wide as the readings allow."""
-    notes = list[str]()
-    if not (fit.has_forces or fit.assumed.shares.keys().isdisjoint(FACTORS_ASSUMED)):
-        notes.append(
-            'draws have the errors of the assumed contact, so bands of a motion are too wide; '
-            'fit with --assume scale=+-0% --assume feet=+-0% for narrow ones'
-        )
-    preloads = {one.settings.get('stand.preload') for one in fit.experiments}
-    names = {one.name for one in fit.estimates}
-    is_curved = 'contact.friction' in names and not names.isdisjoint((PREFACTOR, RMS_HEIGHT))
-    if fit.problem.has_traces and len(preloads) == 1 and is_curved:
-        notes.append(
-            'the fit has one preload, so friction and roughness lie on a curve that draws leave: '
-            'bands may be up to twice too wide; add a second preload'
-        )
-    return '; '.join(notes)
+    """Return a note on bands of draws; empty if they hold for forces too."""
+    shares = [fit.uncertainty.shares.get(name, 0.0) for name in FACTORS_ASSUMED]
+    if fit.has_forces or not any(shares):
+        return ''
+    return (
+        'bands are those of motions; forces have the error of the assumed contact too, '
+        f'{100.0 * math.hypot(*shares):.2g} %'
+    )
 
 
 def _traces(fit: FitResult) -> list[dict[str, Any]]:
@@ -461,10 +385,10 @@ def _estimate(one: Estimate, *, holds: bool) -> str:
 
 
 def _row(one: Estimate | Ratio, *, holds: bool) -> tuple[str, ...]:
-    doubt = ('not determined' if getattr(one, 'undetermined', False) and holds else '-', '-', '-')
+    doubt = ('unknown' if getattr(one, 'undetermined', False) and holds else '-', '-', '-')
     if holds and np.isfinite(one.standard_error):
-        doubt = (f'{one.standard_error:.2g}', f'{one.low:.6g}', f'{one.high:.6g}')
-    return (one.name, f'{one.value:.6g}', *doubt, one.unit)
+        doubt = (f'{one.standard_error:.2g}', f'{one.low:.4g}', f'{one.high:.4g}')
+    return (one.name, f'{one.value:.4g}', *doubt, one.unit)
 
 
 def _trace_row(one: Experiment, each: Seen, sensor: dict[str, float]) -> tuple[str, ...]:
@@ -475,43 +399,27 @@ def _trace_row(one: Experiment, each: Seen, sensor: dict[str, float]) -> tuple[s
     return (PurePath(one.origin).name, each.quantity, readings, noise, rms, unit, late)
 
 
-def basis_of(fit: FitResult) -> str:
-    """Return a sentence on the basis of the errors."""
-    allowance, doubt = fit.problem.allowance, fit.uncertainty
-    if allowance is not None:
-        return (
-            f'noise of the readings, and an allowance for errors of the model: '
-            f'{1e9 * allowance.shape_m:g} nm in each moment of a cycle, '
-            f'{100.0 * allowance.step_share:g} % of a step'
-        )
-    if fit.problem.noise.known:
-        return 'from the standard errors of the points; intervals of the normal distribution'
-    return (
-        'scaled by the residuals, as the points have no standard errors; intervals of the t '
-        f'distribution with {doubt.dof} degrees of freedom; no test of the model'
-    )
-
-
 def _quality(fit: FitResult) -> Iterator[tuple[str, object]]:
     doubt = fit.uncertainty
     yield 'points', fit.problem.count
-    yield 'degrees of freedom', doubt.dof
     if fit.noise_n is None:
         reduced, p_value = fit.reduced_chi_square, fit.p_value
-        yield 'chi-square', f'{fit.chi_square:.4g}'
-        yield 'chi-square per degree', '-' if reduced is None else f'{reduced:.4g}'
-        yield 'p-value', '-' if p_value is None else f'{p_value:.3g}'
+        per_degree = '' if reduced is None else f', {reduced:.4g} per degree of freedom'
+        yield 'chi-square', f'{fit.chi_square:.4g}{per_degree}'
+        if p_value is not None:
+            yield 'p-value', f'{p_value:.3g}'
     else:
         yield 'noise of a point, estimated', f'{fit.noise_n:.3g} N'
-    yield 'condition number', f'{doubt.condition:.3g}'
-    yield 'singular values', ' '.join(f'{value:.3g}' for value in doubt.singular_values)
-    if fit.problem.has_traces:
-        kinds = f'the best continued, {fit.rivals} to other minima that fit as well'
-    else:
-        worse = len(fit.searches) - fit.same - fit.rivals
-        kinds = f'{fit.same} to this minimum, {fit.rivals} to others that fit as well, '
-        kinds += f'{worse} to worse ones'
-    yield 'searches', f'{len(fit.searches)}: {kinds}'
+    yield 'degrees of freedom', doubt.dof
+    for each in (one for one in fit.tensions if one.name in fit.problem.known):
+        yield (
+            f'{each.name} beside the readings',
+            f'{each.value:.4g}, they prefer {each.preferred:.4g}: {each.apart:.2g} errors apart',
+        )
+    yield (
+        'searches',
+        f'{len(fit.searches)}, {fit.same} to this minimum, {fit.rivals} to others as good',
+    )
     yield 'stands tried', fit.evaluations
     cycles = [one.drive.steps for one in fit.experiments if isinstance(one.drive, SawtoothSteps)]
     if cycles:
@@ -520,4 +428,8 @@ def _quality(fit: FitResult) -> Iterator[tuple[str, object]]:
         )
         steps = 'steps until steady' if is_steady else 'steps per run'
         yield steps, f'{min(cycles)} to {max(cycles)}'
+    for one in fit.experiments:
+        if isinstance(one.drive, Voltage):
+            told = (note for note in one.drive.notes if not _IS_PIECE.search(note))
+            yield from (('driven by', note) for note in told)
     yield 'time', f'{fit.wall_s:.1f} s'

@@ -3,7 +3,8 @@
 
 """The result of a fit: the best of many searches, and its quality."""
 
-from collections.abc import Callable, Mapping, Sequence
+import math
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -14,14 +15,17 @@ from scipy.stats import chi2
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.build import friction_limit_n
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
-from stickslip_ros.lab.fitting.assumed import APART_MAX, OF_FORCES, Assumed, Tension
+from stickslip_ros.lab.fitting.assumed import APART_MAX, OF_FORCES
 from stickslip_ros.lab.fitting.draws import drawn
-from stickslip_ros.lab.fitting.missing import Missing, Trial
+from stickslip_ros.lab.fitting.missing import Missing
+from stickslip_ros.lab.fitting.natural import Natural
 from stickslip_ros.lab.fitting.problem import STEP, Predicted, Problem
+from stickslip_ros.lab.fitting.search import Minimum, best_of
 from stickslip_ros.lab.fitting.statistics import (
     EFFECT,
     UNDETERMINED,
     Estimate,
+    Tension,
     Uncertainty,
     estimates_of,
 )
@@ -36,35 +40,14 @@ _SAME_SHARE = 1e-10
 RULED_OUT_BY = 3.84
 """Excess of chi-square, per its scale, that rules out a minimum at 95 %."""
 P_VALUE_MIN = 0.01
+"""Least chance of numbers with given errors; traces have an allowance instead."""
 _FALL = 21.1
 """Fall of chi-square by three more free parameters with a chance of 1e-4."""
-MISSED_MOST = 1.5
-"""Most chi-square per reading, of noise and sensor alone, that an allowance for errors of the
-model covers."""
-
+OWED_MOST = 0.03
+"""Most that the model may owe in the shape of a cycle, as a share of the stroke of the feet."""
 _DRIFT_M_PER_S, _DRIFT_SHARE = 1e-6, 0.5
 """Least drift of a position, and its share of the range of the readings, that no sensor has: it
 replaces a motion that the model does not make."""
-
-
-@dataclass(frozen=True)
-class Minimum:
-    """The end of a search."""
-
-    coordinates: tuple[float, ...]  # none if the search met an impossible stand
-    chi_square: float
-    converged: bool
-    evaluations: int  # stands tried
-
-    @property
-    def place(self) -> Array:
-        """Coordinates of the minimum, shape (free,)."""
-        return np.array(self.coordinates)
-
-
-def best_of(searches: Sequence[Minimum]) -> Minimum:
-    """Return the search that ended lowest."""
-    return min(searches, key=lambda found: found.chi_square)
 
 
 class Ratio(NamedTuple):
@@ -84,7 +67,7 @@ _RATIOS: Mapping[str, tuple[str, Callable[[Parameters], float]]] = {
     'friction, mu F/m': ('m/s^2', lambda on: friction_limit_n(on) / on.runner.mass),
     'gain': ('m/V', lambda on: on.actuator.gain),
 }
-_NOTHING, _UNKNOWN = 1e-300, 1e9  # a ratio of 0, and an infinite variance, in arithmetic
+_NOTHING = 1e-300  # a ratio of 0 in arithmetic
 _SCALED = 'contact.', 'friction_law.', 'runner.', 'load_cell.'  # by the forces
 
 
@@ -98,10 +81,8 @@ class FitResult:
     others: tuple[Minimum, ...]
     steady: bool
     uncertainty: Uncertainty
-    assumed: Assumed
     predicted: Predicted
     missing: tuple[Missing, ...]
-    trial: Trial | None
     wall_s: float
     notes: tuple[str, ...] = ()
 
@@ -118,13 +99,12 @@ class FitResult:
     @property
     def settings_of_all(self) -> dict[str, Scalar]:
         """Settings with the same value in all experiments."""
-        first, *others = (one.settings.items() for one in self.experiments)
-        return dict(set(first).intersection(*others))
+        return self.problem.settings_of_all
 
     @cached_property
     def estimates(self) -> tuple[Estimate, ...]:
         """The free parameters."""
-        return estimates_of(self.problem, self.found.place, self.uncertainty)
+        return estimates_of(self.problem, self.uncertainty)
 
     def draws(self, count: int, seed: int = 1) -> list[Parameters]:
         """
@@ -138,13 +118,15 @@ class FitResult:
         Returns
         -------
         list of Parameters
-            From the normal distribution of the coordinates (mostly logarithms) at the minimum,
-            with the errors of the assumed constants; parameters without a finite error stay
-            constant.
+            From the normal distribution of the natural coordinates at the minimum; parameters
+            without a finite error stay constant. They move as the recording shows: another scale
+            of the assumed contact would move alike, with other forces.
 
         """
-        free, place = self.problem.free, self.found.place
-        return drawn(self.parameters, free, place, self.uncertainty.covariance_z, count, seed)
+        vague = [one.name for one in self.estimates if one.undetermined]
+        covariance = self.uncertainty.natural(self.uncertainty.recorded_z)
+        natural = Natural(self.parameters, self.problem.free)
+        return drawn(natural, self.found.place, covariance, vague, count, seed)
 
     @property
     def covariance(self) -> Array:
@@ -176,34 +158,33 @@ class FitResult:
         """The ratios that readings without a force show."""
         place, settings = self.found.place, dict(self.experiments[0].settings)
 
-        def logarithms(z: Array) -> Array:
-            stand = self.problem.stand(z).updated(settings)
+        def logarithms(place: Array) -> Array:
+            stand = self.problem.stand(place).updated(settings)
             return np.log([max(shown(stand), _NOTHING) for _, shown in _RATIOS.values()])
 
-        slopes = np.column_stack(
-            [
-                (logarithms(place + way) - logarithms(place - way)) / (2.0 * STEP)
-                for way in STEP * np.eye(len(place))
-            ]
-        )
-        covariance_z = np.nan_to_num(self.assumed.recorded.covariance_z, nan=0.0, posinf=_UNKNOWN)
-        errors = np.sqrt(np.sum(slopes @ covariance_z * slopes, axis=1))
-        errors = np.where(errors < UNDETERMINED, errors, np.inf)
-        strained = np.abs(slopes @ self.assumed.moves @ self.assumed.pulls)
-        widths = self.uncertainty.quantile * errors + strained
+        columns = [
+            (logarithms(place + way) - logarithms(place - way)) / (2.0 * STEP)
+            for way in STEP * np.eye(len(place))
+        ]
+        slopes, doubt = np.column_stack(columns), self.uncertainty
+        covariance = doubt.natural(doubt.shown_z)
+        errors = np.sqrt(np.sum(slopes @ covariance * slopes, axis=1))
+        moved = np.linalg.solve(doubt.per_natural, doubt.pulled[: len(place)])
+        widths = doubt.quantile * errors + np.abs(slopes @ moved)
         values = np.exp(logarithms(place))
-        columns = values, values * errors, values * np.exp(-widths), values * np.exp(widths)
-        rows = zip(_RATIOS.items(), np.transpose(columns).tolist(), strict=True)
+        rows = values, values * errors, values * np.exp(-widths), values * np.exp(widths)
         return tuple(
             Ratio(name, unit, *row)
-            for (name, (unit, _)), row in rows
-            if row[1] > EFFECT * row[0] and row[0] > 2.0 * _NOTHING and not self.has_forces
+            for (name, (unit, _)), row, error in zip(
+                _RATIOS.items(), np.transpose(rows).tolist(), errors, strict=True
+            )
+            if EFFECT < error < UNDETERMINED and row[0] > 2.0 * _NOTHING and not self.has_forces
         )
 
     @cached_property
     def tensions(self) -> tuple[Tension, ...]:
         """Known and assumed values beside those that the readings alone prefer."""
-        return self.assumed.tensions(self.problem, self.found.place)
+        return self.uncertainty.tensions(self.problem)
 
     @property
     def experiments(self) -> tuple[Experiment, ...]:
@@ -223,48 +204,81 @@ class FitResult:
 
     @property
     def p_value(self) -> float | None:
-        """Chance of a larger chi-square if model and known errors are right; else None."""
+        """Chance of a larger chi-square of numbers with known errors; else None."""
         dof = self.uncertainty.dof
-        if not self.problem.noise.known or not dof:
+        if not self.problem.noise.known or not dof or self.problem.has_traces:
             return None
         return float(chi2.sf(self.chi_square, dof))
 
     @property
-    def is_missing_much(self) -> bool:
-        """Whether a missing parameter explains more than an allowance covers."""
-        return bool(self.missing and self.missing[0].chi_square > MISSED_MOST * self.readings)
+    def owed_m(self) -> float:
+        """What the model owes in each moment of a cycle, m, rms; 0 of numbers."""
+        allowance = self.problem.allowance
+        return 0.0 if allowance is None else math.hypot(allowance.shape_m, allowance.slow_m)
 
     @property
-    def is_trial_different(self) -> bool:
-        """Whether the richer model fits better with different parameters."""
-        trial, place = self.trial, self.found.place
-        if trial is None or trial.found > min(
-            trial.chi_square - _FALL, MISSED_MOST * self.readings
-        ):
-            return False
-        there = self.problem.coordinates(trial.values)
-        return self.assumed.recorded.is_beyond_errors(place, there)
+    def stroke_m(self) -> float:
+        """Largest stroke of the feet in the recordings, m."""
+        swings_v = [
+            np.ptp(one.drive.rows[:, 1])
+            for one in self.experiments
+            if isinstance(one.drive, Voltage)
+        ]
+        return float(max(swings_v, default=0.0)) * self.parameters.actuator.gain
 
     @property
-    def is_biased(self) -> bool:
-        """Whether a missing parameter would surely move others beyond their errors."""
-        place = self.found.place
-        return any(
-            each.chi_square - each.expected > _FALL
-            and self.assumed.recorded.is_beyond_errors(place, place + np.array(each.moves))
+    def culprits(self) -> tuple[Missing, ...]:
+        """What is missing and would move a value beyond its error."""
+        place, natural = self.found.place, self.problem.natural
+        return tuple(
+            each
             for each in self.missing
+            if each.chi_square - each.expected > _FALL
+            and self.uncertainty.is_beyond_errors(natural.back(place + np.array(each.moves)))
         )
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """Why the fit does not hold; empty if it holds."""
+        return tuple(self._reasons())
 
     @property
     def holds(self) -> bool:
         """Whether the intervals are reliable: the search converged, and the model fits."""
-        is_unlikely = self.p_value is not None and self.p_value < P_VALUE_MIN
-        is_doubtful = (
-            is_unlikely or self.is_missing_much or self.is_trial_different or self.is_biased
-        )
-        is_doubtful |= any(each.apart > APART_MAX for each in self.tensions)
-        is_cut = any(one.at_bound and not one.is_limited(one.value) for one in self.estimates)
-        return self.found.converged and not (is_doubtful or is_cut or self.drifts)
+        return not self.reasons
+
+    def _reasons(self) -> Iterator[str]:
+        if not self.found.converged:
+            yield 'the search did not converge: raise --starts, or narrow --bounds'
+        if self.p_value is not None and self.p_value < P_VALUE_MIN:
+            yield (
+                f'the numbers are missed by more than their errors (p-value {self.p_value:.2g})'
+            )
+        if self.owed_m > OWED_MOST * self.stroke_m:
+            yield (
+                f'the model misses the motion by {1e9 * self.owed_m:.3g} nm, more than '
+                f'{100.0 * OWED_MOST:g} % of the stroke'
+            )
+        for each in self.culprits[:1]:
+            yield f'values move beyond their errors with {each.name} free'
+        for one, beyond in zip(self.estimates, self.uncertainty.beyond.tolist(), strict=True):
+            if one.at_bound and one.is_limit(one.value) and beyond > APART_MAX:
+                yield (
+                    f'the readings pull {one.name} beyond {one.value:.4g} {one.unit}, a limit of '
+                    f'the model, by {beyond:.3g} standard errors: something else is lacking'
+                )
+        for tension in self.tensions:
+            if tension.apart > APART_MAX:
+                yield (
+                    f'{tension.name} is {tension.value:.4g} +- {100.0 * tension.share:.3g} %, but '
+                    f'the readings prefer {tension.preferred:.3g}, {tension.apart:.3g} standard '
+                    'errors off'
+                )
+        for drifting, drift_m_per_s in self.drifts:
+            yield (
+                f'{drifting.origin}: most of the motion would be a drift of the sensor, '
+                f'{1e6 * drift_m_per_s:.3g} um/s'
+            )
 
     @property
     def noise_n(self) -> float | None:
@@ -307,7 +321,7 @@ class FitResult:
                 'noise': noise,
                 'zero': -zero,
                 'drift_per_s': -drift,
-                'late_s': self.problem.shift_s(number) + late_s,
+                'late_s': each.sensor.late_s + late_s,
                 'rms': float(np.sqrt(np.mean(left**2))),
             }
             found.append((one, each, sensor))

@@ -1,34 +1,50 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Statistics of a minimum: errors, intervals, correlations, parameters without influence."""
+"""
+Errors of a minimum: of the free parameters, together with the constants that a fit assumes.
+
+Each free parameter is taken to be within a factor of ten of its start, each constant within its
+stated error; the slopes of the residuals do the rest.
+
+"""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import norm, t
 
 from stickslip_ros.arrays import Array
+from stickslip_ros.lab.fitting.assumed import slopes_of_constants
 from stickslip_ros.lab.fitting.free import Coordinate
-from stickslip_ros.lab.fitting.problem import Problem
-from stickslip_ros.lab.fitting.profile import profile
-from stickslip_ros.parameters import spec_of
+from stickslip_ros.lab.fitting.problem import BOUND, Problem
 
 Flags = NDArray[np.bool_]
 
-QUANTILE_95 = 1.96  # half width of a 95 % interval in standard deviations
-_APART = 2.0  # least distance of another minimum in standard errors
 LEVEL = 0.95  # confidence of the intervals
+QUANTILE_95 = 1.96  # half width of a 95 % interval in standard deviations
+PRIOR, _VAGUE = math.log(10.0), 10.0
+"""Standard error of a coordinate before a measurement, a factor of ten; and one that shows whether
+the readings alone determine it."""
 EFFECT = 1e-5
-"""Least effect of an e-fold, or the whole range, per force: the noise of a slope."""
-RANK = 1e-5
-"""Least singular value, per largest, of independent columns of unit length: the noise."""
+"""Least effect of an e-fold, or of a usual size, per reading: the noise of a slope."""
 UNDETERMINED = 1.0
-"""Largest standard error of a coordinate, an e-fold or the whole range, of a determined parameter:
-slopes do not reach further."""
-_SHARE = 1e-3  # least part of a parameter in an undetermined combination
+"""Largest standard error of a determined parameter, in e-folds: slopes do not reach further."""
+_APART = 2.0  # least distance of another minimum in standard errors
+
+
+class Tension(NamedTuple):
+    """A constant from elsewhere, and the value that the readings alone prefer."""
+
+    name: str
+    value: float
+    share: float  # relative standard error
+    preferred: float
+    apart: float  # distance in standard errors
 
 
 @dataclass(frozen=True)
@@ -36,39 +52,51 @@ class Estimate(Coordinate):
     """A free parameter with its value and 95 % interval, symmetric about its coordinate."""
 
     value: float
-    # infinite, without an interval, if one of the flags below is set, or if another parameter sits
-    # on a bound that is no limit of the model
+    # infinite, without an interval, if one of the flags is set
     standard_error: float
     low: float
     high: float
     at_bound: bool
-    inert: bool  # without effect on the forces
+    inert: bool  # without effect on the readings
     undetermined: bool  # exchangeable with others, or known to less than a factor of e
 
 
 @dataclass(frozen=True, eq=False)
 class Uncertainty:
-    """Errors of the parameters at a minimum."""
+    """Errors at a minimum: of the coordinates z of the free parameters, and of the constants."""
 
+    z: Array  # shape (free,)
+    sizes: Array  # 1 for a logarithm, else the coordinate, at least 1
+    per_natural: Array  # slopes of z by natural coordinates, shape (free, free)
     dof: int  # degrees of freedom: points less free parameters
-    # factor of the covariance: 1 with known standard errors of the points, else chi-square per
-    # degree of freedom
+    # factor of the covariance: 1 or more with known standard errors of the points, else chi-square
+    # per degree of freedom
     variance_scale: float
     # half width of the intervals in standard errors: of the normal distribution with known errors
     # of the points, else of the t distribution
     quantile: float
-    covariance_z: Array  # of the coordinates, with infinite variances, shape (free, free)
+    shown_z: Array  # covariance by the recording alone, with exact constants, shape (free, free)
+    recorded_z: Array  # the same with known parameters
+    covariance_z: Array  # the same with the errors of the constants
+    alone_z: Array  # standard errors by the readings alone, nearly without those before
     at_bound: Flags  # parameters on a bound, shape (free,)
+    # how far the readings pull a parameter beyond such a bound, in standard errors, shape (free,)
+    beyond: Array
     inert: Flags  # parameters without effect
-    undetermined: Flags  # parameters in a combination without effect
-    # of the slopes of the residuals with columns of unit length, of all other parameters
-    singular_values: tuple[float, ...]
-    weakest: tuple[float, ...]  # combination of coordinates of the smallest of them
+    shares: Mapping[str, float]  # relative errors of the constants, by name
+    whole_z: Array  # covariance of z and constants, shape (free + constants, same)
+    pulled: Array  # where the readings would move z and the constants, shape (free + constants,)
 
     @property
     def errors_z(self) -> Array:
         """Standard errors of the coordinates; infinite if unknown."""
         return np.sqrt(np.diag(self.covariance_z))
+
+    @property
+    def undetermined(self) -> Flags:
+        """Parameters known to less than a factor of e, or than themselves."""
+        errors = np.maximum(self.errors_z, self.alone_z)
+        return np.asarray(np.isfinite(errors) & (errors > UNDETERMINED * self.sizes))
 
     @property
     def correlation(self) -> Array:
@@ -77,140 +105,163 @@ class Uncertainty:
         errors = np.where(np.isfinite(errors) & (errors > 0.0), errors, np.nan)
         return np.asarray(self.covariance_z / np.outer(errors, errors))
 
-    @property
-    def condition(self) -> float:
-        """Condition number: 1 if parameters act independently."""
-        values = self.singular_values
-        if not values:
-            return 1.0
-        return values[0] / values[-1] if values[-1] > 0.0 else float('inf')
+    def natural(self, covariance_z: Array) -> Array:
+        """Return the covariance of natural coordinates; held parameters have no variance."""
+        known = np.isfinite(np.diag(covariance_z))
+        finite = np.where(np.outer(known, known), covariance_z, 0.0)
+        per_z = np.linalg.inv(self.per_natural)
+        return np.asarray(per_z @ finite @ per_z.T)
 
-    def is_beyond_errors(self, place: Array, other: Array) -> bool:
-        """Return whether another place lies beyond the errors of this place."""
-        return bool(np.any(np.abs(other - place) > _APART * self.errors_z))
+    def is_beyond_errors(self, z: Array) -> bool:
+        """Return whether another place lies beyond the errors that the readings leave."""
+        errors = np.sqrt(np.diag(self.recorded_z))
+        return bool(np.any(np.abs(z - self.z) > _APART * errors))
 
-    def reaching(self, place: Array, others: Array, rises: Array) -> 'Uncertainty':
+    def reaching(self, others: Array, rises: Array) -> 'Uncertainty':
         """Widen the intervals to other minima, shape (n, free), by their rises of chi-square."""
         if not len(others):
             return self
         left = np.sqrt(np.maximum(1.0 - rises / QUANTILE_95**2, 0.0))
         around = QUANTILE_95 * left[:, np.newaxis] * self.errors_z
-        reach = np.max(np.abs(others - place) + around, axis=0)
-        return replace(self, covariance_z=reaching(self.covariance_z, reach))
+        reach = np.max(np.abs(others - self.z) + around, axis=0)
+        return replace(self, covariance_z=_reaching(self.covariance_z, reach))
+
+    def tensions(self, problem: Problem) -> tuple[Tension, ...]:
+        """Return the known and the assumed values about which the readings tell."""
+        rows, variances = list[tuple[str, float, float, float, float]](), np.diag(self.recorded_z)
+        for k, one in enumerate(problem.free):
+            if one.name in problem.known:  # with exact constants, as the minimum was sought
+                value, share = problem.known[one.name]
+                per = one.slope(value) / value
+                offset = (self.z[k] - one.to_coordinate(value)) * per
+                rows.append((one.name, value, share, variances[k] * per**2, offset))
+        values = [one.to_value(z) for one, z in zip(problem.free, self.z.tolist(), strict=True)]
+        stand = problem.parameters.updated(dict(problem.experiments[0].settings)).flat()
+        left, pulls = np.diag(self.whole_z)[len(values) :], self.pulled[len(values) :]
+        for (name, share), variance, pull in zip(self.shares.items(), left, pulls, strict=True):
+            rows.append((name, float(stand.get(name, 1.0)), share, variance, pull))
+        found = []
+        for name, value, share, variance, offset in rows:
+            told = 1.0 - variance / share**2
+            if told > variance / UNDETERMINED**2:
+                with np.errstate(over='ignore'):
+                    preferred = value * float(np.exp(offset / told))
+                apart = abs(float(offset)) / (share * math.sqrt(told))
+                found.append(Tension(name, value, share, preferred, apart))
+        return tuple(found)
 
 
-def uncertainty(problem: Problem, coordinates: Array, chi_square: float) -> Uncertainty:
-    """Return the errors of the parameters from the slopes at a minimum."""
-    jacobian = problem.slopes(coordinates, central=True)
-    is_known, free = problem.noise.known, len(problem.free)
-    dof = problem.count - problem.unknowns - free
-    at_bound = problem.at_bound(coordinates)
-    lengths = np.sqrt(np.sum(jacobian**2, axis=0))
-    inert = lengths <= EFFECT * problem.signal
-    active = np.flatnonzero(~at_bound & ~inert)
-    values, directions = np.empty(0), np.empty((0, 0))
-    weakest = np.zeros(free)
-    if len(active):
-        unit = jacobian[:, active] / lengths[active]
-        # The triangle alone: the other matrix would have a row for each reading of a trace.
-        _, values, directions = np.linalg.svd(np.linalg.qr(unit, mode='r'), full_matrices=True)
-        values = np.concatenate((values, np.zeros(len(directions) - len(values))))
-        row = directions[-1]
-        weakest[active] = row * np.sign(row[np.argmax(np.abs(row))])
-    scale = 1.0 if is_known else chi_square / dof
-    covariance_z, undetermined = covariance_of(values, directions, lengths[active], scale)
-    if any(
-        sits and not one.is_limited(value)  # the model goes on beyond this bound
-        for one, value, sits in zip(
-            problem.free, problem.values(coordinates), at_bound, strict=True
-        )
-    ):
-        covariance_z = np.full_like(covariance_z, np.nan)
-        np.fill_diagonal(covariance_z, np.inf)
-    whole_z = np.full((free, free), np.nan)  # what is not active has no covariance
-    np.fill_diagonal(whole_z, np.inf)
-    whole_z[np.ix_(active, active)] = covariance_z
-    upper = 0.5 * (1.0 + LEVEL)
+def uncertainty(
+    problem: Problem, place: Array, chi_square: float, shares: Mapping[str, float]
+) -> Uncertainty:
+    """Return the errors at a minimum; ``shares`` are relative errors of assumed constants."""
+    free = len(place)
+    per_natural = problem.natural.slopes(place)
+    slopes = problem.slopes(place, central=True)[:-free] @ np.linalg.inv(per_natural)
+    missed = problem.residuals(place)[:-free]  # without bounds
+    is_known, dof = problem.noise.known, problem.count - problem.unknowns - free
+    at_bound = problem.at_bound(place)
+    pairs = zip(problem.free, problem.values(place), at_bound, strict=True)
+    held = np.array([sits and not one.is_limit(value) for one, value, sits in pairs])
+    inert = np.sqrt(np.sum(slopes**2, axis=0)) <= EFFECT * problem.signal
+    active = np.flatnonzero(~held & ~inert)
+    scale = 1.0  # with given errors of numbers; those of traces are estimated
+    if not is_known:
+        scale = max(chi_square / dof, float(np.finfo(np.float64).tiny))
+    elif problem.has_traces:
+        scale = max(chi_square / dof, 1.0)
+    shares = {name: share for name, share in shares.items() if share}
+    columns = [slopes[:, active]]
+    if shares:
+        columns.append(slopes_of_constants(problem, place, list(shares))[:-free])
+    seen = np.hstack(columns)
+    priors = np.array([*[PRIOR] * len(active), *shares.values()])
+    information = seen.T @ seen / scale + np.diag(priors**-2.0)
+    inner = _inverse(information)
+    pull = -inner @ seen.T @ missed / scale
+    rows = [*active, *range(free, free + len(shares))]
+    shown = slopes[: len(slopes) - len(problem.known), active]
+    prior, vague = (each**-2.0 * np.eye(len(active)) for each in (PRIOR, _VAGUE))
+    whole_z, pulled = _spread(inner, rows, free + len(shares)), np.zeros(free + len(shares))
+    pulled[rows] = pull
+    known = len(active)
+    data = seen[:, :known].T @ seen[:, :known] / scale
+    covariance_z = whole_z[:free, :free]
+    errors = np.sqrt(np.diag(covariance_z))
+    reach = np.where(np.isfinite(errors), np.abs(pulled[:free]) + QUANTILE_95 * errors, 0.0)
+    upper, z = 0.5 * (1.0 + LEVEL), problem.natural.back(place)
+    is_log = [one.is_log for one in problem.free]
     return Uncertainty(
+        z=z,
+        sizes=np.where(is_log, 1.0, np.maximum(np.abs(z), 1.0)),
+        per_natural=per_natural,
         dof=dof,
         variance_scale=scale,
         quantile=float(norm.ppf(upper) if is_known else t.ppf(upper, dof)),
-        covariance_z=widen(problem, coordinates, whole_z),
+        alone_z=np.sqrt(np.diag(_spread(_inverse(data + vague), [*active], free))),
+        shown_z=_spread(_inverse(shown.T @ shown / scale + prior), [*active], free),
+        recorded_z=_spread(_inverse(information[:known, :known]), [*active], free),
+        covariance_z=_reaching(covariance_z, reach),
         at_bound=at_bound,
+        beyond=_beyond(problem, z, slopes, missed) / math.sqrt(scale),
         inert=inert & ~at_bound,
-        undetermined=np.isin(range(free), active[undetermined]),
-        singular_values=tuple(values.tolist()),
-        weakest=tuple(weakest.tolist()),
+        shares=shares,
+        whole_z=whole_z,
+        pulled=pulled,
     )
 
 
-def widen(problem: Problem, coordinates: Array, covariance_z: Array) -> Array:
-    """
-    Widen a covariance to the places of a grid that are not ruled out.
-
-    Parameters that follow the grid curve with it: a damping ratio of 0.07, freed with resonance
-    and bandwidth, was 3.5 standard errors off otherwise.
-
-    """
-    grid = profile(problem, coordinates)
-    if grid is None:
-        return covariance_z
-    ends = [grid.range_of(number, QUANTILE_95**2) for number in range(len(coordinates))]
-    return reaching(covariance_z, np.max(np.abs(np.transpose(ends) - coordinates), axis=0))
+def _beyond(problem: Problem, z: Array, slopes: Array, missed: Array) -> Array:
+    """Return how far the residuals pull parameters beyond their bounds, in standard errors."""
+    lower = np.array([one.beyond(x - BOUND) < 0.0 for one, x in zip(problem.free, z, strict=True)])
+    upper = np.array([one.beyond(x + BOUND) > 0.0 for one, x in zip(problem.free, z, strict=True)])
+    basis, found = np.linalg.qr(slopes[:, ~(lower | upper)])[0], np.zeros(len(z))
+    for number in np.flatnonzero(lower | upper):
+        alone = slopes[:, number] - basis @ (basis.T @ slopes[:, number])
+        pull = float(alone @ missed) / max(float(np.linalg.norm(alone)), 1e-300)
+        found[number] = pull if lower[number] else -pull
+    return found
 
 
-def reaching(covariance_z: Array, reach: Array) -> Array:
+def _inverse(information: Array) -> Array:
+    """Return the inverse of an information of any units."""
+    sizes = np.sqrt(np.diag(information))
+    return np.asarray(np.linalg.inv(information / np.outer(sizes, sizes)) / np.outer(sizes, sizes))
+
+
+def _spread(covariance: Array, rows: list[int], size: int) -> Array:
+    """Return a covariance with rows for held coordinates, which have infinite variances."""
+    whole = np.full((size, size), np.nan)
+    np.fill_diagonal(whole, np.inf)
+    whole[np.ix_(rows, rows)] = covariance
+    return whole
+
+
+def _reaching(covariance_z: Array, reach: Array) -> Array:
     """Widen a covariance to 95 % intervals of at least this reach; infinite variances stay."""
     factors = np.maximum(reach / (QUANTILE_95 * np.sqrt(np.diag(covariance_z))), 1.0)
     return np.asarray(covariance_z * np.outer(factors, factors))
 
 
-def vague(covariance_z: Array) -> Flags:
-    """Return a mask of the coordinates with an error too large for an estimate, but finite."""
-    variances = np.diag(covariance_z)
-    return np.asarray(np.isfinite(variances) & (variances > UNDETERMINED**2))
-
-
-def estimates_of(problem: Problem, coordinates: Array, doubt: Uncertainty) -> tuple[Estimate, ...]:
+def estimates_of(problem: Problem, doubt: Uncertainty) -> tuple[Estimate, ...]:
     """Return the free parameters at a minimum with their errors and intervals."""
-    estimates, is_vague = [], vague(doubt.covariance_z)
-    for index, free in enumerate(problem.free):
-        z = float(coordinates[index])
-        error_z = math.inf if is_vague[index] else float(doubt.errors_z[index])
-        value, spec = free.to_value(z), spec_of(free.name)
-        low = high = np.nan
-        if np.isfinite(error_z):
-            # The interval is symmetric about the coordinate, and cut at the limits of the model.
-            ends_z = z + doubt.quantile * error_z * np.array((-1.0, 1.0))
-            with np.errstate(over='ignore'):
-                ends = np.exp(ends_z) if free.is_log else free.unbounded_value(1.0) * ends_z
-            low = float(max(ends[0], -np.inf if spec.minimum is None else spec.minimum))
-            high = float(min(ends[1], np.inf if spec.maximum is None else spec.maximum))
+    estimates = list[Estimate]()
+    for number, one in enumerate(problem.free):
+        z, error_z = float(doubt.z[number]), float(doubt.errors_z[number])
+        value, is_vague = one.to_value(z), bool(doubt.undetermined[number])
+        low = high = math.nan
+        if math.isfinite(error_z) and not is_vague:
+            low, high = (one.to_value(z + way * doubt.quantile * error_z) for way in (-1.0, 1.0))
         estimates.append(
             Estimate(
-                **vars(free),
+                **vars(one),
                 value=value,
-                standard_error=error_z * free.slope(value),
+                standard_error=math.inf if is_vague else error_z * one.slope(value),
                 low=low,
                 high=high,
-                at_bound=bool(doubt.at_bound[index]),
-                inert=bool(doubt.inert[index]),
-                undetermined=bool(doubt.undetermined[index] or is_vague[index]),
+                at_bound=bool(doubt.at_bound[number]),
+                inert=bool(doubt.inert[number]),
+                undetermined=is_vague,
             )
         )
     return tuple(estimates)
-
-
-def covariance_of(
-    values: Array, directions: Array, lengths: Array, scale: float
-) -> tuple[Array, Flags]:
-    """Return the covariance of active coordinates, and a mask of those not determined."""
-    if not len(values):
-        return np.empty((0, 0)), np.zeros(0, dtype=np.bool_)
-    blind = values <= RANK * values[0]
-    seen = directions[~blind] / values[~blind, None]
-    covariance = scale * (seen.T @ seen) / np.outer(lengths, lengths)
-    undetermined = np.sum(directions[blind] ** 2, axis=0) > _SHARE
-    covariance[undetermined, :] = covariance[:, undetermined] = np.nan
-    covariance[undetermined, undetermined] = np.inf
-    return covariance, np.asarray(undetermined)

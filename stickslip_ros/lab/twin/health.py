@@ -10,10 +10,10 @@ from scipy.stats import chi2
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.lab.fitting.report import Fit
-from stickslip_ros.lab.fitting.result import MISSED_MOST, FitResult
+from stickslip_ros.lab.fitting.result import FitResult
 from stickslip_ros.lab.twin.settings import TwinParameters
 from stickslip_ros.lab.twin.twin import Look, Twin
-from stickslip_ros.lab.twin.watch import LookEstimate, Watch
+from stickslip_ros.lab.twin.watch import ELSE, LookEstimate, Watch
 
 _CAUSES = {
     'contact.friction': 'dirt, moisture or wear',
@@ -23,7 +23,13 @@ _CAUSES = {
     'actuator.gain': 'the piezo or its amplifier',
 }
 """Usual causes of a changed parameter."""
+_SOMETHING_ELSE = (
+    'something else has changed than one parameter: the preload, a load, one foot, the clock of '
+    'the sensor, or messages are lost'
+)
 _GREW = 1.5  # growth of chi-square per reading since the start that marks another motion
+_MISSED_MOST = 1.5
+"""Most chi-square per reading, of noise and sensor alone, of a model that explains a motion."""
 _MEANS_NOTHING = 5.0
 """Chi-square per reading above which parameters mean nothing: with travelling roughness it went
 from 2 to 85 between places, and the mass changed by a fifth."""
@@ -68,7 +74,9 @@ class Doctor:
             self._chi_at_start = max(self._chi_at_start, _chi(fit))
         if not self._watch.has_begun or _chi(fit) <= self._largest_chi(fit):
             changed = self._watch.changed(_estimate_of(fit))
-            if changed is not None:
+            if changed == ELSE:
+                words = '; '.join(filter(None, [_SOMETHING_ELSE, words]))
+            elif changed is not None:
                 was = np.median(self._first, axis=0)[:, changed]
                 name = names[changed]
                 numbers = (values[changed], errors[changed], *was)
@@ -102,7 +110,7 @@ def _chi(fit: FitResult) -> float:
 
 def _limit(fit: FitResult) -> float:
     """Return the largest chi-square per reading of a model that explains the motion."""
-    return max(MISSED_MOST, float(chi2.isf(1e-6, fit.readings)) / fit.readings)
+    return max(_MISSED_MOST, float(chi2.isf(1e-6, fit.readings)) / fit.readings)
 
 
 def _misfit_text(fit: FitResult) -> str:

@@ -17,7 +17,7 @@ import numpy as np
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.lab.experiments.experiment import OF_TRACES, Experiment, Seen, Voltage, noise_of
+from stickslip_ros.lab.experiments.experiment import OF_TRACES, Experiment, Seen, Voltage
 from stickslip_ros.lab.experiments.options import ReadingOptions
 from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.lab.experiments.reading import (
@@ -25,10 +25,11 @@ from stickslip_ros.lab.experiments.reading import (
     experiment_over_time,
     without_outliers,
 )
+from stickslip_ros.lab.experiments.sensor import KnownSensor, noise_of
 from stickslip_ros.lab.fitting.fit import FitOptions, fit_experiments
 from stickslip_ros.lab.fitting.free import FROM_ZERO, choose_free
 from stickslip_ros.lab.fitting.metric import metric_of, waves_of
-from stickslip_ros.lab.fitting.problem import FINEST, shifted
+from stickslip_ros.lab.fitting.problem import FINEST
 from stickslip_ros.lab.fitting.report import Fit
 from stickslip_ros.lab.twin.settings import TwinParameters
 from stickslip_ros.lab.twin.window import Window
@@ -75,28 +76,29 @@ class Twin:
         self._fitted, free, self.notes = choose_free(stand, settings.free_names)
         own = stand.flat()
         self._free = tuple(
-            replace(one, start=float(own[one.name]), lower=0.0) if one.name in FROM_ZERO else one
+            replace(one, start=float(own[one.name])) if one.name in FROM_ZERO else one
             for one in free
         )
         self._known = {one.name: (one.start, settings.prior) for one in free if own[one.name]}
         self._options = ReadingOptions(window_s=(0.0, settings.window))
-        self._late_s, self._slow_s = 0.0, 0.0  # of the first sensor
+        self._sensor = KnownSensor()  # of the first quantity
         self._noise: float | None = None
         self._due_ns: int | None = None
 
     def look(self, window: Window) -> Look:
         """Return rig and twin in a window; RigAtRest without input, else StickSlipError."""
         experiment = self.experiment(window)
-        first, *others = experiment.seen
-        seen = (replace(first, slow_s=self._slow_s), *others)
+        first, *others = experiment.sensed(late_s=self._sensor.late_s).seen
+        seen = (first.sensed(slow_s=self._sensor.slow_s), *others)
         there = replace(experiment, seen=seen)
-        [found] = predict(self.stand, [there], shifts_s=(self._late_s,))
+        [found] = predict(self.stand, [there])
         assert isinstance(there.drive, Voltage)
-        waves = waves_of(shifted(there.drive, self._late_s))
+        late = np.array((self._sensor.late_s, 0.0))
+        waves = waves_of(there.drive.rows + late)
         begins_s, shown = there.drive.begins_s, list[ComparedQuantity]()
         for each, model in zip(seen, found, strict=True):
-            still = replace(each, drift_per_s=0.0)  # a drift would absorb the steps
-            metric = metric_of(still, model, waves, max(each.noise, FINEST), None)
+            still = each.sensed(drift_per_s=0.0)  # a drift would absorb the steps
+            metric = metric_of(still, model, there.drive.rows, max(each.noise, FINEST), None)
             _, left = metric.of_sensor(model.values - each.values)
             time_s, twin = each.time_s + begins_s, each.values + left
             shown.append(ComparedQuantity(each.quantity, time_s, each.values, twin))
@@ -122,7 +124,12 @@ class Twin:
             raise RigAtRest('nothing drives the rig')
         drift = {'force_n': math.inf}
         seen = tuple(
-            Seen(name, values, times_s, drift_per_s=drift.get(name, self.settings.drift))
+            Seen(
+                name,
+                values,
+                times_s,
+                sensor=KnownSensor(drift_per_s=drift.get(name, self.settings.drift)),
+            )
             for name in OF_TRACES
             for times_s, values in [window.samples.get(name, (np.empty(0), np.empty(0)))]
             if len(times_s) >= _SAMPLES_MIN
@@ -156,7 +163,6 @@ class Twin:
             [replace(one, seen=seen)],
             known=self._known,
             options=FitOptions(starts=starts, workers=1),
-            is_warm=True,
         )
 
     def follow(self, fitted: Fit) -> None:
@@ -166,6 +172,5 @@ class Twin:
             replace(one, start=min(max(value, one.lower), one.upper))
             for one, value in zip(self._free, values, strict=True)
         )
-        self._late_s = fitted.problem.shifts_s[0]
-        self._slow_s = fitted.experiments[0].seen[0].slow_s
+        self._sensor = fitted.experiments[0].seen[0].sensor
         self._noise = self._noise or fitted.problem.noise.values[0][0]

@@ -13,8 +13,9 @@ d = z - z0, and W the inverse of the sum of the covariances of two looks,
 
 is the fall of chi-square if parameter j alone has changed (Rao's score): without a change,
 chi-square with one degree of freedom. A change is reported if the same T is the largest and above
-the limit in two successive looks, since one may hold a knock. Errors are enlarged, never reduced,
-to the scatter of the looks.
+the limit in two successive looks, since one may hold a knock. If more than chance is left of
+chi-square after that, no parameter alone has changed, but something else. Errors are enlarged,
+never reduced, to the scatter of the looks.
 
 """
 
@@ -22,13 +23,16 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import f
+from scipy.stats import chi2, f
 
 from stickslip_ros.arrays import Array
 
 _FIRST_LOOKS = 3  # looks of the baseline
 _TRUST = 4.0  # weight of the stated errors, in looks, against their scatter
 _DAY_S = 86400.0
+_LEFT_CHANCE = 1e-4  # largest chance of what a change of one parameter leaves
+ELSE = -1
+"""What has changed if it is no single parameter."""
 
 
 class LookEstimate(NamedTuple):
@@ -68,25 +72,26 @@ class Watch:
         freedom = count * (_TRUST + self._counted)
         return float(f.isf(chance, 1, freedom))
 
-    def scores(self, look: LookEstimate) -> tuple[Array, float]:
-        """Return T of each coordinate, and the fall of chi-square if all have changed."""
+    def scores(self, look: LookEstimate) -> tuple[Array, float, float]:
+        """Return T of each coordinate, the same if all have changed, and the factor of both."""
         start = self.start
         weight = np.linalg.inv(look.covariance + start.covariance)
         along = weight @ (look.place - start.place)
         count = len(look.place)
         shown = (count * _TRUST + self._squares) / (count * (_TRUST + self._counted))
-        scores = along**2 / np.diag(weight) / max(1.0, shown)
-        return scores, float((look.place - start.place) @ along)
+        factor = 1.0 / max(1.0, shown)
+        whole = float((look.place - start.place) @ along)
+        return factor * along**2 / np.diag(weight), factor * whole, factor
 
     def is_suspect(self, look: LookEstimate) -> bool:
         """Return whether this look alone exceeds the limit."""
         if not self.has_begun:
             return False
-        scores, _ = self.scores(look)
+        scores, _, _ = self.scores(look)
         return bool(scores.max() > self.limit(len(scores)))
 
     def changed(self, look: LookEstimate) -> int | None:
-        """Return the changed coordinate; None without a change."""
+        """Return the changed coordinate, or ELSE; None without a change."""
         if not self.has_begun:
             self._first.append(look)
             if self.has_begun:  # their scatter is that of two looks without a change
@@ -96,10 +101,12 @@ class Watch:
                 self._squares = float(np.einsum('ki,ij,kj', ways, weight, ways))
                 self._counted = _FIRST_LOOKS - 1
             return None
-        scores, square = self.scores(look)
-        worst, before = int(np.argmax(scores)), self._suspect
-        self._suspect = worst if scores[worst] > self.limit(len(scores)) else None
+        scores, whole, factor = self.scores(look)
+        worst, before, others = int(np.argmax(scores)), self._suspect, len(scores) - 1
+        if others and whole - scores[worst] > chi2.isf(_LEFT_CHANCE, others):
+            worst = ELSE
+        self._suspect = worst if scores.max() > self.limit(len(scores)) else None
         if self._suspect is None:
-            self._squares, self._counted = self._squares + square, self._counted + 1
+            self._squares, self._counted = self._squares + whole / factor, self._counted + 1
             return None
         return worst if before == worst else None

@@ -70,7 +70,7 @@ def said(one: Experiment) -> tuple[str, ...]:
 
 def misses(one: Experiment, stand: Parameters, late_s: float = 0.0) -> dict[str, float]:
     """Give what a stand misses, per noise of the default sensors, which is white."""
-    [found] = predict(stand, [one], shifts_s=(late_s,))
+    [found] = predict(stand, [one.sensed(late_s=late_s)])
     noises = {
         each.quantity: getattr(stand, each.name).noise_density
         * (0.5 * stand.trace.sample_rate) ** 0.5
@@ -111,9 +111,10 @@ def test_the_cyclic_error_of_its_interferometer_pulls_no_parameter(seed, tmp_pat
     plan = ((1, Request('sawtooth', (250.0, 1000.0, 8.0))),)
     one = experiment_of(recorded(tmp_path / 'run.mcap', plan, stand, 12))
     _, free, _ = choose_free(stand, ['contact.friction', 'runner.mass', *changes])
-    problem = replace(pose(stand, free, [one]), allowance=Allowance())
+    noise = StandardErrors(True, ((5e-10,),))
+    problem = replace(pose(stand, free, [one]), allowance=Allowance(), noise=noise)
     [shown] = problem.predicted([stand])
-    problem = problem.measured_at(shown, StandardErrors(True, ((5e-10,),)))
+    problem = problem.measured_at(shown)
     slopes = problem.slopes(problem.start)
     covariance = np.linalg.inv(slopes.T @ slopes)
     pulled = covariance @ (slopes.T @ problem.residuals(problem.start))
@@ -242,7 +243,7 @@ def test_a_sensor_that_holds_its_samples_keeps_its_low_pass(tmp_path):
     stand = Parameters().updated({'interferometer.sample_rate': 10e3})
     plan = ((0, Request('sawtooth', (213.3, 1000.0, 0.0))),)
     one = experiment_of(recorded(tmp_path / 'run.mcap', plan, stand, 20))
-    assert [each.low_pass_hz for each in one.seen] == [0.0, 2000.0]
+    assert [each.sensor.undone_hz for each in one.seen] == [0.0, 2000.0]
 
 
 def test_a_recording_with_a_load_cell_is_fitted_to_the_noise(tmp_path):
@@ -255,6 +256,6 @@ def test_a_recording_with_a_load_cell_is_fitted_to_the_noise(tmp_path):
     [friction] = found.estimates
     assert abs(friction.value - 0.3) < 3.0 * friction.standard_error < 1e-3
     assert any(
-        note.endswith('low-pass of the sensor of force_n, 2000 Hz, was undone')
+        note.endswith('force_n: the low-pass of its sensor, 2000 Hz, was undone')
         for note in found.notes
     )

@@ -76,8 +76,10 @@ def with_forces(
     ]
 
 
-def noisy_points(truth: Parameters, seed: int, *, known: bool = True) -> list[Experiment]:
-    """Give the forces of a stand with noise of SIGMA_N."""
+def noisy_points(
+    truth: Parameters, seed: int, *, known: bool = True, sigma_n: float = SIGMA_N
+) -> list[Experiment]:
+    """Give the forces of a stand with noise."""
     points = exact_points(truth, known=known)
-    noise_n = SIGMA_N * np.random.default_rng(seed).standard_normal(len(points))
-    return with_forces(points, forces_n(points) + noise_n, SIGMA_N if known else None)
+    noise_n = sigma_n * np.random.default_rng(seed).standard_normal(len(points))
+    return with_forces(points, forces_n(points) + noise_n, sigma_n if known else None)

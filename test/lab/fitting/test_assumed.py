@@ -112,7 +112,9 @@ def test_draws_spread_as_the_wide_errors_and_a_plan_knows_that_constants_stay(
 
 def test_the_scale_moves_whatever_opposes_a_motion_and_nothing_else(other: tuple[Experiment, Fit]):
     _, found = other
-    moves = found.assumed.moves[:, list(found.assumed.shares).index('scale')]
+    doubt, free = found.uncertainty, len(TRUTH)
+    at = free + list(doubt.shares).index('scale')
+    moves = doubt.whole_z[:free, at] / doubt.whole_z[at, at] / doubt.sizes
     assert moves == pytest.approx([1.0, 0.0, 1.0, 1.0, 0.0], rel=0.0, abs=0.02)
 
 

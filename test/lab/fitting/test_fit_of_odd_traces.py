@@ -15,16 +15,16 @@ from spring_rig import Rig, voltage
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.cli.main import main
 from stickslip_ros.lab.comparison.compare import CompareOptions, compare
-from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage, noise_of
+from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
 from stickslip_ros.lab.experiments.options import ReadingOptions
 from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.lab.experiments.reading import LEAD_S, read_experiments
+from stickslip_ros.lab.experiments.sensor import noise_of
 from stickslip_ros.lab.experiments.sensor_clock import lateness_of
 from stickslip_ros.lab.fitting.fit import FitOptions, fit
 from stickslip_ros.lab.fitting.free import choose_free
 from stickslip_ros.lab.fitting.problem import pose
 from stickslip_ros.lab.fitting.report import Fit, warnings_of
-from stickslip_ros.lab.fitting.result import P_VALUE_MIN
 from stickslip_ros.lab.runs.replay import DriveInput, replay_input
 from stickslip_ros.parameters import Parameters
 
@@ -101,7 +101,6 @@ def test_draws_of_files_are_refused():
         compare(frame(), frame(), draws=[STAND])
 
 
-@pytest.mark.slow  # the trials of a fit that does not hold
 def test_a_fit_tells_the_preload_that_nobody_said_and_an_encoder_that_counts_the_other_way():
     warnings = warnings_of(fitted(frame(sign=-1.0), ()))
     for text in (
@@ -162,16 +161,14 @@ def test_a_constant_load_reaches_each_experiment():
 
 def test_a_fit_that_takes_most_of_a_motion_for_a_drift_does_not_hold():
     found = fitted(frame(replace(RIG, drift_m_per_s=2e-4)))
-    assert found.p_value is not None
-    assert found.p_value > P_VALUE_MIN
-    assert not found.holds
+    assert found.chi_square < 1.2 * found.readings
     [(_, drift_m_per_s)] = found.drifts
     assert drift_m_per_s == pytest.approx(2e-4, rel=0.05)
-    assert any('most of the motion as a drift' in text for text in warnings_of(found))
+    [reason] = found.reasons
+    assert 'most of the motion would be a drift of the sensor, ' in reason
     assert fitted(frame()).holds
 
 
-@pytest.mark.slow  # the trials of a fit that does not hold
 def test_a_hum_makes_a_fit_that_does_not_hold():
     table = frame()
     hum_m = 3e-9 * np.sin(2.0 * np.pi * 100.0 * table['time_s'])
@@ -257,7 +254,6 @@ def test_a_recording_of_this_package_without_a_load_cell_is_fitted_by_its_motion
     assert friction.low < 0.26 < friction.high
     assert gain.low < truth.actuator.gain < gain.high
     assert friction.standard_error < 0.01
-    assert any('the error of a reading is 0.5 nm' in note for note in found.notes)
 
 
 def test_readings_without_noise_are_fitted_at_the_preload_that_is_said():

@@ -65,7 +65,9 @@ DATA = (
         WINDOW,
         titled(
             'for the model',
-            *options_of(READING, 'commands', 'load_n', 'frequency_hz', 'steps', 'workers'),
+            *options_of(
+                READING, 'commands', 'load_n', 'slope_deg', 'frequency_hz', 'steps', 'workers'
+            ),
         ),
         DRAWS,
         *PARAMETERS,
@@ -83,7 +85,7 @@ DATA = (
         '0, which would hide it.',
         file('recordings, tables over time, tables by amplitude', nargs='+'),
         *MAP,
-        *options_of(READING, 'preloads_n', 'load_n', 'rate_hz'),
+        *options_of(READING, 'preloads_n', 'load_n', 'slope_deg', 'rate_hz'),
         many(
             '--free',
             'parameters to fit, as contact.friction,runner.damping',

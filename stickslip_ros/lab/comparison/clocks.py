@@ -7,15 +7,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange
+from stickslip_ros.lab.experiments.sensor import OUTLIERS, lone_outliers
 from stickslip_ros.lab.waveform.monitor import GAUSSIAN
 
-OUTLIERS = 6.0
-"""Robust standard deviations beyond which a value is an outlier: 2 of 1e9 of normal noise are."""
-NEIGHBOURS = 3  # on either side, with which a sample is compared
 MOST_OF_B = 0.05, 0.95
 """Quantiles of B; values further beyond than they are apart are cut in the first look."""
 OVERLAP_MIN = 0.5
@@ -94,25 +92,6 @@ def clock_shift(
     others = [each for each in found[1:] if abs(each[1] - shift_s) > apart_s]
     rival, rival_s = others[0][:2] if others else (0.0, math.nan)
     return ClockShift(shift_s, error_s, coefficient, rival_s, rival, off + int(lone.sum()))
-
-
-def lone_outliers(values: ArrayLike, outliers: float = OUTLIERS) -> NDArray[np.bool_]:
-    """
-    Return a mask of isolated samples far beyond their neighbours, shape (n,).
-
-    The limit is so many standard deviations of the noise, or ranges of the neighbours, whichever
-    is more. A step is no outlier: its samples have neighbours on their side. One neighbour may be
-    an outlier too.
-
-    """
-    y = np.asarray(values, np.float64)
-    padded = np.pad(y, NEIGHBOURS, mode='reflect')
-    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * NEIGHBOURS + 1)
-    neighbours = np.sort(np.delete(windows, NEIGHBOURS, axis=1), axis=1)
-    low, high = neighbours[:, 1], neighbours[:, -2]
-    noise = GAUSSIAN * float(np.median(np.abs(y - np.median(windows, axis=1))))
-    beyond = np.maximum(y - high, low - y)
-    return np.asarray(beyond > outliers * np.maximum(noise, high - low))
 
 
 def correlation_peaks(ta: Array, ya: Array, tb: Array, yb: Array) -> list[float]:

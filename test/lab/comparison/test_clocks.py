@@ -13,7 +13,8 @@ sys.path.append(str(Path(__file__).parents[1] / 'waveform'))
 from monitors import corners_of, hold, ramp, sampled, saw
 
 from stickslip_ros.errors import OutOfRange
-from stickslip_ros.lab.experiments.clocks import clock_shift, lone_outliers
+from stickslip_ros.lab.comparison.clocks import clock_shift
+from stickslip_ros.lab.experiments.sensor import lone_outliers
 
 COURSE = corners_of(
     [

@@ -1,0 +1,128 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""What a sensor adds to a motion: its delay, its low-pass, its errors, and the noise it shows."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.lab.waveform.monitor import GAUSSIAN
+
+OUTLIERS = 6.0
+"""Robust standard deviations beyond which a value is an outlier: 2 of 1e9 of normal noise are."""
+_NEIGHBOURS = 3  # on either side, with which a sample is compared
+
+NOISE_FACTOR = GAUSSIAN / math.sqrt(6.0)
+"""Standard deviation of noise per median of its absolute second differences."""
+_WHITE_CORRELATION = -2.0 / 3.0  # of neighbouring second differences of white noise
+_SAME = 1e-12  # share of the largest reading by which equal readings may differ
+_FINEST = 1e-6  # least rounding, as a share of the range of the readings
+_ROUNDING = 1.0 / math.sqrt(12.0)
+"""Standard deviation of rounding, as a share of the smallest step of the readings."""
+
+
+@dataclass(frozen=True)
+class KnownSensor:
+    """
+    What is known of the sensor of a trace.
+
+    Its zero and its drift, and small changes of delay and low-pass, are solved for with each
+    prediction. A low-pass of first order is taken, as most are.
+
+    """
+
+    late_s: float = 0.0  # delay of its clock
+    slow_s: float = 0.0  # time constant of its low-pass; 0: none
+    noise_lasts_s: float = 0.0  # correlation time of the noise; 0: white
+    # largest drift of the zero, units of the values per second; with inf a uniform motion is lost
+    drift_per_s: float = math.inf
+    undone_hz: float = 0.0  # low-pass that was undone; 0: none
+    cyclic_m: float = 0.0  # largest cyclic error of an interferometer; 0: none
+    fringe_m: float = 0.0  # motion from one fringe to the next
+
+
+def keeps_noise(values: Array, share: float, rounding: float = 0.0) -> bool:
+    """
+    Return whether the noise of each value has a share of the noise of the value before.
+
+    Neighbouring second differences of white noise have the correlation -2/3; behind a low-pass
+    that keeps the share a, (a^2 - 3a + 4)/(2a - 6), which goes to -1/2. Medians estimate it, as
+    the motion is not smooth everywhere. ``rounding`` is that of ``noise_of``.
+
+    """
+    second = np.diff(values, 2)
+    rounding = rounding or rounding_of(values)
+    sums, differences = (
+        _middle_size(each, rounding) ** 2
+        for each in (second[1:] + second[:-1], second[1:] - second[:-1])
+    )
+    if not sums + differences > 0.0:
+        return False
+    correlation = float((sums - differences) / (sums + differences))
+    behind = (share**2 - 3.0 * share + 4.0) / (2.0 * share - 6.0)
+    return correlation > 0.5 * (_WHITE_CORRELATION + behind)
+
+
+def noise_of(values: Array, keeps: float = 0.0, rounding: float = 0.0) -> float:
+    """
+    Return the standard deviation of noise in values, at least that of their rounding.
+
+    ``keeps`` is the share of its noise that each value has from the value before; 0: white.
+    ``rounding`` is that of the readings of which the values are residuals; 0: of the values.
+
+    """
+    if len(values) < 5:
+        return 0.0
+    rounding = rounding or rounding_of(values)
+    white = NOISE_FACTOR * _middle_size(np.diff(values, 2), rounding)
+    of_white = math.sqrt(6.0 / (6.0 - 8.0 * keeps + 2.0 * keeps**2))
+    return max(of_white * white, rounding)
+
+
+def _middle_size(changes: Array, rounding: float) -> float:
+    """
+    Return the median distance of changes from their median, interpolated in groups of a digit.
+
+    Changes of rounded readings are whole digits: a plain median of them was up to 40 % off.
+
+    """
+    sizes = np.abs(changes - np.median(changes))
+    groups = np.rint(sizes * (_ROUNDING / rounding)) if rounding else sizes
+    middle = math.floor(float(np.median(groups)))
+    below, equal = np.count_nonzero(groups < middle), np.count_nonzero(groups == middle)
+    low = max(middle - 0.5, 0.0)
+    within = (0.5 * len(groups) - below) / max(equal, 1) * (middle + 0.5 - low)
+    return float(low + within) * rounding / _ROUNDING
+
+
+def rounding_of(values: Array) -> float:
+    """Return the standard deviation of rounding in values, at least _FINEST of their range."""
+    steps = np.abs(np.diff(values))
+    least = _SAME * float(np.max(np.abs(values)))
+    is_rounded = np.mean(steps <= least) > 0.01  # noise that is finer than the steps
+    smallest = float(np.min(steps, where=steps > least, initial=math.inf))
+    rounding = _ROUNDING * smallest if is_rounded and math.isfinite(smallest) else 0.0
+    return max(rounding, least, _FINEST * float(np.ptp(values)))
+
+
+def lone_outliers(values: ArrayLike, outliers: float = OUTLIERS) -> NDArray[np.bool_]:
+    """
+    Return a mask of isolated samples far beyond their neighbours, shape (n,).
+
+    The limit is so many standard deviations of the noise, or ranges of the neighbours, whichever
+    is more. A step is no outlier: its samples have neighbours on their side. One neighbour may be
+    an outlier too.
+
+    """
+    y = np.asarray(values, np.float64)
+    padded = np.pad(y, _NEIGHBOURS, mode='reflect')
+    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * _NEIGHBOURS + 1)
+    neighbours = np.sort(np.delete(windows, _NEIGHBOURS, axis=1), axis=1)
+    low, high = neighbours[:, 1], neighbours[:, -2]
+    noise = GAUSSIAN * float(np.median(np.abs(y - np.median(windows, axis=1))))
+    beyond = np.maximum(y - high, low - y)
+    return np.asarray(beyond > outliers * np.maximum(noise, high - low))

@@ -1,0 +1,96 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Natural coordinates of a fit: the ratios that a motion shows, and what gives them their scale.
+
+A motion stays the same if stiffness, friction, mass and damping grow alike. In the logarithms of
+friction, roughness, mass and damping the minimum is therefore a long curved valley: another
+roughness is another stiffness k, which the others follow. Divided by k, and the damping by the
+mass, they stay where they are, and the valley is straight.
+
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.drive.layout import contacts_of
+from stickslip_ros.lab.fitting.free import Coordinate
+from stickslip_ros.parameters import Parameters
+
+_MASS, _DAMPING = 'runner.mass', 'runner.damping'
+_PER_STIFFNESS = 'contact.friction', _MASS
+_STEP = 1e-5  # of the slopes of a map
+
+
+@dataclass(frozen=True, eq=False)
+class Natural:
+    """
+    The map between coordinates of free parameters and natural coordinates, both shape (free,).
+
+    ``stand`` has the constants of its contacts and a preload.
+
+    """
+
+    stand: Parameters
+    free: tuple[Coordinate, ...]
+
+    def to(self, z: Array) -> Array:
+        """Return natural coordinates."""
+        place = z.copy()
+        self._scale_damping(place, -self._grown(z))
+        place[self._per_stiffness] -= self._log_stiffness(z)
+        return place
+
+    def back(self, place: Array) -> Array:
+        """Return the coordinates of the free parameters."""
+        z = place.copy()
+        z[self._per_stiffness] += self._log_stiffness(place)
+        self._scale_damping(z, self._grown(z))
+        return z
+
+    def slopes(self, place: Array) -> Array:
+        """Return the slopes of ``back``, shape (free, free)."""
+        here = self.back(place)
+        ends = [self.back(place + way) for way in _STEP * np.eye(len(place))]
+        return np.column_stack([(end - here) / _STEP for end in ends])
+
+    @cached_property
+    def _numbers(self) -> dict[str, int]:
+        return {one.name: number for number, one in enumerate(self.free)}
+
+    @cached_property
+    def _per_stiffness(self) -> list[int]:
+        return [self._numbers[name] for name in _PER_STIFFNESS if name in self._numbers]
+
+    def _grown(self, z: Array) -> float:
+        """Return the logarithm of the mass per that at the start; 0 if it is not free."""
+        if _MASS not in self._numbers:
+            return 0.0
+        number = self._numbers[_MASS]
+        mass = self.free[number]
+        return float(z[number]) - mass.to_coordinate(mass.start)
+
+    def _scale_damping(self, place: Array, growth: float) -> None:
+        """Multiply the damping, if it is free, by a factor with this logarithm."""
+        if _DAMPING in self._numbers:
+            number = self._numbers[_DAMPING]
+            is_log = self.free[number].is_log
+            place[number] = place[number] + growth if is_log else place[number] * math.exp(growth)
+
+    def _log_stiffness(self, z: Array) -> float:
+        """Return the logarithm of the stiffness of all contacts; 0 if nothing free changes it."""
+        contact = self.stand.contact
+        chosen = [
+            (one, float(z[k]))
+            for k, one in enumerate(self.free)
+            if one.name.startswith('contact.') and one.name not in _PER_STIFFNESS
+        ]
+        if not chosen or contact.law != 'mdr' or contact.profile == 'rough_line':
+            return 0.0
+        there = self.stand.updated({one.name: one.to_value(value) for one, value in chosen})
+        return math.log(sum(each.stick_stiffness_n_per_m for each in contacts_of(there)))
