@@ -164,7 +164,7 @@ class Experiment:
     slope_deg: float = 0.0  # of the rail; above 0 the runner climbs towards +x
 
     def load_on(self, stand: Parameters) -> float:
-        """Return the external force on the runner of a stand, with its weight along the rail, N."""
+        """Return the external force on a runner, with its weight along the rail, N."""
         weight_n = stand.runner.mass * STANDARD_GRAVITY_M_PER_S2
         return self.load_n - weight_n * math.sin(math.radians(self.slope_deg))
 

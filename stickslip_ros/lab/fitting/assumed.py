@@ -34,9 +34,9 @@ ASSUMED_SHARES: Mapping[str, float] = {
     'stand.preload': 0.05,
 }
 """Assumed relative standard errors, of constants that are not free."""
-_FEET_SHARE = 0.5
-"""The same of the number of feet if they were not described: with the scale, a mass from motion
-alone is known to half of itself."""
+_UNDESCRIBED = {FEET_NUMBER: 0.5, 'contact.radius': 0.5}
+"""The same of feet that were not described: with the scale, a mass from motion alone is known to
+half of itself."""
 _OPPOSING = (
     *('friction_law.bristle_damping', 'friction_law.viscous', 'stand.load'),
     *('stand.stop_stiffness', 'frame.mass', 'runner.mass', 'runner.damping'),
@@ -78,15 +78,21 @@ def assumed_of(
 def doubt_feet(
     shares: dict[str, float],
     parameters: Parameters,
-    free: Iterable[str],
+    settled: Iterable[str],
     experiments: Sequence[Experiment],
 ) -> tuple[str, ...]:
-    """Add the error of feet if no feet or contacts were given, and return a note about them."""
-    given = parameters.changed().keys() - {*free}
+    """
+    Add the errors of feet if no feet or contacts were given, and return a note about them.
+
+    Parameters that are free, and errors that are stated, are ``settled``.
+
+    """
+    settled = {*settled}
+    given = parameters.changed().keys() - settled
     is_own = all('stand.weight' in one.settings for one in experiments)  # of this package
     if is_own or any(name.startswith(('feet.', 'contact.')) for name in given):
         return ()
-    shares.setdefault(FEET_NUMBER, _FEET_SHARE)
+    shares |= {name: share for name, share in _UNDESCRIBED.items() if name not in settled}
     note = 'feet and contacts are those of the paper, as none were described; describe yours with '
     return (note + '--stage or feet.* (docs/howto/which_stage.md)',)
 

@@ -116,7 +116,7 @@ def fit(
     stand, chosen, notes = choose_free(given, free)
     known = known_of(free)
     read = read_experiments(experiments, given, options, report)
-    notes += doubt_feet(shares, given, names, read)
+    notes += doubt_feet(shares, given, {*names, *options.assume}, read)
     with progress_of(progress, 'runs') as show:
         fitted = fit_experiments(
             stand, chosen, read, known=known, assumed=shares, options=options, progress=show

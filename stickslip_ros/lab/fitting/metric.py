@@ -18,7 +18,7 @@ the model lacks.
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -136,6 +136,14 @@ class Metric:
     # number of the allowed error of each column, in the order of ``Allowance``; -1 of the sensor,
     # whose columns come first; shape (m,)
     owners: NDArray[np.intp]
+    gram: Array  # B'B of whitened columns, shape (m, m)
+
+    def with_sizes(self, factors: Array) -> 'Metric':
+        """Return the metric with other sizes of the model's errors, by factors of shape (3,)."""
+        sizes = np.append(factors, 1.0)[self.owners]  # -1 is the last: the sensor
+        gram = sizes[:, np.newaxis] * self.gram * sizes
+        root = (self.root @ sparse.diags_array(sizes)).tocsr()
+        return replace(self, root=root, gram=gram, inner=_factor(gram))
 
     @property
     def columns(self) -> int:
@@ -241,9 +249,14 @@ def metric_of(
     where, root = sparse.hstack(places).tocsr(), sparse.block_diag(roots, format='csr')
     white = _whitening(time_s, noise, sensor_of.noise_lasts_s)
     columns = white @ where
-    inner = (root.T @ ((columns.T @ columns) @ root)).toarray()
-    inner[np.diag_indices_from(inner)] += 1.0
-    return Metric(where, root, white, linalg.cho_factor(inner, lower=True), np.array(owners))
+    gram = (root.T @ ((columns.T @ columns) @ root)).toarray()
+    return Metric(where, root, white, _factor(gram), np.array(owners), gram)
+
+
+def _factor(gram: Array) -> tuple[Array, bool]:
+    """Return the Cholesky factor of 1 + B'B."""
+    inner, is_lower = linalg.cho_factor(gram + np.eye(len(gram)), lower=True)
+    return inner, is_lower
 
 
 def _whitening(time_s: Array, noise: float, lasts_s: float) -> 'sparse.csr_array':
@@ -307,7 +320,11 @@ def _binned(
 ) -> tuple['sparse.csr_array', Array]:
     """Return columns of bins of times, shape (count, bins), and the root of their correlation."""
     place = (time_s / bin_s).astype(np.intp)
-    middle_s = bin_s * np.arange(int(place.max()) + 1)
-    bins = sparse.csr_array((np.ones(len(rows)), (rows, place)), shape=(count, len(middle_s)))
-    like = np.exp(-np.abs(middle_s[:, np.newaxis] - middle_s) / correlated_s)
-    return bins, np.linalg.cholesky(like)
+    number = np.arange(int(place.max()) + 1)
+    bins = sparse.csr_array((np.ones(len(rows)), (rows, place)), shape=(count, len(number)))
+    like = math.exp(
+        -bin_s / correlated_s
+    )  # of neighbours: each keeps this share of the one before
+    root = np.tril(like ** np.maximum(number[:, np.newaxis] - number, 0))
+    root[:, 1:] *= math.sqrt(1.0 - like**2)
+    return bins, root

@@ -69,14 +69,19 @@ def _is_settled(problem: Problem, before: Problem) -> bool:
 def _owing(problem: Problem, place: Array, least: Allowance) -> Problem:
     """Return the problem with the allowed errors, and the metrics, of the residuals at a place."""
     [predicted] = problem.predicted([problem.stand(place)])
+    problem = problem.measured_at(predicted)
+    assert problem.allowance is not None
     for _ in range(_OWED_ROUNDS):
-        problem = problem.measured_at(predicted)
         squares, counts = np.sum(list(_owed(problem, predicted)), axis=0)
-        factors = np.sqrt(squares / np.maximum(counts, 1e-9)).clip(1e-9, _OWED_MOST)
-        assert problem.allowance is not None
-        allowance = Allowance(*np.maximum(factors * problem.allowance, least).tolist())
-        problem = replace(problem, allowance=allowance)
-    return problem.measured_at(predicted)
+        likely = np.sqrt(squares / np.maximum(counts, 1e-9)).clip(1e-9, _OWED_MOST)
+        sizes = np.maximum(likely * problem.allowance, least)
+        factors = sizes / problem.allowance
+        problem = replace(
+            problem,
+            allowance=Allowance(*sizes.tolist()),
+            metrics=tuple(each.with_sizes(factors) for each in problem.metrics),
+        )
+    return problem
 
 
 def _owed(problem: Problem, predicted: Predicted) -> Iterator[Array]:
