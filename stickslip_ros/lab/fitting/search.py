@@ -20,7 +20,6 @@ from scipy import optimize
 from scipy.stats import qmc
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.drive.long_step import LANES
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.experiments.experiment import Experiment, Voltage
 from stickslip_ros.lab.experiments.sensor_clock import lateness_of, sensor_near
@@ -138,14 +137,15 @@ def search_all(
 
     """
     on_time, unsure = (_thinned(with_clocks(problem, only_clear=each)) for each in (True, False))
-    begins = [(on_time, problem.start)]
-    if starts > 1:
-        begins += _tried(on_time, unsure, seed)[: starts - 1]
+    start = problem.start
+    begins = [(on_time, start)]
+    tried = _tried(on_time, unsure, seed, TRIED if starts > 1 else 0)
+    if tried and tried[0][0] is not on_time:
+        begins.append(tried[0])
+    begins += tried[1:starts]
     alone = [(replace(one, pool=None), place) for one, place in begins]
     stages = [LOOSE[0] if problem.has_traces else problem.allowance]
-    ends = run_batch(
-        partial(_descend, problem.start, stages), alone, workers=workers, progress=progress
-    )
+    ends = run_batch(partial(_descend, start, stages), alone, workers=workers, progress=progress)
     if problem.has_traces:  # the best go on
         kept = distinct([ended for _, ended in ends])[:FOLLOWED_MAX]
         best = [(_on_time(one, ended.place), ended) for one, ended in ends if ended in kept]
@@ -159,7 +159,8 @@ def with_clocks(problem: Problem, *, only_clear: bool) -> Problem:
 
     def on_time(one: Experiment) -> Experiment:
         found = lateness_of(one.seen[0], one.drive) if isinstance(one.drive, Voltage) else None
-        return one.sensed(late_s=found.late_s if found and found.is_clear >= only_clear else 0.0)
+        is_late = found is not None and found.is_clear >= only_clear
+        return one.sensed(late_s=found.late_s) if found is not None and is_late else one
 
     return replace(problem, experiments=tuple(map(on_time, problem.experiments)), metrics=())
 
@@ -173,28 +174,31 @@ def _thinned(problem: Problem) -> Problem:
     return replace(problem, experiments=experiments)
 
 
-def _tried(problem: Problem, unsure: Problem, seed: int) -> list[tuple[Problem, Array]]:
-    """Return places of a Latin hypercube, each with the sensors that suit it, the best first."""
+def _tried(
+    problem: Problem, unsure: Problem, seed: int, count: int
+) -> list[tuple[Problem, Array]]:
+    """Return the start and places of a Latin hypercube, each with the sensors that suit it."""
     reach = AROUND if problem.has_traces else FAR
-    shares = qmc.LatinHypercube(d=len(problem.free), seed=seed).random(TRIED)
-    places = list(problem.start + reach * (2.0 * shares - 1.0))
+    shares = qmc.LatinHypercube(d=len(problem.free), seed=seed).random(count)
     variants = [problem]
     if problem.has_traces:
         variants += [unsure, _slowed(unsure, TRIED_SLOW_S[0])]
         variants += [_slowed(problem, slow_s) for slow_s in TRIED_SLOW_S]
-    found = list[tuple[float, int, Problem, Array]]()
-    for first in range(0, len(places), LANES):
-        for number, place in enumerate(places[first : first + LANES], first):
-            with impossible():
-                for one in variants:
-                    [predicted] = one.predicted([one.stand(place)])
-                    plain = replace(one, allowance=None).measured_at(predicted)
-                    whole = plain.whitened(predicted)
-                    found.append((float(whole @ whole), number, one, place))
-    best = dict[int, tuple[float, int, Problem, Array]]()
-    for row in sorted(found, key=lambda row: row[:2]):
-        best.setdefault(row[1], row)
-    return [(one, place) for _, _, one, place in best.values()]
+    first, *others = (
+        min(((_missed(one, place), one, place) for one in variants), key=lambda row: row[0])
+        for place in (problem.start, *(problem.start + reach * (2.0 * shares - 1.0)))
+    )
+    others.sort(key=lambda row: row[0])
+    return [(one, place) for missed, one, place in (first, *others) if math.isfinite(missed)]
+
+
+def _missed(problem: Problem, place: Array) -> float:
+    """Return chi-square of noise and sensor alone; infinity for an impossible stand."""
+    with impossible():
+        [predicted] = problem.predicted([problem.stand(place)])
+        whole = replace(problem, allowance=None).measured_at(predicted).whitened(predicted)
+        return float(whole @ whole)
+    return math.inf
 
 
 def _slowed(problem: Problem, slow_s: float) -> Problem:

@@ -252,6 +252,10 @@ def estimates_of(problem: Problem, doubt: Uncertainty) -> tuple[Estimate, ...]:
         low = high = math.nan
         if math.isfinite(error_z) and not is_vague:
             low, high = (one.to_value(z + way * doubt.quantile * error_z) for way in (-1.0, 1.0))
+            if (
+                not one.is_log and 0.0 < error_z < z
+            ):  # twice a roughness is as likely as half of it
+                high = max(high, min(value * math.exp(doubt.quantile * error_z / z), one.upper))
         estimates.append(
             Estimate(
                 **vars(one),
