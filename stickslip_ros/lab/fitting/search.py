@@ -39,6 +39,7 @@ TRIED_SLOW_S = (2.5e-5, 8e-5, 2.5e-4)
 the runner, and a search without it ends elsewhere."""
 FOLLOWED_MAX = 3  # most ends of loose searches that go on
 READINGS_MAX = 10_000  # most readings of a quantity in a recording; more are thinned
+SURELY = 1.2  # least factor of chi-square between a sensor on time and another that is preferred
 APART = 0.05  # least distance of two minima
 TOLERANCE = 1e-6
 """Relative change of sum of squares, or of coordinates, that ends a search: a thousandth of a
@@ -185,7 +186,10 @@ def _tried(
         variants += [unsure, _slowed(unsure, TRIED_SLOW_S[0])]
         variants += [_slowed(problem, slow_s) for slow_s in TRIED_SLOW_S]
     first, *others = (
-        min(((_missed(one, place), one, place) for one in variants), key=lambda row: row[0])
+        min(
+            ((_missed(one, place) * (one is problem or SURELY), one, place) for one in variants),
+            key=lambda row: row[0],
+        )
         for place in (problem.start, *(problem.start + reach * (2.0 * shares - 1.0)))
     )
     others.sort(key=lambda row: row[0])
