@@ -14,7 +14,13 @@ from spring_rig import voltage
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
 from stickslip_ros.lab.experiments.predict import predict
-from stickslip_ros.lab.fitting.assumed import ASSUMED_SHARES, FEET_NUMBER, _changed, assumed_of
+from stickslip_ros.lab.fitting.assumed import (
+    ASSUMED_SHARES,
+    FEET_NUMBER,
+    _changed,
+    assumed_of,
+    slopes_of_constants,
+)
 from stickslip_ros.lab.fitting.fit import FitOptions, fit
 from stickslip_ros.lab.fitting.free import Free
 from stickslip_ros.lab.fitting.plan import plan
@@ -112,9 +118,10 @@ def test_draws_spread_as_the_wide_errors_and_a_plan_knows_that_constants_stay(
 
 def test_the_scale_moves_whatever_opposes_a_motion_and_nothing_else(other: tuple[Experiment, Fit]):
     _, found = other
-    doubt, free = found.uncertainty, len(TRUTH)
-    at = free + list(doubt.shares).index('scale')
-    moves = doubt.whole_z[:free, at] / doubt.whole_z[at, at] / doubt.sizes
+    problem, place, doubt = found.problem, found.found.place, found.uncertainty
+    [grown] = slopes_of_constants(problem, place, ['scale']).T
+    natural, *_ = np.linalg.lstsq(problem.slopes(place, central=True), -grown)
+    moves = doubt.per_natural @ natural / doubt.sizes
     assert moves == pytest.approx([1.0, 0.0, 1.0, 1.0, 0.0], rel=0.0, abs=0.02)
 
 

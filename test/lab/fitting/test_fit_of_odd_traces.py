@@ -101,14 +101,27 @@ def test_draws_of_files_are_refused():
         compare(frame(), frame(), draws=[STAND])
 
 
-def test_a_fit_tells_the_preload_that_nobody_said_and_an_encoder_that_counts_the_other_way():
-    warnings = warnings_of(fitted(frame(sign=-1.0), ()))
-    for text in (
-        'no preload is given, and the 0.5 N of the stand are used',
-        'position_m has the opposite sign of the model',
-        'explains the misfit: check preload',
-    ):
-        assert any(text in warning for warning in warnings), text
+@pytest.fixture(scope='module')
+def learned() -> Fit:
+    return fitted(frame())
+
+
+def test_an_encoder_that_counts_the_other_way_is_told(learned: Fit):
+    [one] = learned.experiments
+    turned = (replace(seen, values=-seen.values) for seen in one.seen)
+    problem = replace(learned.problem, experiments=(replace(one, seen=tuple(turned)),))
+    wrong = replace(learned, problem=problem, refined=(replace(learned.found, converged=False),))
+    text = 'position_m has the opposite sign of the model (correlation -0.9'
+    assert any(text in warning for warning in warnings_of(wrong))
+    assert not any(text in warning for warning in warnings_of(learned))
+
+
+@pytest.mark.slow  # a fit that finds no minimum
+def test_an_encoder_that_counts_the_other_way_under_an_unknown_preload_is_told():
+    found = fitted(frame(sign=-1.0), ())
+    assert found.reasons[0].startswith('the model misses the motion by ')
+    for text in ('no preload is given, and the 0.5 N of the', 'has the opposite sign of the model'):
+        assert any(text in warning for warning in warnings_of(found)), text
 
 
 def test_a_piezo_against_its_voltage_is_fitted_with_feet_of_negative_gain():
@@ -159,14 +172,14 @@ def test_a_constant_load_reaches_each_experiment():
         assert not np.allclose(with_load.values, without.values, rtol=1e-3, atol=0.0)
 
 
-def test_a_fit_that_takes_most_of_a_motion_for_a_drift_does_not_hold():
+def test_a_fit_that_takes_most_of_a_motion_for_a_drift_does_not_hold(learned: Fit):
     found = fitted(frame(replace(RIG, drift_m_per_s=2e-4)))
     assert found.chi_square < 1.2 * found.readings
     [(_, drift_m_per_s)] = found.drifts
     assert drift_m_per_s == pytest.approx(2e-4, rel=0.05)
     [reason] = found.reasons
     assert 'most of the motion would be a drift of the sensor, ' in reason
-    assert fitted(frame()).holds
+    assert learned.holds
 
 
 def test_a_hum_makes_a_fit_that_does_not_hold():
