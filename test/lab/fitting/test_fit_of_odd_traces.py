@@ -111,7 +111,7 @@ def test_an_encoder_that_counts_the_other_way_is_told(learned: Fit):
     turned = (replace(seen, values=-seen.values) for seen in one.seen)
     problem = replace(learned.problem, experiments=(replace(one, seen=tuple(turned)),))
     wrong = replace(learned, problem=problem, refined=(replace(learned.found, converged=False),))
-    text = 'position_m has the opposite sign of the model (correlation -0.9'
+    text = 'position_m has the opposite sign of the model (correlation -'
     assert any(text in warning for warning in warnings_of(wrong))
     assert not any(text in warning for warning in warnings_of(learned))
 
