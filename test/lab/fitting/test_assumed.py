@@ -94,22 +94,23 @@ def test_the_report_says_where_the_scale_comes_from(other: tuple[Experiment, Fit
     assert (
         'Scale from the assumed contact: contact.friction, contact.prefactor, runner.mass' in text
     )
-    assert 'Assumed errors, also in covariance and draws: scale 30 %, contact.radius 10 %' in text
+    assert 'Assumed errors, also in the covariance: scale 30 %, contact.radius 10 %' in text
     assert 'feet and contacts are those of the paper, as none were described' in text
     assert next(found.sections()).title == 'what the recording shows, whatever the feet are'
     content = as_object(found)
     assert content['assumed'] == {**ASSUMED_SHARES, FEET_NUMBER: 0.5}
     assert [each['name'] for each in content['ratios']][-1] == 'gain'
-    assert content['bands'].startswith('draws have the errors of the assumed contact')
+    assert content['bands'].startswith('bands are those of motions; forces have the error of')
 
 
-def test_draws_spread_as_the_wide_errors_and_a_plan_knows_that_constants_stay(
+def test_draws_spread_as_the_recording_shows_and_a_plan_knows_that_constants_stay(
     other: tuple[Experiment, Fit],
 ):
     _, found = other
     masses = np.log([each.runner.mass for each in found.draws(400)])
-    mass = found.estimates[2]
-    assert masses.std() == pytest.approx(mass.standard_error / mass.value, rel=0.15, abs=0.0)
+    shown = np.sqrt(found.uncertainty.recorded_z[2, 2])
+    assert masses.std() == pytest.approx(shown, rel=0.15, abs=0.0)
+    assert masses.std() < 0.5 * found.uncertainty.errors_z[2]
     planned = plan(found, 2)
     weighings = [k for k, each in enumerate(planned.chosen) if each.experiment is None]
     assert weighings == [0]  # nothing else shows the scale

@@ -120,7 +120,10 @@ def test_an_encoder_that_counts_the_other_way_is_told(learned: Fit):
 def test_an_encoder_that_counts_the_other_way_under_an_unknown_preload_is_told():
     found = fitted(frame(sign=-1.0), ())
     assert found.reasons[0].startswith('the model misses the motion by ')
-    for text in ('no preload is given, and the 0.5 N of the', 'has the opposite sign of the model'):
+    for text in (
+        'no preload is given, and the 0.5 N of the',
+        'has the opposite sign of the model',
+    ):
         assert any(text in warning for warning in warnings_of(found)), text
 
 
