@@ -3,7 +3,6 @@
 
 """What a fit may be given: free parameters, starts, bounds and files; and what it refuses."""
 
-import math
 from pathlib import Path
 
 import pytest
@@ -180,8 +179,3 @@ def test_a_file_without_usable_numbers_is_refused(text, message, tmp_path):
     with pytest.raises(StickSlipError) as refusal:
         read(written(tmp_path, text))
     assert message in str(refusal.value)
-
-
-def test_an_infinite_scale_has_no_rounding_beyond_its_bounds():
-    free = Coordinate('contact.friction', '', 0.3, 0.1, 0.7)
-    assert free.to_value(math.log(0.7) + 1e-9) == 0.7

@@ -116,17 +116,6 @@ def test_an_encoder_that_counts_the_other_way_is_told(learned: Fit):
     assert not any(text in warning for warning in warnings_of(learned))
 
 
-@pytest.mark.slow  # a fit that finds no minimum
-def test_an_encoder_that_counts_the_other_way_under_an_unknown_preload_is_told():
-    found = fitted(frame(sign=-1.0), ())
-    assert found.reasons[0].startswith('the model misses the motion by ')
-    for text in (
-        'no preload is given, and the 0.5 N of the',
-        'has the opposite sign of the model',
-    ):
-        assert any(text in warning for warning in warnings_of(found)), text
-
-
 def test_a_piezo_against_its_voltage_is_fitted_with_feet_of_negative_gain():
     with pytest.raises(StickSlipError, match=r'below the minimum .* set feet\.gain below 0'):
         STAND.updated({'actuator.gain': -RIG.gain_m_per_v})
