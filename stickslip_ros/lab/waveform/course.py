@@ -30,6 +30,8 @@ ALIKE_COST = 9.0
 JUMP_UNSURE = 0.02
 """Most change of the voltage between two samples beside a jump, as a share of it. The moment of
 the jump between its samples is unknown, so the height is unsure by as much."""
+SWING_UNSURE = 3e-3
+"""The same as a share of the whole swing: one sample within a fall leaves a jump of a volt."""
 MISSING_MOST = 3.5  # most periods between samples that are played as they are
 
 

@@ -18,7 +18,13 @@ from numpy.typing import ArrayLike
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.lab.waveform.course import JUMP_UNSURE, CoursePart, joined, parts_of
+from stickslip_ros.lab.waveform.course import (
+    JUMP_UNSURE,
+    SWING_UNSURE,
+    CoursePart,
+    joined,
+    parts_of,
+)
 from stickslip_ros.lab.waveform.finder import (
     FALL_TAIL,
     NOISE_AGREES,
@@ -226,7 +232,8 @@ def _refusals(part: CoursePart, rows: Array, finder: Finder) -> Iterator[str]:
         )
     for joint in (each for each in (part.before, part.after) if each):
         unsure_v = abs(piece.slope_v_per_s) * joint.unsure_s
-        most_v = max(finder.tolerance_v(piece), JUMP_UNSURE * joint.jump_v)
+        of_swing_v = SWING_UNSURE * float(np.ptp(finder.volts_v))
+        most_v = max(finder.tolerance_v(piece), JUMP_UNSURE * joint.jump_v, of_swing_v)
         if joint.jump_v and unsure_v > most_v:
             yield (
                 f'it jumps by {joint.jump_v:.2f} V between two samples, with {unsure_v:.2f} V '
