@@ -20,7 +20,13 @@ import numpy as np
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, StickSlipError
-from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps, Seen, Voltage
+from stickslip_ros.lab.experiments.experiment import (
+    AtRest,
+    Experiment,
+    SawtoothSteps,
+    Seen,
+    Voltage,
+)
 from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.lab.fitting.assumed import slopes_of_constants
 from stickslip_ros.lab.fitting.problem import Problem, StandardErrors
@@ -36,7 +42,10 @@ TRIANGLE_HZ, TRIANGLE_CYCLES, SAWTOOTH_STEPS = 250.0, 4, 12
 REST_S = 3e-3  # before and after a wave, for the ring-down
 WEIGHED, WEIGHED_SHARE = 'runner.mass', 0.01
 """A parameter that can be weighed, and its relative error."""
+PUSHED, PUSHED_SHARE = 'holding_force_n', 0.03
+"""A force that a spring balance shows, and its relative error."""
 MOST = 20
+_LEAST = 1e-300  # a value of 0 in arithmetic
 
 
 class Candidate(NamedTuple):
@@ -52,7 +61,7 @@ class Plan:
     """Planned measurements, the best first."""
 
     names: tuple[str, ...]  # of the free parameters
-    errors_now: Array  # standard errors of the coordinates, mostly relative, shape (free,)
+    errors_now: Array  # relative standard errors, shape (free,)
     chosen: tuple[Candidate, ...]
     errors: Array  # expected after each measurement, shape (chosen, free)
 
@@ -88,9 +97,11 @@ def plan(fit: FitResult, count: int = 5, candidates: Sequence[Candidate] | None 
         information = information + gain
         chosen.append(best)
         errors.append(np.sqrt(np.diag(np.linalg.inv(information))[shown]))
-    names = tuple(fit.estimates[k].name for k in known)
-    now = fit.uncertainty.errors_z[known]
-    return Plan(names, now, tuple(chosen), np.array(errors))
+    estimates = [fit.estimates[k] for k in known]
+    names = tuple(one.name for one in estimates)
+    relative = np.array([one.slope(one.value) / max(one.value, _LEAST) for one in estimates])
+    now = relative * fit.uncertainty.errors_z[known]
+    return Plan(names, now, tuple(chosen), relative * np.array(errors))
 
 
 def candidates_of(fit: FitResult) -> list[Candidate]:
@@ -115,6 +126,13 @@ def candidates_of(fit: FitResult) -> list[Candidate]:
     if WEIGHED in {one.name for one in fit.estimates}:
         words = f'weigh the runner to {100.0 * WEIGHED_SHARE:g} % (--known {WEIGHED}=...)'
         found.append(Candidate(words, (), None))
+    if fit.problem.has_traces:
+        words = (
+            f'push the runner with a spring balance until it slips, to {100.0 * PUSHED_SHARE:g} %'
+        )
+        settings = {**_like(fit)[0].settings}
+        pushed = Experiment('planned', settings, AtRest(), (Seen(PUSHED, np.zeros(1)),))
+        found.append(Candidate(f'{words} ({PUSHED})', (), pushed))
     return found
 
 
@@ -169,6 +187,8 @@ def information_of(fit: FitResult, candidate: Candidate) -> Array:
     )
     one = dataclasses.replace(candidate.experiment, seen=seen)
     error = _like(fit)[1] * np.sqrt(fit.uncertainty.variance_scale)
+    if seen[0].quantity == PUSHED:
+        error = PUSHED_SHARE * abs(seen[0].values[0])
     candidate_problem = Problem(
         problem.parameters,
         problem.free,
