@@ -94,11 +94,11 @@ def test_the_report_says_where_the_scale_comes_from(other: tuple[Experiment, Fit
     assert (
         'Scale from the assumed contact: contact.friction, contact.prefactor, runner.mass' in text
     )
-    assert 'Assumed errors, also in the covariance: scale 30 %, contact.radius 10 %' in text
+    assert 'Assumed errors, also in the covariance: scale 30 %, contact.radius 50 %' in text
     assert 'feet and contacts are those of the paper, as none were described' in text
     assert next(found.sections()).title == 'what the recording shows, whatever the feet are'
     content = as_object(found)
-    assert content['assumed'] == {**ASSUMED_SHARES, FEET_NUMBER: 0.5}
+    assert content['assumed'] == {**ASSUMED_SHARES, 'contact.radius': 0.5, FEET_NUMBER: 0.5}
     assert [each['name'] for each in content['ratios']][-1] == 'gain'
     assert content['bands'].startswith('bands are those of motions; forces have the error of')
 
