@@ -24,7 +24,7 @@ from stickslip_ros.lab.fitting.assumed import (
 from stickslip_ros.lab.fitting.fit import FitOptions, fit
 from stickslip_ros.lab.fitting.free import Free
 from stickslip_ros.lab.fitting.plan import plan
-from stickslip_ros.lab.fitting.report import Fit, as_object, warnings_of
+from stickslip_ros.lab.fitting.report import Fit, as_object
 from stickslip_ros.parameters import Parameters, Scalar
 
 ROWS = voltage((-60.0, 250.0, 1), (-170.0, 200.0, 1), (280.0, 300.0, 5), (300.0, 600.0, 8))
@@ -142,9 +142,7 @@ def test_a_weighed_mass_far_from_that_of_the_readings_is_named():
     [tension] = [each for each in found.tensions if each.name == 'runner.mass']
     assert tension.apart > 3.0
     assert tension.preferred < 0.9 * 6e-3
-    assert any(
-        text.startswith('runner.mass is 0.006 +- 1 %, but the') for text in warnings_of(found)
-    )
+    assert any(text.startswith('runner.mass is 0.006 +- 1 %, but the') for text in found.reasons)
 
 
 def test_a_weighed_mass_and_a_free_radius_learn_the_friction_of_unknown_feet():
