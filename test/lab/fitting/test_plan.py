@@ -42,7 +42,8 @@ def test_a_second_preload_comes_first_and_has_the_errors_that_were_expected():
     assert isinstance(drive, Voltage)
     measured = experiment(replace(rig, preload_n=preload_n), 2, drive.rows)
     both = fit([first, measured], free, parameters=stand, options=exact)
-    ratios = planned.errors[0] / both.uncertainty.errors_z
+    pairs = zip(both.estimates, known.estimates, strict=True)
+    ratios = planned.errors[0] / [one.standard_error / before.value for one, before in pairs]
     assert np.all((ratios > 1.0 / AGREES) & (ratios < AGREES))
 
 
