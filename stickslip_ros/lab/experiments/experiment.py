@@ -21,7 +21,8 @@ from stickslip_ros.units import unit_of
 OF_TRACES = ('position_m', 'force_n', 'foot_position_m')
 """Quantities that may be measured over time."""
 _WITHIN_MIN = 2  # a window needs more readings
-AVERAGED_S = 1e-5  # least time between readings in a fit: a mean over it loses 2 % of 10 kHz
+AVERAGED_S = 1e-5
+"""Time over which many readings are averaged: a mean over it loses 2 % of 10 kHz."""
 
 
 class SawtoothSteps(NamedTuple):
@@ -125,20 +126,23 @@ class Seen:
         """Return the readings with something else known of the sensor."""
         return replace(self, sensor=replace(self.sensor, **known))
 
-    def thinned(self, most: int) -> 'Seen':
-        """Return at most so many readings: means over AVERAGED_S, then every nth of them."""
-        if len(self.values) <= most:
+    def averaged(self, most: int = 1) -> 'Seen':
+        """Return means of neighbours within AVERAGED_S, but at least so many."""
+        apart_s = float(np.median(np.diff(self.time_s))) if self.is_trace else AVERAGED_S
+        size = min(int(AVERAGED_S / apart_s), math.ceil(len(self.values) / most))
+        if size < 2:
             return self
-        apart_s = float(np.median(np.diff(self.time_s)))
-        size = max(min(int(AVERAGED_S / apart_s), math.ceil(len(self.values) / most)), 1)
         whole = len(self.values) // size * size
-        every = math.ceil(whole / size / most)
-        values, time_s = (
-            each[:whole].reshape(-1, size).mean(axis=1)[::every]
-            for each in (self.values, self.time_s)
-        )
+        blocks = (each[:whole].reshape(-1, size) for each in (self.values, self.time_s))
+        values, time_s = (each.mean(axis=1) for each in blocks)
         sigma = None if self.sigma is None else self.sigma / math.sqrt(size)
         return replace(self, values=values, time_s=time_s, sigma=sigma)
+
+    def thinned(self, most: int) -> 'Seen':
+        """Return at most so many readings: means over AVERAGED_S, then every nth of them."""
+        fewer = self.averaged(most)
+        every = math.ceil(len(fewer.values) / most)
+        return replace(fewer, values=fewer.values[::every], time_s=fewer.time_s[::every])
 
     def within(self, origin: str, start_s: float, end_s: float) -> 'Seen':
         """Return the readings of a window; refuse a window with too few."""

@@ -65,6 +65,7 @@ def lateness_of(seen: Seen, voltage: Voltage) -> Lateness | None:
     than RUNG_MIN readings in the ringing, or if half of the falls come upon other falls.
 
     """
+    seen = seen.averaged()  # second differences of faster readings show noise alone
     time_s, values = seen.time_s, seen.values
     falls_s, heights = falls_of(voltage)
     sample_s = float(np.median(np.diff(time_s)))
