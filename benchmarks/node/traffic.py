@@ -33,6 +33,8 @@ TYPES = {
     'voltage': Float64,
     'trace': Float64MultiArray,
 }
+ROWS = 'sample; time_origin_ns=0'
+"""Label of the samples in a trace, as of the drive."""
 FRAMES = {'position': 'stage_base', 'force': 'load_cell', 'joint_states': 'stage_base'}
 
 
@@ -65,7 +67,7 @@ class Traffic:
         if name == 'trace':
             rows, columns = self._shape
             message.layout.dim = [
-                MultiArrayDimension(label='sample', size=rows, stride=rows * columns),
+                MultiArrayDimension(label=ROWS, size=rows, stride=rows * columns),
                 MultiArrayDimension(label=COLUMNS, size=columns, stride=columns),
             ]
         return message

@@ -81,12 +81,17 @@ class FarSide:
         self.node.create_subscription(DiagnosticArray, '/diagnostics', take, 10)
         loads = self.node.create_publisher(WrenchStamped, 'command/load', profile)
         self.wait(lambda: loads.get_subscription_count() and reports, 'the drive', reports)
-        for _ in range(LOADS):
-            load = WrenchStamped()
-            load.header.stamp = self.node.get_clock().now().to_msg()
-            loads.publish(load)
-            self.spin(0.0)
-            time.sleep(PERIOD_S)
+        sent: list[WrenchStamped] = []
+
+        def send() -> None:
+            if len(sent) < LOADS:
+                sent.append(WrenchStamped())
+                sent[-1].header.stamp = self.node.get_clock().now().to_msg()
+                loads.publish(sent[-1])
+
+        timer = self.node.create_timer(PERIOD_S, send)
+        self.wait(lambda: len(sent) == LOADS, 'sent loads', sent)
+        self.node.destroy_timer(timer)
         moment = Duration(seconds=0.1)
         self.wait(lambda: loads.wait_for_all_acked(moment), 'acknowledgements', reports)
         wanted = len(reports) + 2

@@ -145,7 +145,7 @@ def test_services_are_called_and_answer(stand: Stand, link: Link, wait: Wait):
     wait(lambda told: word(told) in ACTIVE)
     link.do({'do': 'service', 'name': 'set_paused', 'wanted': True})
     wait(lambda told: word(told) == 'paused')
-    assert note(link.state(), 'set_paused')['text'].startswith('paused at')
+    wait(lambda told: note(told, 'set_paused')['text'].startswith('paused at'))
     link.do({'do': 'service', 'name': 'step_simulation', 'wanted': True})
     wait(lambda told: note(told, 'step_simulation')['text'].startswith('advanced to'))
     link.do({'do': 'service', 'name': 'set_paused', 'wanted': False})
