@@ -86,6 +86,13 @@ def test_what_changes_is_named_at_the_second_fit(
     assert found.values[place] == pytest.approx(true, rel=0.0, abs=4.0 * found.errors[place])
 
 
+def test_another_preload_is_told_as_no_change_of_a_single_parameter(begun: tuple[Twin, Doctor]):
+    twin, doctor = deepcopy(begun)
+    other = replace(Rig(), preload_n=0.8 * Rig().preload_n)
+    _, found = (doctor.examine(twin.look(seen(other, k))) for k in (3, 4))
+    assert found.words.startswith('something else has changed than one parameter: the preload')
+
+
 @pytest.mark.parametrize('damping', [0.0, 20.0])
 def test_fits_beside_a_drive_like_the_twin_are_off_by_no_more_than_is_stated(damping: float):
     stand = Parameters().updated({'runner.damping': damping, 'load_cell.contact': 'absent'})

@@ -6,7 +6,7 @@
 import numpy as np
 import pytest
 
-from stickslip_ros.lab.twin.watch import LookEstimate, Watch
+from stickslip_ros.lab.twin.watch import ELSE, LookEstimate, Watch
 
 PERIOD_S, LOOKS = 10.0, 500
 COVARIANCE = np.array([[4.0, 1.5, 0.3], [1.5, 9.0, -0.6], [0.3, -0.6, 0.25]]) * 1e-4
@@ -53,6 +53,15 @@ def test_the_parameter_that_changes_is_named_at_the_second_look(which: int):
         watch.changed(LookEstimate(step + root @ rng.normal(size=3), COVARIANCE)) for _ in range(2)
     ]
     assert found == [None, which]
+
+
+def test_a_change_of_no_single_parameter_is_told_as_something_else():
+    watch = Watch(PERIOD_S, 1.0)
+    for _ in range(3):
+        watch.changed(LookEstimate(np.zeros(3), COVARIANCE))
+    step = 12.0 * np.sqrt(np.diag(COVARIANCE)) * np.array([1.0, -1.0, 0.0])
+    found = [watch.changed(LookEstimate(step, COVARIANCE)) for _ in range(2)]
+    assert found == [None, ELSE]
 
 
 def test_one_look_that_is_off_raises_nothing():
