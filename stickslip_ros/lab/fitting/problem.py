@@ -4,6 +4,7 @@
 """The problem of a fit: experiments, and the stand as a function of its free parameters."""
 
 import dataclasses
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -35,6 +36,9 @@ STEP = 3e-4
 number of cycles are smooth in every parameter but for 8e-9 of themselves, so that a slope has a
 noise of 1e-5 of them; the truncation is 1e-5 of a slope for central differences and 2e-3 for
 one-sided ones, where the force goes with the 13th power of a parameter, the steepest found."""
+PRIOR = math.log(10.0)
+"""Standard error of a coordinate before a measurement: a factor of ten. Without it a recording
+with 4.5 nm of noise gave feet a thousand times as rough, and a mass of 80 mg for 3.2 g."""
 _WALL = 1.0
 """Standard errors per e-fold, or per usual size, beyond a bound, where no stand changes any more:
 a steep wall ends a search before it has gone along the bound."""
@@ -223,14 +227,21 @@ class Problem:
         return self.whitened(found, None, self._beside(place))
 
     def _beside(self, place: Array) -> Array:
-        """Return numbers of known values, and of bounds, each a wall that is 0 within."""
-        known, walls = list[float](), list[float]()
+        """
+        Return numbers of known values, and of what is taken of each parameter without a reading.
+
+        It is within a factor of ten of its start, if the errors of the points are known, and not
+        beyond its bounds.
+
+        """
+        known, usual, prior = list[float](), list[float](), float(self.noise.known) / PRIOR
         for one, z in zip(self.free, self.natural.back(place).tolist(), strict=True):
-            walls.append(_WALL * one.beyond(z))
+            away = z - one.to_coordinate(one.start)
+            usual.append(prior * away + _WALL * one.beyond(z))
             if one.name in self.known:
                 value, share = self.known[one.name]
                 known.append((z - one.to_coordinate(value)) * one.slope(value) / (share * value))
-        return np.array(known + walls)
+        return np.array(known + usual)
 
     def slopes(self, place: Array, *, central: bool = False) -> Array:
         """

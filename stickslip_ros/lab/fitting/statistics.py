@@ -21,15 +21,14 @@ from scipy.stats import norm, t
 from stickslip_ros.arrays import Array
 from stickslip_ros.lab.fitting.assumed import slopes_of_constants
 from stickslip_ros.lab.fitting.free import Coordinate
-from stickslip_ros.lab.fitting.problem import BOUND, Problem
+from stickslip_ros.lab.fitting.problem import BOUND, PRIOR, Problem
 
 Flags = NDArray[np.bool_]
 
 LEVEL = 0.95  # confidence of the intervals
 QUANTILE_95 = 1.96  # half width of a 95 % interval in standard deviations
-PRIOR, _VAGUE = math.log(10.0), 10.0
-"""Standard error of a coordinate before a measurement, a factor of ten; and one that shows whether
-the readings alone determine it."""
+_VAGUE = 10.0
+"""Standard error before a measurement that shows whether the readings alone determine it."""
 EFFECT = 1e-5
 """Least effect of an e-fold, or of a usual size, per reading: the noise of a slope."""
 UNDETERMINED = 1.0
@@ -178,7 +177,10 @@ def uncertainty(
     priors = np.array([*[PRIOR] * len(active), *shares.values()])
     information = seen.T @ seen / scale + np.diag(priors**-2.0)
     inner = _inverse(information)
-    pull = -inner @ seen.T @ missed / scale
+    gradient = seen.T @ missed / scale
+    starts = np.array([one.to_coordinate(one.start) for one in problem.free])
+    gradient[: len(active)] += PRIOR**-2.0 * (problem.natural.back(place) - starts)[active]
+    pull = -inner @ gradient
     rows = [*active, *range(free, free + len(shares))]
     shown = slopes[: len(slopes) - len(problem.known), active]
     prior, vague = (each**-2.0 * np.eye(len(active)) for each in (PRIOR, _VAGUE))
