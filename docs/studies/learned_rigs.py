@@ -76,7 +76,7 @@ def learned(kind, number):
     table, commands = table_of(kind, rig, chance)
     try:
         options = FitOptions(
-            commands=commands, preloads_n=(rig.preload_n,), starts=1, workers=1, assume=EXACT
+            commands=commands, preloads_n=(rig.preload_n,), workers=1, assume=EXACT
         )
         found = fit(table, list(PARAMETERS), options=options)
     except StickSlipError as refusal:

@@ -290,6 +290,14 @@ def test_two_moduli_that_act_as_one_are_told(truth):
     assert 'contact.young_runner and contact.young_sphere go together: ' in repr(fit)
 
 
+def test_ten_times_a_start_is_one_standard_error_away_from_it(truth):
+    problem = fitted(truth, noisy_points(truth, 1), 'contact.friction').problem
+    [friction] = problem.free
+    for factor, away in ((1.0, 0.0), (10.0, 1.0), (0.01, -2.0)):
+        residuals = problem.residuals(problem.place_of([factor * friction.start]))
+        assert residuals[-1] == pytest.approx(away, rel=1e-9, abs=1e-12)
+
+
 def test_the_number_of_threads_changes_nothing(truth):
     points = noisy_points(truth, 3)
     stand, free, _ = choose_free(truth, ['contact.friction', Free('runner.damping', start='60')])
