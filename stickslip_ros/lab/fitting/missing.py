@@ -208,8 +208,8 @@ def _stands(stand: Parameters, free: set[str]) -> list[tuple[str, Parameters]]:
 def _of_position(problem: Problem, here: Predicted) -> Iterator[tuple[str, list[list[Array]]]]:
     """Yield suspects that depend on the position: for each column what each trace would gain."""
     traces = [
-        (one.drive, each, here[number][one.seen.index(each)].values)
-        for number, one, each, _ in problem.seen
+        (one.drive, each, model.values)
+        for (one, each, _), model in zip(problem.seen, here, strict=True)
         if isinstance(one.drive, Voltage)
     ]
     for name, fringe_m in CYCLIC.items():
@@ -232,10 +232,8 @@ def _step_lengths(
 
 def _moved(here: Predicted, problem: Problem, column: Sequence[Array]) -> Predicted:
     """Return a prediction with a column added to its traces."""
-    added, rows = iter(column), [list(row) for row in here]
-    for number, one, each, _ in problem.seen:
-        if isinstance(one.drive, Voltage):
-            at, scale = one.seen.index(each), 1e-9
-            model = rows[number][at]
-            rows[number][at] = replace(model, values=model.values + scale * next(added))
-    return rows
+    added, scale = iter(column), 1e-9
+    return [
+        replace(model, values=model.values + scale * next(added)) if each.is_trace else model
+        for (_, each, _), model in zip(problem.seen, here, strict=True)
+    ]

@@ -161,7 +161,7 @@ def _experiment(
 
 def _like(fit: FitResult) -> tuple[Experiment, float]:
     """Return the experiment that candidates imitate, and its standard error."""
-    for one, (error, *_) in zip(fit.experiments, fit.problem.noise.values, strict=True):
+    for one, _, error in fit.problem.seen:
         if isinstance(one.drive, SawtoothSteps | Voltage):
             return one, error
     hint = 'fit a recording, forces or step lengths'
@@ -193,9 +193,9 @@ def information_of(fit: FitResult, candidate: Candidate) -> Array:
         problem.parameters,
         problem.free,
         (one,),
-        StandardErrors(True, ((float(error),),)),
+        StandardErrors(True, (float(error),)),
         problem.allowance,
-    ).measured_at([found])
+    ).measured_at(found)
     slopes = candidate_problem.slopes(place) @ np.linalg.inv(fit.uncertainty.per_natural)
     if constants:
         more = slopes_of_constants(candidate_problem, place, constants)

@@ -139,7 +139,7 @@ class FitResult:
     @property
     def has_forces(self) -> bool:
         """Whether a force or a mass was measured."""
-        return any(unit_of(each.quantity) in OF_FORCES for _, _, each, _ in self.problem.seen)
+        return any(unit_of(each.quantity) in OF_FORCES for _, each, _ in self.problem.seen)
 
     def scale_of(self, name: str) -> str:
         """Return in words where the scale of a parameter comes from."""
@@ -286,21 +286,17 @@ class FitResult:
         noise = self.problem.noise
         if noise.known:
             return None
-        return float(np.sqrt(self.uncertainty.variance_scale)) * noise.values[0][0]
-
-    @property
-    def same(self) -> int:
-        """Searches that ended in this minimum."""
-        rounding = _SAME_SHARE * self.problem.signal**2
-        return self._searches_within(_SAME_CHANGE * self.uncertainty.variance_scale + rounding)
+        return float(np.sqrt(self.uncertainty.variance_scale)) * noise.values[0]
 
     @property
     def rivals(self) -> int:
-        """Other minima, or searches that ended in them, that are not ruled out."""
+        """Searches of numbers that ended in other minima that are not ruled out."""
         if self.problem.has_traces:
-            return len(self.others)
-        not_out = self._searches_within(RULED_OUT_BY * self.uncertainty.variance_scale)
-        return max(not_out - self.same, 0)
+            return 0
+        scale, least = self.uncertainty.variance_scale, best_of(self.searches).chi_square
+        same = _SAME_CHANGE * scale + _SAME_SHARE * self.problem.signal**2
+        rises = [one.chi_square - least for one in self.searches]
+        return sum(same < rise <= RULED_OUT_BY * scale for rise in rises)
 
     @property
     def evaluations(self) -> int:
@@ -311,10 +307,9 @@ class FitResult:
     def sensors(self) -> list[tuple[Experiment, Seen, dict[str, float]]]:
         """Each quantity over time, with noise, zero, drift and lateness of its sensor."""
         found, metrics = [], iter(self.problem.metrics)
-        for number, one, each, noise in self.problem.seen:
-            if not isinstance(one.drive, Voltage):
+        for (one, each, noise), model in zip(self.problem.seen, self.predicted, strict=True):
+            if not each.is_trace:
                 continue
-            model = self.predicted[number][one.seen.index(each)]
             sizes, left = next(metrics).of_sensor(model.values - each.values)
             zero, drift, late_s, _ = sizes.tolist()
             sensor = {
@@ -342,8 +337,4 @@ class FitResult:
     @property
     def readings(self) -> int:
         """Number of readings."""
-        return sum(len(each.values) for _, _, each, _ in self.problem.seen)
-
-    def _searches_within(self, most: float) -> int:
-        least = best_of(self.searches).chi_square
-        return sum(one.chi_square - least <= most for one in self.searches)
+        return sum(len(each.values) for _, each, _ in self.problem.seen)

@@ -101,7 +101,7 @@ def search(problem: Problem, start: Array) -> Minimum:
 
     """
     if problem.has_traces and not problem.metrics:
-        problem = problem.measured_at(problem.predicted([problem.stand(start)])[0])
+        problem = problem.measured_at(problem.predicted_at(start))
     first = problem.residuals(start)
 
     def residuals(place: Array) -> Array:
@@ -168,11 +168,7 @@ def with_clocks(problem: Problem, *, only_clear: bool) -> Problem:
 
 def _thinned(problem: Problem) -> Problem:
     """Return the problem with not too many readings in a recording."""
-    experiments = tuple(
-        replace(one, seen=tuple(each.thinned(READINGS_MAX) for each in one.seen))
-        for one in problem.experiments
-    )
-    return replace(problem, experiments=experiments)
+    return problem.with_seen(each.thinned(READINGS_MAX) for _, each, _ in problem.seen)
 
 
 def _tried(
@@ -199,7 +195,7 @@ def _tried(
 def _missed(problem: Problem, place: Array) -> float:
     """Return chi-square of noise and sensor alone; infinity for an impossible stand."""
     with impossible():
-        [predicted] = problem.predicted([problem.stand(place)])
+        predicted = problem.predicted_at(place)
         whole = replace(problem, allowance=None).measured_at(predicted).whitened(predicted)
         return float(whole @ whole)
     return math.inf
@@ -207,8 +203,7 @@ def _missed(problem: Problem, place: Array) -> float:
 
 def _slowed(problem: Problem, slow_s: float) -> Problem:
     """Return the problem with a low-pass of all sensors."""
-    experiments = tuple(one.sensed(slow_s=slow_s) for one in problem.experiments)
-    return replace(problem, experiments=experiments)
+    return problem.with_seen(each.sensed(slow_s=slow_s) for _, each, _ in problem.seen)
 
 
 def _descend(
