@@ -53,6 +53,11 @@ class Natural:
         self._scale_damping(z, self._grown(z))
         return z
 
+    def settings(self, place: Array) -> dict[str, float]:
+        """Return the values of the free parameters, by name."""
+        pairs = zip(self.free, self.back(place).tolist(), strict=True)
+        return {one.name: one.to_value(z) for one, z in pairs}
+
     def slopes(self, place: Array) -> Array:
         """Return the slopes of ``back``, shape (free, free)."""
         here = self.back(place)

@@ -152,13 +152,11 @@ class Problem:
 
     def values(self, place: Array) -> list[float]:
         """Return the values of the free parameters at a place."""
-        pairs = zip(self.free, self.natural.back(place).tolist(), strict=True)
-        return [one.to_value(z) for one, z in pairs]
+        return list(self.natural.settings(place).values())
 
     def stand(self, place: Array) -> Parameters:
         """Return the stand of a place."""
-        names = (one.name for one in self.free)
-        return self.parameters.updated(dict(zip(names, self.values(place), strict=True)))
+        return self.parameters.updated(self.natural.settings(place))
 
     def predicted(self, stands: Sequence[Parameters]) -> list[Predicted]:
         """
@@ -219,7 +217,9 @@ class Problem:
 
         """
         parts, metrics = list[Array](), iter(self.metrics)
-        others = [one.values for one in less or [each for _, each, _ in self.seen]]
+        others = [each.values for _, each, _ in self.seen]
+        if less is not None:
+            others = [each.values for each in less]
         for (_, each, noise), model, values in zip(self.seen, found, others, strict=True):
             missed = model.values - values
             parts.append(next(metrics).whitened(missed) if each.is_trace else missed / noise)
