@@ -132,7 +132,7 @@ class Metric:
     root: 'sparse.csr_array'
     # inverse of the Cholesky factor of N, shape (n, n): it makes the noise white, of deviation 1
     white: 'sparse.csr_array'
-    inner: tuple[Array, bool]  # Cholesky factor of 1 + B'B, of whitened columns
+    inner: Array  # lower Cholesky factor of 1 + B'B, of whitened columns, shape (m, m)
     # number of the allowed error of each column, in the order of ``Allowance``; -1 of the sensor,
     # whose columns come first; shape (m,)
     owners: NDArray[np.intp]
@@ -158,8 +158,8 @@ class Metric:
         likely, by the fixed point of MacKay (1992).
 
         """
-        taken, (root, is_lower) = self.taken(residual), self.inner
-        inverse, _ = linalg.lapack.dtrtri(np.tril(root), lower=is_lower)
+        taken = self.taken(residual)
+        inverse, _ = linalg.lapack.dtrtri(self.inner, lower=True)
         left = np.sum(inverse**2, axis=0)  # diagonal of (1 + B'B)^-1
         kinds = [self.owners == kind for kind in range(len(Allowance._fields))]
         rows = [(np.sum(taken[kind] ** 2), np.sum(1.0 - left[kind])) for kind in kinds]
@@ -168,7 +168,7 @@ class Metric:
     def taken(self, residual: Array) -> Array:
         """Return the most likely amount of each column of B in a residual."""
         within = self.places.T @ (self.white.T @ (self.white @ residual))
-        return np.asarray(linalg.cho_solve(self.inner, self.root.T @ within))
+        return np.asarray(linalg.cho_solve((self.inner, True), self.root.T @ within))
 
     def whitened(self, residuals: Array) -> Array:
         """
@@ -253,10 +253,9 @@ def metric_of(
     return Metric(where, root, white, _factor(gram), np.array(owners), gram)
 
 
-def _factor(gram: Array) -> tuple[Array, bool]:
-    """Return the Cholesky factor of 1 + B'B."""
-    inner, is_lower = linalg.cho_factor(gram + np.eye(len(gram)), lower=True)
-    return inner, is_lower
+def _factor(gram: Array) -> Array:
+    """Return the lower Cholesky factor of 1 + B'B."""
+    return np.asarray(linalg.cholesky(gram + np.eye(len(gram)), lower=True))
 
 
 def _whitening(time_s: Array, noise: float, lasts_s: float) -> 'sparse.csr_array':
