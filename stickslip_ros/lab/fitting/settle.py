@@ -118,21 +118,17 @@ def _shown(
     """Return readings without outliers, with their sensor, and their noise; 0 if none shows."""
     late_s, slow_s = slower(each.sensor.slow_s, *late_curved)
     out = lone_outliers(left, outliers or math.inf)
-    keeps, rounding = 0.0, rounding_of(each.values[~out])
+    keeps, left, kept = 0.0, left[~out], each.without(out)
+    rounding = rounding_of(kept.values)
     if slow_s:
         share = math.exp(-float(np.median(np.diff(each.time_s))) / slow_s)
-        keeps = share if keeps_noise(left[~out], share, rounding) else 0.0
-    kept = replace(
-        each,
-        values=each.values[~out],
-        time_s=each.time_s[~out],
-        left_out=each.left_out + int(out.sum()),
-    ).sensed(
+        keeps = share if keeps_noise(left, share, rounding) else 0.0
+    sensed = kept.sensed(
         late_s=each.sensor.late_s + late_s,
         slow_s=slow_s,
         noise_lasts_s=slow_s if keeps else 0.0,
     )
-    return kept, max(noise_of(left[~out], keeps, rounding), _COARSE * rounding)
+    return sensed, max(noise_of(left, keeps, rounding), _COARSE * rounding)
 
 
 def notes_of(problem: Problem, least: Allowance) -> Iterator[str]:
