@@ -317,7 +317,7 @@ def write_fit(path: Path, fit: Fit, content: dict[str, Any], origin: str, comman
     else:
         made = f'Fitted to {origin} by stickslip fit, version {stickslip_ros.__version__}.\n'
         had = {name for one in fit.experiments for name in one.settings}
-        if others := sorted(had - fit.settings_of_all.keys()):
+        if others := sorted(had - fit.problem.settings_of_all.keys()):
             made += f'The experiments differ in {", ".join(others)}: the stand keeps its own.\n'
         text = dump_yaml(fit.parameters, f'{made}{fit}')
     path.write_text(text, encoding='utf-8')

@@ -30,7 +30,7 @@ from stickslip_ros.lab.fitting.statistics import (
     estimates_of,
 )
 from stickslip_ros.lab.tables.numbers import stage_hz
-from stickslip_ros.parameters import Parameters, Scalar
+from stickslip_ros.parameters import Parameters
 from stickslip_ros.units import unit_of
 
 _SAME_CHANGE = 0.01
@@ -94,12 +94,7 @@ class FitResult:
     @property
     def parameters(self) -> Parameters:
         """The fitted stand, with the common preload and load cell of the experiments."""
-        return self.problem.stand(self.found.place).updated(self.settings_of_all)
-
-    @property
-    def settings_of_all(self) -> dict[str, Scalar]:
-        """Settings with the same value in all experiments."""
-        return self.problem.settings_of_all
+        return self.problem.stand(self.found.place).updated(self.problem.settings_of_all)
 
     @cached_property
     def estimates(self) -> tuple[Estimate, ...]:
