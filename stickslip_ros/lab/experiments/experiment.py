@@ -191,14 +191,11 @@ class Experiment:
                 raise WrongKind(what, len(each.time_s), 'the number of times of its drive', hint)
 
     @property
-    def end_s(self) -> float:
-        """Time of the last sample."""
-        return max((float(each.time_s[-1]) for each in self.seen if each.is_trace), default=0.0)
-
-    @property
     def lasts_s(self) -> float:
         """Length of a run, to the last corner and the last reading; 0 for steps."""
-        return max(self.drive.lasts_s, self.end_s) if isinstance(self.drive, Voltage) else 0.0
+        if not isinstance(self.drive, Voltage):
+            return 0.0
+        return max([self.drive.lasts_s, *(float(each.time_s[-1]) for each in self.seen)])
 
     def sensed(self, **known: float) -> 'Experiment':
         """Return the experiment with something else known of all its sensors."""

@@ -145,11 +145,6 @@ class Metric:
         root = (self.root @ sparse.diags_array(sizes)).tocsr()
         return replace(self, root=root, gram=gram, inner=_factor(gram))
 
-    @property
-    def columns(self) -> int:
-        """Number of columns of the sensor."""
-        return int(np.count_nonzero(self.owners < 0))
-
     def owed(self, residual: Array) -> Array:
         """
         Return sums of squares and numbers of amounts that a residual determines, shape (2, 3).
@@ -188,8 +183,9 @@ class Metric:
         The residual is a prediction less the readings of a late or slow sensor.
 
         """
-        sizes = (self.root @ self.taken(residual))[: self.columns]
-        left = residual - self.places[:, : self.columns] @ sizes
+        columns = np.count_nonzero(self.owners < 0)
+        sizes = (self.root @ self.taken(residual))[:columns]
+        left = residual - self.places[:, :columns] @ sizes
         return sizes[:SENSOR], np.asarray(left)
 
 

@@ -112,11 +112,6 @@ class Problem:
         return sum(len(each.values) for _, each, _ in self.seen) + len(self.known)
 
     @property
-    def unknowns(self) -> int:
-        """Zeros and drifts, which are fitted too."""
-        return 2 * len(self.metrics)
-
-    @property
     def has_traces(self) -> bool:
         """Whether there are readings over time."""
         return any(isinstance(one.drive, Voltage) for one in self.experiments)

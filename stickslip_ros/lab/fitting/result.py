@@ -269,11 +269,14 @@ class FitResult:
                     f'the readings prefer {tension.preferred:.3g}, {tension.apart:.3g} standard '
                     'errors off'
                 )
-        for drifting, drift_m_per_s in self.drifts:
-            yield (
-                f'{drifting.origin}: most of the motion would be a drift of the sensor, '
-                f'{1e6 * drift_m_per_s:.3g} um/s'
-            )
+        for recording, seen, sensor in self.sensors:
+            drift_m_per_s, range_m = sensor['drift_per_s'], float(np.ptp(seen.values))
+            is_most = abs(drift_m_per_s) * float(np.ptp(seen.time_s)) > _DRIFT_SHARE * range_m
+            if seen.unit == 'm' and is_most and abs(drift_m_per_s) > _DRIFT_M_PER_S:
+                yield (
+                    f'{recording.origin}: most of the motion would be a drift of the sensor, '
+                    f'{1e6 * drift_m_per_s:.3g} um/s'
+                )
 
     @property
     def noise_n(self) -> float | None:
@@ -315,18 +318,6 @@ class FitResult:
                 'rms': float(np.sqrt(np.mean(left**2))),
             }
             found.append((one, each, sensor))
-        return found
-
-    @cached_property
-    def drifts(self) -> list[tuple[Experiment, float]]:
-        """Recordings with most of the motion explained as drift of the sensor, m/s."""
-        found = []
-        for one, each, sensor in self.sensors:
-            drift_m_per_s = abs(sensor['drift_per_s'])
-            drifted_m = drift_m_per_s * float(np.ptp(each.time_s))
-            is_most = drifted_m > _DRIFT_SHARE * float(np.ptp(each.values))
-            if each.unit == 'm' and is_most and drift_m_per_s > _DRIFT_M_PER_S:
-                found.append((one, sensor['drift_per_s']))
         return found
 
     @property

@@ -159,7 +159,8 @@ def uncertainty(
     per_natural = problem.natural.slopes(place)
     slopes = problem.slopes(place, central=True)[:-free] @ np.linalg.inv(per_natural)
     missed = problem.residuals(place)[:-free]  # without bounds
-    is_known, dof = problem.noise.known, problem.count - problem.unknowns - free
+    # zero and drift of each trace are fitted too
+    is_known, dof = problem.noise.known, problem.count - 2 * len(problem.metrics) - free
     at_bound = problem.at_bound(place)
     pairs = zip(problem.free, problem.values(place), at_bound, strict=True)
     held = np.array([sits and not one.is_limit(value) for one, value, sits in pairs])
