@@ -83,9 +83,7 @@ class Natural:
     def _scale_damping(self, place: Array, growth: float) -> None:
         """Multiply the damping, if it is free, by a factor with this logarithm."""
         if _DAMPING in self._numbers:
-            number = self._numbers[_DAMPING]
-            is_log = self.free[number].is_log
-            place[number] = place[number] + growth if is_log else place[number] * math.exp(growth)
+            place[self._numbers[_DAMPING]] *= math.exp(growth)  # 0 is a damping: no logarithm
 
     def _log_stiffness(self, z: Array) -> float:
         """Return the logarithm of the stiffness of all contacts; 0 if nothing free changes it."""
