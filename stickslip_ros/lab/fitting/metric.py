@@ -220,21 +220,20 @@ def metric_of(
     reach = _FREE * max(float(np.ptp(seen.values)), noise)
     offset = _FREE * float(np.max(np.abs(seen.values - predicted.values))) + reach
     middle_s, half_s = 0.5 * (time_s[0] + time_s[-1]), 0.5 * (time_s[-1] - time_s[0])
-    ones = np.ones_like(time_s)
-    sensor = [ones, time_s - middle_s, predicted.rate, -predicted.curvature]
-    drift = min(reach / half_s, sensor_of.drift_per_s)
-    late_s = max(DELAY_S, SLOW_SHARE * sensor_of.slow_s)
-    curved_s2 = max(DELAY_S**2, SLOW_SHARE * sensor_of.slow_s**2)
-    sizes = [offset, drift, late_s, curved_s2]
+    columns = [  # each with its largest size
+        (np.ones_like(time_s), offset),
+        (time_s - middle_s, min(reach / half_s, sensor_of.drift_per_s)),
+        (predicted.rate, max(DELAY_S, SLOW_SHARE * sensor_of.slow_s)),
+        (-predicted.curvature, max(DELAY_S**2, SLOW_SHARE * sensor_of.slow_s**2)),
+    ]
     if predicted.otherwise is not None and allowance is not None:
-        sensor.append(predicted.otherwise() - predicted.values)
-        sizes.append(1.0)
+        columns.append((predicted.otherwise() - predicted.values, 1.0))
     if sensor_of.cyclic_m:
         phase = 2.0 * math.pi * seen.values / sensor_of.fringe_m
-        sensor += [np.sin(phase), np.cos(phase)]
-        sizes += [sensor_of.cyclic_m, sensor_of.cyclic_m]
+        columns += [(of(phase), sensor_of.cyclic_m) for of in (np.sin, np.cos)]
+    sensor, sizes = zip(*columns, strict=True)
     places, roots = [sparse.csr_array(np.column_stack(sensor))], [np.diag(sizes)]
-    owners = [-1] * len(sensor)
+    owners = [-1] * len(columns)
     if allowance is not None:
         noise = max(noise, allowance.reading_m * scale)
         owed = _of_model(time_s - sensor_of.late_s, predicted.values, corners, allowance, scale)
@@ -244,8 +243,8 @@ def metric_of(
             owners += [kind] * len(root)
     where, root = sparse.hstack(places).tocsr(), sparse.block_diag(roots, format='csr')
     white = _whitening(time_s, noise, sensor_of.noise_lasts_s)
-    columns = white @ where
-    gram = (root.T @ ((columns.T @ columns) @ root)).toarray()
+    noisy = white @ where
+    gram = (root.T @ ((noisy.T @ noisy) @ root)).toarray()
     return Metric(where, root, white, _factor(gram), np.array(owners), gram)
 
 
