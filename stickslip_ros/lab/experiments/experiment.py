@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.layout import STANDARD_GRAVITY_M_PER_S2
@@ -20,7 +21,7 @@ from stickslip_ros.units import unit_of
 
 OF_TRACES = ('position_m', 'force_n', 'foot_position_m')
 """Quantities that may be measured over time."""
-_WITHIN_MIN = 2  # a window needs more readings
+_WITHIN_MIN = 3  # fewest readings of a window
 AVERAGED_S = 1e-5
 """Time over which many readings are averaged: a mean over it loses 2 % of 10 kHz."""
 
@@ -126,6 +127,11 @@ class Seen:
         """Return the readings with something else known of the sensor."""
         return replace(self, sensor=replace(self.sensor, **known))
 
+    def without(self, dropped: NDArray[np.bool_]) -> 'Seen':
+        """Return the readings without some of them, shape (n,), which count as left out."""
+        count, kept = self.left_out + int(dropped.sum()), ~dropped
+        return replace(self, values=self.values[kept], time_s=self.time_s[kept], left_out=count)
+
     def averaged(self, most: int = 1) -> 'Seen':
         """Return means of neighbours within AVERAGED_S, but at least so many."""
         apart_s = float(np.median(np.diff(self.time_s))) if self.is_trace else AVERAGED_S
@@ -147,7 +153,7 @@ class Seen:
     def within(self, origin: str, start_s: float, end_s: float) -> 'Seen':
         """Return the readings of a window; refuse a window with too few."""
         inside = (self.time_s >= start_s) & (self.time_s <= end_s)
-        if inside.sum() <= _WITHIN_MIN:
+        if inside.sum() < _WITHIN_MIN:
             limit = f'a window with {inside.sum()} samples of the {self.quantity} of {origin}, '
             limit += f'which goes from {self.time_s[0]:.6g} to {self.time_s[-1]:.6g} s'
             asked = f'{start_s:.6g} to {end_s:.6g}'
@@ -185,14 +191,11 @@ class Experiment:
                 raise WrongKind(what, len(each.time_s), 'the number of times of its drive', hint)
 
     @property
-    def end_s(self) -> float:
-        """Time of the last sample."""
-        return max((float(each.time_s[-1]) for each in self.seen if each.is_trace), default=0.0)
-
-    @property
     def lasts_s(self) -> float:
         """Length of a run, to the last corner and the last reading; 0 for steps."""
-        return max(self.drive.lasts_s, self.end_s) if isinstance(self.drive, Voltage) else 0.0
+        if not isinstance(self.drive, Voltage):
+            return 0.0
+        return max([self.drive.lasts_s, *(float(each.time_s[-1]) for each in self.seen)])
 
     def sensed(self, **known: float) -> 'Experiment':
         """Return the experiment with something else known of all its sensors."""

@@ -7,7 +7,6 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
-from itertools import cycle, islice
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -94,8 +93,8 @@ def predict_all(
     """Do the same as ``predict`` for several stands, with their runs side by side."""
     pairs = [(stand.updated(dict(one.settings)), one) for stand in stands for one in experiments]
     runs: list[Run] = [(there, one.drive, one.load_on(there), one.lasts_s) for there, one in pairs]
-    for (stand, *_), one in zip(runs, cycle(experiments), strict=False):
-        if stand.load_cell.contact == 'absent' and any(x.quantity == 'force_n' for x in one.seen):
+    for there, one in pairs:
+        if there.load_cell.contact == 'absent' and any(x.quantity == 'force_n' for x in one.seen):
             limit, hint = 'without the measured force', 'set load_cell.contact=attached'
             raise OutOfRange('load_cell.contact', 'absent', '', limit, hint)
     # the result of a run is kept in a list, which is empty before the run has been made
@@ -109,16 +108,12 @@ def predict_all(
         made = run_courses(_course, new, bundle_for(stands[0]), pool=pool, progress=progress)
     for run, result in zip(new, made, strict=True):
         kept[run].append(result)
-    results = iter([(run, kept[run][0]) for run in runs])
-    return [
-        [
-            [_look(result, run[0], each) for each in one.seen]
-            for one, (run, result) in zip(
-                experiments, islice(results, len(experiments)), strict=True
-            )
-        ]
-        for _ in stands
+    found = [
+        [_look(kept[run][0], there, each) for each in one.seen]
+        for run, (there, one) in zip(runs, pairs, strict=True)
     ]
+    ends = [len(experiments) * (number + 1) for number in range(len(stands))]
+    return [found[end - len(experiments) : end] for end in ends]
 
 
 @lru_cache(maxsize=4096)

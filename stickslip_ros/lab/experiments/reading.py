@@ -111,9 +111,9 @@ def _recognised(
 ) -> Voltage:
     """Return the voltage recognised in samples; NotRecognised ends in the hint."""
     found = recognise(time_s, voltage_v, stand)
-    corners_s, corners_v = found.corners(hint)
-    rows = np.column_stack((corners_s - corners_s[0], corners_v))
-    return Voltage(rows, tuple(found.lines()), begins_s=float(corners_s[0]))
+    time_s, voltage_v = found.corners(hint)
+    rows = np.column_stack((time_s - time_s[0], voltage_v))
+    return Voltage(rows, tuple(found.lines()), begins_s=float(time_s[0]))
 
 
 def _of_commands(commands: Any) -> Voltage:
@@ -379,11 +379,5 @@ def of_points(
 
 def without_outliers(one: Experiment, factor: float) -> Experiment:
     """Drop and count isolated readings that are far off their neighbours."""
-    seen = []
-    for each in one.seen:
-        out = lone_outliers(each.values, factor)
-        kept = replace(
-            each, values=each.values[~out], time_s=each.time_s[~out], left_out=int(out.sum())
-        )
-        seen.append(kept)
+    seen = (each.without(lone_outliers(each.values, factor)) for each in one.seen)
     return replace(one, seen=tuple(seen))

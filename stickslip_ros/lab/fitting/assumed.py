@@ -99,20 +99,18 @@ def doubt_feet(
 
 def slopes_of_constants(problem: Problem, place: Array, names: Sequence[str]) -> Array:
     """Return the slopes of the residuals per relative change, shape (residuals, constants)."""
-    stand, count = problem.stand(place), len(problem.experiments)
+    stand = problem.stand(place)
     ends = [(name, math.exp(way)) for name in names for way in (-STEP, STEP)]
     changed = tuple(_changed(stand, one, *end) for end in ends for one in problem.experiments)
-    many = replace(problem, experiments=changed)
-    rows, found = iter(many.predicted([stand])[0]), list[Predicted]()
+    rows = iter(replace(problem, experiments=changed).predicted([stand])[0])
+    found = list[Predicted]()
     for name, factor in ends:
         forces = OF_FORCES if name in FACTORS_ASSUMED else ()  # which ``_changed`` divided
+        models = islice(rows, len(problem.seen))
         found.append(
             [
-                [
-                    replace(each, values=factor * each.values) if seen.unit in forces else each
-                    for each, seen in zip(row, one.seen, strict=True)
-                ]
-                for row, one in zip(islice(rows, count), problem.experiments, strict=True)
+                replace(model, values=factor * model.values) if each.unit in forces else model
+                for (_, each, _), model in zip(problem.seen, models, strict=True)
             ]
         )
     pairs = zip(found[::2], found[1::2], strict=True)

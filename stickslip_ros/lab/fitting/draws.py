@@ -41,11 +41,7 @@ def drawn(
         raise OutOfRange(f'standard error of ln({name})', '', '', limit, hint)
     chance = np.random.default_rng(seed)
     places = chance.multivariate_normal(place, covariance, count, method='eigh')
-    stands = []
-    for each in places:
-        pairs = zip(natural.free, natural.back(each).tolist(), strict=True)
-        stands.append(natural.stand.updated({one.name: one.to_value(z) for one, z in pairs}))
-    return stands
+    return [natural.stand.updated(natural.settings(each)) for each in places]
 
 
 def read_stand(path: Path) -> Parameters:

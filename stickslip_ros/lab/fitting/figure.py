@@ -31,23 +31,22 @@ _COUNTED = ('steps', 'is_steady')  # settings that do not distinguish curves
 
 def draw_fit(fit: FitResult) -> Figure:
     """Draw each trace, without zero and drift of its sensor, and each kind of number of a fit."""
-    quantities = list[Compared]()
-    for one, each, sensor in fit.sensors:
-        model = fit.predicted[fit.experiments.index(one)][one.seen.index(each)].values
-        drifting = sensor['drift_per_s'] * (each.time_s - each.time_s.mean())
-        measured = each.values - sensor['zero'] - drifting
-        noise = np.full(len(model), sensor['noise'])
-        name = PurePath(one.origin).name
-        part = Part({'recording': name}, TIME_COLUMN, each.time_s, measured, model, noise)
-        quantities.append(Compared(each.quantity, (part,), 0))
+    quantities, sensors = list[Compared](), iter(fit.sensors)
     rows = list[tuple[str, str, list[tuple[str, Scalar]], tuple[float, ...]]]()
-    for number, one, each, error in fit.problem.seen:
+    for (one, each, error), shown in zip(fit.problem.seen, fit.predicted, strict=True):
+        model = shown.values
         if isinstance(one.drive, Voltage):
+            *_, sensor = next(sensors)
+            drifting = sensor['drift_per_s'] * (each.time_s - each.time_s.mean())
+            measured = each.values - sensor['zero'] - drifting
+            noise = np.full(len(model), sensor['noise'])
+            name = PurePath(one.origin).name
+            part = Part({'recording': name}, TIME_COLUMN, each.time_s, measured, model, noise)
+            quantities.append(Compared(each.quantity, (part,), 0))
             continue
         at: dict[str, Scalar] = {PRELOAD_COLUMN: one.settings['stand.preload']}
         at |= {name: x for name, x in one.drive._asdict().items() if x and name not in _COUNTED}
         axis = next(name for name in _OF_AXIS if name in at)
-        model = fit.predicted[number][one.seen.index(each)].values
         row = float(at.pop(axis)), float(each.values[0]), float(model[0]), error
         rows.append((each.quantity, axis, list(at.items()), row))
     rows.sort(key=lambda row: (tuple(NUMBERS).index(row[0]), *row[1:]))

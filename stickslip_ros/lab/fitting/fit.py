@@ -152,10 +152,10 @@ def fit_experiments(
         if problem.has_traces:
             problem, refined = settle(problem, here.place, allowance, outliers)
             if fringe_m := _fringe_m(problem, refined[-1].place):
-                sensed = (
-                    one.sensed(cyclic_m=CYCLIC_M, fringe_m=fringe_m) for one in problem.experiments
+                problem = problem.with_seen(
+                    each.sensed(cyclic_m=CYCLIC_M, fringe_m=fringe_m)
+                    for _, each, _ in problem.seen
                 )
-                problem = replace(problem, experiments=tuple(sensed))
                 problem, more = settle(problem, refined[-1].place, allowance, outliers)
                 refined += more
             notes = tuple(notes_of(problem, allowance))
@@ -168,7 +168,7 @@ def fit_experiments(
             refined.append(best)
         here = refined[-1] if refined else here
         problem = replace(problem, tick=silent)
-        [predicted] = problem.predicted([problem.stand(here.place)])
+        predicted = problem.predicted_at(here.place)
         doubt = uncertainty(problem, here.place, here.chi_square, assumed or {})
         rivals = [
             each

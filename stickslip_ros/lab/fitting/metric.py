@@ -132,7 +132,7 @@ class Metric:
     root: 'sparse.csr_array'
     # inverse of the Cholesky factor of N, shape (n, n): it makes the noise white, of deviation 1
     white: 'sparse.csr_array'
-    inner: tuple[Array, bool]  # Cholesky factor of 1 + B'B, of whitened columns
+    inner: Array  # lower Cholesky factor of 1 + B'B, of whitened columns, shape (m, m)
     # number of the allowed error of each column, in the order of ``Allowance``; -1 of the sensor,
     # whose columns come first; shape (m,)
     owners: NDArray[np.intp]
@@ -145,11 +145,6 @@ class Metric:
         root = (self.root @ sparse.diags_array(sizes)).tocsr()
         return replace(self, root=root, gram=gram, inner=_factor(gram))
 
-    @property
-    def columns(self) -> int:
-        """Number of columns of the sensor."""
-        return int(np.count_nonzero(self.owners < 0))
-
     def owed(self, residual: Array) -> Array:
         """
         Return sums of squares and numbers of amounts that a residual determines, shape (2, 3).
@@ -158,8 +153,8 @@ class Metric:
         likely, by the fixed point of MacKay (1992).
 
         """
-        taken, (root, is_lower) = self.taken(residual), self.inner
-        inverse, _ = linalg.lapack.dtrtri(np.tril(root), lower=is_lower)
+        taken = self.taken(residual)
+        inverse, _ = linalg.lapack.dtrtri(self.inner, lower=True)
         left = np.sum(inverse**2, axis=0)  # diagonal of (1 + B'B)^-1
         kinds = [self.owners == kind for kind in range(len(Allowance._fields))]
         rows = [(np.sum(taken[kind] ** 2), np.sum(1.0 - left[kind])) for kind in kinds]
@@ -168,7 +163,7 @@ class Metric:
     def taken(self, residual: Array) -> Array:
         """Return the most likely amount of each column of B in a residual."""
         within = self.places.T @ (self.white.T @ (self.white @ residual))
-        return np.asarray(linalg.cho_solve(self.inner, self.root.T @ within))
+        return np.asarray(linalg.cho_solve((self.inner, True), self.root.T @ within))
 
     def whitened(self, residuals: Array) -> Array:
         """
@@ -188,8 +183,9 @@ class Metric:
         The residual is a prediction less the readings of a late or slow sensor.
 
         """
-        sizes = (self.root @ self.taken(residual))[: self.columns]
-        left = residual - self.places[:, : self.columns] @ sizes
+        columns = np.count_nonzero(self.owners < 0)
+        sizes = (self.root @ self.taken(residual))[:columns]
+        left = residual - self.places[:, :columns] @ sizes
         return sizes[:SENSOR], np.asarray(left)
 
 
@@ -224,21 +220,20 @@ def metric_of(
     reach = _FREE * max(float(np.ptp(seen.values)), noise)
     offset = _FREE * float(np.max(np.abs(seen.values - predicted.values))) + reach
     middle_s, half_s = 0.5 * (time_s[0] + time_s[-1]), 0.5 * (time_s[-1] - time_s[0])
-    ones = np.ones_like(time_s)
-    sensor = [ones, time_s - middle_s, predicted.rate, -predicted.curvature]
-    drift = min(reach / half_s, sensor_of.drift_per_s)
-    late_s = max(DELAY_S, SLOW_SHARE * sensor_of.slow_s)
-    curved_s2 = max(DELAY_S**2, SLOW_SHARE * sensor_of.slow_s**2)
-    sizes = [offset, drift, late_s, curved_s2]
+    columns = [  # each with its largest size
+        (np.ones_like(time_s), offset),
+        (time_s - middle_s, min(reach / half_s, sensor_of.drift_per_s)),
+        (predicted.rate, max(DELAY_S, SLOW_SHARE * sensor_of.slow_s)),
+        (-predicted.curvature, max(DELAY_S**2, SLOW_SHARE * sensor_of.slow_s**2)),
+    ]
     if predicted.otherwise is not None and allowance is not None:
-        sensor.append(predicted.otherwise() - predicted.values)
-        sizes.append(1.0)
+        columns.append((predicted.otherwise() - predicted.values, 1.0))
     if sensor_of.cyclic_m:
         phase = 2.0 * math.pi * seen.values / sensor_of.fringe_m
-        sensor += [np.sin(phase), np.cos(phase)]
-        sizes += [sensor_of.cyclic_m, sensor_of.cyclic_m]
+        columns += [(of(phase), sensor_of.cyclic_m) for of in (np.sin, np.cos)]
+    sensor, sizes = zip(*columns, strict=True)
     places, roots = [sparse.csr_array(np.column_stack(sensor))], [np.diag(sizes)]
-    owners = [-1] * len(sensor)
+    owners = [-1] * len(columns)
     if allowance is not None:
         noise = max(noise, allowance.reading_m * scale)
         owed = _of_model(time_s - sensor_of.late_s, predicted.values, corners, allowance, scale)
@@ -248,15 +243,14 @@ def metric_of(
             owners += [kind] * len(root)
     where, root = sparse.hstack(places).tocsr(), sparse.block_diag(roots, format='csr')
     white = _whitening(time_s, noise, sensor_of.noise_lasts_s)
-    columns = white @ where
-    gram = (root.T @ ((columns.T @ columns) @ root)).toarray()
+    noisy = white @ where
+    gram = (root.T @ ((noisy.T @ noisy) @ root)).toarray()
     return Metric(where, root, white, _factor(gram), np.array(owners), gram)
 
 
-def _factor(gram: Array) -> tuple[Array, bool]:
-    """Return the Cholesky factor of 1 + B'B."""
-    inner, is_lower = linalg.cho_factor(gram + np.eye(len(gram)), lower=True)
-    return inner, is_lower
+def _factor(gram: Array) -> Array:
+    """Return the lower Cholesky factor of 1 + B'B."""
+    return np.asarray(linalg.cholesky(gram + np.eye(len(gram)), lower=True))
 
 
 def _whitening(time_s: Array, noise: float, lasts_s: float) -> 'sparse.csr_array':

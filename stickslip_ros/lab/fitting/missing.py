@@ -61,12 +61,7 @@ guide has; load per friction."""
 CYCLIC = {f'cyclic error of {1e9 * each:.4g} nm': each for each in (316.4e-9, 158.2e-9)}
 """Fringes of an interferometer with a helium-neon laser, by name: single and double pass, m."""
 PLACE = 'friction by place'
-_OF_FRAME, _GUIDE, _LOAD, _RATE = (
-    'frame.resonance',
-    'a guide',
-    'stand.load',
-    'contact.friction_rate',
-)
+_LOAD, _RATE = 'stand.load', 'contact.friction_rate'
 _OF_FEET = 'count', 'share', 'weight', 'radius', 'gain', 'delay'
 _WAYS = 6  # waves of friction along the way of a recording
 _SHARE = 3e-3  # relative change of a value
@@ -186,8 +181,9 @@ def _stands(stand: Parameters, free: set[str]) -> list[tuple[str, Parameters]]:
             changes.append((name, {name: value * (1.0 + _SHARE)}))
         elif name in TYPICAL:
             changes.append((name, {name: TYPICAL[name], **_BESIDE.get(name, {})}))
-    if not flat['frame.resonance']:
-        changes += [(_OF_FRAME, {_OF_FRAME: hertz, **_FRAME}) for hertz in _FRAMES_HZ]
+    resonance = 'frame.resonance'
+    if not flat[resonance]:
+        changes += [(resonance, {resonance: hertz, **_FRAME}) for hertz in _FRAMES_HZ]
     for name in (_RATE, 'contact.friction_ageing'):
         if name not in free and not flat[name]:
             changes.append((name, {name: _GROWTH}))
@@ -197,7 +193,7 @@ def _stands(stand: Parameters, free: set[str]) -> list[tuple[str, Parameters]]:
         normal = sum(count * share for count, share in zip(feet.count, feet.share, strict=True))
         guide = 1, _GUIDE_SHARE * normal, 0.0, feet.radius[0], 0.0, 0.0
         pairs = zip(_OF_FEET, guide, strict=True)
-        changes.append((_GUIDE, {f'feet.{key}': (*getattr(feet, key), x) for key, x in pairs}))
+        changes.append(('a guide', {f'feet.{key}': (*getattr(feet, key), x) for key, x in pairs}))
     found = list[tuple[str, Parameters]]()
     for name, each in changes:
         with suppress(StickSlipError):  # an impossible stand is no suspect
@@ -208,8 +204,8 @@ def _stands(stand: Parameters, free: set[str]) -> list[tuple[str, Parameters]]:
 def _of_position(problem: Problem, here: Predicted) -> Iterator[tuple[str, list[list[Array]]]]:
     """Yield suspects that depend on the position: for each column what each trace would gain."""
     traces = [
-        (one.drive, each, here[number][one.seen.index(each)].values)
-        for number, one, each, _ in problem.seen
+        (one.drive, each, model.values)
+        for (one, each, _), model in zip(problem.seen, here, strict=True)
         if isinstance(one.drive, Voltage)
     ]
     for name, fringe_m in CYCLIC.items():
@@ -232,10 +228,8 @@ def _step_lengths(
 
 def _moved(here: Predicted, problem: Problem, column: Sequence[Array]) -> Predicted:
     """Return a prediction with a column added to its traces."""
-    added, rows = iter(column), [list(row) for row in here]
-    for number, one, each, _ in problem.seen:
-        if isinstance(one.drive, Voltage):
-            at, scale = one.seen.index(each), 1e-9
-            model = rows[number][at]
-            rows[number][at] = replace(model, values=model.values + scale * next(added))
-    return rows
+    added, scale = iter(column), 1e-9
+    return [
+        replace(model, values=model.values + scale * next(added)) if each.is_trace else model
+        for (_, each, _), model in zip(problem.seen, here, strict=True)
+    ]

@@ -53,6 +53,11 @@ class Natural:
         self._scale_damping(z, self._grown(z))
         return z
 
+    def settings(self, place: Array) -> dict[str, float]:
+        """Return the values of the free parameters, by name."""
+        pairs = zip(self.free, self.back(place).tolist(), strict=True)
+        return {one.name: one.to_value(z) for one, z in pairs}
+
     def slopes(self, place: Array) -> Array:
         """Return the slopes of ``back``, shape (free, free)."""
         here = self.back(place)
@@ -78,9 +83,7 @@ class Natural:
     def _scale_damping(self, place: Array, growth: float) -> None:
         """Multiply the damping, if it is free, by a factor with this logarithm."""
         if _DAMPING in self._numbers:
-            number = self._numbers[_DAMPING]
-            is_log = self.free[number].is_log
-            place[number] = place[number] + growth if is_log else place[number] * math.exp(growth)
+            place[self._numbers[_DAMPING]] *= math.exp(growth)  # 0 is a damping: no logarithm
 
     def _log_stiffness(self, z: Array) -> float:
         """Return the logarithm of the stiffness of all contacts; 0 if nothing free changes it."""

@@ -11,9 +11,8 @@ as the fit.
 
 """
 
-import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -29,10 +28,10 @@ from stickslip_ros.lab.experiments.experiment import (
 )
 from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.lab.fitting.assumed import slopes_of_constants
-from stickslip_ros.lab.fitting.problem import Problem, StandardErrors
+from stickslip_ros.lab.fitting.problem import StandardErrors
 from stickslip_ros.lab.fitting.result import FitResult
 from stickslip_ros.lab.runs.sawtooth_run import full_stroke_m
-from stickslip_ros.parameters import Parameters, Scalar
+from stickslip_ros.parameters import Scalar
 
 _PRELOADS_N = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0)
 STROKES = (0.4, 0.7, 1.0)  # shares of the range of the amplifier
@@ -106,23 +105,22 @@ def plan(fit: FitResult, count: int = 5, candidates: Sequence[Candidate] | None 
 
 def candidates_of(fit: FitResult) -> list[Candidate]:
     """Return possible measurements like those of a fit."""
-    stand, found = fit.parameters, list[Candidate]()
-    top_v = stand.amplifier.voltage_max - stand.amplifier.voltage_min
+    amplifier, found = fit.parameters.amplifier, list[Candidate]()
+    top_v = amplifier.voltage_max - amplifier.voltage_min
+    waves = [(round(share * top_v), hertz) for hertz in FREQUENCIES_HZ for share in STROKES]
+    if fit.problem.has_traces:
+        waves += [(-round(share * top_v), TRIANGLE_HZ) for share in TRIANGLES]
     for preload_n in _PRELOADS_N:
-        preload = f'preload {preload_n:g}N'
-        for hertz in FREQUENCIES_HZ:
-            for share in STROKES:
-                volts = round(share * top_v)
-                words = f'{preload_n:g} N, saw-teeth of {volts:g} V, {hertz:g} Hz'
-                saw = f'sawtooth {volts:g}V {hertz:g}Hz {SAWTOOTH_STEPS}'
-                one = _experiment(fit, stand, preload_n, volts, hertz)
-                found.append(Candidate(words, (preload, saw), one))
-        for share in TRIANGLES if fit.problem.has_traces else ():
-            volts, half_ms = round(share * top_v), 500.0 / TRIANGLE_HZ
-            words = f'{preload_n:g} N, triangles of {volts:g} V, {TRIANGLE_HZ:g} Hz'
-            wave = f'waveform 0s 0V {half_ms:g}ms {volts:g}V {2.0 * half_ms:g}ms 0V'
-            one = _experiment(fit, stand, preload_n, -volts, TRIANGLE_HZ)
-            found.append(Candidate(words, (preload, f'{wave} --cycles {TRIANGLE_CYCLES}'), one))
+        for volts, hertz in waves:
+            kind, half_ms = 'saw-teeth', 500.0 / hertz
+            command = f'sawtooth {volts}V {hertz:g}Hz {SAWTOOTH_STEPS}'
+            if volts < 0:
+                kind = 'triangles'
+                command = f'waveform 0s 0V {half_ms:g}ms {-volts}V {2.0 * half_ms:g}ms 0V'
+                command += f' --cycles {TRIANGLE_CYCLES}'
+            words = f'{preload_n:g} N, {kind} of {abs(volts)} V, {hertz:g} Hz'
+            one = _experiment(fit, preload_n, volts, hertz)
+            found.append(Candidate(words, (f'preload {preload_n:g}N', command), one))
     if WEIGHED in {one.name for one in fit.estimates}:
         words = f'weigh the runner to {100.0 * WEIGHED_SHARE:g} % (--known {WEIGHED}=...)'
         found.append(Candidate(words, (), None))
@@ -130,17 +128,15 @@ def candidates_of(fit: FitResult) -> list[Candidate]:
         words = (
             f'push the runner with a spring balance until it slips, to {100.0 * PUSHED_SHARE:g} %'
         )
-        settings = {**_like(fit)[0].settings}
+        settings = _like(fit)[0].settings
         pushed = Experiment('planned', settings, AtRest(), (Seen(PUSHED, np.zeros(1)),))
         found.append(Candidate(f'{words} ({PUSHED})', (), pushed))
     return found
 
 
-def _experiment(
-    fit: FitResult, stand: Parameters, preload_n: float, volts: float, hertz: float
-) -> Experiment:
+def _experiment(fit: FitResult, preload_n: float, volts: float, hertz: float) -> Experiment:
     """Return an experiment like those of the fit under a saw-tooth, or a triangle below 0 V."""
-    like, _ = _like(fit)
+    stand, (like, error) = fit.parameters, _like(fit)
     settings: dict[str, Scalar] = {**like.settings, 'stand.preload': preload_n}
     if isinstance(like.drive, SawtoothSteps):
         stroke_m = min(volts * stand.actuator.gain, full_stroke_m(stand))
@@ -155,13 +151,13 @@ def _experiment(
     seen = like.seen[0]
     apart_s = float(np.median(np.diff(seen.time_s)))
     time_s: Array = np.arange(0.0, rows[-1][0], apart_s, dtype=np.float64)
-    looked = Seen(seen.quantity, np.zeros(len(time_s)), time_s, _like(fit)[1])
+    looked = Seen(seen.quantity, np.zeros(len(time_s)), time_s, error)
     return Experiment('planned', settings, Voltage(np.array(rows)), (looked,), like.load_n)
 
 
 def _like(fit: FitResult) -> tuple[Experiment, float]:
     """Return the experiment that candidates imitate, and its standard error."""
-    for one, (error, *_) in zip(fit.experiments, fit.problem.noise.values, strict=True):
+    for one, _, error in fit.problem.seen:
         if isinstance(one.drive, SawtoothSteps | Voltage):
             return one, error
     hint = 'fit a recording, forces or step lengths'
@@ -182,22 +178,16 @@ def information_of(fit: FitResult, candidate: Candidate) -> Array:
     except StickSlipError:  # an impossible measurement has no information
         return added
     seen = tuple(
-        dataclasses.replace(each, values=model.values)
+        replace(each, values=model.values)
         for each, model in zip(candidate.experiment.seen, found, strict=True)
     )
-    one = dataclasses.replace(candidate.experiment, seen=seen)
+    one = replace(candidate.experiment, seen=seen)
     error = _like(fit)[1] * np.sqrt(fit.uncertainty.variance_scale)
     if seen[0].quantity == PUSHED:
         error = PUSHED_SHARE * abs(seen[0].values[0])
-    candidate_problem = Problem(
-        problem.parameters,
-        problem.free,
-        (one,),
-        StandardErrors(True, ((float(error),),)),
-        problem.allowance,
-    ).measured_at([found])
-    slopes = candidate_problem.slopes(place) @ np.linalg.inv(fit.uncertainty.per_natural)
+    noise = StandardErrors(True, (float(error),))
+    planned = replace(problem, experiments=(one,), noise=noise, known={}).measured_at(found)
+    slopes = planned.slopes(place) @ np.linalg.inv(fit.uncertainty.per_natural)
     if constants:
-        more = slopes_of_constants(candidate_problem, place, constants)
-        slopes = np.hstack((slopes, more))
+        slopes = np.hstack((slopes, slopes_of_constants(planned, place, constants)))
     return np.asarray(slopes.T @ slopes)

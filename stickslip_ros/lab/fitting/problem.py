@@ -3,11 +3,11 @@
 
 """The problem of a fit: experiments, and the stand as a function of its free parameters."""
 
-import dataclasses
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import chain, islice
 from typing import TypeAlias
 
 import numpy as np
@@ -39,12 +39,9 @@ one-sided ones, where the force goes with the 13th power of a parameter, the ste
 PRIOR = math.log(10.0)
 """Standard error of a coordinate before a measurement: a factor of ten. Without it a recording
 with 4.5 nm of noise gave feet a thousand times as rough, and a mass of 80 mg for 3.2 g."""
-_WALL = 1.0
-"""Standard errors per e-fold, or per usual size, beyond a bound, where no stand changes any more:
-a steep wall ends a search before it has gone along the bound."""
 BOUND = 1e-3  # distance of a parameter on its bound
 _STEPS_MIN, _STEPS_MAX = 100, 6400
-"""Fewest and most cycles of a run; doubled until the number is steady."""
+"""Fewest and most steps of a run; doubled until the number is steady."""
 STEADY_SHARE = 0.01  # change of a steady number by twice as many cycles, per standard error
 STEADY_NUMBER = 1e-5
 """The same as a share of the largest number, without standard errors."""
@@ -58,8 +55,8 @@ SCALE_MAX = 100.0
 _APART, _MOSTLY = 16, 0.75  # readings between two places of a motion, and the quantile of motions
 SMALLEST_SHARE = 1e-7  # least change of a number that counts, per largest number
 
-Predicted: TypeAlias = list[list[Prediction]]
-"""Predictions of a stand, for each experiment and each quantity."""
+Predicted: TypeAlias = list[Prediction]
+"""Predictions of a stand, in the order of ``Problem.seen``."""
 
 
 def silent() -> None:
@@ -68,12 +65,12 @@ def silent() -> None:
 
 @dataclass(frozen=True, eq=False)
 class StandardErrors:
-    """Standard errors of readings, in the order of the experiments."""
+    """Standard errors of readings, in the order of ``Problem.seen``."""
 
     # whether they are given, or estimated from traces; else all numbers share an unknown error,
     # and only ratios count
     known: bool
-    values: tuple[tuple[float, ...], ...]  # of each quantity of each experiment
+    values: tuple[float, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +83,7 @@ class Problem:
     noise: StandardErrors
     allowance: Allowance | None = None  # errors of the model
     # free parameters with values from elsewhere, and their relative standard errors
-    known: Mapping[str, tuple[float, float]] = dataclasses.field(default_factory=dict)
+    known: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     metrics: tuple[Metric, ...] = ()  # of the traces in order, for a stand, see ``measured_at``
     pool: Pool | None = None
     tick: Callable[[], None] = silent  # called after each run
@@ -108,25 +105,15 @@ class Problem:
         return self.place_of([one.start for one in self.free])
 
     @property
-    def seen(self) -> list[tuple[int, Experiment, Seen, float]]:
-        """All readings: number of the experiment, itself, quantity, standard error."""
-        return [
-            (number, one, each, noise)
-            for number, (one, errors) in enumerate(
-                zip(self.experiments, self.noise.values, strict=True)
-            )
-            for each, noise in zip(one.seen, errors, strict=True)
-        ]
+    def seen(self) -> list[tuple[Experiment, Seen, float]]:
+        """All readings: experiment, quantity, standard error."""
+        pairs = ((one, each) for one in self.experiments for each in one.seen)
+        return [(*pair, noise) for pair, noise in zip(pairs, self.noise.values, strict=True)]
 
     @property
     def count(self) -> int:
         """Number of readings, and of parameters known beforehand."""
-        return sum(len(each.values) for _, _, each, _ in self.seen) + len(self.known)
-
-    @property
-    def unknowns(self) -> int:
-        """Zeros and drifts, which are fitted too."""
-        return 2 * len(self.metrics)
+        return sum(len(each.values) for _, each, _ in self.seen) + len(self.known)
 
     @property
     def has_traces(self) -> bool:
@@ -134,20 +121,28 @@ class Problem:
         return any(isinstance(one.drive, Voltage) for one in self.experiments)
 
     @property
+    def steps(self) -> list[tuple[Experiment, SawtoothSteps]]:
+        """Experiments of steps, each with its drive."""
+        pairs = ((one, one.drive) for one in self.experiments)
+        return [(one, drive) for one, drive in pairs if isinstance(drive, SawtoothSteps)]
+
+    @property
     def signal(self) -> float:
         """Root of the sum of squares of all readings, per standard error."""
         squares = (
-            np.sum(((each.values - (each.is_trace) * each.values.mean()) / noise) ** 2)
-            for _, _, each, noise in self.seen
+            np.sum(((each.values - each.is_trace * each.values.mean()) / noise) ** 2)
+            for _, each, noise in self.seen
         )
         return float(np.sqrt(sum(squares)))
 
     def at_bound(self, place: Array) -> NDArray[np.bool_]:
         """Return a mask of the parameters on a bound, shape (free,)."""
+        return (self.beyond(place, BOUND) > 0.0) | (self.beyond(place, -BOUND) < 0.0)
+
+    def beyond(self, place: Array, further: float = 0.0) -> Array:
+        """Return how far coordinates moved ``further`` are beyond their bounds, shape (free,)."""
         pairs = zip(self.free, self.natural.back(place).tolist(), strict=True)
-        return np.array(
-            [one.beyond(z + BOUND) > 0.0 or one.beyond(z - BOUND) < 0.0 for one, z in pairs]
-        )
+        return np.array([one.beyond(z + further) for one, z in pairs])
 
     def place_of(self, values: Sequence[float]) -> Array:
         """Return the place of some values of the free parameters."""
@@ -156,13 +151,11 @@ class Problem:
 
     def values(self, place: Array) -> list[float]:
         """Return the values of the free parameters at a place."""
-        pairs = zip(self.free, self.natural.back(place).tolist(), strict=True)
-        return [one.to_value(z) for one, z in pairs]
+        return list(self.natural.settings(place).values())
 
     def stand(self, place: Array) -> Parameters:
         """Return the stand of a place."""
-        names = (one.name for one in self.free)
-        return self.parameters.updated(dict(zip(names, self.values(place), strict=True)))
+        return self.parameters.updated(self.natural.settings(place))
 
     def predicted(self, stands: Sequence[Parameters]) -> list[Predicted]:
         """
@@ -182,23 +175,35 @@ class Problem:
         found = predict_all(stands, self.experiments, pool=self.pool)
         for _ in range(len(stands) * len(self.experiments)):
             self.tick()
-        return found
+        return [list(chain.from_iterable(rows)) for rows in found]
+
+    def predicted_at(self, place: Array) -> Predicted:
+        """Return the prediction of the stand of a place."""
+        return self.predicted([self.stand(place)])[0]
 
     def measured_at(self, predicted: Predicted) -> 'Problem':
         """Return the problem with the metrics of a prediction."""
         metrics = [
             metric_of(
                 each,
-                predicted[number][one.seen.index(each)],
+                model,
                 one.drive.rows,
                 error,
                 self.allowance,
                 self.parameters.load_cell.stiffness if each.quantity == 'force_n' else 1.0,
             )
-            for number, one, each, error in self.seen
+            for (one, each, error), model in zip(self.seen, predicted, strict=True)
             if isinstance(one.drive, Voltage)
         ]
-        return dataclasses.replace(self, metrics=tuple(metrics))
+        return replace(self, metrics=tuple(metrics))
+
+    def with_seen(self, seen: Iterable[Seen]) -> 'Problem':
+        """Return the problem with other readings of its quantities, and without metrics."""
+        rest = iter(seen)
+        experiments = [
+            replace(one, seen=tuple(islice(rest, len(one.seen)))) for one in self.experiments
+        ]
+        return replace(self, experiments=tuple(experiments), metrics=())
 
     def whitened(
         self, found: Predicted, less: Predicted | None = None, beside: Array | None = None
@@ -211,37 +216,35 @@ class Problem:
 
         """
         parts, metrics = list[Array](), iter(self.metrics)
-        for number, one, each, noise in self.seen:
-            at = one.seen.index(each)
-            against = each.values if less is None else less[number][at].values
-            missed = found[number][at].values - against
-            over_time = isinstance(one.drive, Voltage)
-            parts.append(next(metrics).whitened(missed) if over_time else missed / noise)
+        others = [each.values for _, each, _ in self.seen]
+        if less is not None:
+            others = [each.values for each in less]
+        for (_, each, noise), model, values in zip(self.seen, found, others, strict=True):
+            missed = model.values - values
+            parts.append(next(metrics).whitened(missed) if each.is_trace else missed / noise)
         if beside is None:
             beside = np.zeros(len(self.known) + len(self.free))
         return np.concatenate((*parts, beside))
 
     def residuals(self, place: Array) -> Array:
         """Return model less measurement, whitened."""
-        [found] = self.predicted([self.stand(place)])
-        return self.whitened(found, None, self._beside(place))
+        return self.whitened(self.predicted_at(place), None, self._beside(place))
 
     def _beside(self, place: Array) -> Array:
         """
         Return numbers of known values, and of what is taken of each parameter without a reading.
 
-        It is within a factor of ten of its start, if the errors of the points are known, and not
-        beyond its bounds.
+        It is within a factor of ten of its start, if the errors of the points are known. Beyond a
+        bound, where no stand changes any more, each e-fold costs a standard error.
 
         """
         known, usual, prior = list[float](), list[float](), float(self.noise.known) / PRIOR
         for one, z in zip(self.free, self.natural.back(place).tolist(), strict=True):
-            away = z - one.to_coordinate(one.start)
-            usual.append(prior * away + _WALL * one.beyond(z))
+            usual.append(prior * (z - one.to_coordinate(one.start)))
             if one.name in self.known:
                 value, share = self.known[one.name]
                 known.append((z - one.to_coordinate(value)) * one.slope(value) / (share * value))
-        return np.array(known + usual)
+        return np.append(known, self.beyond(place) + usual)
 
     def slopes(self, place: Array, *, central: bool = False) -> Array:
         """
@@ -254,9 +257,9 @@ class Problem:
         pairs = list[tuple[Array, Array]]()
         for way in STEP * np.eye(len(place)):
             above, below = place + way, place - way if central else place
-            if not self._is_inside(above):
+            if self.beyond(above).any():
                 above, below = place, place - way
-            elif central and not self._is_inside(below):
+            elif central and self.beyond(below).any():
                 below = place
             pairs.append((below, above))
         found = self.predicted([self.stand(end) for pair in pairs for end in pair])
@@ -266,66 +269,45 @@ class Problem:
             columns.append(self.whitened(high, low, beside) / float(np.sum(above - below)))
         return np.column_stack(columns)
 
-    def _is_inside(self, place: Array) -> bool:
-        """Return whether no parameter is beyond a bound."""
-        pairs = zip(self.free, self.natural.back(place).tolist(), strict=True)
-        return not any(one.beyond(z) for one, z in pairs)
-
     def steady_at(self, place: Array) -> tuple['Problem', bool]:
-        """Return the problem with enough cycles for a stand, and whether they suffice."""
-        chosen = [
-            k for k, one in enumerate(self.experiments) if isinstance(one.drive, SawtoothSteps)
-        ]
-        problem, steady = self, True
-        if not chosen:
-            return problem, steady
-        while True:
-            longer = problem.with_cycles({k: 2 * problem.steps(k).steps for k in chosen})
-            stand = [self.stand(place)]
-            [now], [then] = problem.predicted(stand), longer.predicted(stand)
-            short = {k for k in chosen if problem.is_short(k, now[k], then[k])}
-            settings = {problem.settings(k) for k in short}
-            more = [
-                k
-                for k in chosen
-                if problem.settings(k) in settings
-                and problem.steps(k).steps < _STEPS_MAX
-                and problem.steps(k).is_steady
-            ]
+        """Return the problem with enough steps for a stand, and whether they suffice."""
+        problem, stand = self, [self.stand(place)]
+        while problem.steps:
+            twice = {one: 2 * drive.steps for one, drive in problem.steps}
+            [now], [then] = problem.predicted(stand), problem.with_steps(twice).predicted(stand)
+            settings = {
+                one: (*one.settings.items(), drive._replace(steps=0), one.load_n)
+                for one, drive in problem.steps
+            }
+            short = {
+                settings[one]
+                for (one, each, _), a, b in zip(problem.seen, now, then, strict=True)
+                if one in twice and abs(float(b.values[0] - a.values[0])) > problem.steady_by(each)
+            }
+            more = {
+                one: twice[one]
+                for one, drive in problem.steps
+                if settings[one] in short and drive.steps < _STEPS_MAX and drive.is_steady
+            }
             if not more:
                 return problem, not short
-            problem = problem.with_cycles({k: 2 * problem.steps(k).steps for k in more})
+            problem = problem.with_steps(more)
+        return problem, True
 
-    def steps(self, number: int) -> SawtoothSteps:
-        """Return the drive of an experiment of steps."""
-        drive = self.experiments[number].drive
-        assert isinstance(drive, SawtoothSteps)
-        return drive
+    def with_steps(self, steps: Mapping[Experiment, int]) -> 'Problem':
+        """Return the problem with other numbers of steps in some experiments."""
+        drives = {
+            one: drive._replace(steps=steps[one]) for one, drive in self.steps if one in steps
+        }
+        experiments = (replace(one, drive=drives.get(one, one.drive)) for one in self.experiments)
+        return replace(self, experiments=tuple(experiments))
 
-    def settings(self, number: int) -> tuple[object, ...]:
-        """Return the settings of an experiment of steps."""
-        one, drive = self.experiments[number], self.steps(number)
-        return (*one.settings.items(), drive._replace(steps=0), one.load_n)
-
-    def with_cycles(self, cycles: Mapping[int, int]) -> 'Problem':
-        """Return the problem with other numbers of cycles in experiments of steps."""
-        experiments = list(self.experiments)
-        for number, count in cycles.items():
-            drive = self.steps(number)._replace(steps=count)
-            experiments[number] = dataclasses.replace(experiments[number], drive=drive)
-        return dataclasses.replace(self, experiments=tuple(experiments))
-
-    def is_short(self, number: int, now: list[Prediction], then: list[Prediction]) -> bool:
-        """Return whether twice as many cycles change a number too much."""
-        one = self.experiments[number]
-        for at, each in enumerate(one.seen):
-            largest = largest_of(self.experiments, each.quantity)
-            tolerance = STEADY_NUMBER * largest
-            if each.sigma is not None:
-                tolerance = max(STEADY_SHARE * each.sigma, SMALLEST_SHARE * largest)
-            if abs(float(then[at].values[0] - now[at].values[0])) > tolerance:
-                return True
-        return False
+    def steady_by(self, each: Seen) -> float:
+        """Return the largest change of a steady number by twice as many steps."""
+        largest = largest_of(self.experiments, each.quantity)
+        if each.sigma is None:
+            return STEADY_NUMBER * largest
+        return max(STEADY_SHARE * each.sigma, SMALLEST_SHARE * largest)
 
 
 def _with_room(stand: Parameters, stroke_m: float) -> Parameters:
@@ -367,7 +349,7 @@ def noise_at_first(experiments: Sequence[Experiment]) -> StandardErrors:
             return each.sigma
         return largest_of(experiments, each.quantity) * share
 
-    return StandardErrors(is_known, tuple(tuple(map(error_of, one.seen)) for one in experiments))
+    return StandardErrors(is_known, tuple(map(error_of, seen)))
 
 
 def _check_scale(one: Experiment, stand: Parameters) -> None:
@@ -417,6 +399,5 @@ def pose(
             end_n = there.stand.preload_end
             hint = 'set stand.preload_end=0: each point has one preload'
             raise OutOfRange('stand.preload_end', end_n, 'N', 'not 0 in a fit', hint)
-    numbers = [k for k, one in enumerate(experiments) if isinstance(one.drive, SawtoothSteps)]
-    problem = problem.with_cycles({k: problem.steps(k).steps or _STEPS_MIN for k in numbers})
+    problem = problem.with_steps({one: drive.steps or _STEPS_MIN for one, drive in problem.steps})
     return problem.steady_at(problem.start)[0]

@@ -16,7 +16,7 @@ import stickslip_ros
 from stickslip_ros.drive.records import VOLTAGE
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import prepare_output
-from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps, Seen, Voltage
+from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
 from stickslip_ros.lab.fitting.assumed import FACTORS_ASSUMED
 from stickslip_ros.lab.fitting.result import FitResult, Ratio
 from stickslip_ros.lab.fitting.statistics import Estimate
@@ -57,8 +57,8 @@ class Fit(Plottable, FitResult):
         Whether all runs had enough cycles.
     uncertainty : Uncertainty
         Errors of the parameters and of the constants.
-    predicted : list of lists of Prediction
-        Predictions of the fitted stand, for each experiment and each quantity.
+    predicted : list of Prediction
+        Predictions of the fitted stand, in the order of ``problem.seen``.
     missing : tuple of Missing
         What the stand may lack, the best first.
     wall_s : float
@@ -183,7 +183,7 @@ def _lacking(fit: FitResult) -> Iterator[str]:
 
 def _search_warnings(fit: FitResult) -> Iterator[str]:
     if not fit.steady:
-        drives = [one.drive for one in fit.experiments if isinstance(one.drive, SawtoothSteps)]
+        drives = [drive for _, drive in fit.problem.steps]
         is_counted = not all(drive.is_steady for drive in drives)
         depends = ': their forces are those after this number of steps' if is_counted else ''
         most = max(drive.steps for drive in drives)
@@ -224,11 +224,10 @@ def _divided_monitors(fit: FitResult) -> Iterator[str]:
 
 def _opposite_ways(fit: FitResult) -> Iterator[str]:
     """Yield quantities of opposite sign to the stand at the start: the fitted stand may rest."""
-    [began] = fit.problem.predicted([fit.problem.stand(fit.problem.start)])
-    for number, one, each, _ in fit.problem.seen:
-        model = began[number][one.seen.index(each)].values
-        if each.is_trace and np.ptp(model) > 0.0:
-            correlation = float(np.corrcoef(model, each.values)[0, 1])
+    began = fit.problem.predicted_at(fit.problem.start)
+    for (one, each, _), model in zip(fit.problem.seen, began, strict=True):
+        if each.is_trace and np.ptp(model.values) > 0.0:
+            correlation = float(np.corrcoef(model.values, each.values)[0, 1])
             if correlation < OPPOSITE:
                 yield (
                     f'{one.origin}: {each.quantity} has the opposite sign of the model '
@@ -290,7 +289,6 @@ def as_object(fit: FitResult) -> Any:
             'notes': fit.notes,
             'converged': fit.found.converged,
             'starts': len(fit.searches),
-            'starts_in_same_minimum': fit.same,
             'evaluations': fit.evaluations,
             'wall_s': fit.wall_s,
             'missing': fit.missing,
@@ -319,7 +317,7 @@ def write_fit(path: Path, fit: Fit, content: dict[str, Any], origin: str, comman
     else:
         made = f'Fitted to {origin} by stickslip fit, version {stickslip_ros.__version__}.\n'
         had = {name for one in fit.experiments for name in one.settings}
-        if others := sorted(had - fit.settings_of_all.keys()):
+        if others := sorted(had - fit.problem.settings_of_all.keys()):
             made += f'The experiments differ in {", ".join(others)}: the stand keeps its own.\n'
         text = dump_yaml(fit.parameters, f'{made}{fit}')
     path.write_text(text, encoding='utf-8')
@@ -328,11 +326,10 @@ def write_fit(path: Path, fit: Fit, content: dict[str, Any], origin: str, comman
 def _points(fit: FitResult) -> list[dict[str, Any]]:
     """Return an object for each fitted number."""
     rows = list[dict[str, Any]]()
-    for number, one, each, noise in fit.problem.seen:
+    for (one, each, noise), model in zip(fit.problem.seen, fit.predicted, strict=True):
         if isinstance(one.drive, Voltage):
             continue
-        measured = float(each.values[0])
-        modelled = float(fit.predicted[number][one.seen.index(each)].values[0])
+        measured, modelled = float(each.values[0]), float(model.values[0])
         rows.append(
             {
                 'preload_n': one.settings['stand.preload'],
@@ -416,18 +413,13 @@ def _quality(fit: FitResult) -> Iterator[tuple[str, object]]:
             f'{each.name} beside the readings',
             f'{each.value:.4g}, they prefer {each.preferred:.4g}: {each.apart:.2g} errors apart',
         )
-    yield (
-        'searches',
-        f'{len(fit.searches)}, {fit.same} to this minimum, {fit.rivals} to others as good',
-    )
+    yield 'searches', len(fit.searches)
     yield 'stands tried', fit.evaluations
-    cycles = [one.drive.steps for one in fit.experiments if isinstance(one.drive, SawtoothSteps)]
-    if cycles:
-        is_steady = all(
-            one.drive.is_steady for one in fit.experiments if isinstance(one.drive, SawtoothSteps)
-        )
+    if drives := [drive for _, drive in fit.problem.steps]:
+        is_steady = all(drive.is_steady for drive in drives)
+        counts = [drive.steps for drive in drives]
         steps = 'steps until steady' if is_steady else 'steps per run'
-        yield steps, f'{min(cycles)} to {max(cycles)}'
+        yield steps, f'{min(counts)} to {max(counts)}'
     for one in fit.experiments:
         if isinstance(one.drive, Voltage):
             told = (note for note in one.drive.notes if not _IS_PIECE.search(note))

@@ -30,7 +30,7 @@ from stickslip_ros.lab.fitting.statistics import (
     estimates_of,
 )
 from stickslip_ros.lab.tables.numbers import stage_hz
-from stickslip_ros.parameters import Parameters, Scalar
+from stickslip_ros.parameters import Parameters
 from stickslip_ros.units import unit_of
 
 _SAME_CHANGE = 0.01
@@ -94,12 +94,7 @@ class FitResult:
     @property
     def parameters(self) -> Parameters:
         """The fitted stand, with the common preload and load cell of the experiments."""
-        return self.problem.stand(self.found.place).updated(self.settings_of_all)
-
-    @property
-    def settings_of_all(self) -> dict[str, Scalar]:
-        """Settings with the same value in all experiments."""
-        return self.problem.settings_of_all
+        return self.problem.stand(self.found.place).updated(self.problem.settings_of_all)
 
     @cached_property
     def estimates(self) -> tuple[Estimate, ...]:
@@ -139,7 +134,7 @@ class FitResult:
     @property
     def has_forces(self) -> bool:
         """Whether a force or a mass was measured."""
-        return any(unit_of(each.quantity) in OF_FORCES for _, _, each, _ in self.problem.seen)
+        return any(unit_of(each.quantity) in OF_FORCES for _, each, _ in self.problem.seen)
 
     def scale_of(self, name: str) -> str:
         """Return in words where the scale of a parameter comes from."""
@@ -274,11 +269,14 @@ class FitResult:
                     f'the readings prefer {tension.preferred:.3g}, {tension.apart:.3g} standard '
                     'errors off'
                 )
-        for drifting, drift_m_per_s in self.drifts:
-            yield (
-                f'{drifting.origin}: most of the motion would be a drift of the sensor, '
-                f'{1e6 * drift_m_per_s:.3g} um/s'
-            )
+        for recording, seen, sensor in self.sensors:
+            drift_m_per_s, range_m = sensor['drift_per_s'], float(np.ptp(seen.values))
+            is_most = abs(drift_m_per_s) * float(np.ptp(seen.time_s)) > _DRIFT_SHARE * range_m
+            if seen.unit == 'm' and is_most and abs(drift_m_per_s) > _DRIFT_M_PER_S:
+                yield (
+                    f'{recording.origin}: most of the motion would be a drift of the sensor, '
+                    f'{1e6 * drift_m_per_s:.3g} um/s'
+                )
 
     @property
     def noise_n(self) -> float | None:
@@ -286,21 +284,17 @@ class FitResult:
         noise = self.problem.noise
         if noise.known:
             return None
-        return float(np.sqrt(self.uncertainty.variance_scale)) * noise.values[0][0]
-
-    @property
-    def same(self) -> int:
-        """Searches that ended in this minimum."""
-        rounding = _SAME_SHARE * self.problem.signal**2
-        return self._searches_within(_SAME_CHANGE * self.uncertainty.variance_scale + rounding)
+        return float(np.sqrt(self.uncertainty.variance_scale)) * noise.values[0]
 
     @property
     def rivals(self) -> int:
-        """Other minima, or searches that ended in them, that are not ruled out."""
+        """Searches of numbers that ended in other minima that are not ruled out."""
         if self.problem.has_traces:
-            return len(self.others)
-        not_out = self._searches_within(RULED_OUT_BY * self.uncertainty.variance_scale)
-        return max(not_out - self.same, 0)
+            return 0
+        scale, least = self.uncertainty.variance_scale, best_of(self.searches).chi_square
+        same = _SAME_CHANGE * scale + _SAME_SHARE * self.problem.signal**2
+        rises = [one.chi_square - least for one in self.searches]
+        return sum(same < rise <= RULED_OUT_BY * scale for rise in rises)
 
     @property
     def evaluations(self) -> int:
@@ -311,10 +305,9 @@ class FitResult:
     def sensors(self) -> list[tuple[Experiment, Seen, dict[str, float]]]:
         """Each quantity over time, with noise, zero, drift and lateness of its sensor."""
         found, metrics = [], iter(self.problem.metrics)
-        for number, one, each, noise in self.problem.seen:
-            if not isinstance(one.drive, Voltage):
+        for (one, each, noise), model in zip(self.problem.seen, self.predicted, strict=True):
+            if not each.is_trace:
                 continue
-            model = self.predicted[number][one.seen.index(each)]
             sizes, left = next(metrics).of_sensor(model.values - each.values)
             zero, drift, late_s, _ = sizes.tolist()
             sensor = {
@@ -327,23 +320,7 @@ class FitResult:
             found.append((one, each, sensor))
         return found
 
-    @cached_property
-    def drifts(self) -> list[tuple[Experiment, float]]:
-        """Recordings with most of the motion explained as drift of the sensor, m/s."""
-        found = []
-        for one, each, sensor in self.sensors:
-            drift_m_per_s = abs(sensor['drift_per_s'])
-            drifted_m = drift_m_per_s * float(np.ptp(each.time_s))
-            is_most = drifted_m > _DRIFT_SHARE * float(np.ptp(each.values))
-            if each.unit == 'm' and is_most and drift_m_per_s > _DRIFT_M_PER_S:
-                found.append((one, sensor['drift_per_s']))
-        return found
-
     @property
     def readings(self) -> int:
         """Number of readings."""
-        return sum(len(each.values) for _, _, each, _ in self.problem.seen)
-
-    def _searches_within(self, most: float) -> int:
-        least = best_of(self.searches).chi_square
-        return sum(one.chi_square - least <= most for one in self.searches)
+        return sum(len(each.values) for _, each, _ in self.problem.seen)

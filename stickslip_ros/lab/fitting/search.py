@@ -11,7 +11,7 @@ short add up to a large misfit, and a search without an allowance ends elsewhere
 
 import math
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -101,7 +101,7 @@ def search(problem: Problem, start: Array) -> Minimum:
 
     """
     if problem.has_traces and not problem.metrics:
-        problem = problem.measured_at(problem.predicted([problem.stand(start)])[0])
+        problem = problem.measured_at(problem.predicted_at(start))
     first = problem.residuals(start)
 
     def residuals(place: Array) -> Array:
@@ -144,14 +144,15 @@ def search_all(
     if tried and tried[0][0] is not on_time:
         begins.append(tried[0])
     begins += tried[1:starts]
-    alone = [(replace(one, pool=None), place) for one, place in begins]
+    alone = [(replace(one, pool=None), place, place is start) for one, place in begins]
     stages = [LOOSE[0] if problem.has_traces else problem.allowance]
-    ends = run_batch(partial(_descend, start, stages), alone, workers=workers, progress=progress)
+    ends = run_batch(partial(_descend, stages), alone, workers=workers, progress=progress)
     if problem.has_traces:  # the best go on
         kept = distinct([ended for _, ended in ends])[:FOLLOWED_MAX]
-        best = [(_on_time(one, ended.place), ended) for one, ended in ends if ended in kept]
-        stages = [*LOOSE[1:], problem.allowance]
-        ends = run_batch(partial(_go_on, stages), best, workers=workers)
+        best = [
+            (_on_time(one, each.place), each.place, True) for one, each in ends if each in kept
+        ]
+        ends = run_batch(partial(_descend, [*LOOSE[1:], problem.allowance]), best, workers=workers)
     return [(replace(one, pool=problem.pool), ended) for one, ended in ends]
 
 
@@ -168,11 +169,7 @@ def with_clocks(problem: Problem, *, only_clear: bool) -> Problem:
 
 def _thinned(problem: Problem) -> Problem:
     """Return the problem with not too many readings in a recording."""
-    experiments = tuple(
-        replace(one, seen=tuple(each.thinned(READINGS_MAX) for each in one.seen))
-        for one in problem.experiments
-    )
-    return replace(problem, experiments=experiments)
+    return problem.with_seen(each.thinned(READINGS_MAX) for _, each, _ in problem.seen)
 
 
 def _tried(
@@ -199,7 +196,7 @@ def _tried(
 def _missed(problem: Problem, place: Array) -> float:
     """Return chi-square of noise and sensor alone; infinity for an impossible stand."""
     with impossible():
-        [predicted] = problem.predicted([problem.stand(place)])
+        predicted = problem.predicted_at(place)
         whole = replace(problem, allowance=None).measured_at(predicted).whitened(predicted)
         return float(whole @ whole)
     return math.inf
@@ -207,31 +204,20 @@ def _missed(problem: Problem, place: Array) -> float:
 
 def _slowed(problem: Problem, slow_s: float) -> Problem:
     """Return the problem with a low-pass of all sensors."""
-    experiments = tuple(one.sensed(slow_s=slow_s) for one in problem.experiments)
-    return replace(problem, experiments=experiments)
+    return problem.with_seen(each.sensed(slow_s=slow_s) for _, each, _ in problem.seen)
 
 
 def _descend(
-    given: Array, stages: Sequence[Allowance | None], begin: tuple[Problem, Array]
+    stages: Sequence[Allowance | None], begin: tuple[Problem, Array, bool]
 ) -> tuple[Problem, Minimum]:
-    """Search from a place; refuse the ``given`` one if it is impossible."""
-    problem, place = begin
-    try:
-        return _go_on(stages, (problem, replace(NOTHING, coordinates=tuple(place))))
-    except StickSlipError as error:
-        if place is given or isinstance(error, Stopped):
-            raise
-        return problem, NOTHING
-
-
-def _go_on(
-    stages: Sequence[Allowance | None], begin: tuple[Problem, Minimum]
-) -> tuple[Problem, Minimum]:
-    """Search from the end of a search with less and less allowed."""
-    problem, ended = begin
-    for stage in stages:
-        ended = search(replace(problem, allowance=stage, metrics=()), ended.place)
-    return problem, ended
+    """Search from a place with less and less allowed; refuse it, or pass over, if impossible."""
+    problem, place, is_refused = begin
+    with nullcontext() if is_refused else impossible():
+        for stage in stages:
+            ended = search(replace(problem, allowance=stage, metrics=()), place)
+            place = ended.place
+        return problem, ended
+    return problem, NOTHING
 
 
 def _on_time(problem: Problem, place: Array) -> Problem:

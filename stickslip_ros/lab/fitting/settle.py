@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.lab.experiments.experiment import Seen, Voltage
+from stickslip_ros.lab.experiments.experiment import Seen
 from stickslip_ros.lab.experiments.sensor import (
     keeps_noise,
     lone_outliers,
@@ -19,7 +19,7 @@ from stickslip_ros.lab.experiments.sensor import (
 )
 from stickslip_ros.lab.experiments.sensor_clock import LATE_MIN_S
 from stickslip_ros.lab.fitting.metric import Allowance, slower
-from stickslip_ros.lab.fitting.problem import FINEST, Predicted, Problem, StandardErrors
+from stickslip_ros.lab.fitting.problem import FINEST, Problem, StandardErrors
 from stickslip_ros.lab.fitting.search import Minimum, search
 
 CLOSE_S, CLOSE_SHARE = 5e-7, 0.1
@@ -56,7 +56,7 @@ def settle(
 
 def _is_settled(problem: Problem, before: Problem) -> bool:
     now, then = (
-        [x for _, _, each, _ in one.seen for x in (each.sensor.late_s, each.sensor.slow_s)]
+        [x for _, each, _ in one.seen for x in (each.sensor.late_s, each.sensor.slow_s)]
         for one in (problem, before)
     )
     is_late = np.any(np.abs(np.subtract(now, then)) >= CLOSE_S)
@@ -68,11 +68,17 @@ def _is_settled(problem: Problem, before: Problem) -> bool:
 
 def _owing(problem: Problem, place: Array, least: Allowance) -> Problem:
     """Return the problem with the allowed errors, and the metrics, of the residuals at a place."""
-    [predicted] = problem.predicted([problem.stand(place)])
+    predicted = problem.predicted_at(place)
     problem = problem.measured_at(predicted)
     assert problem.allowance is not None
+    residuals = [
+        model.values - each.values
+        for (_, each, _), model in zip(problem.seen, predicted, strict=True)
+        if each.is_trace
+    ]
     for _ in range(_OWED_ROUNDS):
-        squares, counts = np.sum(list(_owed(problem, predicted)), axis=0)
+        pairs = zip(problem.metrics, residuals, strict=True)
+        squares, counts = np.sum([metric.owed(residual) for metric, residual in pairs], axis=0)
         likely = np.sqrt(squares / np.maximum(counts, 1e-9)).clip(1e-9, _OWED_MOST)
         sizes = np.maximum(likely * problem.allowance, least)
         factors = sizes / problem.allowance
@@ -84,38 +90,26 @@ def _owing(problem: Problem, place: Array, least: Allowance) -> Problem:
     return problem
 
 
-def _owed(problem: Problem, predicted: Predicted) -> Iterator[Array]:
-    metrics = iter(problem.metrics)
-    for number, one, each, _ in problem.seen:
-        if isinstance(one.drive, Voltage):
-            model = predicted[number][one.seen.index(each)]
-            yield next(metrics).owed(model.values - each.values)
-
-
 def _with_noise(problem: Problem, place: Array, outliers: float) -> Problem:
     """Return the problem with noise, sensors and outliers from the residuals at a place."""
-    [predicted] = problem.predicted([problem.stand(place)])
-    plain = replace(problem, allowance=None).measured_at(predicted)
-    metrics, experiments = iter(plain.metrics), list(problem.experiments)
-    errors, missed = [list(row) for row in problem.noise.values], dict[str, list[float]]()
-    for number, one, each, noise in problem.seen:
-        at = one.seen.index(each)
-        residual = predicted[number][at].values - each.values
-        if not each.is_trace:
+    predicted = problem.predicted_at(place)
+    metrics = iter(replace(problem, allowance=None).measured_at(predicted).metrics)
+    seen, errors, missed = list[Seen](), list[float](), dict[str, list[float]]()
+    for (_, each, noise), model in zip(problem.seen, predicted, strict=True):
+        kept, error, residual = each, noise, model.values - each.values
+        if each.is_trace:
+            sizes, left = next(metrics).of_sensor(residual)
+            kept, shown = _shown(each, left, sizes[2:4].tolist(), outliers)
+            error = max(each.sigma or shown or noise, FINEST)
+        elif each.sigma is None:
             missed.setdefault(each.quantity, []).append(float(residual[0]))
-            continue
-        sizes, left = next(metrics).of_sensor(residual)
-        kept, shown = _shown(each, left, sizes[2:4].tolist(), outliers)
-        seen = list(experiments[number].seen)
-        seen[at] = kept
-        experiments[number] = replace(experiments[number], seen=tuple(seen))
-        errors[number][at] = max(each.sigma or shown or noise, FINEST)
-    for number, one, each, _ in problem.seen:  # numbers without a given error
+        seen.append(kept)
+        errors.append(error)
+    for number, each in enumerate(seen):
         if not each.is_trace and each.sigma is None:
-            rms = float(np.sqrt(np.mean(np.square(missed[each.quantity]))))
-            errors[number][one.seen.index(each)] = rms
-    found = StandardErrors(known=True, values=tuple(map(tuple, errors)))
-    return replace(problem, experiments=tuple(experiments), noise=found, metrics=())
+            errors[number] = float(np.sqrt(np.mean(np.square(missed[each.quantity]))))
+    found = StandardErrors(known=True, values=tuple(errors))
+    return replace(problem.with_seen(seen), noise=found)
 
 
 def _shown(
@@ -124,26 +118,22 @@ def _shown(
     """Return readings without outliers, with their sensor, and their noise; 0 if none shows."""
     late_s, slow_s = slower(each.sensor.slow_s, *late_curved)
     out = lone_outliers(left, outliers or math.inf)
-    keeps, rounding = 0.0, rounding_of(each.values[~out])
+    keeps, left, kept = 0.0, left[~out], each.without(out)
+    rounding = rounding_of(kept.values)
     if slow_s:
         share = math.exp(-float(np.median(np.diff(each.time_s))) / slow_s)
-        keeps = share if keeps_noise(left[~out], share, rounding) else 0.0
-    kept = replace(
-        each,
-        values=each.values[~out],
-        time_s=each.time_s[~out],
-        left_out=each.left_out + int(out.sum()),
-    ).sensed(
+        keeps = share if keeps_noise(left, share, rounding) else 0.0
+    sensed = kept.sensed(
         late_s=each.sensor.late_s + late_s,
         slow_s=slow_s,
         noise_lasts_s=slow_s if keeps else 0.0,
     )
-    return kept, max(noise_of(left[~out], keeps, rounding), _COARSE * rounding)
+    return sensed, max(noise_of(left, keeps, rounding), _COARSE * rounding)
 
 
 def notes_of(problem: Problem, least: Allowance) -> Iterator[str]:
     """Yield what was found about the sensors."""
-    for _, one, each, noise in problem.seen:
+    for one, each, noise in problem.seen:
         sensor, name = each.sensor, f'{one.origin}: {each.quantity}'
         if not each.is_trace:
             continue

@@ -158,7 +158,8 @@ def uncertainty(
     per_natural = problem.natural.slopes(place)
     slopes = problem.slopes(place, central=True)[:-free] @ np.linalg.inv(per_natural)
     missed = problem.residuals(place)[:-free]  # without bounds
-    is_known, dof = problem.noise.known, problem.count - problem.unknowns - free
+    # zero and drift of each trace are fitted too
+    is_known, dof = problem.noise.known, problem.count - 2 * len(problem.metrics) - free
     at_bound = problem.at_bound(place)
     pairs = zip(problem.free, problem.values(place), at_bound, strict=True)
     held = np.array([sits and not one.is_limit(value) for one, value, sits in pairs])
@@ -205,7 +206,7 @@ def uncertainty(
         recorded_z=_spread(_inverse(information[:known, :known]), [*active], free),
         covariance_z=_reaching(covariance_z, reach),
         at_bound=at_bound,
-        beyond=_beyond(problem, z, slopes, missed) / math.sqrt(scale),
+        beyond=_beyond(problem, place, slopes, missed) / math.sqrt(scale),
         inert=inert & ~at_bound,
         shares=shares,
         whole_z=whole_z,
@@ -213,15 +214,14 @@ def uncertainty(
     )
 
 
-def _beyond(problem: Problem, z: Array, slopes: Array, missed: Array) -> Array:
+def _beyond(problem: Problem, place: Array, slopes: Array, missed: Array) -> Array:
     """Return how far the residuals pull parameters beyond their bounds, in standard errors."""
-    lower = np.array([one.beyond(x - BOUND) < 0.0 for one, x in zip(problem.free, z, strict=True)])
-    upper = np.array([one.beyond(x + BOUND) > 0.0 for one, x in zip(problem.free, z, strict=True)])
-    basis, found = np.linalg.qr(slopes[:, ~(lower | upper)])[0], np.zeros(len(z))
-    for number in np.flatnonzero(lower | upper):
+    at_bound, is_lower = problem.at_bound(place), problem.beyond(place, -BOUND) < 0.0
+    basis, found = np.linalg.qr(slopes[:, ~at_bound])[0], np.zeros(len(place))
+    for number in np.flatnonzero(at_bound):
         alone = slopes[:, number] - basis @ (basis.T @ slopes[:, number])
         pull = float(alone @ missed) / max(float(np.linalg.norm(alone)), 1e-300)
-        found[number] = pull if lower[number] else -pull
+        found[number] = pull if is_lower[number] else -pull
     return found
 
 

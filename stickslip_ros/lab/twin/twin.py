@@ -173,4 +173,4 @@ class Twin:
             for one, value in zip(self._free, values, strict=True)
         )
         self._sensor = fitted.experiments[0].seen[0].sensor
-        self._noise = self._noise or fitted.problem.noise.values[0][0]
+        self._noise = self._noise or fitted.problem.noise.values[0]

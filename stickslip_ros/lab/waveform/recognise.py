@@ -11,7 +11,7 @@ A recognised wave has its true corners, and falls at the slew rate.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -167,16 +167,14 @@ def _segment(part: CoursePart) -> Segment:
     """Return the segment of a part of the course."""
     (start_s, start_v), (end_s, end_v) = part.rows[[0, -1]].tolist()
     piece = part.piece
-    segment = Segment(AS_SAMPLED, start_s, end_s, start_v, end_v, part.last - part.first)
+    samples = part.last - part.first
     if piece is None:
-        return segment
-    kind = SAWTOOTH if piece.height_v else RAMP if piece.slope_v_per_s else HOLD
-    segment = replace(segment, kind=kind, scatter_v=piece.scatter_v)
-    if not piece.height_v:
-        return segment
+        return Segment(AS_SAMPLED, start_s, end_s, start_v, end_v, samples)
     cycles = (end_s - start_s) * abs(piece.frequency_hz)
-    return replace(
-        segment,
+    return Segment(
+        SAWTOOTH if piece.height_v else RAMP if piece.slope_v_per_s else HOLD,
+        *(start_s, end_s, start_v, end_v, samples),
+        scatter_v=piece.scatter_v,
         amplitude_v=piece.amplitude_v,
         base_v=piece.base_v,
         frequency_hz=piece.frequency_hz,

@@ -72,7 +72,7 @@ def test_the_tables_show_errors_and_their_basis(experiment, capsys):
     for words in (
         'std error',
         'per degree of freedom',
-        'searches 1, 1 to this minimum, 0 to others as good',
+        'searches 1',
         'The fit holds. Errors: from the standard errors of the points; intervals of the normal',
     ):
         assert words in shown

@@ -111,7 +111,7 @@ def test_the_cyclic_error_of_its_interferometer_pulls_no_parameter(seed, tmp_pat
     plan = ((1, Request('sawtooth', (250.0, 1000.0, 8.0))),)
     one = experiment_of(recorded(tmp_path / 'run.mcap', plan, stand, 12))
     _, free, _ = choose_free(stand, ['contact.friction', 'runner.mass', *changes])
-    noise = StandardErrors(True, ((5e-10,),))
+    noise = StandardErrors(True, (5e-10,))
     problem = replace(pose(stand, free, [one]), allowance=Allowance(), noise=noise)
     [shown] = problem.predicted([stand])
     problem = problem.measured_at(shown)

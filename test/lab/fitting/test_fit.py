@@ -113,7 +113,8 @@ def test_data_without_noise_give_the_parameters_back_from_most_starts(truth):
     assert_same_values(fit, list(TRUTH.values()))
     assert fit.found.converged
     assert fit.steady
-    assert 3 <= fit.same <= 6
+    ended = [each for each in fit.searches if np.allclose(each.place, fit.found.place, atol=1e-4)]
+    assert len(ended) >= 3
     assert fit.rivals == 0
     assert fit.parameters.contact.friction == fit.estimates[0].value
     assert fit.p_value > 0.9999
@@ -139,7 +140,7 @@ def test_estimates_and_errors_are_those_of_curve_fit(truth, known):
     def model(_, friction, damping):
         place = fit.problem.place_of([friction, damping])
         [found] = fit.problem.predicted([fit.problem.stand(place)])
-        return np.array([each.values[0] for [each] in found])
+        return np.array([each.values[0] for each in found])
 
     best, covariance = curve_fit(
         model,
@@ -161,7 +162,7 @@ def test_estimates_and_errors_are_those_of_curve_fit(truth, known):
 
 
 def test_chi_square_and_its_p_value_are_those_of_the_residuals(noisy):
-    model_n = np.array([each.values[0] for [each] in noisy.predicted])
+    model_n = np.array([each.values[0] for each in noisy.predicted])
     residuals = (model_n - forces_n(noisy.experiments)) / SIGMA_N
     assert noisy.chi_square == pytest.approx(float(residuals @ residuals), rel=ROUNDING, abs=0.0)
     assert noisy.uncertainty.dof == DOF

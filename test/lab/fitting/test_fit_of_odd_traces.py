@@ -167,8 +167,8 @@ def test_a_constant_load_reaches_each_experiment():
 def test_a_fit_that_takes_most_of_a_motion_for_a_drift_does_not_hold(learned: Fit):
     found = fitted(frame(replace(RIG, drift_m_per_s=2e-4)))
     assert found.chi_square < 1.2 * found.readings
-    [(_, drift_m_per_s)] = found.drifts
-    assert drift_m_per_s == pytest.approx(2e-4, rel=0.05)
+    [(_, _, sensor)] = found.sensors
+    assert sensor['drift_per_s'] == pytest.approx(2e-4, rel=0.05)
     [reason] = found.reasons
     assert 'most of the motion would be a drift of the sensor, ' in reason
     assert learned.holds

@@ -97,7 +97,7 @@ def test_a_rig_with_another_sensor_and_a_late_clock_is_learned(learned: tuple[Ri
     assert_holds(found, rig)
     assert sensor_of(found).late_s == pytest.approx(rig.late_s, rel=0.0, abs=CLOCK_S)
     assert 0.85 < found.reduced_chi_square < 1.15
-    [[noise]] = found.problem.noise.values
+    [noise] = found.problem.noise.values
     assert noise == pytest.approx(rig.noise_m, rel=0.05, abs=0.0)
     assert found.holds
     of_feet, note = found.notes
@@ -153,7 +153,7 @@ def test_digits_coarser_than_the_noise_count_twice_and_are_told():
     assert found.holds
     assert_holds(found, rig)
     assert any('is rounded by more than its noise' in note for note in found.notes)
-    [[noise]] = found.problem.noise.values
+    [noise] = found.problem.noise.values
     assert noise == pytest.approx(digit_m / np.sqrt(3.0), rel=1e-3)
 
 
@@ -169,7 +169,7 @@ def test_a_low_pass_of_readings_sees_a_step_at_the_next_reading_and_those_that_a
 def test_a_misfit_of_the_start_does_not_pass_for_noise():
     rig = Rig(damping_n_s_per_m=0.0, noise_m=1.5e-10)  # a search begins at 20 N s/m
     found = fit(experiment(rig, 1, FEWER), 'runner.damping', options=FitOptions(starts=1))
-    [[noise]] = found.problem.noise.values
+    [noise] = found.problem.noise.values
     assert noise == pytest.approx(rig.noise_m, rel=0.1, abs=0.0)
 
 
@@ -306,7 +306,7 @@ def test_forces_and_a_trace_are_fitted_at_once():
         points.assign(force_n=[0.02, 0.021, 0.022]), ['contact.friction'], parameters=stand
     )
     forces = points.assign(
-        force_n=[float(each.values[0]) for [each] in from_model.problem.predicted([stand])[0]]
+        force_n=[float(each.values[0]) for each in from_model.problem.predicted([stand])[0]]
     )
     free = ['contact.friction', 'actuator.gain']
     start = Parameters().updated({'runner.damping': 20.0})
