@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from stickslip_ros.lab.tables.formats import Table
 
 STARTS_MAX = 1000
-SURE = 100.0  # least odds of a cyclic error that is solved for
+SURE = 20.0  # least odds of a cyclic error that is solved for
 CYCLIC_M = 3e-9  # its usual size
 NEAR = 1.1  # most chi-square of another end, per that of the best, that is searched again
 
