@@ -17,7 +17,7 @@ from stickslip_ros.parameters import Parameters
 
 LATE_MAX_S = 0.05  # largest delay that is searched
 FALL_S, FALL_V = 5e-5, 1.0
-"""Longest duration and least height of a fall."""
+"""Longest duration of a fall or a fast rise, and its least height."""
 RUNG_S, RUNG_MIN = 1.6e-4, 5
 """Ringing of a runner of a few grams after a fall, and the fewest readings that show it."""
 _CLEAR = 1.3  # least ratio of the best lag's energy to that at 0

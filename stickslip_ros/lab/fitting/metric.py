@@ -28,6 +28,7 @@ from scipy import linalg, sparse
 from stickslip_ros.arrays import Array
 from stickslip_ros.lab.experiments.experiment import Seen
 from stickslip_ros.lab.experiments.predict import Prediction
+from stickslip_ros.lab.experiments.sensor_clock import FALL_S
 
 _FREE = 30.0
 """Size of a zero or a drift in ranges of the readings: no value is too large."""
@@ -44,8 +45,7 @@ SLOW_S = 5e-3
 SLOW_BINS = 10  # for each of these times
 BINS_MAX = 1200
 """Bins of all waves of a recording; in longer ones they are wider."""
-EDGE_S, EDGE_RATIO = 5e-5, 5.0
-"""Longest fall or rise of a saw-tooth, and its least slope per slope of the ramps."""
+EDGE_RATIO = 5.0  # least slope of a fall or rise of a saw-tooth, per slope of the ramps
 SENSOR = 4  # columns of zero, drift, delay, low-pass, which come first
 READING_M = 5e-10  # least error of a reading, unless the shape is allowed a smaller error
 SAME_CYCLE = 0.02
@@ -97,7 +97,7 @@ def waves_of(rows: Array) -> list[list[Cycle]]:
     slope = np.divide(rise_v, length_s, out=np.full(len(rise_v), math.inf), where=length_s > 0.0)
     steep = np.abs(slope)
     gentler = np.fmin(np.append(math.inf, steep[:-1]), np.append(steep[1:], math.inf))
-    is_edge = (length_s <= EDGE_S) & (steep > EDGE_RATIO * gentler) & (rise_v != 0.0)
+    is_edge = (length_s <= FALL_S) & (steep > EDGE_RATIO * gentler) & (rise_v != 0.0)
     starts = [0]
     for k in range(1, len(slope)):
         is_turn = not is_edge[k] and (

@@ -13,7 +13,6 @@ mass, they stay where they are, and the valley is straight.
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -22,7 +21,7 @@ from stickslip_ros.drive.layout import contacts_of
 from stickslip_ros.lab.fitting.free import Coordinate
 from stickslip_ros.parameters import Parameters
 
-_MASS, _DAMPING = 'runner.mass', 'runner.damping'
+_MASS, _DAMPING = 'runner.mass', 'runner.damping'  # which may be 0: it has no logarithm
 _PER_STIFFNESS = 'contact.friction', _MASS
 _STEP = 1e-5  # of the slopes of a map
 
@@ -42,15 +41,15 @@ class Natural:
     def to(self, z: Array) -> Array:
         """Return natural coordinates."""
         place = z.copy()
-        self._scale_damping(place, -self._grown(z))
-        place[self._per_stiffness] -= self._log_stiffness(z)
+        place[self._numbers(_DAMPING)] *= math.exp(-self._growth(z))
+        place[self._numbers(*_PER_STIFFNESS)] -= self._log_stiffness(z)
         return place
 
     def back(self, place: Array) -> Array:
         """Return the coordinates of the free parameters."""
         z = place.copy()
-        z[self._per_stiffness] += self._log_stiffness(place)
-        self._scale_damping(z, self._grown(z))
+        z[self._numbers(*_PER_STIFFNESS)] += self._log_stiffness(place)
+        z[self._numbers(_DAMPING)] *= math.exp(self._growth(z))
         return z
 
     def settings(self, place: Array) -> dict[str, float]:
@@ -64,26 +63,14 @@ class Natural:
         ends = [self.back(place + way) for way in _STEP * np.eye(len(place))]
         return np.column_stack([(end - here) / _STEP for end in ends])
 
-    @cached_property
-    def _numbers(self) -> dict[str, int]:
-        return {one.name: number for number, one in enumerate(self.free)}
+    def _numbers(self, *names: str) -> list[int]:
+        """Return the places of parameters, if they are free."""
+        return [number for number, one in enumerate(self.free) if one.name in names]
 
-    @cached_property
-    def _per_stiffness(self) -> list[int]:
-        return [self._numbers[name] for name in _PER_STIFFNESS if name in self._numbers]
-
-    def _grown(self, z: Array) -> float:
+    def _growth(self, z: Array) -> float:
         """Return the logarithm of the mass per that at the start; 0 if it is not free."""
-        if _MASS not in self._numbers:
-            return 0.0
-        number = self._numbers[_MASS]
-        mass = self.free[number]
-        return float(z[number]) - mass.to_coordinate(mass.start)
-
-    def _scale_damping(self, place: Array, growth: float) -> None:
-        """Multiply the damping, if it is free, by a factor with this logarithm."""
-        if _DAMPING in self._numbers:
-            place[self._numbers[_DAMPING]] *= math.exp(growth)  # 0 is a damping: no logarithm
+        masses = [(self.free[number], float(z[number])) for number in self._numbers(_MASS)]
+        return sum((x - mass.to_coordinate(mass.start) for mass, x in masses), 0.0)
 
     def _log_stiffness(self, z: Array) -> float:
         """Return the logarithm of the stiffness of all contacts; 0 if nothing free changes it."""

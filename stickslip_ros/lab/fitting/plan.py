@@ -11,7 +11,6 @@ as the fit.
 
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -65,11 +64,11 @@ class Plan:
     errors: Array  # expected after each measurement, shape (chosen, free)
 
 
-def plan(fit: FitResult, count: int = 5, candidates: Sequence[Candidate] | None = None) -> Plan:
+def plan(fit: FitResult, count: int = 5) -> Plan:
     """
     Return the measurements that would reduce the errors of a fit most, each once.
 
-    The default candidates are readings as those of the fit under other preloads, voltages and
+    The candidates are readings as those of the fit under other preloads, voltages and
     frequencies, small triangles, and a weighed runner. Raises OutOfRange for an impossible number,
     or if the fit determines no parameter.
 
@@ -85,17 +84,15 @@ def plan(fit: FitResult, count: int = 5, candidates: Sequence[Candidate] | None 
         raise OutOfRange('determined parameters', 0, '', 'too few', hint)
     inside, shown = np.ix_(finite, finite), slice(len(known))
     information = np.linalg.inv(whole[inside])
-    given = candidates_of(fit) if candidates is None else candidates
-    gains = [(each, information_of(fit, each)[inside]) for each in given]
-    count = min(count, len(gains))
+    gains = [(each, information_of(fit, each)[inside]) for each in candidates_of(fit)]
     chosen, errors = list[Candidate](), list[Array]()
-    for _ in range(count):
+    for _ in range(min(count, len(gains))):
         after = [np.linalg.inv(information + gain)[shown, shown] for _, gain in gains]
-        volumes = [np.linalg.slogdet(each)[1] for each in after]
-        best, gain = gains.pop(int(np.argmin(volumes)))  # twice it would err alike
+        best = int(np.argmin([np.linalg.slogdet(each)[1] for each in after]))
+        candidate, gain = gains.pop(best)  # twice it would err alike
         information = information + gain
-        chosen.append(best)
-        errors.append(np.sqrt(np.diag(np.linalg.inv(information))[shown]))
+        chosen.append(candidate)
+        errors.append(np.sqrt(np.diag(after[best])))
     estimates = [fit.estimates[k] for k in known]
     names = tuple(one.name for one in estimates)
     relative = np.array([one.slope(one.value) / max(one.value, _LEAST) for one in estimates])

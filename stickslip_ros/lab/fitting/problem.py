@@ -165,11 +165,10 @@ class Problem:
 
         """
         if any(one.name == _GAIN for one in self.free):
-            drives = [one.drive for one in self.experiments]
             strokes_m = [
-                each.amplitude_m
-                for each in drives
-                if isinstance(each, SawtoothSteps | VoltageStep)
+                one.drive.amplitude_m
+                for one in self.experiments
+                if isinstance(one.drive, SawtoothSteps | VoltageStep)
             ]
             stands = [_with_room(stand, max(strokes_m, default=0.0)) for stand in stands]
         found = predict_all(stands, self.experiments, pool=self.pool)

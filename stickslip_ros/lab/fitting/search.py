@@ -21,7 +21,7 @@ from scipy.stats import qmc
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.lab.experiments.experiment import Experiment, Voltage
+from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
 from stickslip_ros.lab.experiments.sensor_clock import lateness_of, sensor_near
 from stickslip_ros.lab.fitting.metric import Allowance
 from stickslip_ros.lab.fitting.problem import Problem
@@ -222,15 +222,15 @@ def _descend(
 
 def _on_time(problem: Problem, place: Array) -> Problem:
     """Return the problem with the sensors that fit the motion from sample to sample best."""
-    stand, experiments = problem.stand(place), list[Experiment]()
+    stand, seen = problem.stand(place), list[Seen]()
     for one in problem.experiments:
         if isinstance(one.drive, Voltage):
-            first, *others = one.seen
-            late_s, slow_s = sensor_near(one, stand, first.sensor.late_s)
-            others = [each.sensed(late_s=late_s) for each in others]
-            one = replace(one, seen=(first.sensed(late_s=late_s, slow_s=slow_s), *others))  # noqa: PLW2901
-        experiments.append(one)
-    return replace(problem, experiments=tuple(experiments), metrics=())
+            late_s, slow_s = sensor_near(one, stand, one.seen[0].sensor.late_s)
+            first, *others = one.sensed(late_s=late_s).seen
+            seen += [first.sensed(slow_s=slow_s), *others]
+        else:
+            seen += one.seen
+    return problem.with_seen(seen)
 
 
 def refine(problem: Problem, here: Minimum) -> tuple[Problem, list[Minimum], bool]:
