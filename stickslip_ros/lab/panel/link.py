@@ -179,7 +179,7 @@ class Link:
         near = drives_of(self._node, self.model.drive.rpartition('/')[0] or '/')
         if self._takes_any and near:
             self._takes_any = False
-            if len(near) == 1:
+            if len(near) == 1 and near[0] != self.model.drive:
                 self._choose_drive({'drive': near[0]})
         self.model.is_there = self._services['get_state'].service_is_ready()
 
