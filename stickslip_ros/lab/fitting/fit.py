@@ -169,7 +169,7 @@ def fit_experiments(
         here = refined[-1] if refined else here
         problem = replace(problem, tick=silent)
         predicted = problem.predicted_at(here.place)
-        doubt = uncertainty(problem, here.place, here.chi_square, assumed or {})
+        doubt = uncertainty(problem, here.place, assumed or {})
         rivals = [
             each
             for each in rivals

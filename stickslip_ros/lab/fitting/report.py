@@ -198,7 +198,7 @@ def _search_warnings(fit: FitResult) -> Iterator[str]:
         )
         yield (
             f'{len(fit.others)} other minima are not ruled out at 95 %, the next with a '
-            f'chi-square {other.chi_square - fit.chi_square:.2g} above: '
+            f'chi-square {other.chi_square - fit.found.chi_square:.2g} above: '
             f'{there or "near this one"}; the intervals cover all of them'
         )
     elif fit.rivals:

@@ -189,7 +189,7 @@ class FitResult:
     @property
     def chi_square(self) -> float:
         """Sum of squared residuals; if no errors are known, per square of the largest number."""
-        return self.found.chi_square
+        return self.uncertainty.chi_square
 
     @property
     def reduced_chi_square(self) -> float | None:

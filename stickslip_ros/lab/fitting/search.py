@@ -180,7 +180,8 @@ def _tried(
     shares = qmc.LatinHypercube(d=len(problem.free), seed=seed).random(count)
     variants = [problem]
     if problem.has_traces:
-        variants += [unsure, _slowed(unsure, TRIED_SLOW_S[0])]
+        on_time = problem.with_seen(each.sensed(late_s=0.0) for _, each, _ in problem.seen)
+        variants += [on_time, unsure, _slowed(unsure, TRIED_SLOW_S[0])]
         variants += [_slowed(problem, slow_s) for slow_s in TRIED_SLOW_S]
     first, *others = (
         min(

@@ -67,6 +67,7 @@ class Uncertainty:
     z: Array  # shape (free,)
     sizes: Array  # 1 for a logarithm, else the coordinate, at least 1
     per_natural: Array  # slopes of z by natural coordinates, shape (free, free)
+    chi_square: float  # sum of squared residuals, of known parameters too
     dof: int  # degrees of freedom: points less free parameters
     # factor of the covariance: 1 or more with known standard errors of the points, else chi-square
     # per degree of freedom
@@ -150,14 +151,13 @@ class Uncertainty:
         return tuple(found)
 
 
-def uncertainty(
-    problem: Problem, place: Array, chi_square: float, shares: Mapping[str, float]
-) -> Uncertainty:
+def uncertainty(problem: Problem, place: Array, shares: Mapping[str, float]) -> Uncertainty:
     """Return the errors at a minimum; ``shares`` are relative errors of assumed constants."""
     free = len(place)
     per_natural = problem.natural.slopes(place)
     slopes = problem.slopes(place, central=True)[:-free] @ np.linalg.inv(per_natural)
-    missed = problem.residuals(place)[:-free]  # without bounds
+    missed = problem.residuals(place)[:-free]  # without bounds, and what was known before
+    chi_square = float(missed @ missed)
     # zero and drift of each trace are fitted too
     is_known, dof = problem.noise.known, problem.count - 2 * len(problem.metrics) - free
     at_bound = problem.at_bound(place)
@@ -198,6 +198,7 @@ def uncertainty(
         z=z,
         sizes=np.where(is_log, 1.0, np.maximum(np.abs(z), 1.0)),
         per_natural=per_natural,
+        chi_square=chi_square,
         dof=dof,
         variance_scale=scale,
         quantile=float(norm.ppf(upper) if is_known else t.ppf(upper, dof)),
