@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.experiments.experiment import Experiment
 from stickslip_ros.lab.experiments.options import ReadingOptions
@@ -25,13 +24,13 @@ from stickslip_ros.lab.fitting.free import (
     listed_free,
 )
 from stickslip_ros.lab.fitting.metric import Allowance
-from stickslip_ros.lab.fitting.missing import CYCLIC, missing_from
+from stickslip_ros.lab.fitting.missing import CYCLIC, Missing, missing_from
 from stickslip_ros.lab.fitting.problem import Problem, pose, silent
 from stickslip_ros.lab.fitting.report import Fit
 from stickslip_ros.lab.fitting.result import RULED_OUT_BY
 from stickslip_ros.lab.fitting.search import Minimum, distinct, refine, search, search_all
 from stickslip_ros.lab.fitting.settle import notes_of, settle
-from stickslip_ros.lab.fitting.statistics import uncertainty
+from stickslip_ros.lab.fitting.statistics import Uncertainty, uncertainty
 from stickslip_ros.lab.runs.batch import Progress, pool_of
 from stickslip_ros.lab.tables.measured import MeasuredTable
 from stickslip_ros.parameters import Parameters, reading
@@ -139,66 +138,78 @@ def fit_experiments(
     if not 1 <= options.starts <= STARTS_MAX:
         limit = f'not from 1 to {STARTS_MAX}'
         raise OutOfRange('number of starts', options.starts, '', limit, 'change --starts')
-    allowance, outliers = options.allowance, options.outliers
     count = _Count(options.starts, progress)
     problem = pose(parameters, free, experiments, known, count.run)
     if problem.has_traces:
-        problem = replace(problem, allowance=allowance)
+        problem = replace(problem, allowance=options.allowance)
     with pool_of(options.workers) as pool:
         problem = replace(problem, pool=pool)
         ends = search_all(problem, options.starts, options.seed, options.workers, count.search)
         problem, here = min(ends, key=lambda end: end[1].chi_square)
-        refined, notes, rivals = list[Minimum](), tuple[str, ...](), list[Minimum]()
+        refined, missing = list[Minimum](), tuple[Missing, ...]()
         if problem.has_traces:
-            problem, refined = settle(problem, here.place, allowance, outliers)
-            if fringe_m := _fringe_m(problem, refined[-1].place):
-                problem = problem.with_seen(
-                    each.sensed(cyclic_m=CYCLIC_M, fringe_m=fringe_m)
-                    for _, each, _ in problem.seen
-                )
-                problem, more = settle(problem, refined[-1].place, allowance, outliers)
-                refined += more
-            notes = tuple(notes_of(problem, allowance))
-        problem, more, steady = refine(problem, refined[-1] if refined else here)
+            problem, refined, missing = _settled(problem, here, options)
+        settled = problem, refined[-1] if refined else here
+        problem, more, steady = refine(*settled)
         refined += more
+        others = list[Minimum]()
         if problem.has_traces:
             near = [ended for _, ended in ends if ended.chi_square < NEAR * here.chi_square]
             again = [search(problem, each.place) for each in distinct(near)[1:]]
-            best, *rivals = distinct([refined[-1], *again])
+            best, *others = distinct([refined[-1], *again])
             refined.append(best)
         here = refined[-1] if refined else here
+        is_settled = (problem, here) == settled
         problem = replace(problem, tick=silent)
         predicted = problem.predicted_at(here.place)
         doubt = uncertainty(problem, here.place, assumed or {})
-        rivals = [
-            each
-            for each in rivals
-            if each.chi_square - here.chi_square < RULED_OUT_BY * doubt.variance_scale
-            and doubt.is_beyond_errors(problem.natural.back(each.place))
-        ]
-        doubt = doubt.reaching(
-            np.array([problem.natural.back(each.place) for each in rivals]),
-            np.array([each.chi_square - here.chi_square for each in rivals]),
-        )
-        missing = missing_from(problem, here.place)
+        doubt, rivals = _reaching(doubt, problem, here, others)
+        if not is_settled:
+            missing = missing_from(problem, here.place)
     return Fit(
         problem=replace(problem, pool=None),
         searches=tuple(ended for _, ended in ends),
         refined=tuple(refined),
-        others=tuple(rivals),
+        others=rivals,
         steady=steady,
         uncertainty=doubt,
         predicted=predicted,
         missing=missing,
         wall_s=time.perf_counter() - started_s,
-        notes=notes,
+        notes=tuple(notes_of(problem, options.allowance)),
     )
 
 
-def _fringe_m(problem: Problem, place: Array) -> float:
-    """Return the fringe of a cyclic error that the readings surely show, m; 0 if they do not."""
-    best = next(iter(missing_from(problem, place)), None)
-    return CYCLIC.get(best.name, 0.0) if best is not None and best.odds > SURE else 0.0
+def _settled(
+    problem: Problem, here: Minimum, options: FitOptions
+) -> tuple[Problem, list[Minimum], tuple[Missing, ...]]:
+    """Settle noise and sensors, with a cyclic error that the readings surely show."""
+    problem, found = settle(problem, here.place, options.allowance, options.outliers)
+    missing = missing_from(problem, found[-1].place)
+    best = next(iter(missing), None)
+    fringe_m = CYCLIC.get(best.name) if best is not None and best.odds > SURE else None
+    if fringe_m is None:
+        return problem, found, missing
+    problem = problem.with_seen(
+        each.sensed(cyclic_m=CYCLIC_M, fringe_m=fringe_m) for _, each, _ in problem.seen
+    )
+    problem, more = settle(problem, found[-1].place, options.allowance, options.outliers)
+    return problem, [*found, *more], missing_from(problem, more[-1].place)
+
+
+def _reaching(
+    doubt: Uncertainty, problem: Problem, here: Minimum, others: Sequence[Minimum]
+) -> tuple[Uncertainty, tuple[Minimum, ...]]:
+    """Return errors that reach to the other minima that are not ruled out, and these."""
+    places = {each: problem.natural.back(each.place) for each in others}
+    rivals = tuple(
+        each
+        for each, z in places.items()
+        if each.chi_square - here.chi_square < RULED_OUT_BY * doubt.variance_scale
+        and doubt.is_beyond_errors(z)
+    )
+    rises = np.array([each.chi_square - here.chi_square for each in rivals])
+    return doubt.reaching(np.array([places[each] for each in rivals]), rises), rivals
 
 
 class _Count:

@@ -109,16 +109,16 @@ class Coordinate:
 
     def to_value(self, coordinate: float) -> float:
         """Return the value of a coordinate, within the bounds."""
-        if not self.is_log:
-            return min(max(coordinate * self.size, self.lower), self.upper)
-        return min(max(math.exp(min(coordinate, _MOST)), self.lower), self.upper)
+        return min(max(self._unbounded(coordinate), self.lower), self.upper)
 
     def beyond(self, coordinate: float) -> float:
         """Return how far a coordinate is beyond a bound; below the lower one it is negative."""
-        value = math.exp(min(coordinate, _MOST)) if self.is_log else coordinate * self.size
-        bound = self.lower if value < self.lower else min(value, self.upper)
-        is_within = math.isclose(value, bound, rel_tol=_ROUNDED)
-        return 0.0 if is_within else coordinate - self.to_coordinate(bound)
+        within = self.to_value(coordinate)
+        is_within = math.isclose(self._unbounded(coordinate), within, rel_tol=_ROUNDED)
+        return 0.0 if is_within else coordinate - self.to_coordinate(within)
+
+    def _unbounded(self, coordinate: float) -> float:
+        return math.exp(min(coordinate, _MOST)) if self.is_log else coordinate * self.size
 
     def is_limit(self, value: float) -> bool:
         """Return whether the bound next to a value is also a limit of the model."""

@@ -22,6 +22,7 @@ from scipy.stats import qmc
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
+from stickslip_ros.lab.experiments.sensor import KnownSensor
 from stickslip_ros.lab.experiments.sensor_clock import lateness_of, sensor_near
 from stickslip_ros.lab.fitting.metric import Allowance
 from stickslip_ros.lab.fitting.problem import Problem
@@ -137,11 +138,11 @@ def search_all(
     Raises StickSlipError if the start is impossible.
 
     """
-    on_time, unsure = (_thinned(with_clocks(problem, only_clear=each)) for each in (True, False))
+    clear, unsure = (_thinned(with_clocks(problem, only_clear=each)) for each in (True, False))
     start = problem.start
-    begins = [(on_time, start)]
-    tried = _tried(on_time, unsure, seed, TRIED if starts > 1 else 0)
-    if tried and tried[0][0] is not on_time:
+    begins = [(clear, start)]
+    tried = _tried(clear, unsure, seed, TRIED if starts > 1 else 0)
+    if tried and tried[0][0] is not clear:
         begins.append(tried[0])
     begins += tried[1:starts]
     alone = [(replace(one, pool=None), place, place is start) for one, place in begins]
@@ -159,12 +160,12 @@ def search_all(
 def with_clocks(problem: Problem, *, only_clear: bool) -> Problem:
     """Return the problem with the delays of the sensor clocks by the falls of the voltage."""
 
-    def on_time(one: Experiment) -> Experiment:
+    def with_clock(one: Experiment) -> Experiment:
         found = lateness_of(one.seen[0], one.drive) if isinstance(one.drive, Voltage) else None
         is_late = found is not None and found.is_clear >= only_clear
         return one.sensed(late_s=found.late_s) if found is not None and is_late else one
 
-    return replace(problem, experiments=tuple(map(on_time, problem.experiments)), metrics=())
+    return replace(problem, experiments=tuple(map(with_clock, problem.experiments)), metrics=())
 
 
 def _thinned(problem: Problem) -> Problem:
@@ -178,20 +179,30 @@ def _tried(
     """Return the start and places of a Latin hypercube, each with the sensors that suit it."""
     reach = AROUND if problem.has_traces else FAR
     shares = qmc.LatinHypercube(d=len(problem.free), seed=seed).random(count)
-    variants = [problem]
-    if problem.has_traces:
-        on_time = problem.with_seen(each.sensed(late_s=0.0) for _, each, _ in problem.seen)
-        variants += [on_time, unsure, _slowed(unsure, TRIED_SLOW_S[0])]
-        variants += [_slowed(problem, slow_s) for slow_s in TRIED_SLOW_S]
-    first, *others = (
-        min(
-            ((_missed(one, place) * (one is problem or SURELY), one, place) for one in variants),
-            key=lambda row: row[0],
-        )
-        for place in (problem.start, *(problem.start + reach * (2.0 * shares - 1.0)))
-    )
+    variants = _with_other_sensors(problem, unsure)
+
+    def suited(place: Array) -> tuple[float, Problem, Array]:
+        rows = [(SURELY * _missed(one, place), one, place) for one in variants]
+        return min([(_missed(problem, place), problem, place), *rows], key=lambda row: row[0])
+
+    start = problem.start
+    first, *others = map(suited, (start, *(start + reach * (2.0 * shares - 1.0))))
     others.sort(key=lambda row: row[0])
     return [(one, place) for missed, one, place in (first, *others) if math.isfinite(missed)]
+
+
+def _with_other_sensors(problem: Problem, unsure: Problem) -> list[Problem]:
+    """Return the problem with each of the other clocks and low-passes that are tried, once."""
+    if not problem.has_traces:
+        return []
+    on_time = problem.with_seen(each.sensed(late_s=0.0) for _, each, _ in problem.seen)
+    tried = [on_time, unsure, _slowed(unsure, TRIED_SLOW_S[0])]
+    tried += [_slowed(problem, slow_s) for slow_s in TRIED_SLOW_S]
+    by_sensors = dict[tuple[KnownSensor, ...], Problem]()
+    for one in (problem, *tried):
+        by_sensors.setdefault(tuple(each.sensor for _, each, _ in one.seen), one)
+    _, *others = by_sensors.values()
+    return others
 
 
 def _missed(problem: Problem, place: Array) -> float:

@@ -153,47 +153,43 @@ class Uncertainty:
 
 def uncertainty(problem: Problem, place: Array, shares: Mapping[str, float]) -> Uncertainty:
     """Return the errors at a minimum; ``shares`` are relative errors of assumed constants."""
-    free = len(place)
+    free, z = len(place), problem.natural.back(place)
     per_natural = problem.natural.slopes(place)
     slopes = problem.slopes(place, central=True)[:-free] @ np.linalg.inv(per_natural)
     missed = problem.residuals(place)[:-free]  # without bounds, and what was known before
     chi_square = float(missed @ missed)
     # zero and drift of each trace are fitted too
     is_known, dof = problem.noise.known, problem.count - 2 * len(problem.metrics) - free
+    scale = _scale_of(problem, chi_square, dof)
     at_bound = problem.at_bound(place)
-    pairs = zip(problem.free, problem.values(place), at_bound, strict=True)
-    held = np.array([sits and not one.is_limit(value) for one, value, sits in pairs])
     inert = np.sqrt(np.sum(slopes**2, axis=0)) <= EFFECT * problem.signal
-    active = np.flatnonzero(~held & ~inert)
-    scale = 1.0  # with given errors of numbers; those of traces are estimated
-    if not is_known:
-        scale = max(chi_square / dof, float(np.finfo(np.float64).tiny))
-    elif problem.has_traces:
-        scale = max(chi_square / dof, 1.0)
+    active = np.flatnonzero(~_held(problem, place, at_bound) & ~inert)
     shares = {name: share for name, share in shares.items() if share}
-    columns = [slopes[:, active]]
+    seen, data = slopes[:, active], slopes[: len(slopes) - len(problem.known), active]
     if shares:
-        columns.append(slopes_of_constants(problem, place, list(shares))[:-free])
-    seen = np.hstack(columns)
-    priors = np.array([*[PRIOR] * len(active), *shares.values()])
-    information = seen.T @ seen / scale + np.diag(priors**-2.0)
-    inner = _inverse(information)
+        constants = slopes_of_constants(problem, place, list(shares))[:-free]
+        seen = np.hstack((seen, constants))
+    known = len(active)
+    readings = seen.T @ seen / scale
+    information = readings + np.diag(np.array([*[PRIOR] * known, *shares.values()]) ** -2.0)
     gradient = seen.T @ missed / scale
     starts = np.array([one.to_coordinate(one.start) for one in problem.free])
-    gradient[: len(active)] += PRIOR**-2.0 * (problem.natural.back(place) - starts)[active]
-    pull = -inner @ gradient
-    rows = [*active, *range(free, free + len(shares))]
-    shown = slopes[: len(slopes) - len(problem.known), active]
-    prior, vague = (each**-2.0 * np.eye(len(active)) for each in (PRIOR, _VAGUE))
-    whole_z, pulled = _spread(inner, rows, free + len(shares)), np.zeros(free + len(shares))
-    pulled[rows] = pull
-    known = len(active)
-    data = seen[:, :known].T @ seen[:, :known] / scale
+    gradient[:known] += PRIOR**-2.0 * (z - starts)[active]
+
+    def spread(own: Array) -> Array:
+        return _spread(_inverse(own), [*active], free)
+
+    def taken(error: float) -> Array:
+        return np.asarray(error**-2.0 * np.eye(known))
+
+    inner, size = _inverse(information), free + len(shares)
+    rows = [*active, *range(free, size)]
+    whole_z, pulled = _spread(inner, rows, size), np.zeros(size)
+    pulled[rows] = -inner @ gradient
     covariance_z = whole_z[:free, :free]
     errors = np.sqrt(np.diag(covariance_z))
     reach = np.where(np.isfinite(errors), np.abs(pulled[:free]) + QUANTILE_95 * errors, 0.0)
-    upper, z = 0.5 * (1.0 + LEVEL), problem.natural.back(place)
-    is_log = [one.is_log for one in problem.free]
+    upper, is_log = 0.5 * (1.0 + LEVEL), [one.is_log for one in problem.free]
     return Uncertainty(
         z=z,
         sizes=np.where(is_log, 1.0, np.maximum(np.abs(z), 1.0)),
@@ -202,12 +198,12 @@ def uncertainty(problem: Problem, place: Array, shares: Mapping[str, float]) -> 
         dof=dof,
         variance_scale=scale,
         quantile=float(norm.ppf(upper) if is_known else t.ppf(upper, dof)),
-        alone_z=np.sqrt(np.diag(_spread(_inverse(data + vague), [*active], free))),
-        shown_z=_spread(_inverse(shown.T @ shown / scale + prior), [*active], free),
-        recorded_z=_spread(_inverse(information[:known, :known]), [*active], free),
+        shown_z=spread(data.T @ data / scale + taken(PRIOR)),
+        recorded_z=spread(information[:known, :known]),
         covariance_z=_reaching(covariance_z, reach),
+        alone_z=np.sqrt(np.diag(spread(readings[:known, :known] + taken(_VAGUE)))),
         at_bound=at_bound,
-        beyond=_beyond(problem, place, slopes, missed) / math.sqrt(scale),
+        beyond=_beyond(problem, place, slopes, missed, at_bound) / math.sqrt(scale),
         inert=inert & ~at_bound,
         shares=shares,
         whole_z=whole_z,
@@ -215,9 +211,24 @@ def uncertainty(problem: Problem, place: Array, shares: Mapping[str, float]) -> 
     )
 
 
-def _beyond(problem: Problem, place: Array, slopes: Array, missed: Array) -> Array:
+def _scale_of(problem: Problem, chi_square: float, dof: int) -> float:
+    """Return the factor of the covariance: errors of numbers are given, of traces estimated."""
+    if not problem.noise.known:
+        return max(chi_square / dof, float(np.finfo(np.float64).tiny))
+    return max(chi_square / dof, 1.0) if problem.has_traces else 1.0
+
+
+def _held(problem: Problem, place: Array, at_bound: Flags) -> Flags:
+    """Return a mask of the parameters on a bound that is no limit of the model."""
+    pairs = zip(problem.free, problem.values(place), at_bound, strict=True)
+    return np.array([sits and not one.is_limit(value) for one, value, sits in pairs])
+
+
+def _beyond(
+    problem: Problem, place: Array, slopes: Array, missed: Array, at_bound: Flags
+) -> Array:
     """Return how far the residuals pull parameters beyond their bounds, in standard errors."""
-    at_bound, is_lower = problem.at_bound(place), problem.beyond(place, -BOUND) < 0.0
+    is_lower = problem.beyond(place, -BOUND) < 0.0
     basis, found = np.linalg.qr(slopes[:, ~at_bound])[0], np.zeros(len(place))
     for number in np.flatnonzero(at_bound):
         alone = slopes[:, number] - basis @ (basis.T @ slopes[:, number])
@@ -255,9 +266,8 @@ def estimates_of(problem: Problem, doubt: Uncertainty) -> tuple[Estimate, ...]:
         low = high = math.nan
         if math.isfinite(error_z) and not is_vague:
             low, high = (one.to_value(z + way * doubt.quantile * error_z) for way in (-1.0, 1.0))
-            if (
-                not one.is_log and 0.0 < error_z < z
-            ):  # twice a roughness is as likely as half of it
+            # Twice a roughness is as likely as half of it.
+            if not one.is_log and 0.0 < error_z < z:
                 high = max(high, min(value * math.exp(doubt.quantile * error_z / z), one.upper))
         estimates.append(
             Estimate(

@@ -176,7 +176,8 @@ class Link:
     def _look(self) -> None:
         """List the drives of the graph; attach to the only drive of the namespace."""
         self.model.drives = drives_of(self._node)
-        near = drives_of(self._node, self.model.drive.rpartition('/')[0] or '/')
+        place = self.model.drive.rpartition('/')[0]
+        near = [each for each in self.model.drives if each.rpartition('/')[0] == place]
         if self._takes_any and near:
             self._takes_any = False
             if len(near) == 1 and near[0] != self.model.drive:
