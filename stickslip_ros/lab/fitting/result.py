@@ -232,7 +232,7 @@ class FitResult:
             and self.uncertainty.is_beyond_errors(natural.back(place + np.array(each.moves)))
         )
 
-    @property
+    @cached_property
     def reasons(self) -> tuple[str, ...]:
         """Why the fit does not hold; empty if it holds."""
         return tuple(self._reasons())
@@ -258,9 +258,10 @@ class FitResult:
             yield f'values move beyond their errors with {each.name} free'
         for one, beyond in zip(self.estimates, self.uncertainty.beyond.tolist(), strict=True):
             if one.at_bound and one.is_limit(one.value) and beyond > APART_MAX:
+                limit = f'{one.value:.4g} {one.unit}'.rstrip()
                 yield (
-                    f'the readings pull {one.name} beyond {one.value:.4g} {one.unit}, a limit of '
-                    f'the model, by {beyond:.3g} standard errors: something else is lacking'
+                    f'the readings pull {one.name} beyond {limit}, a limit of the model, by '
+                    f'{beyond:.3g} standard errors: something else is lacking'
                 )
         for tension in self.tensions:
             if tension.apart > APART_MAX:

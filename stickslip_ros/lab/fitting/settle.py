@@ -147,7 +147,8 @@ def notes_of(problem: Problem, least: Allowance) -> Iterator[str]:
         if sensor.cyclic_m:
             yield (
                 f'{name}: a motion that repeats in each fringe of {1e9 * sensor.fringe_m:.4g} nm '
-                f'counts as cyclic error of the interferometer, {1e9 * sensor.cyclic_m:.2g} nm'
+                'counts as cyclic error of the interferometer, of the size of '
+                f'{1e9 * sensor.cyclic_m:.2g} nm'
             )
         coarse = _COARSE * rounding_of(each.values) if not each.sigma else 0.0
         if each.unit == 'm' and least.reading_m < noise <= coarse:
