@@ -80,7 +80,7 @@ class Missing(NamedTuple):
     chi_square: float  # before, of noise and sensor alone
     expected: float  # after, to first order
     moves: tuple[float, ...]  # changes of the natural coordinates of the free parameters
-    odds: float  # against the best of the other suspects; below 1 for those
+    odds: float  # against the best of the other suspects, or none; below 1 for those
 
 
 def missing_from(problem: Problem, place: Array) -> tuple[Missing, ...]:
@@ -130,12 +130,10 @@ def _without(basis: Array, columns: Array) -> Array:
 
 
 def _odds(one: Missing, ranked: Sequence[Missing], count: int) -> float:
-    """Return the odds of a suspect against the best other; a slope knows a fall to a share."""
-    best = next((each for each in ranked if each is not one), None)
-    if best is None:
-        return math.inf
+    """Return the odds of a suspect against the best other, or none; a slope errs by a share."""
+    rival = min([each.expected for each in ranked if each is not one], default=one.chi_square)
     unit = max(ranked[0].expected / count, _FALL_SHARE * one.chi_square, 1.0)
-    return math.exp(float(np.clip(0.5 * (best.expected - one.expected) / unit, -700.0, 700.0)))
+    return math.exp(float(np.clip(0.5 * (rival - one.expected) / unit, -700.0, 700.0)))
 
 
 class Suspect(NamedTuple):

@@ -166,9 +166,9 @@ def _lacking(fit: FitResult) -> Iterator[str]:
     best, *others = fit.missing[:_RANKED]
     if fit.holds and best.expected > _TELLING * best.chi_square:
         return
-    text = f'the stand may lack {best.name}'
-    if math.isfinite(best.odds):
-        text += f' (odds {min(best.odds, 1e6):.2g} to 1 against the next)'
+    rival = 'the next' if others else 'nothing'
+    odds = f'{min(best.odds, 1e6):.2g} to 1 against {rival}'
+    text = f'the stand may lack {best.name} (odds {odds})'
     if others and best.odds < _ODDS_SURE:
         text += f', or {" or ".join(each.name for each in others)}'
     readings = fit.readings
