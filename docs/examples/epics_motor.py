@@ -63,7 +63,8 @@ class MotorRecord(PVGroup):
     def __init__(self, node, **options):
         super().__init__(**options)
         self.node, self.per_m = node, node.get_parameter('per_metre').value
-        self.dial_m, self.heard_s, self.step_m, self.given = 0.0, float('-inf'), None, {}
+        self.dial_m, self.dial_ns, self.heard_s = 0.0, 0, float('-inf')
+        self.step_m, self.given = None, {}
         self.tag, self.alarm, self.is_at_rest = '', SILENT, asyncio.Event()
         self.showing = asyncio.Lock()
         self.target = node.create_publisher(PointStamped, 'command/position', 10)
@@ -114,8 +115,14 @@ class MotorRecord(PVGroup):
             log.warning(f'not of a drive: {error!r}'[:200], throttle_duration_sec=5.0)
 
     def _take_position(self, message):
-        if math.isfinite(message.position[0]):
-            self.dial_m, self.heard_s = message.position[0], time.monotonic()
+        stamp = message.header.stamp
+        self.read_at(stamp.sec * 10**9 + stamp.nanosec, message.position[0])
+
+    def read_at(self, stamp_ns, position_m):
+        """Take a reading; not one of just before the last one, which an event may have brought."""
+        is_old = 0.0 < 1e-9 * (self.dial_ns - stamp_ns) < SILENCE_S
+        if math.isfinite(position_m) and not is_old:
+            self.dial_m, self.dial_ns, self.heard_s = position_m, stamp_ns, time.monotonic()
 
     def _take_info(self, message):
         given = json.loads(message.data)['parameters']
@@ -127,6 +134,8 @@ class MotorRecord(PVGroup):
         if self.tag and event.get('tag') == self.tag:
             result, step_m = str(event['result']), event.get('step_m')
             self.step_m = self.step_m if step_m is None else float(step_m)
+            if event.get('position_m') is not None:  # null: the drive has no reading
+                self.read_at(event['stamp_ns'], event['position_m'])
             self.loop.create_task(self.rest(ALARMS.get(result, FAILED), result, self.tag))
 
     def readback(self):
