@@ -27,7 +27,7 @@ from stickslip_ros.testing import stamp_ns
 
 SPAN_S, BLOCK_S = 6.0, 1e-3
 """Simulated time of the positions that are read, and of one of them."""
-LOADS, PERIOD_S = 600, 5e-3
+LOADS, LOAD_N, PERIOD_S = 600, 1e-9, 5e-3
 
 
 class FarSide:
@@ -68,7 +68,12 @@ class FarSide:
         }
 
     def send(self, profile: QoSProfile) -> dict[str, str]:
-        """Return what the diagnostics say of the loads when the last one is acknowledged."""
+        """
+        Return what the diagnostics say of the loads when the last one is acknowledged.
+
+        Loads of 0 N go ahead until the drive hears one; the others have `LOAD_N`.
+
+        """
         said: dict[str, str] = {}
         reports: list[Any] = []
 
@@ -80,15 +85,23 @@ class FarSide:
 
         self.node.create_subscription(DiagnosticArray, '/diagnostics', take, 10)
         loads = self.node.create_publisher(WrenchStamped, 'command/load', profile)
-        self.wait(lambda: loads.get_subscription_count() and reports, 'the drive', reports)
         sent: list[WrenchStamped] = []
 
-        def send() -> None:
-            if len(sent) < LOADS:
-                sent.append(WrenchStamped())
-                sent[-1].header.stamp = self.node.get_clock().now().to_msg()
-                loads.publish(sent[-1])
+        def send(force_n: float = LOAD_N) -> None:
+            if len(sent) == LOADS:
+                return
+            sent.append(WrenchStamped())
+            sent[-1].header.stamp = self.node.get_clock().now().to_msg()
+            sent[-1].wrench.force.x = force_n
+            loads.publish(sent[-1])
 
+        def is_heard() -> bool:
+            if len(sent) < len(reports):
+                send(0.0)
+            return 'command_age_median_s' in said
+
+        self.wait(is_heard, 'the drive', reports)
+        sent.clear()
         timer = self.node.create_timer(PERIOD_S, send)
         self.wait(lambda: len(sent) == LOADS, 'sent loads', sent)
         self.node.destroy_timer(timer)
