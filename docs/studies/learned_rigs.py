@@ -28,7 +28,7 @@ PARAMETERS = {
     'actuator.gain': 'gain_m_per_v',
 }
 CONTACT = ('contact.radius', 'contact.young_runner', 'contact.young_sphere')
-EXACT = dict.fromkeys((*CONTACT, 'stand.preload', 'scale', 'feet'), '+-0%')
+EXACT = dict.fromkeys((*CONTACT, 'stand.preload', 'scale', 'feet', 'load'), '+-0%')
 
 
 def rig_of(kind, chance):

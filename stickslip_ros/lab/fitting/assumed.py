@@ -16,16 +16,19 @@ from itertools import islice
 import numpy as np
 
 from stickslip_ros.arrays import Array
+from stickslip_ros.drive.build import friction_limit_n
 from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.lab.experiments.experiment import Experiment
-from stickslip_ros.lab.fitting.free import Known, check_quantity, known_value
+from stickslip_ros.lab.fitting.free import LOAD, Known, check_quantity, known_value
 from stickslip_ros.lab.fitting.problem import STEP, Predicted, Problem
 from stickslip_ros.parameters import Parameters
 
-_SCALE, FEET_NUMBER = 'scale', 'feet'
+_SCALE, FEET_NUMBER = FACTORS_OF_FORCES = 'scale', 'feet'
 """The stiffness of all contacts at the same limits of friction, and the number of feet under the
 same normal force together, both per that of the stand."""
-FACTORS_ASSUMED = _SCALE, FEET_NUMBER
+LOAD_FACTOR = 'load'
+"""Friction and a constant force on the runner together, per friction."""
+_FACTORS = *FACTORS_OF_FORCES, LOAD_FACTOR
 ASSUMED_SHARES: Mapping[str, float] = {
     _SCALE: 0.3,
     'contact.radius': 0.1,
@@ -37,8 +40,10 @@ ASSUMED_SHARES: Mapping[str, float] = {
 _UNDESCRIBED = {FEET_NUMBER: 0.5, 'contact.radius': 0.5}
 """The same of feet that were not described: with the scale, a mass from motion alone is known to
 half of itself."""
+_LOAD_SHARE = 0.03
+"""The same of a free runner whose load was not told: a cable pulls, or a rail is not level."""
 _OPPOSING = (
-    *('friction_law.bristle_damping', 'friction_law.viscous', 'stand.load'),
+    *('friction_law.bristle_damping', 'friction_law.viscous', LOAD),
     *('stand.stop_stiffness', 'frame.mass', 'runner.mass', 'runner.damping'),
     *('actuator.stiffness', 'actuator.mass', 'load_cell.stiffness'),
 )
@@ -58,7 +63,7 @@ def assumed_of(
     flat = parameters.flat()
     for name, stated in given.items():
         what, example = f'--assume {name}', f'write {name}=+-2%, or with a value before +-'
-        is_factor = name in FACTORS_ASSUMED
+        is_factor = name in _FACTORS
         spec = check_quantity('contact.friction' if is_factor else name, '--assume')
         if name in free:
             hint = f'leave it out, or use --known {name}=VALUE+-2%'
@@ -66,7 +71,8 @@ def assumed_of(
         now = float(flat.get(name, 1.0))
         value, shares[name] = known_value(what, stated, spec, example, now)
         if not (value > 0.0 and 0.0 <= shares[name] < 1.0 and (value == 1.0 or not is_factor)):
-            limit = 'not a value above 0 (scale, feet: 1) with an error of 0 to less than 100 %'
+            ones = ', '.join(_FACTORS)
+            limit = f'not a value above 0 ({ones}: 1) with an error of 0 to less than 100 %'
             raise OutOfRange(what, str(stated), '', limit, example)
         if value != now:
             values[name] = value
@@ -75,22 +81,29 @@ def assumed_of(
     }
 
 
-def doubt_feet(
+def doubt_untold(
     shares: dict[str, float],
     parameters: Parameters,
     settled: Iterable[str],
     experiments: Sequence[Experiment],
 ) -> tuple[str, ...]:
     """
-    Add the errors of feet if no feet or contacts were given, and return a note about them.
+    Add the errors of a load and of feet that were not told, and return a note about the feet.
 
     Parameters that are free, and errors that are stated, are ``settled``.
 
     """
     settled = {*settled}
     given = parameters.changed().keys() - settled
-    is_own = all('stand.weight' in one.settings for one in experiments)  # of this package
-    if is_own or any(name.startswith(('feet.', 'contact.')) for name in given):
+    if all('stand.weight' in one.settings for one in experiments):  # of this package
+        return ()
+    is_told = settled & {LOAD_FACTOR, LOAD} or parameters.stand.load
+    is_free = parameters.load_cell.contact == 'absent' or any(
+        one.settings.get('load_cell.contact') == 'absent' for one in experiments
+    )
+    if is_free and not (is_told or any(one.load_n for one in experiments)):
+        shares[LOAD_FACTOR] = _LOAD_SHARE
+    if any(name.startswith(('feet.', 'contact.')) for name in given):
         return ()
     shares |= {name: share for name, share in _UNDESCRIBED.items() if name not in settled}
     note = 'feet and contacts are those of the paper, as none were described; describe yours with '
@@ -105,7 +118,7 @@ def slopes_of_constants(problem: Problem, place: Array, names: Sequence[str]) ->
     rows = iter(replace(problem, experiments=changed).predicted([stand])[0])
     found = list[Predicted]()
     for name, factor in ends:
-        forces = OF_FORCES if name in FACTORS_ASSUMED else ()  # which ``_changed`` divided
+        forces = OF_FORCES if name in FACTORS_OF_FORCES else ()  # which ``_changed`` divided
         models = islice(rows, len(problem.seen))
         found.append(
             [
@@ -121,7 +134,9 @@ def _changed(stand: Parameters, one: Experiment, name: str, factor: float) -> Ex
     """Return an experiment with a constant times a factor; unchanged if that is impossible."""
     there = stand.updated(dict(one.settings))
     flat, load_n = there.flat(), one.load_n
-    if name in FACTORS_ASSUMED:
+    if name == LOAD_FACTOR:
+        changes = {LOAD: flat[LOAD] + math.log(factor) * friction_limit_n(there)}
+    elif name in FACTORS_OF_FORCES:
         less = (*_OPPOSING, *_FRICTION) if name == _SCALE else (*_OPPOSING, 'stand.preload')
         changes = {each: flat[each] / factor for each in less}
         if name == _SCALE:

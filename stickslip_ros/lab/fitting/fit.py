@@ -14,7 +14,7 @@ from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.experiments.experiment import Experiment
 from stickslip_ros.lab.experiments.options import ReadingOptions
 from stickslip_ros.lab.experiments.reading import read_experiments
-from stickslip_ros.lab.fitting.assumed import assumed_of, doubt_feet
+from stickslip_ros.lab.fitting.assumed import assumed_of, doubt_untold
 from stickslip_ros.lab.fitting.free import (
     Coordinate,
     FreeParameters,
@@ -61,7 +61,7 @@ class FitOptions(ReadingOptions):
     """Seed of the hypercube."""
     assume: Mapping[str, Known | str] = field(default_factory=dict)
     """
-    Error of a constant, of the scale of contact stiffness, or of the number of feet; +-0%: none.
+    Error of a constant, or of scale, feet or load, which are 1; +-0%: none.
 
     Typed, ``{'contact.radius': '0.5mm+-2%', 'scale': '+-0%'}``, or value and relative error.
 
@@ -115,7 +115,7 @@ def fit(
     stand, chosen, notes = choose_free(given, free)
     known = known_of(free)
     read = read_experiments(experiments, given, options, report)
-    notes += doubt_feet(shares, given, {*names, *options.assume}, read)
+    notes += doubt_untold(shares, given, {*names, *options.assume}, read)
     with progress_of(progress, 'runs') as show:
         fitted = fit_experiments(
             stand, chosen, read, known=known, assumed=shares, options=options, progress=show

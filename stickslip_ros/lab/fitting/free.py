@@ -12,8 +12,9 @@ from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.parameters import Parameters, Scalar, Spec, reading, spec_of
 from stickslip_ros.parameters.typed import to_si_list
 
-FITTED_GROUPS = ('contact', 'friction_law', 'runner', 'load_cell', 'actuator', 'amplifier')
-"""Groups of parameters that a fit may change: properties of the stand."""
+LOAD = 'stand.load'
+FITTED = ('contact', 'friction_law', 'runner', 'load_cell', 'actuator', 'amplifier', LOAD)
+"""What a fit may change: groups of parameters, and a parameter."""
 _SMOOTH = 1e-4  # least prefactor per that at the start: no roughness; 0 means another
 _WIDE = 1e3
 """Default bounds are this factor below and above the start, within the limits of the model."""
@@ -204,14 +205,19 @@ def check_quantity(name: str, what: str) -> Spec:
     return spec
 
 
+def is_property(name: str) -> bool:
+    """Return whether a fit may change a parameter."""
+    return not {name, name.partition('.')[0]}.isdisjoint(FITTED)
+
+
 def _check_names(names: Sequence[str]) -> None:
     if not names:
         raise WrongKind('--free', '', 'a list of parameters', 'name one, as contact.friction')
     for name in names:
         check_quantity(name, 'free parameter')
-        if name.partition('.')[0] not in FITTED_GROUPS:
+        if not is_property(name):
             limit = 'not a property of the drive'
-            hint = f'free quantities of {", ".join(FITTED_GROUPS)}'
+            hint = f'free quantities of {", ".join(FITTED)}'
             raise OutOfRange('free parameter', name, '', limit, hint)
         if names.count(name) > 1:
             raise OutOfRange('parameter', name, '', 'freed twice', 'name it once')

@@ -27,7 +27,7 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.experiments.experiment import Seen, Voltage
 from stickslip_ros.lab.experiments.sensor_clock import falls_of
 from stickslip_ros.lab.fitting.assumed import FEET_NUMBER, slopes_of_constants
-from stickslip_ros.lab.fitting.free import OF_A_FALL, TYPICAL
+from stickslip_ros.lab.fitting.free import LOAD, OF_A_FALL, TYPICAL
 from stickslip_ros.lab.fitting.problem import Predicted, Problem
 from stickslip_ros.parameters import Parameters, Scalar
 
@@ -61,7 +61,7 @@ guide has; load per friction."""
 CYCLIC = {f'cyclic error of {1e9 * each:.4g} nm': each for each in (316.4e-9, 158.2e-9)}
 """Fringes of an interferometer with a helium-neon laser, by name: single and double pass, m."""
 PLACE = 'friction by place'
-_LOAD, _RATE = 'stand.load', 'contact.friction_rate'
+_RATE = 'contact.friction_rate'
 _OF_FEET = 'count', 'share', 'weight', 'radius', 'gain', 'delay'
 _WAYS = 6  # waves of friction along the way of a recording
 _SHARE = 3e-3  # relative change of a value
@@ -151,7 +151,7 @@ def _suspects(
     flat = stand.flat()
     predicted = problem.predicted([changed for _, changed in tried])
     for (name, _), there in zip(tried, predicted, strict=True):
-        may_only_grow = name not in {_LOAD, _RATE} and not flat.get(name, 0.0)
+        may_only_grow = name not in {LOAD, _RATE} and not flat.get(name, 0.0)
         yield Suspect(name, partial(_columns, here, [there]), may_only_grow)
     falls = [there for (name, _), there in zip(tried, predicted, strict=True) if name in OF_A_FALL]
     if len(falls) > 1:  # they act together
@@ -185,8 +185,8 @@ def _stands(stand: Parameters, free: set[str]) -> list[tuple[str, Parameters]]:
     for name in (_RATE, 'contact.friction_ageing'):
         if name not in free and not flat[name]:
             changes.append((name, {name: _GROWTH}))
-    load_n = float(flat[_LOAD]) + _LOAD_SHARE * friction_limit_n(stand)
-    changes.append((_LOAD, {_LOAD: load_n}))
+    if LOAD not in free:
+        changes.append((LOAD, {LOAD: flat[LOAD] + _LOAD_SHARE * friction_limit_n(stand)}))
     if all(feet.gain):
         normal = sum(count * share for count, share in zip(feet.count, feet.share, strict=True))
         guide = 1, _GUIDE_SHARE * normal, 0.0, feet.radius[0], 0.0, 0.0

@@ -17,7 +17,7 @@ from stickslip_ros.drive.records import VOLTAGE
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
-from stickslip_ros.lab.fitting.assumed import FACTORS_ASSUMED
+from stickslip_ros.lab.fitting.assumed import FACTORS_OF_FORCES
 from stickslip_ros.lab.fitting.result import FitResult, Ratio
 from stickslip_ros.lab.fitting.statistics import Estimate
 from stickslip_ros.lab.runs.plottable import Plottable
@@ -346,7 +346,7 @@ def _points(fit: FitResult) -> list[dict[str, Any]]:
 
 def _of_bands(fit: FitResult) -> str:
     """Return a note on bands of draws; empty if they hold for forces too."""
-    shares = [fit.uncertainty.shares.get(name, 0.0) for name in FACTORS_ASSUMED]
+    shares = [fit.uncertainty.shares.get(name, 0.0) for name in FACTORS_OF_FORCES]
     if fit.has_forces or not any(shares):
         return ''
     return (

@@ -17,7 +17,7 @@ from stickslip_ros.drive.build import friction_limit_n
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
 from stickslip_ros.lab.fitting.assumed import APART_MAX, OF_FORCES
 from stickslip_ros.lab.fitting.draws import drawn
-from stickslip_ros.lab.fitting.free import FITTED_GROUPS
+from stickslip_ros.lab.fitting.free import LOAD, is_property
 from stickslip_ros.lab.fitting.missing import Missing
 from stickslip_ros.lab.fitting.natural import Natural
 from stickslip_ros.lab.fitting.problem import STEP, Predicted, Problem
@@ -69,7 +69,7 @@ _RATIOS: Mapping[str, tuple[str, Callable[[Parameters], float]]] = {
     'gain': ('m/V', lambda on: on.actuator.gain),
 }
 _NOTHING = 1e-300  # a ratio of 0 in arithmetic
-_SCALED = 'contact.', 'friction_law.', 'runner.', 'load_cell.'  # by the forces
+_SCALED = 'contact.', 'friction_law.', 'runner.', 'load_cell.', LOAD  # by the forces
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -256,7 +256,7 @@ class FitResult:
                 f'{100.0 * OWED_MOST:g} % of the stroke'
             )
         for each in self.culprits[:1]:
-            free = ' free' * (each.name.partition('.')[0] in FITTED_GROUPS)
+            free = ' free' * is_property(each.name)
             yield f'values move beyond their errors with {each.name}{free}'
         for one, beyond in zip(self.estimates, self.uncertainty.beyond.tolist(), strict=True):
             if one.at_bound and one.is_limit(one.value) and beyond > APART_MAX:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.stats import norm, t
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.lab.fitting.assumed import slopes_of_constants
+from stickslip_ros.lab.fitting.assumed import LOAD_FACTOR, slopes_of_constants
 from stickslip_ros.lab.fitting.free import Coordinate
 from stickslip_ros.lab.fitting.problem import BOUND, PRIOR, Problem
 
@@ -75,8 +75,9 @@ class Uncertainty:
     # half width of the intervals in standard errors: of the normal distribution with known errors
     # of the points, else of the t distribution
     quantile: float
-    shown_z: Array  # covariance by the recording alone, with exact constants, shape (free, free)
-    recorded_z: Array  # the same with known parameters
+    # covariance by the recording alone, with exact constants but for the load, shape (free, free)
+    shown_z: Array
+    recorded_z: Array  # with exact constants and with known parameters, shape (free, free)
     covariance_z: Array  # the same with the errors of the constants
     alone_z: Array  # standard errors by the readings alone, nearly without those before
     at_bound: Flags  # parameters on a bound, shape (free,)
@@ -165,22 +166,22 @@ def uncertainty(problem: Problem, place: Array, shares: Mapping[str, float]) -> 
     inert = np.sqrt(np.sum(slopes**2, axis=0)) <= EFFECT * problem.signal
     active = np.flatnonzero(~_held(problem, place, at_bound) & ~inert)
     shares = {name: share for name, share in shares.items() if share}
-    seen, data = slopes[:, active], slopes[: len(slopes) - len(problem.known), active]
+    seen = slopes[:, active]
     if shares:
         constants = slopes_of_constants(problem, place, list(shares))[:-free]
         seen = np.hstack((seen, constants))
     known = len(active)
     readings = seen.T @ seen / scale
     information = readings + np.diag(np.array([*[PRIOR] * known, *shares.values()]) ** -2.0)
+    shown = [*range(known), *(known + k for k, name in enumerate(shares) if name == LOAD_FACTOR)]
+    of_known = seen[len(seen) - len(problem.known) :, shown]
+    alone = information[np.ix_(shown, shown)] - of_known.T @ of_known / scale
     gradient = seen.T @ missed / scale
     starts = np.array([one.to_coordinate(one.start) for one in problem.free])
     gradient[:known] += PRIOR**-2.0 * (z - starts)[active]
 
     def spread(own: Array) -> Array:
         return _spread(_inverse(own), [*active], free)
-
-    def taken(error: float) -> Array:
-        return np.asarray(error**-2.0 * np.eye(known))
 
     inner, size = _inverse(information), free + len(shares)
     rows = [*active, *range(free, size)]
@@ -198,10 +199,10 @@ def uncertainty(problem: Problem, place: Array, shares: Mapping[str, float]) -> 
         dof=dof,
         variance_scale=scale,
         quantile=float(norm.ppf(upper) if is_known else t.ppf(upper, dof)),
-        shown_z=spread(data.T @ data / scale + taken(PRIOR)),
+        shown_z=_spread(_inverse(alone)[:known, :known], [*active], free),
         recorded_z=spread(information[:known, :known]),
         covariance_z=_reaching(covariance_z, reach),
-        alone_z=np.sqrt(np.diag(spread(readings[:known, :known] + taken(_VAGUE)))),
+        alone_z=np.sqrt(np.diag(spread(readings[:known, :known] + _VAGUE**-2.0 * np.eye(known)))),
         at_bound=at_bound,
         beyond=_beyond(problem, place, slopes, missed, at_bound) / math.sqrt(scale),
         inert=inert & ~at_bound,

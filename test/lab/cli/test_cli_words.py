@@ -37,7 +37,7 @@ from stickslip_ros.lab.cli.verbs import VERBS
 from stickslip_ros.lab.comparison.by_amplitude import MODEL
 from stickslip_ros.lab.design.objectives import WaveGoal
 from stickslip_ros.lab.design.search import WaveSearch
-from stickslip_ros.lab.fitting.free import FITTED_GROUPS
+from stickslip_ros.lab.fitting.free import FITTED
 from stickslip_ros.lab.paper.make import FIGURES
 from stickslip_ros.lab.runs.sawtooth_run import STEADY_STEPS_MAX
 from stickslip_ros.lab.runs.sweep import STEADY_RULE
@@ -275,7 +275,7 @@ def test_help_tells_the_numbers_of_the_package(capsys: Any):
     assert f'default: {POINTS} around the resonance' in told['bode']
     assert f'at most {STEADY_STEPS_MAX}' in told['simulate']
     assert f'The word {MODEL} for B' in told['compare']
-    assert f'Quantities of {", ".join(FITTED_GROUPS)} may be freed' in told['fit']
+    assert f'Quantities of {", ".join(FITTED)} may be freed' in told['fit']
     assert f'Names: {", ".join(FIGURES)}.' in told['figures']
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps, Seen
 from stickslip_ros.lab.experiments.predict import predict
-from stickslip_ros.lab.fitting.assumed import ASSUMED_SHARES, FEET_NUMBER
+from stickslip_ros.lab.fitting.assumed import ASSUMED_SHARES, FEET_NUMBER, LOAD_FACTOR
 from stickslip_ros.parameters import Parameters
 
 FREQUENCY_HZ = 2000.0
@@ -20,7 +20,7 @@ SIGMA_N = 1e-3
 TRUTH = {'contact.friction': 0.25, 'runner.damping': 80.0}
 PRELOADS_N = (0.1,)
 AMPLITUDES_M = (40e-9, 60e-9, 80e-9, 100e-9, 140e-9)
-EXACT = dict.fromkeys((*ASSUMED_SHARES, FEET_NUMBER), '+-0%')
+EXACT = dict.fromkeys((*ASSUMED_SHARES, FEET_NUMBER, LOAD_FACTOR), '+-0%')
 """Constants of a rig whose contacts and feet are surely those of the stand."""
 
 

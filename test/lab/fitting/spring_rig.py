@@ -27,7 +27,7 @@ STEP_S = 1e-7
 SLEW_V_PER_S = 150e6
 MOVES = (
     *('preload_n', 'friction', 'prefactor', 'mass_kg', 'damping_n_s_per_m'),
-    *('gain_m_per_v', 'gains', 'hysteresis', 'resonance_hz'),
+    *('gain_m_per_v', 'gains', 'hysteresis', 'resonance_hz', 'load_n'),
 )
 """Fields of a rig that move its runner; the others belong to the sensor."""
 
@@ -45,6 +45,7 @@ class Rig:
     gains: tuple[float, ...] = field(default=(1.0,) * 6)  # of each foot, per mean gain
     hysteresis: float = 0.0  # share of the voltage that eight plays pass on
     resonance_hz: float = 0.0  # of the piezo, whose damping ratio is 0.07; 0 is none
+    load_n: float = 0.0  # constant force on the runner
     noise_m: float = 1.5e-9
     zero_m: float = 1.3e-6
     drift_m_per_s: float = 2e-8
@@ -99,6 +100,7 @@ def _motion(rig: Rig, rows: bytes, every: int) -> np.ndarray:
         np.array(pressed),
         rig.mass_kg,
         rig.damping_n_s_per_m,
+        rig.load_n,
         every,
     )
     out.flags.writeable = False
@@ -140,7 +142,7 @@ def _play(voltage_v, half_width_v):
 
 
 @numba.njit(cache=False, fastmath=True)
-def _run(foot_m, gains, stiff, limits, mass_kg, damping, every):
+def _run(foot_m, gains, stiff, limits, mass_kg, damping, load_n, every):
     pulls = np.zeros(stiff.shape)
     x, v = 0.0, 0.0
     out = np.empty((len(foot_m) - 1) // every + 1)
@@ -151,7 +153,7 @@ def _run(foot_m, gains, stiff, limits, mass_kg, damping, every):
         before = foot_m[k]
         dx = v * STEP_S
         x += dx
-        force = 0.0
+        force = load_n
         for i in range(len(gains)):
             du = dx - gains[i] * moved
             for j in range(pulls.shape[1]):

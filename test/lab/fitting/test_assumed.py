@@ -4,6 +4,7 @@
 """Errors of the constants that a fit assumes: intervals hold on feet that are not the assumed."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.lab.fitting.assumed import (
     ASSUMED_SHARES,
     FEET_NUMBER,
+    LOAD_FACTOR,
     _changed,
     assumed_of,
     slopes_of_constants,
@@ -36,6 +38,8 @@ TRUTH = {
     'actuator.gain': 5.5e-10,
 }
 PRELOAD_N, NOISE_M = 0.33, 1.5e-9
+LIMIT_N = TRUTH['contact.friction'] * 2.0 * 2.0**0.5 * PRELOAD_N
+LOADED: Mapping[str, Any] = {'stand.load': 0.05 * LIMIT_N}
 THREE_FEET: Mapping[str, Any] = {'feet.count': (3,), 'feet.share': (0.943,)}
 ALUMINIUM: Mapping[str, Any] = {'contact.young_runner': 70e9}
 STEPWISE = 1e-9  # relative rounding of two stands that move alike
@@ -75,13 +79,34 @@ def test_intervals_hold_on_feet_and_runners_that_nobody_described(other: tuple[E
     assert mass.low > 1.1 * TRUTH['runner.mass']  # with the contact as exact
 
 
+def test_friction_allows_for_a_load_that_was_not_told():
+    seen, true = recorded(LOADED), LIMIT_N / TRUTH['runner.mass']
+    friction, exact = (
+        next(one for one in learned(seen, assume).ratios if one.name == 'friction, mu F/m')
+        for assume in ({}, {LOAD_FACTOR: '+-0%'})
+    )
+    assert friction.low < true < friction.high
+    assert not exact.low < true < exact.high
+    told = learned(replace(seen, load_n=LOADED['stand.load']), {})
+    assert LOAD_FACTOR not in told.uncertainty.shares
+
+
+def test_a_load_can_be_free():
+    free = [*map(Free, TRUTH), Free('stand.load', low=-0.1, high=0.1)]
+    found = fit(recorded(LOADED), free, options=FitOptions(starts=1))
+    load = found.estimates[-1]
+    assert load.low < LOADED['stand.load'] < load.high
+    assert load.standard_error < LOADED['stand.load']
+    assert found.scale_of('stand.load') == 'from the assumed contact'
+    assert LOAD_FACTOR not in found.uncertainty.shares
+
+
 def test_ratios_are_narrow_and_hold_whatever_the_feet_are(other: tuple[Experiment, Fit]):
     _, found = other
     ratios = {one.name: one for one in found.ratios}
-    normal_n = 2.0 * 2.0**0.5 * PRELOAD_N
     for name, true in (
         ('damping, c/m', TRUTH['runner.damping'] / TRUTH['runner.mass']),
-        ('friction, mu F/m', TRUTH['contact.friction'] * normal_n / TRUTH['runner.mass']),
+        ('friction, mu F/m', LIMIT_N / TRUTH['runner.mass']),
         ('gain', TRUTH['actuator.gain']),
     ):
         assert ratios[name].low < true < ratios[name].high
@@ -98,7 +123,8 @@ def test_the_report_says_where_the_scale_comes_from(other: tuple[Experiment, Fit
     assert 'feet and contacts are those of the paper, as none were described' in text
     assert next(found.sections()).title == 'what the recording shows, whatever the feet are'
     content = as_object(found)
-    assert content['assumed'] == {**ASSUMED_SHARES, 'contact.radius': 0.5, FEET_NUMBER: 0.5}
+    untold = {'contact.radius': 0.5, FEET_NUMBER: 0.5, LOAD_FACTOR: 0.03}
+    assert content['assumed'] == {**ASSUMED_SHARES, **untold}
     assert [each['name'] for each in content['ratios']][-1] == 'gain'
     assert content['bands'].startswith('bands are those of motions; forces have the error of')
 
@@ -183,7 +209,7 @@ def test_values_and_errors_of_constants_are_stated_and_a_described_foot_is_no_do
     [
         ('contact.radius', '1mm', 'is not VALUE'),
         ('contact.radius', '+-100%', 'with an error of 0 to less than 100 %'),
-        ('scale', '2+-10%', r'not a value above 0 \(scale, feet: 1\)'),
+        ('scale', '2+-10%', r'not a value above 0 \(scale, feet, load: 1\)'),
         ('contact.friction', '+-1%', 'of a free parameter; leave it out, or use --known'),
         ('contact.radus', '+-1%', 'contact.radius'),
         ('feet.count', '+-1%', 'a quantity'),

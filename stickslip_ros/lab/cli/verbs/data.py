@@ -81,8 +81,8 @@ DATA = (
         'wave is recognised in a voltage monitor with ten samples a cycle or more; else give '
         '--commands. Zero, drift, delay and low-pass of sensors are fitted too; intervals allow '
         'for errors of the model. Quantities of contact, friction_law, runner, load_cell, '
-        'actuator, amplifier may be freed. Freeing contact.rms_height sets contact.prefactor to '
-        '0, which would hide it.',
+        'actuator, amplifier, stand.load may be freed. Freeing contact.rms_height sets '
+        'contact.prefactor to 0, which would hide it.',
         file('recordings, tables over time, tables by amplitude', nargs='+'),
         *MAP,
         *options_of(READING, 'preloads_n', 'load_n', 'slope_deg', 'rate_hz'),
