@@ -90,9 +90,8 @@ def test_a_short_reliable_queue_starves_where_best_effort_does_not(join: Callabl
     newest, short, long = shares(
         join(0.01), 'best_effort:10', 'reliable:10', 'reliable:1000', has_profile=False
     )
-    assert newest > 0.9
-    assert short < 0.6
-    assert long > 0.9
+    assert newest > 2.0 * short  # on a busy host a reader with a short queue misses some itself
+    assert long > 2.0 * short
     [helped] = shares(join(0.01), 'reliable:10', has_profile=True)
     assert helped > 1.5 * short
 
