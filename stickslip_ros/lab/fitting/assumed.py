@@ -114,11 +114,11 @@ def slopes_of_constants(problem: Problem, place: Array, names: Sequence[str]) ->
     """Return the slopes of the residuals per relative change, shape (residuals, constants)."""
     stand = problem.stand(place)
     ends = [(name, math.exp(way)) for name in names for way in (-STEP, STEP)]
-    changed = tuple(_changed(stand, one, *end) for end in ends for one in problem.experiments)
+    changed = tuple(with_constant(stand, one, *end) for end in ends for one in problem.experiments)
     rows = iter(replace(problem, experiments=changed).predicted([stand])[0])
     found = list[Predicted]()
     for name, factor in ends:
-        forces = OF_FORCES if name in FACTORS_OF_FORCES else ()  # which ``_changed`` divided
+        forces = OF_FORCES if name in FACTORS_OF_FORCES else ()  # which are divided
         models = islice(rows, len(problem.seen))
         found.append(
             [
@@ -130,7 +130,7 @@ def slopes_of_constants(problem: Problem, place: Array, names: Sequence[str]) ->
     return np.column_stack([problem.whitened(high, low) / (2.0 * STEP) for low, high in pairs])
 
 
-def _changed(stand: Parameters, one: Experiment, name: str, factor: float) -> Experiment:
+def with_constant(stand: Parameters, one: Experiment, name: str, factor: float) -> Experiment:
     """Return an experiment with a constant times a factor; unchanged if that is impossible."""
     there = stand.updated(dict(one.settings))
     flat, load_n = there.flat(), one.load_n

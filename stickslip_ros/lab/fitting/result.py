@@ -15,7 +15,7 @@ from scipy.stats import chi2
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.build import friction_limit_n
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
-from stickslip_ros.lab.fitting.assumed import APART_MAX, OF_FORCES
+from stickslip_ros.lab.fitting.assumed import APART_MAX, OF_FORCES, with_constant
 from stickslip_ros.lab.fitting.draws import drawn
 from stickslip_ros.lab.fitting.free import LOAD, is_property
 from stickslip_ros.lab.fitting.missing import Missing
@@ -152,21 +152,28 @@ class FitResult:
     @cached_property
     def ratios(self) -> tuple[Ratio, ...]:
         """The ratios that readings without a force show."""
-        place, settings = self.found.place, dict(self.experiments[0].settings)
+        place, doubt, first = self.found.place, self.uncertainty, self.experiments[0]
 
-        def logarithms(place: Array) -> Array:
-            stand = self.problem.stand(place).updated(settings)
-            return np.log([max(shown(stand), _NOTHING) for _, shown in _RATIOS.values()])
+        def logarithms(place: Array, constant: str = '', by: float = 0.0) -> Array:
+            stand = self.problem.stand(place)
+            one = with_constant(stand, first, constant, math.exp(by)) if constant else first
+            there = stand.updated(dict(one.settings))
+            return np.log([max(shown(there), _NOTHING) for _, shown in _RATIOS.values()])
 
-        columns = [
-            (logarithms(place + way) - logarithms(place - way)) / (2.0 * STEP)
-            for way in STEP * np.eye(len(place))
+        ends = [
+            (logarithms(place + way), logarithms(place - way)) for way in STEP * np.eye(len(place))
         ]
-        slopes, doubt = np.column_stack(columns), self.uncertainty
+        ends += [
+            (logarithms(place, name, STEP), logarithms(place, name, -STEP))
+            for name in doubt.shares
+        ]
+        columns = [(above - below) / (2.0 * STEP) for above, below in ends]
+        slopes, of_constants = np.split(np.column_stack(columns), [len(place)], axis=1)
         covariance = doubt.natural(doubt.shown_z)
         errors = np.sqrt(np.sum(slopes @ covariance * slopes, axis=1))
-        moved = np.linalg.solve(doubt.per_natural, doubt.pulled[: len(place)])
-        widths = doubt.quantile * errors + np.abs(slopes @ moved)
+        followed, pulled = np.split(doubt.pulled, [len(place)])
+        moved = slopes @ np.linalg.solve(doubt.per_natural, followed) + of_constants @ pulled
+        widths = doubt.quantile * errors + np.abs(moved)
         values = np.exp(logarithms(place))
         rows = values, values * errors, values * np.exp(-widths), values * np.exp(widths)
         return tuple(

@@ -19,14 +19,15 @@ from stickslip_ros.lab.fitting.assumed import (
     ASSUMED_SHARES,
     FEET_NUMBER,
     LOAD_FACTOR,
-    _changed,
     assumed_of,
     slopes_of_constants,
+    with_constant,
 )
 from stickslip_ros.lab.fitting.fit import FitOptions, fit
 from stickslip_ros.lab.fitting.free import Free
 from stickslip_ros.lab.fitting.plan import plan
 from stickslip_ros.lab.fitting.report import Fit, as_object
+from stickslip_ros.lab.tables.numbers import stage_hz
 from stickslip_ros.parameters import Parameters, Scalar
 
 ROWS = voltage((-60.0, 250.0, 1), (-170.0, 200.0, 1), (280.0, 300.0, 5), (300.0, 600.0, 8))
@@ -62,9 +63,15 @@ def learned(seen: Experiment, assume: Mapping[str, str], known: str | None = Non
 
 
 @pytest.fixture(scope='module', params=[THREE_FEET, ALUMINIUM], ids=['three feet', 'aluminium'])
-def other(request: pytest.FixtureRequest) -> tuple[Experiment, Fit]:
-    """Give a recording of feet or a runner that the fit does not know, and its fit."""
-    seen = recorded(request.param)
+def changes(request: pytest.FixtureRequest) -> Mapping[str, Any]:
+    """Give feet or a runner that the fit does not know."""
+    return dict(request.param)
+
+
+@pytest.fixture(scope='module')
+def other(changes: Mapping[str, Any]) -> tuple[Experiment, Fit]:
+    """Give a recording of them, and its fit."""
+    seen = recorded(changes)
     return seen, learned(seen, {})
 
 
@@ -101,10 +108,15 @@ def test_a_load_can_be_free():
     assert LOAD_FACTOR not in found.uncertainty.shares
 
 
-def test_ratios_are_narrow_and_hold_whatever_the_feet_are(other: tuple[Experiment, Fit]):
+def test_ratios_are_narrow_and_hold_whatever_the_feet_are(
+    changes: Mapping[str, Any], other: tuple[Experiment, Fit]
+):
     _, found = other
     ratios = {one.name: one for one in found.ratios}
+    ringing, stand = ratios['ringing, k/m'], Parameters().updated({**TRUTH, **changes})
+    assert ringing.high - ringing.low < 5.0 * ringing.standard_error
     for name, true in (
+        ('ringing, k/m', stage_hz(stand.updated({'stand.preload': PRELOAD_N}))),
         ('damping, c/m', TRUTH['runner.damping'] / TRUTH['runner.mass']),
         ('friction, mu F/m', LIMIT_N / TRUTH['runner.mass']),
         ('gain', TRUTH['actuator.gain']),
@@ -157,7 +169,7 @@ def test_twice_the_feet_move_as_twice_the_feet():
     twice = {'feet.count': (4, 8), 'feet.share': (2.0**0.5 / 4, 2.0**0.5 / 8)}
     stand = Parameters().updated(TRUTH)
     [[true]] = predict(stand.updated(twice), [one])
-    [[found]] = predict(stand, [_changed(stand, one, FEET_NUMBER, 2.0)])
+    [[found]] = predict(stand, [with_constant(stand, one, FEET_NUMBER, 2.0)])
     assert found.values == pytest.approx(true.values, rel=0.0, abs=STEPWISE * np.ptp(true.values))
 
 
