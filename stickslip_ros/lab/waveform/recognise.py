@@ -11,77 +11,92 @@ A recognised wave has its true corners, and falls at the slew rate.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.lab.waveform.course import (
-    JUMP_UNSURE,
-    SWING_UNSURE,
-    CoursePart,
-    joined,
-    parts_of,
-)
-from stickslip_ros.lab.waveform.finder import (
-    FALL_TAIL,
-    NOISE_AGREES,
-    STRAYS_IN_A_ROW,
-    Finder,
-    off_course_v,
-)
-from stickslip_ros.lab.waveform.monitor import RAIL_SHARE, Monitor, monitor_of
+from stickslip_ros.lab.waveform.finder import FALL_TAIL, STRAYS_IN_A_ROW, pieces_of
+from stickslip_ros.lab.waveform.monitor import SMALL, Monitor, monitor_of, off_neighbours_v
+from stickslip_ros.lab.waveform.wave_piece import WavePiece
 from stickslip_ros.parameters import Parameters
 
 HOLD, RAMP, SAWTOOTH, AS_SAMPLED = 'hold', 'ramp', 'saw-tooth', 'samples'
-CYCLE_SAMPLES_MIN = 10.0
-"""Fewest samples in a cycle of a wave that is recognised."""
-_LIMIT_ERROR = 0.02  # error of a fitted frequency at that limit, as a share
+WHOLE_CYCLES = 0.05  # cycles this near to a whole number are whole
+CYCLE_SAMPLES_MIN = 10.0  # fewest samples in a cycle of a wave that is recognised
+_UNSURE = 0.02
+"""Shares that may be wrong: of a fitted frequency at that limit; of the samples of a segment,
+missed by its corners; of a jump, whose moment between two samples is unknown."""
 GIVE_COMMANDS = 'give the commands with --commands (Python: commands)'
-_MISSED_MOST = 0.02
-"""Share of a segment's samples that its corners may miss, besides a few."""
-WHOLE_CYCLES = 0.05
-"""Cycles this near to a whole number are whole."""
-LOW_SHARE = 0.1
-"""Share of the amplifier's range below which the monitor may be divided."""
-SURE_SCATTER = 100
-"""Samples of a hold with a scatter known to a twentieth."""
+LOW_SHARE = 0.1  # share of the amplifier's range below which the monitor may be divided
 _QUOTED = 3  # refusals in a message
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Segment:
-    """A part of the wave: one of HOLD, RAMP, SAWTOOTH, AS_SAMPLED."""
+    """A part of the course: a piece between two others, or samples as they are."""
 
-    kind: str
-    start_s: float
-    end_s: float
-    start_v: float
-    end_v: float  # before the voltage jumps
-    samples: int
-    scatter_v: float = 0.0  # standard deviation of the samples about it
-    amplitude_v: float = 0.0  # height of a fall of a saw-tooth
-    base_v: float = 0.0  # lower end of a saw-tooth
-    frequency_hz: float = 0.0  # negative if the ramps fall slowly
-    cycles: float = 0.0
+    first: int  # samples [first, last)
+    last: int
+    piece: WavePiece | None
+    rows: Array  # its corners, shape (n, 2), s and V
+    jump_v: float = 0.0  # from the piece before; 0 if both meet
+    unsure_v: float = 0.0  # change of both between the samples beside the jump
+    rough_v: float = 0.0  # of samples as they are: largest distance from the neighbours
+
+    @property
+    def kind(self) -> str:
+        """One of HOLD, RAMP, SAWTOOTH, AS_SAMPLED."""
+        if self.piece is None:
+            return AS_SAMPLED
+        return SAWTOOTH if self.piece.height_v else RAMP if self.piece.slope_v_per_s else HOLD
+
+    @property
+    def samples(self) -> int:
+        """Number of its samples."""
+        return self.last - self.first
+
+    @property
+    def start_s(self) -> float:
+        """Time of its first corner."""
+        return float(self.rows[0, 0])
+
+    @property
+    def end_s(self) -> float:
+        """Time of its last corner."""
+        return float(self.rows[-1, 0])
+
+    @property
+    def at(self) -> str:
+        """Times of both as text."""
+        return f'{self.start_s:.6f} to {self.end_s:.6f} s'
+
+    @property
+    def cycles(self) -> float:
+        """Cycles of a saw-tooth; 0 for others."""
+        hertz = self.piece.frequency_hz if self.piece else 0.0
+        cycles = (self.end_s - self.start_s) * abs(hertz)
+        return float(round(cycles)) if abs(cycles - round(cycles)) < WHOLE_CYCLES else cycles
 
     def __str__(self) -> str:
         """Return the segment as a line of text."""
-        base_v, start_v, end_v = (
-            round(each, 2) + 0.0 for each in (self.base_v, self.start_v, self.end_v)
-        )  # no -0.00
-        way = 'forwards' if self.frequency_hz > 0.0 else 'backwards'
-        text = {
-            HOLD: f'hold at {start_v:.2f} V',
-            RAMP: f'ramp from {start_v:.2f} to {end_v:.2f} V',
-            SAWTOOTH: f'{self.cycles:.7g} cycles of a saw-tooth {way}, {self.amplitude_v:.2f} V '
-            f'from {base_v:.2f} V, {abs(self.frequency_hz):.4f} Hz',
-            AS_SAMPLED: 'played as sampled',
-        }[self.kind]
-        about = f'{self.samples} samples, scatter {self.scatter_v:.2g} V'
-        return f'{self.start_s:.6f} to {self.end_s:.6f} s: {text}; {about}'
+        piece, (start_v, end_v) = self.piece, np.round(self.rows[[0, -1], 1], 2) + 0.0  # no -0.00
+        if piece is None:
+            text = 'played as sampled'
+        elif piece.height_v:
+            way = 'forwards' if piece.slope_v_per_s > 0.0 else 'backwards'
+            text = f'{self.cycles:.7g} cycles of a saw-tooth {way}, {piece.amplitude_v:.2f} V'
+            text += f' from {round(piece.base_v, 2) + 0.0:.2f} V, {abs(piece.frequency_hz):.4f} Hz'
+        elif piece.slope_v_per_s:
+            text = f'ramp from {start_v:.2f} to {end_v:.2f} V'
+        else:
+            text = f'hold at {start_v:.2f} V'
+        scatter_v = piece.scatter_v if piece else 0.0
+        about = f'{self.samples} samples, scatter {scatter_v:.2g} V'
+        return f'{self.at}: {text}; {about}'
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,126 +144,227 @@ def recognise(times_s: ArrayLike, voltage_v: ArrayLike, stand: Parameters) -> Re
     numbers differ.
 
     """
-    amplifier = stand.amplifier
-    low_v, high_v = amplifier.voltage_min, amplifier.voltage_max
-    monitor = monitor_of(times_s, voltage_v, low_v, high_v, amplifier.slew_rate)
-    finder = Finder(monitor, amplifier.slew_rate)
-    parts = parts_of(finder.pieces(), finder)
-    rows = joined(parts, amplifier.slew_rate)
-    segments = tuple(_segment(part) for part in parts)
-    refusals = _too_slow(parts, finder)
-    for part, segment in zip(parts, segments, strict=True) if not refusals else ():
-        at = f'{segment.start_s:.6f} to {segment.end_s:.6f} s'
-        refusals += [f'{at}: {each}' for each in _refusals(part, rows, finder)]
+    low_v, high_v = stand.amplifier.voltage_min, stand.amplifier.voltage_max
+    pieces, monitor = pieces_of(monitor_of(times_s, voltage_v, stand))
+    segments = _segments(pieces, monitor)
+    rows = _joined(segments, monitor.slew_v_per_s)
+    refusals = list(_too_slow(segments, monitor))
+    if not refusals:
+        for each in segments:
+            refusals += (f'{each.at}: {reason}' for reason in _refusals(each, rows, monitor))
     inside_v = np.clip(rows[:, 1], low_v, high_v)
     beyond_v = float(np.abs(rows[:, 1] - inside_v).max())
-    if beyond_v > RAIL_SHARE * (high_v - low_v):
+    if beyond_v > SMALL * (high_v - low_v):
         refusals.append(
             f'the wave reaches {beyond_v:.2f} V beyond the rails {low_v:g} and {high_v:g} V; '
             'give the unit of the monitor, or set amplifier.voltage_min and voltage_max'
         )
     if all(each.kind == HOLD for each in segments):
         refusals.append('it consists of holds only; record the drive while it runs')
-    notes = list(
-        _notes(
-            monitor, finder.noise_v, amplifier.frequency_max, int(np.sum(inside_v != rows[:, 1]))
-        )
-    )
+    notes = list(_notes(monitor, stand.amplifier.frequency_max))
+    if clipped := int(np.sum(inside_v != rows[:, 1])):
+        notes.append(f'{clipped} corners clipped to the rails')
     if np.ptp(inside_v) < LOW_SHARE * (high_v - low_v):
         notes.append(
             f'the wave covers {np.ptp(inside_v):.3g} V of the {high_v - low_v:g} V of the '
             'amplifier: if the monitor is divided, give its unit'
         )
     rows = np.column_stack((rows[:, 0], inside_v))
-    return RecognisedWave(segments, tuple(refusals), tuple(notes), rows)
+    return RecognisedWave(tuple(segments), tuple(refusals), tuple(notes), rows)
 
 
-def _segment(part: CoursePart) -> Segment:
-    """Return the segment of a part of the course."""
-    (start_s, start_v), (end_s, end_v) = part.rows[[0, -1]].tolist()
-    piece = part.piece
-    samples = part.last - part.first
-    if piece is None:
-        return Segment(AS_SAMPLED, start_s, end_s, start_v, end_v, samples)
-    cycles = (end_s - start_s) * abs(piece.frequency_hz)
-    return Segment(
-        SAWTOOTH if piece.height_v else RAMP if piece.slope_v_per_s else HOLD,
-        *(start_s, end_s, start_v, end_v, samples),
-        scatter_v=piece.scatter_v,
-        amplitude_v=piece.amplitude_v,
-        base_v=piece.base_v,
-        frequency_hz=piece.frequency_hz,
-        cycles=float(round(cycles)) if abs(cycles - round(cycles)) < WHOLE_CYCLES else cycles,
-    )
+def _segments(pieces: Sequence[WavePiece], monitor: Monitor) -> list[Segment]:
+    """Return the segments of a course, one after another, from the first sample to the last."""
+    pieces, times_s = _settled(pieces, monitor), monitor.times_s
+    met = [
+        _meeting(a, b, monitor) if b.first - a.last <= STRAYS_IN_A_ROW else None
+        for a, b in pairwise(pieces)
+    ]
+    segments, last = list[Segment](), 0
+    for piece, before, after in zip(pieces, [None, *met], [*met, None], strict=False):
+        if piece.first - last > (STRAYS_IN_A_ROW if last else 0):
+            segments.append(_as_sampled(last, piece.first, monitor))
+        start_s, *jump_v = before or (times_s[piece.first], 0.0, 0.0)
+        end_s = after[0] if after else times_s[piece.last - 1]
+        rows = piece.corners(start_s, max(start_s, end_s))
+        segments.append(Segment(piece.first, piece.last, piece, rows, *jump_v))
+        last = piece.last
+    if last < len(times_s):
+        segments.append(_as_sampled(last, len(times_s), monitor))
+    return segments
 
 
-def _too_slow(parts: Sequence[CoursePart], finder: Finder) -> list[str]:
-    """Return a refusal if the fastest cycles have too few samples."""
-    rate_hz, fastest_hz = 1.0 / finder.period_s, 0.0
-    for part in parts:
-        frequency_hz = abs(part.piece.frequency_hz) if part.piece else 0.0
-        if part.rough_v > finder.smooth_v:
-            times_s, volts_v = (
-                each[part.first : part.last] for each in (finder.times_s, finder.volts_v)
-            )
-            changes_v = np.diff(volts_v)
-            ways = np.sign(changes_v[np.abs(changes_v) > finder.smooth_v])
+def _settled(pieces: Sequence[WavePiece], monitor: Monitor) -> list[WavePiece]:
+    """
+    Return pieces with level holds and bases of saw-teeth.
+
+    A slope that is within its error counts as 0. Without a sample at the ends of a cycle, the base
+    of a saw-tooth is free within bounds. A hold within these bounds is the base or the top;
+    otherwise the base is in the middle, within the rails.
+
+    """
+    found, holds_v = list[WavePiece](), list[float]()
+    for piece in pieces:
+        lasts_s = float(np.ptp(monitor.times_s[piece.samples]))
+        error_v = monitor.tolerance_v(piece) * (12.0 / (piece.last - piece.first)) ** 0.5
+        if not piece.height_v and abs(piece.slope_v_per_s) * lasts_s < error_v:
+            piece = replace(piece, slope_v_per_s=0.0)  # noqa: PLW2901
+            holds_v.append(piece.level_v)
+        found.append(piece)
+    return [_with_base(each, holds_v, monitor) if each.height_v else each for each in found]
+
+
+def _with_base(piece: WavePiece, holds_v: Sequence[float], monitor: Monitor) -> WavePiece:
+    """Return a saw-tooth with its base."""
+    volts_v, tolerance_v = monitor.volts_v[piece.samples], monitor.tolerance_v(piece)
+    rest_v = piece.rest_v(monitor.times_s[piece.samples], volts_v)
+    seen_v = (volts_v - rest_v)[np.abs(rest_v) <= tolerance_v]
+    low_v, high_v = float(seen_v.max()) - piece.amplitude_v, float(seen_v.min())
+    base_v, free_v = 0.5 * (low_v + high_v), max(high_v - low_v, 0.0)
+    if free_v:  # the samples leave it free, the amplifier does not
+        least_v, most_v = monitor.rails_v
+        base_v = min(max(base_v, least_v), most_v - piece.amplitude_v)
+        base_v = min(max(base_v, low_v), high_v)
+    levels_v = [*holds_v, *(each - piece.amplitude_v for each in holds_v)]
+    nearest_v = min(levels_v, key=lambda each: abs(each - base_v), default=base_v)
+    is_near = abs(nearest_v - base_v) <= tolerance_v + 0.5 * free_v
+    return replace(piece, base_v=nearest_v if is_near else base_v)
+
+
+def _meeting(a: WavePiece, b: WavePiece, monitor: Monitor) -> tuple[float, float, float]:
+    """
+    Return where two pieces meet, s, the jump there, and the error of its height, both V.
+
+    Of corners of both pieces and of their crossings, between the last sample of A alone and the
+    first of B alone, the smallest gap and the nearest to the boundary is taken; the voltage jumps
+    halfway between two samples.
+
+    """
+    times_s, limits_v = monitor.times_s, [monitor.reach_v(each) for each in (a, b)]
+    not_b = np.flatnonzero(monitor.misfits(b, a.first, a.last, limits_v[1]))
+    not_a = np.flatnonzero(monitor.misfits(a, b.first, b.last, limits_v[0]))
+    # one sample more on either side: one within a fall may be explained by neither
+    low = a.first + max(int(np.max(not_b, initial=0)) - 1, 0)
+    high = min(b.first + int(np.min(not_a, initial=b.last - b.first)) + 1, b.last - 1)
+    rows_a, rows_b = (each.corners(times_s[low], times_s[high]) for each in (a, b))
+    at_s = np.unique(np.concatenate((rows_a[:, 0], rows_b[:, 0])))
+    gaps_v = np.interp(at_s, *rows_a.T) - np.interp(at_s, *rows_b.T)
+    crossed = np.flatnonzero(gaps_v[1:] * gaps_v[:-1] < 0.0)
+    share = gaps_v[crossed] / (gaps_v[crossed] - gaps_v[crossed + 1])
+    crossings_s = at_s[crossed] + share * np.diff(at_s)[crossed]
+    middle_s = 0.5 * float(times_s[a.last - 1] + times_s[b.first])
+    at_s = np.concatenate((at_s, crossings_s, [middle_s]))
+    at_s = at_s[np.argsort(np.abs(at_s - middle_s), kind='stable')]
+    gaps_v = np.abs(np.interp(at_s, *rows_a.T) - np.interp(at_s, *rows_b.T))
+    best = int(np.argmin(np.minimum(gaps_v, max(limits_v))))
+    if gaps_v[best] <= max(limits_v):
+        return float(at_s[best]), 0.0, 0.0
+    steepest = max(abs(each.slope_v_per_s) for each in (a, b))
+    unsure_v = 0.5 * float(times_s[b.first] - times_s[a.last - 1]) * steepest
+    return middle_s, float(gaps_v[best]), unsure_v
+
+
+def _as_sampled(first: int, last: int, monitor: Monitor) -> Segment:
+    """
+    Return samples as they are, with a neighbour on either side.
+
+    A jump between two samples, with little change before and after, is a fall at the slew rate
+    halfway between both.
+
+    """
+    stretch = slice(max(first - 1, 0), last + 1)
+    times_s, volts_v = monitor.times_s[stretch], monitor.volts_v[stretch]
+    rises_v = np.diff(volts_v)
+    beside_v = np.abs(np.pad(rises_v, 1))
+    most_v = np.maximum(beside_v[:-2], beside_v[2:])
+    is_jump = np.abs(rises_v) > np.maximum(monitor.smooth_v, most_v / _UNSURE)
+    smooth_v = volts_v - np.concatenate(([0.0], np.cumsum(np.where(is_jump, rises_v, 0.0))))
+    rough_v = float(off_neighbours_v(times_s, smooth_v).max())
+    if np.diff(times_s).max() > (STRAYS_IN_A_ROW + 1.5) * monitor.period_s:  # some are missing
+        rough_v = float(np.ptp(volts_v))
+    rows, jumps = np.column_stack((times_s, volts_v)), np.flatnonzero(is_jump)
+    half_s = 0.5 * np.abs(rises_v[jumps]) / monitor.slew_v_per_s
+    middles_s = 0.5 * (times_s[jumps] + times_s[jumps + 1])
+    for side, off_s in ((0, -half_s), (1, half_s)):
+        rows = np.concatenate((rows, np.column_stack((middles_s + off_s, volts_v[jumps + side]))))
+    rows = rows[np.argsort(rows[:, 0], kind='stable')]
+    return Segment(first, last, None, rows, rough_v=rough_v)
+
+
+def _joined(segments: Sequence[Segment], slew_v_per_s: float) -> Array:
+    """Return the corners of a course, shape (n, 2), s and V, with falls between its segments."""
+    found = [segments[0].rows]
+    for segment in segments[1:]:
+        (time_s, from_v), rows = found[-1][-1], segment.rows
+        if segment.jump_v:
+            time_s += abs(rows[0, 1] - from_v) / slew_v_per_s
+            found.append(np.array([(time_s, np.interp(time_s, *rows.T))]))
+        later = rows[rows[:, 0] > time_s]
+        if len(later):
+            found.append(later)
+    return np.concatenate(found)
+
+
+def _too_slow(segments: Sequence[Segment], monitor: Monitor) -> Iterator[str]:
+    """Yield a refusal if the fastest cycles have too few samples."""
+    rate_hz, fastest_hz = 1.0 / monitor.period_s, 0.0
+    for each in segments:
+        frequency_hz = abs(each.piece.frequency_hz) if each.piece else 0.0
+        if each.rough_v > monitor.smooth_v:
+            changes_v = np.diff(monitor.volts_v[each.first : each.last])
+            ways = np.sign(changes_v[np.abs(changes_v) > monitor.smooth_v])
             cycles = 0.5 * np.count_nonzero(np.diff(ways))
-            frequency_hz = cycles / float(np.ptp(times_s)) if cycles > 1.0 else 0.0
+            lasts_s = float(np.ptp(monitor.times_s[each.first : each.last]))
+            frequency_hz = cycles / lasts_s if cycles > 1.0 else 0.0
         fastest_hz = max(fastest_hz, frequency_hz)
     needed_hz = CYCLE_SAMPLES_MIN * fastest_hz
-    if rate_hz >= needed_hz * (1.0 - _LIMIT_ERROR):
-        return []
-    text = (
-        f'a monitor of {rate_hz:.6g} Hz takes {rate_hz / fastest_hz:.3g} samples in a cycle of '
-        f'{fastest_hz:.5g} Hz, below the {CYCLE_SAMPLES_MIN:g} ({needed_hz:.4g} Hz) that show it'
-    )
-    return [text]
+    if rate_hz < needed_hz * (1.0 - _UNSURE):
+        yield (
+            f'a monitor of {rate_hz:.6g} Hz takes {rate_hz / fastest_hz:.3g} samples in a cycle '
+            f'of {fastest_hz:.5g} Hz, below the {CYCLE_SAMPLES_MIN:g} ({needed_hz:.4g} Hz) that '
+            'show it'
+        )
 
 
-def _refusals(part: CoursePart, rows: Array, finder: Finder) -> Iterator[str]:
-    """Yield the reasons against playing a part of the course."""
-    times_s, volts_v = (each[part.first : part.last] for each in (finder.times_s, finder.volts_v))
-    piece = part.piece
+def _refusals(segment: Segment, rows: Array, monitor: Monitor) -> Iterator[str]:
+    """Yield the reasons against playing a segment."""
+    piece, samples = segment.piece, slice(segment.first, segment.last)
     if piece is None:
-        if part.rough_v > finder.smooth_v:
+        if segment.rough_v > monitor.smooth_v:
             yield (
-                f'{len(times_s)} samples fit neither a line nor a saw-tooth, and lie up to '
-                f'{part.rough_v:.2f} V off their neighbours'
+                f'{segment.samples} samples fit neither a line nor a saw-tooth, and lie up to '
+                f'{segment.rough_v:.2f} V off their neighbours'
             )
         return
-    near_s = FALL_TAIL * float(np.ptp(finder.volts_v)) / finder.slew_v_per_s
-    off_v = off_course_v(times_s, volts_v, rows, near_s)
-    missed = int(np.sum(off_v > finder.tolerance_v(piece)))
-    if missed > STRAYS_IN_A_ROW + _MISSED_MOST * len(times_s):
+    near_s = FALL_TAIL * float(np.ptp(monitor.volts_v)) / monitor.slew_v_per_s
+    off_v = _off_course_v(monitor.times_s[samples], monitor.volts_v[samples], rows, near_s)
+    missed = int(np.sum(off_v > monitor.tolerance_v(piece)))
+    if missed > STRAYS_IN_A_ROW + _UNSURE * segment.samples:
         yield f'the recognised corners miss {missed} samples'
-    is_hold = not piece.slope_v_per_s and len(times_s) >= SURE_SCATTER
-    if is_hold and piece.scatter_v > NOISE_AGREES * finder.noise_v:
+    if segment.unsure_v > max(monitor.tolerance_v(piece), _UNSURE * segment.jump_v):
         yield (
-            f'its samples scatter by {piece.scatter_v:.2g} V, above the noise of '
-            f'{finder.noise_v:.2g} V: it contains a smaller wave'
+            f'it jumps by {segment.jump_v:.2f} V between two samples, with '
+            f'{segment.unsure_v:.2f} V unsure: record the voltage faster'
         )
-    for joint in (each for each in (part.before, part.after) if each):
-        unsure_v = abs(piece.slope_v_per_s) * joint.unsure_s
-        of_swing_v = SWING_UNSURE * float(np.ptp(finder.volts_v))
-        most_v = max(finder.tolerance_v(piece), JUMP_UNSURE * joint.jump_v, of_swing_v)
-        if joint.jump_v and unsure_v > most_v:
-            yield (
-                f'it jumps by {joint.jump_v:.2f} V between two samples, with {unsure_v:.2f} V '
-                'unsure: record the voltage faster'
-            )
-        cycles = round(float(np.ptp(joint.others_s)) * abs(piece.frequency_hz))
-        if cycles:
-            yield f'its beginning or end is unsure by {cycles} cycles'
 
 
-def _notes(
-    monitor: Monitor, noise_v: float, frequency_max_hz: float, clipped: int
-) -> Iterator[str]:
-    """Yield assumptions, and counts of samples left out, missing or clipped."""
+def _off_course_v(times_s: Array, volts_v: Array, rows: Array, near_s: float) -> Array:
+    """Return distances of samples from a course, corners of shape (n, 2), within a time, V."""
+    corners_s = np.concatenate(([-np.inf], rows[:, 0], [np.inf]))
+    behind = np.searchsorted(rows[:, 0], times_s) + 1
+    low_s, high_s = times_s - near_s, times_s + near_s
+    last_s, next_s = corners_s[behind - 1], corners_s[behind]
+    at_s = low_s, np.maximum(last_s, low_s), times_s, np.minimum(next_s, high_s), high_s
+    within_v = [np.interp(each, *rows.T) for each in at_s]
+    return np.asarray(
+        np.maximum(np.min(within_v, 0) - volts_v, volts_v - np.max(within_v, 0)).clip(0.0)
+    )
+
+
+def _notes(monitor: Monitor, frequency_max_hz: float) -> Iterator[str]:
+    """Yield assumptions, and counts of samples left out or missing."""
     rate_hz, gaps = 1.0 / monitor.period_s, np.diff(monitor.times_s) / monitor.period_s
-    missing = round(float(gaps.sum())) - len(gaps)
-    yield f'{len(monitor.times_s)} samples at {rate_hz:.2f} Hz, noise {noise_v:.2g} V'
+    yield f'{len(monitor.times_s)} samples at {rate_hz:.2f} Hz, noise {monitor.noise_v:.2g} V'
     yield 'an error of the gain of the monitor does not show in its samples'
     if rate_hz < CYCLE_SAMPLES_MIN * frequency_max_hz:
         yield (
@@ -257,8 +373,6 @@ def _notes(
         )
     if monitor.left_out:
         yield f'{monitor.left_out} samples left out: not finite, repeated, or beyond the rails'
-    if clipped:
-        yield f'{clipped} corners clipped to the rails'
-    if missing:
+    if missing := round(float(gaps.sum())) - len(gaps):
         longest = round(float(gaps.max())) - 1
         yield f'{missing} samples missing, {longest} in a row: the wave is assumed to continue'

@@ -17,9 +17,7 @@ import numpy as np
 
 from stickslip_ros.arrays import Array
 
-BENT = 1e-6
-"""Least mean square deviation of numbers of falls from a straight line that gives a height: less
-is rounding, below a thousandth of a fall."""
+BENT = 1e-6  # least singular value, as a share, of numbers of falls that give a height
 
 
 @dataclass(frozen=True)
@@ -90,38 +88,24 @@ class WavePiece:
         return np.column_stack((all_s, np.interp(all_s, times_s, volts_v)))
 
     def least_squares(self, times_s: Array, volts_v: Array) -> 'WavePiece | None':
-        """
-        Return the piece with level, slope and height by least squares; None without a solution.
-
-        The straight lines of falls and volts are subtracted first: the residuals give the height,
-        then level and slope follow (Frisch and Waugh).
-
-        """
-        count, falls = len(times_s), self.falls(times_s, volts_v)
-        if count < 2:
-            return None
-        origin_s, height_v = float(times_s.mean()), 0.0
-        x = times_s - origin_s
-        xx = float((x * x).sum())  # sums, for BLAS would set threads to so few numbers
+        """Return the piece with level, slope and height by least squares; None without these."""
+        origin_s, lasts_s = float(times_s.mean()), float(np.ptp(times_s)) or 1.0
+        columns = [np.ones(len(times_s)), (times_s - origin_s) / lasts_s]
         if self.height_v:
-            bends = falls - falls.mean() - x * float((x * falls).sum()) / xx
-            bent = float((bends * bends).sum())
-            if bent < BENT * count:
-                return None
-            straight_v = volts_v.mean() + x * float((x * volts_v).sum()) / xx
-            height_v = -float((bends * (volts_v - straight_v)).sum()) / bent
-            if height_v <= 0.0:
-                return None
-        line_v = volts_v + height_v * falls
-        level_v, slope = float(line_v.mean()), float((x * line_v).sum()) / xx
-        rest_v = line_v - level_v - slope * x
-        free = max(count - (3 if height_v else 2), 1)
-        scatter_v = math.sqrt(float((rest_v * rest_v).sum()) / free)
+            columns.append(-self.falls(times_s, volts_v))
+        basis = np.column_stack(columns)
+        values, _, rank, _ = np.linalg.lstsq(basis, volts_v, rcond=BENT)
+        level_v, rise_v, height_v = np.append(values, 0.0)[:3].tolist()
+        if rank < len(columns) or (self.height_v and height_v <= 0.0):
+            return None
+        rest_v = volts_v - basis @ values
+        free = max(len(volts_v) - len(columns), 1)
+        scatter_v = math.sqrt(float(rest_v @ rest_v) / free)
         return replace(
             self,
             origin_s=origin_s,
             level_v=level_v,
-            slope_v_per_s=slope,
+            slope_v_per_s=rise_v / lasts_s,
             height_v=height_v,
             scatter_v=scatter_v,
         )

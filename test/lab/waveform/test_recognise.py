@@ -26,6 +26,7 @@ from stickslip_ros.lab.waveform.recognise import (
     Segment,
     recognise,
 )
+from stickslip_ros.lab.waveform.wave_piece import WavePiece
 from stickslip_ros.parameters import Parameters
 
 STAND = Parameters()
@@ -57,9 +58,9 @@ def assert_sawteeth(found: RecognisedWave, truth, noise_v: float) -> None:
         assert each.cycles == cycles
         # falls divide the samples: half of them lie on either side of the mean phase
         error_v = noise_v * math.sqrt(12.0 / each.samples)
-        assert each.amplitude_v == pytest.approx(amplitude_v, abs=DEVIATIONS * error_v)
+        assert each.piece.amplitude_v == pytest.approx(amplitude_v, abs=DEVIATIONS * error_v)
         error_hz = error_v / amplitude_v * abs(frequency_hz)
-        assert each.frequency_hz == pytest.approx(frequency_hz, abs=DEVIATIONS * error_hz)
+        assert each.piece.frequency_hz == pytest.approx(frequency_hz, abs=DEVIATIONS * error_hz)
 
 
 @pytest.mark.parametrize('rate_hz', [5000.0, 10000.0])
@@ -67,7 +68,7 @@ def test_at_a_multiple_of_its_frequency_a_full_stroke_keeps_within_the_rails(rat
     course = [saw(300.0, 500.0, 100)]
     found = recognise(*sampled(corners_of(course), rate_hz, 0.05, seed=1), STAND)
     [tooth] = sawteeth(found)
-    assert (tooth.base_v, tooth.amplitude_v) == pytest.approx((0.0, 300.0), abs=0.1)
+    assert (tooth.piece.base_v, tooth.piece.amplitude_v) == pytest.approx((0.0, 300.0), abs=0.1)
     assert found.refusals == ()
 
 
@@ -321,7 +322,8 @@ def test_a_recognised_wave_is_printed_line_by_line():
     assert '12 cycles of a saw-tooth backwards' in lines[6]
     assert any('gain' in each for each in lines)
     assert any('waves above 800 Hz would be mistaken' in each for each in lines)
-    near = Segment(HOLD, 0.0, 1.0, -0.001, -0.001, 100)
+    level = WavePiece(0, 100, SLEW_V_PER_S, 0.0, -0.001)
+    near = Segment(0, 100, level, level.corners(0.0, 1.0))
     assert str(near) == '0.000000 to 1.000000 s: hold at 0.00 V; 100 samples, scatter 0 V'
 
 
