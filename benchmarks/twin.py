@@ -13,7 +13,7 @@ from benchmarks.sizes import Sizes
 from stickslip_ros.arrays import Array
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.lab.experiments.reading import LEAD_S
+from stickslip_ros.lab.experiments.sensor_clock import LEAD_S
 from stickslip_ros.lab.twin.settings import TwinParameters
 from stickslip_ros.lab.twin.twin import Twin
 from stickslip_ros.lab.twin.window import Window

@@ -24,9 +24,9 @@ from stickslip_ros.units import NANO
 
 JUMP_S = 1e-9
 """Duration of a jump of the commanded voltage: shorter than any amplifier's."""
-AGREES_SHARE, AGREES_MOSTLY = 0.01, 0.98
+_OFF = 0.02
 """Largest difference of commanded and measured voltage, as a share of the range, and the share of
-samples that must be within it; the others lie within falls."""
+samples that may be further off, within falls."""
 _PLAYED = 'sawtooth', 'steps', 'waveform', 'voltage'
 _MOVES = 'jog', 'position', 'joint', 'trajectory', 'enable_amplifier', 'reset'
 """Commands that change the voltage without a table of it."""
@@ -47,12 +47,9 @@ class Commanded(NamedTuple):
     """Voltage, load and settings commanded during a part of a recording."""
 
     # None after a jog, a closed loop or a start before the recording, or if the piezo's differs
-    voltage: Voltage | None
+    voltage: Voltage | None = None
     load_n: float = 0.0  # external force on the runner
     settings: Mapping[str, Scalar] = MappingProxyType({})  # parameters that were changed
-
-
-NOTHING_ASKED = Commanded(None)
 
 
 def commanded(
@@ -88,29 +85,23 @@ def commanded(
         elif name == 'stop' and asked and asked[-1].wave:
             asked.append(CommandedWave(at_s, _PRESENT, name))
         elif name in _PLAYED and value is not None:
-            before = asked[-1].wave if asked and len(value.rows) else None
+            since_s, last, _ = asked[-1] if asked else (0.0, None, '')
             waits = (  # for the end of a table that still repeats
-                before is not None
-                and repeats(before)
-                and at_s < asked[-1].since_s + before.cycles * before.period_s
+                len(value.rows)
+                and last is not None
+                and repeats(last)
+                and at_s < since_s + last.cycles * last.period_s
             )
             text = f'{name} {numbers_of(request)}'
             asked.append(CommandedWave(at_s, None if waits else value, text))
         load_n = {'load': value, 'reset': 0.0}.get(name, load_n)
         if name == 'preload':
             settings['stand.preload'] = value
-    voltage = _voltage(_played(asked, begins_s, rests_v), samples, begins_s, end_s)
-    return Commanded(voltage, load_n, settings)
-
-
-def _played(
-    asked: Sequence[CommandedWave], begins_s: float, rests_v: float
-) -> list[CommandedWave]:
-    """Return the waves from a time on; the first began before, or is a rest."""
     before = [each for each in asked if each.since_s < begins_s]
     if not before or before[-1].wave is _PRESENT:
         before = [CommandedWave(begins_s - JUMP_S, level(rests_v), '')]
-    return [before[-1], *(each for each in asked if each.since_s >= begins_s)]
+    played = [before[-1], *(each for each in asked if each.since_s >= begins_s)]
+    return Commanded(_voltage(played, samples, begins_s, end_s), load_n, settings)
 
 
 def _voltage(
@@ -121,7 +112,7 @@ def _voltage(
         return None
     rows = _corners(played, begins_s, end_s)
     off_v = np.abs(np.interp(samples[0], *rows.T) - samples[1])
-    if np.mean(off_v <= AGREES_SHARE * np.ptp(rows[:, VOLTAGE])) < AGREES_MOSTLY:
+    if np.quantile(off_v, 1.0 - _OFF) > _OFF * np.ptp(rows[:, VOLTAGE]):
         return None
     texts = [f'{each.since_s:.6f} s on: {each.text}' for each in played if each.text]
     rows[:, TIME] -= begins_s
@@ -151,11 +142,8 @@ def _corners(asked: Sequence[CommandedWave], begins_s: float, end_s: float) -> A
 
 def _corners_of(wave: Wave, start_s: float, end_s: float) -> Array:
     """Return the corners of a wave between two of its times; two at the same time are a jump."""
-    cycle = (
-        wave.rows
-        if len(wave.rows)
-        else np.array(((0.0, wave.start_v), (wave.period_s, wave.start_v + wave.rise_v)))
-    )
+    ramp = (0.0, wave.start_v), (wave.period_s, wave.start_v + wave.rise_v)
+    cycle = wave.rows if len(wave.rows) else np.array(ramp)
     first = min(math.floor(start_s / wave.period_s), wave.cycles)
     last = min(math.ceil(end_s / wave.period_s), wave.cycles)
     found = [cycle + np.array((k * wave.period_s, 0.0)) for k in range(first, last)]

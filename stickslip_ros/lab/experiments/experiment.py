@@ -13,15 +13,13 @@ from numpy.typing import NDArray
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.layout import STANDARD_GRAVITY_M_PER_S2
-from stickslip_ros.errors import OutOfRange, WrongKind
+from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.experiments.sensor import KnownSensor, noise_of
-from stickslip_ros.lab.tables.numbers import NUMBERS
 from stickslip_ros.parameters import Parameters, Scalar
 from stickslip_ros.units import unit_of
 
 OF_TRACES = ('position_m', 'force_n', 'foot_position_m')
 """Quantities that may be measured over time."""
-_WITHIN_MIN = 3  # fewest readings of a window
 AVERAGED_S = 1e-5
 """Time over which many readings are averaged: a mean over it loses 2 % of 10 kHz."""
 
@@ -80,22 +78,14 @@ class Voltage:
 
 
 Drive: TypeAlias = SawtoothSteps | ZeroAmplitudeRuns | VoltageStep | AtRest | Voltage
-_DRIVES = {'steps': SawtoothSteps, 'zero': ZeroAmplitudeRuns, 'ring': VoltageStep, 'rest': AtRest}
-QUANTITIES: Mapping[type[Drive], tuple[str, ...]] = {
-    **{
-        kind: tuple(name for name, each in NUMBERS.items() if each.drive == drive)
-        for drive, kind in _DRIVES.items()
-    },
-    Voltage: OF_TRACES,
-}
-"""Quantities by drive: a voltage gives quantities over time, all others give numbers."""
+"""A voltage gives quantities over time, all others give numbers."""
 
 
 @dataclass(frozen=True, eq=False)
 class Seen:
     """A measured quantity: a trace over time, or one number."""
 
-    quantity: str  # of QUANTITIES
+    quantity: str  # of OF_TRACES, or of NUMBERS with its drive
     values: Array  # SI units, shape (n,); a number has shape (1,)
     # times since the voltage began, rising, shape (n,); a number has none
     time_s: Array = field(default_factory=lambda: np.empty(0))
@@ -123,6 +113,11 @@ class Seen:
         """
         return noise_of(self.values) if self.sigma is None else self.sigma
 
+    @property
+    def apart_s(self) -> float:
+        """Median time between readings."""
+        return float(np.median(np.diff(self.time_s)))
+
     def sensed(self, **known: float) -> 'Seen':
         """Return the readings with something else known of the sensor."""
         return replace(self, sensor=replace(self.sensor, **known))
@@ -134,8 +129,9 @@ class Seen:
 
     def averaged(self, most: int = 1) -> 'Seen':
         """Return means of neighbours within AVERAGED_S, but at least so many."""
-        apart_s = float(np.median(np.diff(self.time_s))) if self.is_trace else AVERAGED_S
-        size = min(int(AVERAGED_S / apart_s), math.ceil(len(self.values) / most))
+        if not self.is_trace:
+            return self
+        size = min(int(AVERAGED_S / self.apart_s), math.ceil(len(self.values) / most))
         if size < 2:
             return self
         whole = len(self.values) // size * size
@@ -151,9 +147,9 @@ class Seen:
         return replace(fewer, values=fewer.values[::every], time_s=fewer.time_s[::every])
 
     def within(self, origin: str, start_s: float, end_s: float) -> 'Seen':
-        """Return the readings of a window; refuse a window with too few."""
+        """Return the readings of a window; OutOfRange with too few for second differences."""
         inside = (self.time_s >= start_s) & (self.time_s <= end_s)
-        if inside.sum() < _WITHIN_MIN:
+        if inside.sum() < 3:
             limit = f'a window with {inside.sum()} samples of the {self.quantity} of {origin}, '
             limit += f'which goes from {self.time_s[0]:.6g} to {self.time_s[-1]:.6g} s'
             asked = f'{start_s:.6g} to {end_s:.6g}'
@@ -177,18 +173,6 @@ class Experiment:
         """Return the external force on a runner, with its weight along the rail, N."""
         weight_n = stand.runner.mass * STANDARD_GRAVITY_M_PER_S2
         return self.load_n - weight_n * math.sin(math.radians(self.slope_deg))
-
-    def __post_init__(self) -> None:
-        """Refuse quantities that do not belong to the drive."""
-        known = QUANTITIES[type(self.drive)]
-        for each in self.seen:
-            if each.quantity not in known:
-                what, wanted = f'quantity of {self.origin}', f'one of {", ".join(known)}'
-                raise WrongKind(what, each.quantity, wanted, 'leave it out')
-            if each.is_trace != isinstance(self.drive, Voltage):
-                hint = 'give values over time for a voltage, else one number'
-                what = f'{each.quantity} of {self.origin}'
-                raise WrongKind(what, len(each.time_s), 'the number of times of its drive', hint)
 
     @property
     def lasts_s(self) -> float:

@@ -7,10 +7,10 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
-from scipy import signal
+from scipy import optimize, signal
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.build import plant_of, start_clock, state_at_rest
@@ -28,7 +28,6 @@ from stickslip_ros.lab.experiments.experiment import (
     ZeroAmplitudeRuns,
     stroke_m,
 )
-from stickslip_ros.lab.experiments.ring_down import RingDown, ring_down, voltage_of_step
 from stickslip_ros.lab.runs.batch import Pool, Progress, run_courses
 from stickslip_ros.lab.runs.courses import Course, bundle_for, run_in_lanes
 from stickslip_ros.lab.runs.sawtooth_run import drive_course
@@ -44,10 +43,11 @@ SAMPLE_S = 5e-6
 """Spacing of a trace: a runner of a few grams rings at 5 to 15 kHz on its contacts."""
 _SAMPLES_MAX = 4_000_000
 _AT_ONCE = 20_000  # samples between two checks for a stop
-_ROUNDED_V = 1e-9  # least voltage beyond the range of an amplifier that is refused
 _COLUMNS = {'position_m': POSITION, 'force_n': FORCE, 'foot_position_m': FOOT}
 """Columns of a trace, by quantity."""
 _SETTLED = 10.0  # time constants after which a low-pass has settled
+_REST_S, _RINGS_S = 1e-4, 2e-3  # before a step, and after it: 10 to 30 periods of a runner
+_FINE = 1e-12  # relative change that ends a search: slopes are differences of its results
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,22 +65,18 @@ class Prediction:
     otherwise: Callable[[], Array] | None = None
 
 
+class RingDown(NamedTuple):
+    """Frequency and decay time of a ring-down of a runner on its contacts."""
+
+    ringing_hz: float
+    decay_s: float  # to 1/e
+
+
 def predict(
-    stand: Parameters,
-    experiments: Sequence[Experiment],
-    *,
-    pool: Pool | None = None,
-    progress: Progress | None = None,
+    stand: Parameters, experiments: Sequence[Experiment], **how: Any
 ) -> list[list[Prediction]]:
-    """
-    Return the predicted readings of a stand, for each experiment and each quantity.
-
-    The settings of an experiment replace those of the stand. Equal runs are made once, in the pool
-    if there is one; ``progress`` receives the runs done and their number. Raises StickSlipError if
-    a stand is impossible or cannot follow the drive.
-
-    """
-    return predict_all([stand], experiments, pool=pool, progress=progress)[0]
+    """Do the same as ``predict_all`` for one stand."""
+    return predict_all([stand], experiments, **how)[0]
 
 
 def predict_all(
@@ -90,7 +86,14 @@ def predict_all(
     pool: Pool | None = None,
     progress: Progress | None = None,
 ) -> list[list[list[Prediction]]]:
-    """Do the same as ``predict`` for several stands, with their runs side by side."""
+    """
+    Return the predicted readings of stands, for each stand, each experiment and each quantity.
+
+    The settings of an experiment replace those of the stand. Equal runs are made once, all side by
+    side, in the pool if there is one; ``progress`` receives the runs done and their number. Raises
+    StickSlipError if a stand is impossible or cannot follow the drive.
+
+    """
     pairs = [(stand.updated(dict(one.settings)), one) for stand in stands for one in experiments]
     runs: list[Run] = [(there, one.drive, one.load_on(there), one.lasts_s) for there, one in pairs]
     for there, one in pairs:
@@ -108,12 +111,11 @@ def predict_all(
         made = run_courses(_course, new, bundle_for(stands[0]), pool=pool, progress=progress)
     for run, result in zip(new, made, strict=True):
         kept[run].append(result)
-    found = [
+    found = (
         [_look(kept[run][0], there, each) for each in one.seen]
         for run, (there, one) in zip(runs, pairs, strict=True)
-    ]
-    ends = [len(experiments) * (number + 1) for number in range(len(stands))]
-    return [found[end - len(experiments) : end] for end in ends]
+    )
+    return [[next(found) for _ in experiments] for _ in stands]
 
 
 @lru_cache(maxsize=4096)
@@ -140,24 +142,52 @@ def _course(run: Run) -> Course[Any]:
         return _ring_down_course(stand, drive, load_n)
     if isinstance(drive, AtRest):
         return (none for none in list[Any]())
-    return trace_course(stand, drive, load_n, end_s)
+    return _trace_course(stand, drive.rows, load_n, end_s)
 
 
 def _ring_down_course(stand: Parameters, step: VoltageStep, load_n: float) -> Course[RingDown]:
-    voltage = voltage_of_step(step, stand)
-    trace = yield from trace_course(stand, voltage, load_n, voltage.lasts_s)
+    """Return the course of a step down, from rest, as fast as the amplifier falls."""
+    amplifier = stand.amplifier
+    rise_v = stroke_m(step, stand) / stand.actuator.gain
+    times_s = np.array((0.0, _REST_S, _REST_S + rise_v / amplifier.slew_rate, _REST_S + _RINGS_S))
+    volts_v = amplifier.voltage_min + np.array((rise_v, rise_v, 0.0, 0.0))
+    rows = np.column_stack((times_s, volts_v))
+    trace = yield from _trace_course(stand, rows, load_n, times_s[-1])
     time_s = SAMPLE_S * np.arange(len(trace))
-    rings = (time_s >= voltage.rows[2, 0]) & (time_s <= voltage.lasts_s)
+    rings = (time_s >= times_s[2]) & (time_s <= times_s[3])
     return ring_down(time_s[rings], trace[rings, POSITION])
 
 
-def trace_course(
-    stand: Parameters, voltage: Voltage, load_n: float, end_s: float
-) -> Course[Array]:
+def ring_down(time_s: Array, position_m: Array) -> RingDown:
+    """Fit a damped cosine to positions at even times, shape (n,); rest and drift are free."""
+    since_s, sample_s = time_s - time_s[0], float(time_s[1] - time_s[0])
+
+    def missed(place: Array) -> Array:
+        phase, fallen = math.exp(place[0]) * since_s, np.exp(-math.exp(place[1]) * since_s)
+        columns = fallen * np.cos(phase), fallen * np.sin(phase), np.ones_like(since_s), since_s
+        basis = np.linalg.qr(np.column_stack(columns))[0]
+        return np.asarray(scaled - basis @ (basis.T @ scaled))
+
+    scaled = (position_m - position_m.mean()) / (np.ptp(position_m) or 1.0)
+    # The velocity has neither rest nor drift: its spectrum gives the first frequency.
+    power = np.abs(np.fft.rfft(np.diff(scaled) * np.hanning(len(scaled) - 1), 8 * len(scaled)))
+    rate = 2.0 * math.pi * max(int(np.argmax(power)), 1) / (8 * len(scaled) * sample_s)
+    lasts_s = float(since_s[-1])
+    bounds = np.log(((math.pi / lasts_s, 1e-3 / lasts_s), (math.pi / sample_s, 1.0 / sample_s)))
+    starts = (np.log((rate, share * rate)).clip(*bounds) for share in (0.01, 0.1))
+    ends = (  # the true decay per rate may be far off
+        optimize.least_squares(missed, start, bounds=bounds, xtol=_FINE, ftol=_FINE)
+        for start in starts
+    )
+    best = min(ends, key=lambda end: float(end.cost))
+    return RingDown(math.exp(best.x[0]) / (2.0 * math.pi), math.exp(-best.x[1]))
+
+
+def _trace_course(stand: Parameters, rows: Array, load_n: float, end_s: float) -> Course[Array]:
     """Return the course of a voltage from rest, to a trace: a row every SAMPLE_S, shape (n, 5)."""
-    time_s, voltage_v = voltage.rows.T
+    time_s, voltage_v = rows.T
     inside_v = np.clip(voltage_v, stand.amplifier.voltage_min, stand.amplifier.voltage_max)
-    is_rounded = np.abs(voltage_v - inside_v) < _ROUNDED_V
+    is_rounded = np.isclose(voltage_v, inside_v)
     rows = np.column_stack((time_s, np.where(is_rounded, inside_v, voltage_v)))
     samples = int(np.ceil(end_s / SAMPLE_S)) + 3
     if samples > _SAMPLES_MAX:

@@ -15,7 +15,7 @@ from scipy import signal
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.instrument.sensors.signal_chain import low_pass_gain
-from stickslip_ros.lab.experiments.commanded import NOTHING_ASKED, Commanded, commanded
+from stickslip_ros.lab.experiments.commanded import Commanded, commanded
 from stickslip_ros.lab.experiments.experiment import (
     OF_TRACES,
     AtRest,
@@ -29,7 +29,7 @@ from stickslip_ros.lab.experiments.experiment import (
 )
 from stickslip_ros.lab.experiments.options import ReadingOptions
 from stickslip_ros.lab.experiments.sensor import lone_outliers
-from stickslip_ros.lab.experiments.sensor_limits import check_limits
+from stickslip_ros.lab.experiments.sensor_clock import LEAD_S, check_limits
 from stickslip_ros.lab.runs.mapped import mapped_series
 from stickslip_ros.lab.runs.recorded import recorded_series, recorded_stand
 from stickslip_ros.lab.runs.recorded_run import recording_of
@@ -43,19 +43,15 @@ from stickslip_ros.lab.waveform.recognise import GIVE_COMMANDS, recognise
 from stickslip_ros.parameters import SENSORS, Parameters, ReplaceableDefault, Scalar
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_file import TOPICS_RECORD
-from stickslip_ros.recording.series import Series
 
 _VOLTAGE = 'voltage_v'
-_JITTER, _SAMPLED_SHARE = 0.2, 0.8
+_UNEVEN = 0.2
 """Times count as sampled if 80 % of the intervals are within 20 % of the median."""
-SLOPE_MAX_DEG = 90.0
 _NEXT = 1.5  # periods within which the next sample follows
 _SAMPLES_MIN = 32  # fewer readings make no trace
 MOVES_MIN = 1.2  # least scatter of readings that move, per noise
 LONGEST_S = 2.0
 """Longest recording simulated in full; longer ones need a window."""
-LEAD_S = 0.05
-"""Simulated time before a window, from rest: contacts forget their start in a few steps."""
 _OWN = ('stand.', 'load_cell.contact', 'load_cell.gap', 'amplifier.voltage_')
 """Names of the parameters of this package that were set for a recording."""
 
@@ -74,12 +70,15 @@ def read_experiments(
     readings, or if the voltage cannot be played.
 
     """
-    if options.steps < 0:
-        hint = 'give a number above 0, or 0 to wait for the steady state'
-        raise OutOfRange('steps', options.steps, '', 'below 0', hint)
-    outliers = options.outliers
-    if outliers < 0.0:
-        raise OutOfRange('outliers', outliers, '', 'below 0', 'give 6, or 0 to keep all')
+    for name, value, hint in (
+        ('steps', options.steps, 'give a number above 0, or 0 to wait for the steady state'),
+        ('outliers', options.outliers, 'give 6, or 0 to keep all'),
+    ):
+        if value < 0.0:
+            raise OutOfRange(name, value, '', 'below 0', hint)
+    if not abs(options.slope_deg) <= 90.0:
+        limit, hint = 'not from -90 to 90', 'give that of the rail'
+        raise OutOfRange('slope', options.slope_deg, 'degrees', limit, hint)
     listed = listed_sources(given)
     reading = options.reading(report, stand).for_sources(listed)
     found = list[Experiment]()
@@ -99,10 +98,7 @@ def read_experiments(
                 found += of_points(table.origin, table.columns, stand, options)
                 continue
             one = _of_table(table, stand, reading.preload_n(number), options)
-        found.append(without_outliers(one, outliers) if outliers else one)
-    if not abs(options.slope_deg) <= SLOPE_MAX_DEG:
-        limit = f'not from -{SLOPE_MAX_DEG:g} to {SLOPE_MAX_DEG:g}'
-        raise OutOfRange('slope', options.slope_deg, 'degrees', limit, 'give that of the rail')
+        found.append(without_outliers(one, options.outliers) if options.outliers else one)
     return [replace(one, slope_deg=one.slope_deg or options.slope_deg) for one in found]
 
 
@@ -117,7 +113,6 @@ def _recognised(
 
 
 def _of_commands(commands: Any) -> Voltage:
-    """Return the voltage in a table of commands."""
     [file] = listed_sources(commands)
     table = read_experiment(file, kind=OVER_TIME, measured=(_VOLTAGE,))
     rows = np.column_stack((table.columns['time_s'], table.columns[_VOLTAGE]))
@@ -133,9 +128,8 @@ def played(given: DriveInput, stand: Parameters) -> Voltage:
 
     """
     spacing_s = np.diff(given.time_s)
-    is_sampled = len(spacing_s) >= _SAMPLES_MIN and bool(
-        np.mean(np.abs(spacing_s / np.median(spacing_s) - 1.0) < _JITTER) > _SAMPLED_SHARE
-    )
+    off = np.abs(spacing_s / np.median(spacing_s) - 1.0)
+    is_sampled = len(off) >= _SAMPLES_MIN and np.mean(off >= _UNEVEN) < _UNEVEN
     if is_sampled and given.is_voltage:
         hint = 'give a table of its corners, at uneven times'
         return _recognised(given.time_s, given.voltage_v, stand, hint)
@@ -149,92 +143,64 @@ def _of_recording(
     preload_n: float | None,
     options: ReadingOptions,
 ) -> Experiment:
-    """Return the experiment of a recording of this package or, with a map, of another program."""
-    settings, asked_for = dict[str, Scalar](), None
+    settings, own = dict[str, Scalar](), None
     if recording.is_ours:
-        own = recorded_stand(recording)
-        series, seen = _own_series(recording, own, options)
+        own, stretch = recorded_stand(recording), recording
+        if options.window_s is not None and options.commands is None:
+            stretch = recording.within(options.window_s[0] - LEAD_S, options.window_s[1])
+        series = recorded_series(stretch)
+        if own.load_cell.contact == 'absent':  # its force is 0 by definition
+            series.pop('force_n', None)
         settings = {name: each for name, each in own.flat().items() if name.startswith(_OWN)}
-        asked_for = partial(commanded, recording, own) if _is_of_drive(recording) else None
     elif topics:
         series = mapped_series(recording, topics)
-        seen = tuple(
-            Seen(quantity, series[quantity].value, series[quantity].time_s)
-            for quantity in OF_TRACES
-            if quantity in series and len(series[quantity]) >= _SAMPLES_MIN
-        )
     else:
         hint = 'map its topics: --map voltage_v=TOPIC.FIELD --map position_m=TOPIC.FIELD'
         raise RecordingError(recording.path, f'holds {", ".join(recording.types)}', hint)
+    shown = [(name, series[name]) for name in OF_TRACES if name in series]
+    seen = [Seen(name, x.value, x.time_s) for name, x in shown if len(x) >= _SAMPLES_MIN]
+    asked_for = None
+    if own and TOPICS_RECORD in recording.metadata:  # a twin records readings of a rig instead
+        asked_for = partial(commanded, recording, own)
+        seen = [_of_own_sensor(each, own) for each in seen]
     voltage = series.get(_VOLTAGE)
     pair = None if voltage is None else (voltage.time_s, voltage.value)
-    return experiment_over_time(
-        recording.origin, pair, seen, stand, preload_n, options, settings, asked_for
-    )
+    given = recording.origin, pair, tuple(seen), stand, preload_n, options
+    return experiment_over_time(*given, settings, asked_for)
 
 
-def _is_of_drive(recording: Recording) -> bool:
-    """Return whether it shows the drive itself; a twin records readings of a rig."""
-    return TOPICS_RECORD in recording.metadata
-
-
-def _own_series(
-    recording: Recording, own: Parameters, options: ReadingOptions
-) -> tuple[dict[str, Series], tuple[Seen, ...]]:
-    """Return the series of a recording of this package, and the readings of its known sensors."""
-    stretch = recording
-    if options.window_s is not None and options.commands is None:
-        start_s, end_s = options.window_s
-        stretch = recording.within(start_s - LEAD_S, end_s)
-    series = recorded_series(stretch)
-    if own.load_cell.contact == 'absent':  # its force is 0 by definition
-        series.pop('force_n', None)
-    seen = list[Seen]()
-    for sensor in SENSORS:
-        shown = series.get(sensor.quantity)
-        if shown is None or len(shown) < _SAMPLES_MIN:
-            continue
-        seen.append(Seen(sensor.quantity, shown.value, shown.time_s))
-        hertz, rate_hz = getattr(own, sensor.name).bandwidth, own.trace.sample_rate
-        is_held = sensor.quantity == 'position_m' and own.interferometer.sample_rate > 0.0
-        is_traced = float(np.median(np.diff(shown.time_s))) * rate_hz < _NEXT
-        if _is_of_drive(recording) and hertz and is_traced and not is_held:
-            seen[-1] = _before_low_pass(seen[-1], hertz, rate_hz)
-        if _is_of_drive(recording) and sensor.quantity == 'position_m':
-            beam = own.interferometer
-            fringe_m = 0.5 * beam.wavelength
-            seen[-1] = seen[-1].sensed(cyclic_m=beam.cyclic_error, fringe_m=fringe_m)
-    return series, tuple(seen)
-
-
-def _before_low_pass(shown: Seen, low_pass_hz: float, rate_hz: float) -> Seen:
+def _of_own_sensor(seen: Seen, own: Parameters) -> Seen:
     """
-    Undo the low-pass of a sensor of this package: before it the noise is white.
+    Undo the low-pass of a sensor of this package, before which the noise is white.
 
     The first of consecutive samples is lost, as the sample before it is unknown.
 
     """
-    gain = low_pass_gain(low_pass_hz, rate_hz)  # y' = y + gain (x - y)
-    follows = np.diff(shown.time_s) * rate_hz < _NEXT
-    before = shown.values[:-1] + np.diff(shown.values) / gain
-    time_s = shown.time_s[1:][follows]
-    sensed = shown.sensed(undone_hz=low_pass_hz)
-    return replace(sensed, values=before[follows], time_s=time_s)
+    [sensor] = [getattr(own, each.name) for each in SENSORS if each.quantity == seen.quantity]
+    rate_hz, beam, is_held = own.trace.sample_rate, own.interferometer, False
+    if seen.quantity == 'position_m':
+        seen = seen.sensed(cyclic_m=beam.cyclic_error, fringe_m=0.5 * beam.wavelength)
+        is_held = beam.sample_rate > 0.0
+    if not sensor.bandwidth or seen.apart_s * rate_hz >= _NEXT or is_held:
+        return seen
+    gain = low_pass_gain(sensor.bandwidth, rate_hz)  # y' = y + gain (x - y)
+    follows = np.diff(seen.time_s) * rate_hz < _NEXT
+    before = seen.values[:-1] + np.diff(seen.values) / gain
+    seen = seen.sensed(undone_hz=sensor.bandwidth)
+    return replace(seen, values=before[follows], time_s=seen.time_s[1:][follows])
 
 
 def behind_low_pass(shown: Seen, values: Array) -> Array:
     """Return values at the times of readings behind the low-pass of their sensor."""
     if not shown.sensor.undone_hz:
         return values
-    rate_hz = 1.0 / float(np.median(np.diff(shown.time_s)))
-    gain = low_pass_gain(shown.sensor.undone_hz, rate_hz)
+    gain = low_pass_gain(shown.sensor.undone_hz, 1.0 / shown.apart_s)
     return np.asarray(signal.lfilter((gain,), (1.0, gain - 1.0), values - values[0]) + values[0])
 
 
 def _of_table(
     table: MeasuredTable, stand: Parameters, preload_n: float | None, options: ReadingOptions
 ) -> Experiment:
-    """Return the experiment of a table over time."""
     columns, time_s, seen = table.columns, table.columns['time_s'], list[Seen]()
     for name in OF_TRACES:
         if name in columns and (known := np.isfinite(columns[name])).sum() >= _SAMPLES_MIN:
@@ -276,14 +242,13 @@ def experiment_over_time(
         hint = 'name its voltage, --map voltage_v=TOPIC.FIELD, or give --commands'
         raise RecordingError(origin, 'does not hold the voltage that drove it', hint)
     if window_s is not None and commands is None and voltage is not None:
-        start_s, end_s = window_s
-        start_s -= LEAD_S
+        start_s, end_s = window_s[0] - LEAD_S, window_s[1]
         inside = (voltage[0] >= start_s) & (voltage[0] <= end_s)
         voltage = voltage[0][inside], voltage[1][inside]
         seen = tuple(each.within(origin, start_s, end_s) for each in seen)
-    begins_s = float(voltage[0][0] if voltage is not None else seen[0].time_s[0])
-    ends_s = max(float(each.time_s[-1]) for each in seen)
-    lasts_s = (window_s[1] if window_s else ends_s) - begins_s
+    time_s, voltage_v = voltage or (seen[0].time_s[:1], np.zeros(1))
+    ends_s = window_s[1] if window_s else max(float(each.time_s[-1]) for each in seen)
+    lasts_s = ends_s - float(time_s[0])
     if lasts_s > LONGEST_S:
         limit = f'above {LONGEST_S:g} s, the longest simulated in full'
         hint = f'choose a window of at most {LONGEST_S - LEAD_S:g} s, some waves: --window 0.3s@2s'
@@ -294,19 +259,16 @@ def experiment_over_time(
         raise RecordingError(origin, f'has only noise in its {still[0].quantity}', hint)
     notes = tuple(f'{origin}: {each.quantity} is only noise and is left out' for each in still)
     seen = tuple(each for each in seen if each not in still)
-    time_s, voltage_v = voltage or (seen[0].time_s[:1], np.zeros(1))
-    asked = NOTHING_ASKED
-    if asked_for is not None and voltage is not None and commands is None:
-        asked = asked_for(voltage, window_s[1] if window_s else ends_s)
-    drive = asked.voltage or (
-        _recognised(time_s, voltage_v, stand.updated(dict(settings)))
-        if commands is None
-        else _of_commands(commands)
-    )
-    begins_s = drive.begins_s if commands is None else float(time_s[0])
+    asked, begins_s = Commanded(), float(time_s[0])
+    if commands is not None:
+        drive = _of_commands(commands)
+    else:
+        asked = asked_for((time_s, voltage_v), ends_s) if asked_for else asked
+        with_settings = stand.updated(dict(settings))
+        drive = asked.voltage or _recognised(time_s, voltage_v, with_settings)
+        begins_s = drive.begins_s
     own = {**settings, **asked.settings}
-    if preload_n is not None:
-        own['stand.preload'] = preload_n
+    own |= {} if preload_n is None else {'stand.preload': preload_n}
     if not settings and not any(each.quantity == 'force_n' for each in seen):
         own |= WITHOUT_CELL
     if 'stand.preload' not in own and isinstance(stand.stand.preload, ReplaceableDefault):
@@ -316,8 +278,8 @@ def experiment_over_time(
     if is_cut and any(each.quantity == 'force_n' for each in seen):
         text = f'the run begins {1e3 * LEAD_S:g} ms before the window, at rest'
         notes += (f'{origin}: {text}, without the force of earlier steps',)
-    late = tuple(replace(each, time_s=each.time_s - begins_s) for each in seen)
-    one = Experiment(origin, own, drive, late, asked.load_n + options.load_n, notes)
+    seen = tuple(replace(each, time_s=each.time_s - begins_s) for each in seen)
+    one = Experiment(origin, own, drive, seen, asked.load_n + options.load_n, notes)
     if window_s is not None:
         one = one.within(*(each_s - begins_s for each_s in window_s))
     if stand.updated(own).load_cell.contact == 'absent' and one.seen[0].quantity == 'position_m':

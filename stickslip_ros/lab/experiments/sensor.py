@@ -15,10 +15,6 @@ from stickslip_ros.lab.waveform.monitor import GAUSSIAN
 OUTLIERS = 6.0
 """Robust standard deviations beyond which a value is an outlier: 2 of 1e9 of normal noise are."""
 _NEIGHBOURS = 3  # on either side, with which a sample is compared
-
-NOISE_FACTOR = GAUSSIAN / math.sqrt(6.0)
-"""Standard deviation of noise per median of its absolute second differences."""
-_WHITE_CORRELATION = -2.0 / 3.0  # of neighbouring second differences of white noise
 _SAME = 1e-12  # share of the largest reading by which equal readings may differ
 _FINEST = 1e-6  # least rounding, as a share of the range of the readings
 _ROUNDING = 1.0 / math.sqrt(12.0)
@@ -64,7 +60,7 @@ def keeps_noise(values: Array, share: float, rounding: float = 0.0) -> bool:
         return False
     correlation = float((sums - differences) / (sums + differences))
     behind = (share**2 - 3.0 * share + 4.0) / (2.0 * share - 6.0)
-    return correlation > 0.5 * (_WHITE_CORRELATION + behind)
+    return correlation > 0.5 * (-2.0 / 3.0 + behind)
 
 
 def noise_of(values: Array, keeps: float = 0.0, rounding: float = 0.0) -> float:
@@ -75,12 +71,12 @@ def noise_of(values: Array, keeps: float = 0.0, rounding: float = 0.0) -> float:
     ``rounding`` is that of the readings of which the values are residuals; 0: of the values.
 
     """
-    if len(values) < 5:
+    if len(values) < 3:
         return 0.0
     rounding = rounding or rounding_of(values)
-    white = NOISE_FACTOR * _middle_size(np.diff(values, 2), rounding)
-    of_white = math.sqrt(6.0 / (6.0 - 8.0 * keeps + 2.0 * keeps**2))
-    return max(of_white * white, rounding)
+    variance = 6.0 - 8.0 * keeps + 2.0 * keeps**2  # of second differences, per that of the noise
+    size = GAUSSIAN * _middle_size(np.diff(values, 2), rounding)
+    return max(size / math.sqrt(variance), rounding)
 
 
 def _middle_size(changes: Array, rounding: float) -> float:
@@ -121,8 +117,7 @@ def lone_outliers(values: ArrayLike, outliers: float = OUTLIERS) -> NDArray[np.b
     y = np.asarray(values, np.float64)
     padded = np.pad(y, _NEIGHBOURS, mode='reflect')
     windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * _NEIGHBOURS + 1)
-    neighbours = np.sort(np.delete(windows, _NEIGHBOURS, axis=1), axis=1)
-    low, high = neighbours[:, 1], neighbours[:, -2]
+    low, *_, high = np.sort(np.delete(windows, _NEIGHBOURS, axis=1), axis=1)[:, 1:-1].T
     noise = GAUSSIAN * float(np.median(np.abs(y - np.median(windows, axis=1))))
     beyond = np.maximum(y - high, low - y)
     return np.asarray(beyond > outliers * np.maximum(noise, high - low))

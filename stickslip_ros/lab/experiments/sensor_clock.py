@@ -1,8 +1,14 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Delay of a sensor's clock, by the falls of the voltage, and its low-pass, by a model."""
+"""
+The delay of a sensor's clock, by the falls of the voltage, and its low-pass, by a model.
 
+Positions of a sensor that is at its limit, or that wraps around, are refused.
+
+"""
+
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -11,11 +17,15 @@ import numpy as np
 from scipy.stats import chi2
 
 from stickslip_ros.arrays import Array
+from stickslip_ros.errors import RecordingError
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
 from stickslip_ros.lab.experiments.predict import predict
+from stickslip_ros.lab.experiments.sensor import lone_outliers, rounding_of
 from stickslip_ros.parameters import Parameters
 
-LATE_MAX_S = 0.05  # largest delay that is searched
+LEAD_S = 0.05
+"""Time that is run before a window, from rest, as contacts forget their start in a few steps; and
+largest delay of a clock that is searched."""
 FALL_S, FALL_V = 5e-5, 1.0
 """Longest duration of a fall or a fast rise, and its least height."""
 RUNG_S, RUNG_MIN = 1.6e-4, 5
@@ -31,12 +41,15 @@ a window there may be more falls than in it), and that do not come upon other fa
 period of the drive is no delay."""
 ALIKE_FALLS = 0.9  # share of the largest energy from which a shorter lag is preferred
 LATE_MIN_S = 1e-4  # smaller delays are left to the model
-_AROUND_S, _STEPS_S = 2e-4, (2e-5, 4e-6)
-"""Range of the search for a delay with a model, and its steps, coarse and fine."""
-_SLOW_S = (0.0, 4e-6, 8e-6, 1.6e-5, 3.2e-5, 6.4e-5, 1.28e-4, 2.56e-4, 5.12e-4)
+_STEPS_S = 2e-5, 4e-6  # of delays to try with a model: ten to either side, then around the best
+_SLOW_S = (0.0, *(4e-6 * 2.0 ** np.arange(8)).tolist())
 """Time constants of a sensor's low-pass to try with a model: 0 is none, 0.5 ms 310 Hz."""
 _SURELY_SLOW = 20.0
 """Least fall of the squared differences, per mean of one, for a low-pass."""
+_STILL_FALLS, _STILL_READINGS = 3, 8
+"""Falls of the voltage without a motion of a free runner, and readings for each."""
+_DIGITS_MIN = 4.0  # least stroke of the feet that must show, in last digits of the sensor
+_OTHERS = 0.125  # largest of the other changes, as a share of a jump by the range of a sensor
 
 
 class Lateness(NamedTuple):
@@ -68,22 +81,23 @@ def lateness_of(seen: Seen, voltage: Voltage) -> Lateness | None:
     seen = seen.averaged()  # second differences of faster readings show noise alone
     time_s, values = seen.time_s, seen.values
     falls_s, heights = falls_of(voltage)
-    sample_s = float(np.median(np.diff(time_s)))
-    if not len(falls_s) or len(values) < 16:
+    sample_s = seen.apart_s
+    if not len(falls_s) or len(values) < 3 * RUNG_MIN:
         return None
-    ways = np.sign(heights)
     even_s = np.arange(time_s[0], time_s[-1], sample_s)
     jerk = np.diff(np.interp(even_s, time_s, values), 2, prepend=values[0], append=values[-1])
     jerk -= jerk.mean()
-    lags = np.arange(-round(LATE_MAX_S / sample_s), round(LATE_MAX_S / sample_s) + 1)
+    most = round(LEAD_S / sample_s)
+    lags = np.arange(-most, most + 1)
     places = np.round((falls_s - even_s[0]) / sample_s).astype(np.intp)
-    found = places + lags[:, np.newaxis]
+    found = np.add.outer(lags, places)
     inside = (found >= 0) & (found < len(jerk))
-    sums = np.where(inside, ways * jerk[np.clip(found, 0, len(jerk) - 1)], 0.0).sum(axis=1)
+    jerks = np.sign(heights) * jerk[np.clip(found, 0, len(jerk) - 1)]
+    sums = np.where(inside, jerks, 0.0).sum(axis=1)
     counts = inside.sum(axis=1)  # more falls lie within the readings at some lags than at others
-    seen_on_time = int(counts[len(lags) // 2]) or int(counts.max())
+    seen_on_time = counts[most] or counts.max()
     sums[counts < ENOUGH_FALLS * seen_on_time] = 0.0
-    variances = np.maximum(counts, 1) * max(float(np.mean(jerk**2)), 1e-300)
+    variances = np.maximum(counts, 1) * (np.mean(jerk**2) or 1.0)
     after = max(round(RUNG_S / sample_s), 1)
     energy = np.convolve(sums**2 / variances, np.ones(after))[after - 1 :]
     around = max(round(LATE_MIN_S / sample_s), 1)
@@ -127,17 +141,72 @@ def sensor_near(
         [[model]] = predict(stand, [one])
         return float(np.sum(np.diff(model.values - seen.values) ** 2))
 
-    best = dict[float, tuple[float, float]]()  # misses and latenesses
-    for as_slow_s in slow_s:
-        middles_s, around_s = {rough_s, 0.0}, _AROUND_S
+    def best(as_slow_s: float) -> tuple[float, float]:
+        middles_s, ends = {rough_s, 0.0}, list[tuple[float, float]]()
         for step_s in _STEPS_S:
-            most = round(around_s / step_s)
-            steps_s = step_s * np.arange(-most, most + 1)
-            tried_s = np.add.outer(sorted(middles_s), steps_s).ravel().tolist()
-            best[as_slow_s] = min((missed(each_s, as_slow_s), each_s) for each_s in tried_s)
-            middles_s, around_s = {best[as_slow_s][1]}, step_s
-    found_s = min(best, key=lambda each_s: best[each_s])
-    least, at_once = best[found_s][0], best[0.0][0]
+            tried_s = np.add.outer(sorted(middles_s), step_s * np.arange(-10, 11)).ravel().tolist()
+            ends.append(min((missed(each_s, as_slow_s), each_s) for each_s in tried_s))
+            middles_s = {ends[-1][1]}
+        return ends[-1]
+
+    found = {each_s: best(each_s) for each_s in slow_s}
+    found_s = min(found, key=lambda each_s: found[each_s])
+    least, at_once = found[found_s][0], found[0.0][0]
     if at_once - least < _SURELY_SLOW * least / len(seen.values):
         found_s = 0.0
-    return best[found_s][1], found_s
+    return found[found_s][1], found_s
+
+
+def check_limits(
+    origin: str, seen: Seen, drive: Voltage, begins_s: float, gain_m_per_v: float
+) -> None:
+    """
+    Refuse the position of a free runner that stays exactly constant, or jumps back by a period.
+
+    Each ramp carries a free runner along, whatever the stand: it cannot rest while the voltage
+    falls repeatedly. A sensor that wraps around jumps rarely, by its whole range. Raises
+    RecordingError in plain cases only; the checks of a fit find the others.
+
+    """
+    seen = seen.without(lone_outliers(seen.values))
+    still = _still(seen, drive, gain_m_per_v)
+    if still is not None:
+        falls, first, last = still
+        problem = (
+            f'has a {seen.quantity} of exactly {seen.values[first]:.6g} m over {falls} falls of '
+            f'the voltage, {begins_s + seen.time_s[first]:.6g} to '
+            f'{begins_s + seen.time_s[last]:.6g} s: its sensor is at a limit, or has stopped'
+        )
+        hint = 'choose a window without these: --window LENGTH@START'
+        raise RecordingError(origin, problem, hint)
+    steps_m = np.diff(seen.values)
+    period_m = float(np.abs(steps_m).max())
+    jumps = np.where(np.abs(steps_m) > 0.5 * period_m, np.sign(steps_m), 0.0)
+    others_m = float(np.abs(steps_m[jumps == 0.0]).max(initial=0.0))
+    count, is_within = np.count_nonzero(jumps), np.ptp(seen.values) < period_m + 2.0 * others_m
+    # a runner that the feet carry to and fro jumps at each fall
+    is_rare = count <= ENOUGH_FALLS * len(falls_of(drive)[0])
+    turns = float(np.ptp(np.cumsum([0.0, *jumps])))
+    if others_m < _OTHERS * period_m and is_within and is_rare and turns > 1.0:
+        problem = f'has a {seen.quantity} that jumps {count} times by about {period_m:.4g} m'
+        hint = 'its sensor wraps around: unwrap it, as numpy.unwrap does with a period'
+        raise RecordingError(origin, problem, hint)
+
+
+def _still(seen: Seen, drive: Voltage, gain_m_per_v: float) -> tuple[int, int, int] | None:
+    """Return falls, first and last reading of the longest rest, if no free runner rests so."""
+    time_s, place_m = seen.time_s, seen.values
+    changes = np.flatnonzero(np.diff(place_m))
+    starts, ends = np.append(0, changes + 1), np.append(changes, len(place_m) - 1)
+    longest = int(np.argmax(time_s[ends] - time_s[starts]))
+    first, last = int(starts[longest]), int(ends[longest])
+    moves = slice(first) if first > len(place_m) - last else slice(last, None)
+    late = lateness_of(replace(seen, values=place_m[moves], time_s=time_s[moves]), drive)
+    falls_s, heights_v = falls_of(drive)
+    falls_s = falls_s + (late.late_s if late is not None and late.is_clear else 0.0)
+    digit_m = math.sqrt(12.0) * rounding_of(place_m)
+    is_large = np.abs(heights_v) * gain_m_per_v >= _DIGITS_MIN * digit_m
+    is_over = (falls_s > time_s[first]) & (falls_s < time_s[last])
+    falls = np.count_nonzero(is_large & is_over)
+    is_still = falls >= _STILL_FALLS and last - first >= _STILL_READINGS * falls
+    return (falls, first, last) if is_still else None

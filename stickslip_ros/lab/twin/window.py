@@ -18,7 +18,7 @@ import numpy as np
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.interface.requests import INT32_MAX
-from stickslip_ros.lab.experiments.reading import LEAD_S
+from stickslip_ros.lab.experiments.sensor_clock import LEAD_S
 from stickslip_ros.parameters import to_nanoseconds
 from stickslip_ros.units import NANO, NS_PER_S
 

@@ -15,8 +15,7 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.comparison.compare import CompareOptions, compare
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, VoltageStep
-from stickslip_ros.lab.experiments.predict import predict
-from stickslip_ros.lab.experiments.ring_down import ring_down
+from stickslip_ros.lab.experiments.predict import predict, ring_down
 from stickslip_ros.lab.fitting.fit import FitOptions, fit
 from stickslip_ros.lab.fitting.plan import plan
 from stickslip_ros.lab.fitting.report import as_object

@@ -18,9 +18,9 @@ from stickslip_ros.lab.comparison.compare import CompareOptions, compare
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
 from stickslip_ros.lab.experiments.options import ReadingOptions
 from stickslip_ros.lab.experiments.predict import predict
-from stickslip_ros.lab.experiments.reading import LEAD_S, read_experiments
+from stickslip_ros.lab.experiments.reading import read_experiments
 from stickslip_ros.lab.experiments.sensor import noise_of
-from stickslip_ros.lab.experiments.sensor_clock import lateness_of
+from stickslip_ros.lab.experiments.sensor_clock import LEAD_S, lateness_of
 from stickslip_ros.lab.fitting.fit import FitOptions, fit
 from stickslip_ros.lab.fitting.free import choose_free
 from stickslip_ros.lab.fitting.problem import pose
