@@ -31,6 +31,7 @@ _FIRST_LOOKS = 3  # looks of the baseline
 _TRUST = 4.0  # weight of the stated errors, in looks, against their scatter
 _DAY_S = 86400.0
 _LEFT_CHANCE = 1e-4  # largest chance of what a change of one parameter leaves
+_LEFT_SHARE = 0.05  # least share of T that a large change of one parameter does not leave
 ELSE = -1
 """What has changed if it is no single parameter."""
 
@@ -103,7 +104,8 @@ class Watch:
             return None
         scores, whole, factor = self.scores(look)
         worst, before, others = int(np.argmax(scores)), self._suspect, len(scores) - 1
-        if others and whole - scores[worst] > chi2.isf(_LEFT_CHANCE, others):
+        most = max(chi2.isf(_LEFT_CHANCE, max(others, 1)), _LEFT_SHARE * scores[worst])
+        if others and whole - scores[worst] > most:
             worst = ELSE
         self._suspect = worst if scores.max() > self.limit(len(scores)) else None
         if self._suspect is None:

@@ -64,6 +64,15 @@ def test_a_change_of_no_single_parameter_is_told_as_something_else():
     assert found == [None, ELSE]
 
 
+def test_a_large_change_is_named_though_others_are_fitted_a_little_off():
+    watch = Watch(PERIOD_S, 1.0)
+    for _ in range(3):
+        watch.changed(LookEstimate(np.zeros(3), COVARIANCE))
+    step = np.sqrt(np.diag(COVARIANCE)) * np.array([-7.0, 100.0, 5.0])
+    found = [watch.changed(LookEstimate(step, COVARIANCE)) for _ in range(2)]
+    assert found == [None, 1]
+
+
 def test_one_look_that_is_off_raises_nothing():
     watch = Watch(PERIOD_S, 1.0)
     for place in (0.0, 0.0, 0.0, 1.0, 0.0, 0.0):
