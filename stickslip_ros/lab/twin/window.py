@@ -91,6 +91,7 @@ class Windows:
         self._values: dict[str, list[float]] = {name: [] for name in self._stamps}
         self.quantities = set(self._stamps)
         self._newest = dict.fromkeys(self._stamps, -1)
+        self._came = dict[str, int]()  # last stamp of each quantity, whether kept or not
         self._last_ns = self._start_ns = self._oldest_ns = -1
 
     def add(self, quantity: str, stamps_ns: Sequence[int], values: Sequence[float]) -> str:
@@ -107,14 +108,17 @@ class Windows:
         return self._keep(quantity, stamps_ns, values) if stamps_ns else ''
 
     def _keep(self, quantity: str, stamps_ns: Sequence[int], values: Sequence[float]) -> str:
-        first_ns = stamps_ns[0]
+        first_ns, before_ns = stamps_ns[0], self._came.get(quantity, -1)
+        self._came[quantity] = stamps_ns[-1]
+        pauses = first_ns > self._last_ns + _PAUSE_S / NANO
+        restarts = first_ns < self._last_ns - _SET_BACK_S / NANO
         if self._last_ns < 0:
             self._begin(first_ns)
-        elif first_ns > self._last_ns + _PAUSE_S / NANO:
-            self.pauses += 1
-            self._begin(first_ns)
-        elif first_ns < self._last_ns - _SET_BACK_S / NANO:
-            self.restarts += 1
+        elif pauses or restarts:
+            if before_ns >= 0 and abs(first_ns - before_ns) < _PAUSE_S / NANO:  # its clock goes on
+                off_s = (first_ns - self._last_ns) * NANO
+                return f'{quantity} is {off_s:+.3g} s off the other stamps; set their clocks alike'
+            self.pauses, self.restarts = self.pauses + pauses, self.restarts + restarts
             self._begin(first_ns)
         if first_ns < self._oldest_ns:
             place = int(np.searchsorted(stamps_ns, self._oldest_ns))

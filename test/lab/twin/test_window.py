@@ -49,6 +49,22 @@ def test_messages_in_another_order_and_twice_give_the_same_windows():
     assert windows.reordered > 0
 
 
+@pytest.mark.parametrize('apart_s', [1.5, 5.0, -5.0])
+def test_clocks_that_are_apart_are_told_and_the_first_to_begin_anew_has_windows(apart_s: float):
+    windows = Windows(NAMES, 0.2, 0.05)
+    found, told = list[Window](), list[str]()
+    for stamp_ns in even(10.0, 12.0).tolist():
+        told.append(windows.add('voltage_v', (stamp_ns,), (0.0,)))
+        told.append(windows.add('position_m', (stamp_ns + round(apart_s * NS),), (0.0,)))
+        found += windows.complete()
+    assert len(found) > 5
+    assert windows.pauses + windows.restarts == 1
+    said = f'voltage_v is {-apart_s:+.2g} s off the other stamps; set their clocks alike'
+    assert told == ['', '', *[said, ''] * 1999]
+    both = [*fed(windows, even(30.0, 31.0)), *fed(windows, even(2.0, 3.0))]
+    assert {len(time_s) for each in both for time_s, _ in each.samples.values()} == {250}
+
+
 def test_a_window_waits_for_a_quantity_that_lags_and_then_goes_without():
     windows = Windows(NAMES, 0.2, 0.05)
     for stamp_ns in even(0.0, 0.5).tolist():
