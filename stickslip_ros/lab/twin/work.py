@@ -160,6 +160,8 @@ class Work:
             return
         except StickSlipError as error:
             self._tell(f'no fit: {error}')
+            none = np.empty(0)
+            self.health = Health(look.window.end_ns, (), none, none, np.nan, f'no fit: {error}')
         except Exception:  # noqa: BLE001 - no caller waits
             self._tell(f'a fit has failed:\n{traceback.format_exc()}')
 
@@ -174,7 +176,8 @@ class Work:
                 residual = _thinned(stamps_ns, each.rig - each.twin)
                 messages += _packed('twin/residual', kind, *residual)
         labels = ['t[s]', 'steps', 'rig[m]', 'twin[m]', 'residual_rms[m]']
-        row = [look.window.end_ns / NS_PER_S, *look[3:], look.shown[0].rms]
+        step_m = look.step_rig_m, look.step_twin_m
+        row = [look.window.end_ns / NS_PER_S, look.steps, *step_m, look.shown[0].rms]
         messages.append(('twin/steps', look.window.end_ns, _row('window', labels, row)))
         for key, _, message in messages:
             self._publish(key, message)

@@ -10,6 +10,7 @@ from threading import Event
 import numpy as np
 import pytest
 
+from stickslip_ros.errors import StickSlipError
 from stickslip_ros.interface.cdr import unpack
 from stickslip_ros.interface.messages import ArrayMessage
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
@@ -79,6 +80,21 @@ def test_a_recording_of_the_twin_holds_every_reading_and_opens(tmp_path: Path, s
     assert recorded_stand(recording).flat() == stand.flat()
     assert recorded_commands(recording) == []
     assert set(recording.trace('/left/twin/steps')['steps'].value) <= {23.0, 24.0}
+
+
+def test_a_fit_that_fails_is_the_health_of_the_rig(monkeypatch: pytest.MonkeyPatch):
+    told = list[str]()
+    work = Work(Parameters().updated(STAND), SETTINGS, lambda *_: None, told.append)
+
+    def fail(*_: object) -> None:
+        raise StickSlipError('a stand cannot follow')
+
+    monkeypatch.setattr(Twin, 'fit', fail)
+    for window in windows(1, 0.0):
+        work.put(window)
+    work.close()
+    assert work.health is not None
+    assert told == [work.health.words] == ['no fit: a stand cannot follow']
 
 
 def test_where_windows_wait_a_fit_is_left_out_rather_than_a_window(
