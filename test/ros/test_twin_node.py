@@ -153,32 +153,61 @@ def motion(friction: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return time_s, np.interp(time_s, *rows.T), found.values
 
 
+def play_on(operator: Operator) -> Callable[..., None]:
+    """Give a function that publishes a fifth of a second of a rig, with some messages lost."""
+    both = [
+        operator.node.create_publisher(PointStamped, f'/rig/{name}', 10_000)
+        for name in ('amplifier', 'encoder')
+    ]
+    _, encoder = both
+    operator.spin_until(lambda: all(x.get_subscription_count() for x in both), 'a twin')
+    rng = np.random.default_rng(1)
+
+    def run(start_s: int, rows: tuple[np.ndarray, ...], late_s: float = 0.0) -> None:
+        for time_s, *values in zip(*rows, strict=True):
+            for publisher, value in zip(both, values, strict=True):
+                message = PointStamped()
+                stamp_s = start_s + time_s + (late_s if publisher is encoder else 0.0)
+                second, part = divmod(stamp_s, 1.0)
+                message.header.stamp.sec, message.header.stamp.nanosec = (
+                    int(second),
+                    int(1e9 * part),
+                )
+                noise_m = rng.normal(0.0, NOISE_M)
+                message.point.x = 1e9 * (value + noise_m) if publisher is encoder else value
+                if rng.random() < KEPT:
+                    publisher.publish(message)
+
+    return run
+
+
+@pytest.mark.slow  # 10 s of windows in real time
+def test_a_rig_whose_encoder_has_a_clock_that_moves_is_told_so(
+    operator: Operator, start_twin: Callable
+):
+    listener = Listener(operator, start_twin(operator, {'twin.map': MAP}))
+    run, rows = play_on(operator), motion(0.3)
+    for number, late_s in enumerate((0.0, 0.0, 0.0, 3e-4, 3e-4), 1):
+        run(10 * number - 3, rows, late_s)
+        listener.wait_for_fits(number)
+    listener.wait_for('health', lambda said: said.level == DiagnosticStatus.WARN)
+    assert listener.said['health'].message.startswith('the clock of position_m is +0.3 ms late')
+
+
+def test_topics_whose_clocks_are_far_apart_are_told(operator: Operator, start_twin: Callable):
+    listener = Listener(operator, start_twin(operator, {'twin.map': MAP}))
+    play_on(operator)(7, tuple(each[:200] for each in motion(0.3)), late_s=5.0)
+    told = 'voltage_v is -5 s off the other stamps; set their clocks alike'
+    listener.wait_for('rig', lambda said: numbers_of(said)['last_refused'].endswith(told))
+
+
 @pytest.mark.slow  # 16 s of windows in real time
 def test_a_rig_of_topics_that_pauses_and_begins_anew_has_a_twin_that_finds_what_has_changed(
     operator: Operator, start_twin: Callable
 ):
     settings = {'twin.map': MAP}
     listener = Listener(operator, start_twin(operator, settings))
-    rig = operator.node
-    amplifier, encoder = (
-        rig.create_publisher(PointStamped, f'/rig/{name}', 10_000)
-        for name in ('amplifier', 'encoder')
-    )
-    both = amplifier, encoder
-    operator.spin_until(lambda: all(x.get_subscription_count() for x in both), 'a twin')
-    rng, before, after = np.random.default_rng(1), motion(0.3), motion(0.24)
-
-    def run(start_s: int, rows: tuple[np.ndarray, ...]) -> None:
-        """Publish a fifth of a second of the rig, of which some messages are lost."""
-        for time_s, *values in zip(*rows, strict=True):
-            for publisher, value in zip(both, values, strict=True):
-                message = PointStamped()
-                message.header.stamp.sec, message.header.stamp.nanosec = start_s, int(1e9 * time_s)
-                noise_m = rng.normal(0.0, NOISE_M)
-                message.point.x = 1e9 * (value + noise_m) if publisher is encoder else value
-                if rng.random() < KEPT:
-                    publisher.publish(message)
-
+    run, before, after = play_on(operator), motion(0.3), motion(0.24)
     bursts = (7, before), (17, before), (27, before), (37, after), (47, after)
     for number, burst in enumerate(bursts, 1):
         run(*burst)

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from stickslip_ros.arrays import Array
+from stickslip_ros.lab.experiments.sensor_clock import LATE_MIN_S
 from stickslip_ros.lab.fitting.report import Fit
 from stickslip_ros.lab.fitting.result import FitResult
 from stickslip_ros.lab.twin.settings import TwinParameters
@@ -16,11 +17,11 @@ from stickslip_ros.lab.twin.twin import Look, Twin
 from stickslip_ros.lab.twin.watch import ELSE, LookEstimate, Watch
 
 _CAUSES = {
-    'contact.friction': 'dirt, moisture or wear',
+    'contact.friction': 'dirt, moisture or wear; a constant load, as of a tilted rail, acts alike',
     'contact.prefactor': 'wear, or another surface',
     'runner.mass': 'something was put on the runner, or taken off',
     'runner.damping': 'something touches the runner',
-    'actuator.gain': 'the piezo or its amplifier',
+    'actuator.gain': 'the piezo or its amplifier, of all feet or of one',
 }
 """Usual causes of a changed parameter."""
 _SOMETHING_ELSE = (
@@ -55,6 +56,8 @@ class Doctor:
         self._watch = Watch(settings.period, settings.alarms_per_day)
         self._first: list[Array] = []  # values and errors at the start
         self._chi_at_start, self._was_odd = 0.0, False
+        self._first_late_s: list[float] = []
+        self._was_late = False
 
     def examine(self, look: Look) -> Health:
         """Return the health in a window; StickSlipError if it cannot be fitted."""
@@ -71,6 +74,7 @@ class Doctor:
         words = _misfit_text(fit) if _chi(fit) > _limit(fit) else ''
         if not self._watch.has_begun:
             self._first.append(np.array((values, errors)))
+            self._first_late_s.append(look.late_s)
             self._chi_at_start = max(self._chi_at_start, _chi(fit))
         if not self._watch.has_begun or _chi(fit) <= self._largest_chi(fit):
             changed = self._watch.changed(_estimate_of(fit))
@@ -82,7 +86,18 @@ class Doctor:
                 numbers = (values[changed], errors[changed], *was)
                 words = '; '.join(filter(None, [_change_text(name, *map(float, numbers)), words]))
             self._twin.follow(fit)
+        words = '; '.join(filter(None, [self._clock_text(look), words]))
         return Health(look.window.end_ns, names, values, errors, _chi(fit), words)
+
+    def _clock_text(self, look: Look) -> str:
+        """Return what is said of a clock that has moved since the start, in two windows."""
+        away_s = look.late_s - float(np.median(self._first_late_s))
+        is_late = abs(away_s) > LATE_MIN_S + float(np.ptp(self._first_late_s))
+        was_late, self._was_late = self._was_late, is_late
+        if not (is_late and was_late):
+            return ''
+        text = f'the clock of {look.shown[0].quantity} is {1e3 * away_s:+.2g} ms late against that'
+        return f'{text} at the start, or by periods of the drive more or less'
 
     def _largest_chi(self, fit: FitResult) -> float:
         """Return the largest chi-square per reading at which changes are reported."""
@@ -116,7 +131,7 @@ def _limit(fit: FitResult) -> float:
 def _misfit_text(fit: FitResult) -> str:
     text = f'the model does not explain the motion: chi-square per reading is {_chi(fit):.3g}'
     if not fit.missing:
-        return f'{text}, and no parameter that was tried would lower it'
+        return f'{text}, and no parameter that was tried would lower it: check clocks and sensor'
     worst = fit.missing[0]
     return f'{text}, with {worst.name} free {worst.expected / fit.readings:.3g}'
 

@@ -19,24 +19,28 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.experiments.experiment import OF_TRACES, Experiment, Seen, Voltage
 from stickslip_ros.lab.experiments.options import ReadingOptions
-from stickslip_ros.lab.experiments.predict import predict
+from stickslip_ros.lab.experiments.predict import SAMPLE_S, predict
 from stickslip_ros.lab.experiments.reading import (
     MOVES_MIN,
     experiment_over_time,
     without_outliers,
 )
 from stickslip_ros.lab.experiments.sensor import KnownSensor, noise_of
+from stickslip_ros.lab.experiments.sensor_clock import LATE_MAX_S, LATE_MIN_S
 from stickslip_ros.lab.fitting.fit import FitOptions, fit_experiments
 from stickslip_ros.lab.fitting.free import FROM_ZERO, choose_free
 from stickslip_ros.lab.fitting.metric import metric_of, waves_of
 from stickslip_ros.lab.fitting.problem import FINEST
 from stickslip_ros.lab.fitting.report import Fit
+from stickslip_ros.lab.fitting.search import SURELY
 from stickslip_ros.lab.twin.settings import TwinParameters
 from stickslip_ros.lab.twin.window import Window
 from stickslip_ros.parameters import Parameters, to_nanoseconds
 
 _FITTED_MOST = 3000  # readings of a window used in a fit, the first ones; more add little
 _SAMPLES_MIN = 32  # fewest readings per window; with fewer, the quantity is ignored
+_REACHED = 0.9  # least share of a window that the voltage covers
+_LAG_S, _LAGS = 2e-5, 250  # steps of the search for a delay, and their number on either side
 
 
 class RigAtRest(StickSlipError):
@@ -66,6 +70,7 @@ class Look(NamedTuple):
     steps: int  # whole cycles that end in a fall
     step_rig_m: float  # mean motion per cycle; NaN without cycles
     step_twin_m: float
+    late_s: float  # delay of the clock of the first quantity, followed from window to window
 
 
 class Twin:
@@ -83,17 +88,23 @@ class Twin:
         self._options = ReadingOptions(window_s=(0.0, settings.window))
         self._sensor = KnownSensor()  # of the first quantity
         self._noise: float | None = None
+        self._late_s = 0.0  # of the last window
         self._due_ns: int | None = None
 
     def look(self, window: Window) -> Look:
         """Return rig and twin in a window; RigAtRest without input, else StickSlipError."""
         experiment = self.experiment(window)
-        first, *others = experiment.sensed(late_s=self._sensor.late_s).seen
+        self._late_s = late_s = self._lateness(experiment)
+        if abs(late_s) > LATE_MIN_S:
+            experiment = experiment.sensed(late_s=late_s)
+        if abs(late_s - self._sensor.late_s) < LATE_MIN_S:
+            late_s = self._sensor.late_s  # that of a fit is finer
+        first, *others = experiment.sensed(late_s=late_s).seen
         seen = (first.sensed(slow_s=self._sensor.slow_s), *others)
         there = replace(experiment, seen=seen)
         [found] = predict(self.stand, [there])
         assert isinstance(there.drive, Voltage)
-        late = np.array((self._sensor.late_s, 0.0))
+        late = np.array((late_s, 0.0))
         waves = waves_of(there.drive.rows + late)
         begins_s, shown = there.drive.begins_s, list[ComparedQuantity]()
         for each, model in zip(seen, found, strict=True):
@@ -107,19 +118,36 @@ class Twin:
         ends_s = ((start_s, start_s + length_s) for start_s, length_s in starts_s)
         whole = [each for each in ends_s if each[0] >= 0.0 and each[1] <= self.settings.window]
         if not whole or shown[0].quantity != 'position_m':
-            return Look(window, experiment, tuple(shown), 0, math.nan, math.nan)
+            return Look(window, experiment, tuple(shown), 0, math.nan, math.nan, self._late_s)
         rig_m, twin_m = (
             float(np.mean(np.diff(np.interp(whole, shown[0].time_s, each))))
             for each in (shown[0].rig, shown[0].twin)
         )
-        return Look(window, experiment, tuple(shown), len(whole), rig_m, twin_m)
+        return Look(window, experiment, tuple(shown), len(whole), rig_m, twin_m, self._late_s)
+
+    def _lateness(self, one: Experiment) -> float:
+        """Return the delay, s, next to the last one of those with which the stand moves alike."""
+        first = one.seen[0]
+        time_s, reach_s = first.time_s, min(_LAG_S * _LAGS, 0.25 * float(np.ptp(first.time_s)))
+        even_s = np.arange(0.0, time_s[-1], SAMPLE_S)
+        even = Seen(first.quantity, even_s, even_s)
+        [[model]] = predict(self.stand, [replace(one, seen=(even,))])
+        inside = np.flatnonzero((time_s > time_s[0] + reach_s) & (time_s < time_s[-1] - reach_s))
+        time_s, values = (each[inside[:_FITTED_MOST]] for each in (time_s, first.values))
+        lags_s = _LAG_S * np.arange(-_LAGS, _LAGS + 1) + self._late_s
+        lags_s = lags_s[np.abs(lags_s) < LATE_MAX_S]
+        moved = (np.interp(time_s - lag_s, even_s, model.values) for lag_s in lags_s)
+        missed = np.array([np.sum(np.diff(each - values) ** 2) for each in moved])
+        alike_s = lags_s[missed <= SURELY * missed.min() + len(values) * first.noise**2]
+        return float(alike_s[np.argmin(np.abs(alike_s - self._late_s))])
 
     def experiment(self, window: Window) -> Experiment:
         """Return a window as an experiment; errors as in ``look``."""
         time_s, voltage_v = window.samples['voltage_v']
-        if len(voltage_v) < _SAMPLES_MIN:
-            hint = 'check the topic for lost messages, or raise twin.lag'
-            raise StickSlipError(f'no voltage arrived; {hint}')
+        hint = 'check the topic for lost messages, set its clock, or raise twin.lag'
+        is_short = time_s[-1:] < _REACHED * self.settings.window
+        if len(voltage_v) < _SAMPLES_MIN or is_short:
+            raise StickSlipError(f'no voltage arrived, or not up to the end of a window; {hint}')
         if np.std(voltage_v) <= MOVES_MIN * noise_of(voltage_v):
             raise RigAtRest('nothing drives the rig')
         drift = {'force_n': math.inf}
@@ -132,8 +160,10 @@ class Twin:
             )
             for name in OF_TRACES
             for times_s, values in [window.samples.get(name, (np.empty(0), np.empty(0)))]
-            if len(times_s) >= _SAMPLES_MIN
+            if np.count_nonzero(times_s >= 0.0) >= _SAMPLES_MIN
         )
+        if not seen:
+            raise StickSlipError(f'no readings arrived, or fewer than {_SAMPLES_MIN}; {hint}')
         name, drive = f'rig at {window.start_ns * 1e-9:.3f} s', (time_s, voltage_v)
         one = experiment_over_time(name, drive, seen, self.stand, None, self._options, {})
         return without_outliers(one, FitOptions().outliers)

@@ -14,6 +14,7 @@ import pytest
 sys.path.append(str(Path(__file__).parents[1] / 'fitting'))
 from spring_rig import Rig, voltage
 
+from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.lab.fitting.report import Fit
@@ -69,7 +70,7 @@ def test_the_twin_steps_as_the_rig_does_and_its_residual_is_noise():
     ('field', 'factor', 'name', 'cause'),
     [
         pytest.param('friction', 0.8, 'contact.friction', 'dirt, moisture or wear', marks=SLOW),
-        pytest.param('mass_kg', 1.1, 'runner.mass', 'put on the runner', marks=SLOW),
+        pytest.param('mass_kg', 1.2, 'runner.mass', 'put on the runner', marks=SLOW),
         ('gain_m_per_v', 0.97, 'actuator.gain', 'the piezo or its amplifier'),
     ],
 )
@@ -84,6 +85,54 @@ def test_what_changes_is_named_at_the_second_fit(
     place = found.names.index(name)
     true = factor * float(STAND.flat()[name])
     assert found.values[place] == pytest.approx(true, rel=0.0, abs=4.0 * found.errors[place])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ('change', 'name', 'cause'),
+    [
+        ({'load_n': 0.02}, 'contact.friction', 'a constant load, as of a tilted rail, acts alike'),
+        ({'gains': (0.7, *(1.0,) * 5)}, 'actuator.gain', 'of all feet or of one'),
+    ],
+)
+def test_a_change_that_acts_as_that_of_a_parameter_is_told_beside_it(
+    begun: tuple[Twin, Doctor], change: dict, name: str, cause: str
+):
+    twin, doctor = deepcopy(begun)
+    other = replace(Rig(), **change)
+    _, found = (doctor.examine(twin.look(seen(other, k))) for k in (3, 4))
+    assert found.words.startswith(name)
+    assert found.words.endswith(cause)
+
+
+@pytest.mark.parametrize('late_s', [3e-4, pytest.param(-3e-4, marks=SLOW)])
+def test_a_clock_that_has_moved_is_told_and_no_parameter_with_it(
+    begun: tuple[Twin, Doctor], late_s: float
+):
+    twin, doctor = deepcopy(begun)
+    other = replace(Rig(), late_s=late_s)
+    first, found = (doctor.examine(twin.look(seen(other, k))) for k in (3, 4))
+    assert first.words == ''
+    assert found.words.startswith(f'the clock of position_m is {1e3 * late_s:+.1g} ms late')
+    assert 'was' not in found.words  # as of a parameter
+
+
+def test_a_clock_that_drifts_is_followed_from_window_to_window():
+    twin, found_s = Twin(STAND, SETTINGS), list[float]()
+    for number in range(8):
+        window = seen(replace(Rig(), late_s=4e-4 * number), number)  # 1.4 periods in all
+        found_s.append(twin.look(window).late_s)
+    assert found_s == pytest.approx([4e-4 * number for number in range(8)], rel=0.0, abs=4e-5)
+
+
+@pytest.mark.parametrize('quantity', NAMES)
+def test_a_window_with_readings_only_before_it_or_a_part_of_the_voltage_is_refused(quantity: str):
+    window = seen(Rig(), 1)
+    time_s, values = window.samples[quantity]
+    early = time_s < (0.03 if quantity == 'voltage_v' else 0.0)
+    window.samples[quantity] = time_s[early], values[early]
+    with pytest.raises(StickSlipError, match='set its clock, or raise'):
+        Twin(STAND, SETTINGS).look(window)
 
 
 def test_another_preload_is_told_as_no_change_of_a_single_parameter(begun: tuple[Twin, Doctor]):
