@@ -41,6 +41,7 @@ _FITTED_MOST = 3000  # readings of a window used in a fit, the first ones; more 
 _SAMPLES_MIN = 32  # fewest readings per window; with fewer, the quantity is ignored
 _REACHED = 0.9  # least share of a window that the voltage covers
 _LAG_S, _LAGS = 2e-5, 250  # steps of the search for a delay, and their number on either side
+_COMPARED = 1000  # readings of a window that it compares, about
 
 
 class RigAtRest(StickSlipError):
@@ -94,19 +95,18 @@ class Twin:
     def look(self, window: Window) -> Look:
         """Return rig and twin in a window; RigAtRest without input, else StickSlipError."""
         experiment = self.experiment(window)
-        self._late_s = late_s = self._lateness(experiment)
-        if abs(late_s) > LATE_MIN_S:
-            experiment = experiment.sensed(late_s=late_s)
-        if abs(late_s - self._sensor.late_s) < LATE_MIN_S:
-            late_s = self._sensor.late_s  # that of a fit is finer
-        first, *others = experiment.sensed(late_s=late_s).seen
+        self._late_s = self._lateness(experiment)
+        late_s = self._late_s if abs(self._late_s) > LATE_MIN_S else 0.0  # the rest is of a fit
+        on_time = tuple(replace(each, time_s=each.time_s - late_s) for each in experiment.seen)
+        experiment = replace(experiment, seen=on_time)
+        first, *others = experiment.sensed(late_s=self._sensor.late_s).seen
         seen = (first.sensed(slow_s=self._sensor.slow_s), *others)
         there = replace(experiment, seen=seen)
         [found] = predict(self.stand, [there])
         assert isinstance(there.drive, Voltage)
-        late = np.array((late_s, 0.0))
+        late = np.array((self._sensor.late_s, 0.0))
         waves = waves_of(there.drive.rows + late)
-        begins_s, shown = there.drive.begins_s, list[ComparedQuantity]()
+        begins_s, shown = there.drive.begins_s + late_s, list[ComparedQuantity]()
         for each, model in zip(seen, found, strict=True):
             still = each.sensed(drift_per_s=0.0)  # a drift would absorb the steps
             metric = metric_of(still, model, there.drive.rows, max(each.noise, FINEST), None)
@@ -133,11 +133,13 @@ class Twin:
         even = Seen(first.quantity, even_s, even_s)
         [[model]] = predict(self.stand, [replace(one, seen=(even,))])
         inside = np.flatnonzero((time_s > time_s[0] + reach_s) & (time_s < time_s[-1] - reach_s))
-        time_s, values = (each[inside[:_FITTED_MOST]] for each in (time_s, first.values))
+        some = inside[:: 1 + len(inside) // _COMPARED]
+        time_s, values = time_s[some], first.values[some]
         lags_s = _LAG_S * np.arange(-_LAGS, _LAGS + 1) + self._late_s
         lags_s = lags_s[np.abs(lags_s) < LATE_MAX_S]
-        moved = (np.interp(time_s - lag_s, even_s, model.values) for lag_s in lags_s)
-        missed = np.array([np.sum(np.diff(each - values) ** 2) for each in moved])
+        places = np.rint((time_s - lags_s[:, np.newaxis]) / SAMPLE_S).astype(np.intp)
+        moved = model.values[places.clip(0, len(even_s) - 1)] - values
+        missed = np.sum(np.diff(moved) ** 2, axis=1)
         alike_s = lags_s[missed <= SURELY * missed.min() + len(values) * first.noise**2]
         return float(alike_s[np.argmin(np.abs(alike_s - self._late_s))])
 
