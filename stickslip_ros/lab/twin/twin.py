@@ -26,7 +26,7 @@ from stickslip_ros.lab.experiments.reading import (
     without_outliers,
 )
 from stickslip_ros.lab.experiments.sensor import KnownSensor, noise_of
-from stickslip_ros.lab.experiments.sensor_clock import LATE_MAX_S, LATE_MIN_S
+from stickslip_ros.lab.experiments.sensor_clock import LATE_MIN_S, LEAD_S
 from stickslip_ros.lab.fitting.fit import FitOptions, fit_experiments
 from stickslip_ros.lab.fitting.free import FROM_ZERO, choose_free
 from stickslip_ros.lab.fitting.metric import metric_of, waves_of
@@ -136,7 +136,7 @@ class Twin:
         some = inside[:: 1 + len(inside) // _COMPARED]
         time_s, values = time_s[some], first.values[some]
         lags_s = _LAG_S * np.arange(-_LAGS, _LAGS + 1) + self._late_s
-        lags_s = lags_s[np.abs(lags_s) < LATE_MAX_S]
+        lags_s = lags_s[np.abs(lags_s) < LEAD_S]
         places = np.rint((time_s - lags_s[:, np.newaxis]) / SAMPLE_S).astype(np.intp)
         moved = model.values[places.clip(0, len(even_s) - 1)] - values
         missed = np.sum(np.diff(moved) ** 2, axis=1)
