@@ -24,7 +24,7 @@ def chosen_parameters(arguments: argparse.Namespace) -> Parameters:
     """Return the parameters of a command line."""
     stand = Parameters()
     if getattr(arguments, 'draws', None):
-        from stickslip_ros.lab.fitting.draws import read_stand  # noqa: PLC0415 - takes long
+        from stickslip_ros.lab.fitting.result import read_stand  # noqa: PLC0415 - takes long
 
         stand = read_stand(arguments.draws)
     return stand.updated(chosen_values(arguments))
@@ -34,7 +34,7 @@ def chosen_draws(arguments: argparse.Namespace, count: int) -> list[Parameters]:
     """Return draws of the fit of ``--draws``; none without it."""
     if arguments.draws is None:
         return []
-    from stickslip_ros.lab.fitting.draws import (  # noqa: PLC0415 - takes long
+    from stickslip_ros.lab.fitting.result import (  # noqa: PLC0415 - takes long
         read_draws,
         read_note,
     )

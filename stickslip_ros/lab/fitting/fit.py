@@ -6,6 +6,7 @@
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import count
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,13 +25,20 @@ from stickslip_ros.lab.fitting.free import (
     listed_free,
 )
 from stickslip_ros.lab.fitting.metric import Allowance
-from stickslip_ros.lab.fitting.missing import CYCLIC, Missing, missing_from
+from stickslip_ros.lab.fitting.missing import CYCLIC, ODDS_SURE, Missing, missing_from
 from stickslip_ros.lab.fitting.problem import Problem, pose, silent
 from stickslip_ros.lab.fitting.report import Fit
-from stickslip_ros.lab.fitting.result import RULED_OUT_BY
-from stickslip_ros.lab.fitting.search import Minimum, distinct, refine, search, search_all
-from stickslip_ros.lab.fitting.settle import notes_of, settle
-from stickslip_ros.lab.fitting.statistics import Uncertainty, uncertainty
+from stickslip_ros.lab.fitting.search import (
+    SURELY,
+    Minimum,
+    distinct,
+    notes_of,
+    refine,
+    search,
+    search_all,
+    settle,
+)
+from stickslip_ros.lab.fitting.statistics import QUANTILE_95, Uncertainty, uncertainty
 from stickslip_ros.lab.runs.batch import Progress, pool_of
 from stickslip_ros.lab.tables.measured import MeasuredTable
 from stickslip_ros.parameters import Parameters, reading
@@ -41,9 +49,7 @@ if TYPE_CHECKING:
     from stickslip_ros.lab.tables.formats import Table
 
 STARTS_MAX = 1000
-SURE = 20.0  # least odds of a cyclic error that is solved for
-CYCLIC_M = 3e-9  # its usual size
-NEAR = 1.1  # most chi-square of another end, per that of the best, that is searched again
+CYCLIC_M = 3e-9  # usual size of a cyclic error
 
 
 @reading
@@ -138,23 +144,34 @@ def fit_experiments(
     if not 1 <= options.starts <= STARTS_MAX:
         limit = f'not from 1 to {STARTS_MAX}'
         raise OutOfRange('number of starts', options.starts, '', limit, 'change --starts')
-    count = _Count(options.starts, progress)
-    problem = pose(parameters, free, experiments, known, count.run)
+    runs, ended = count(1), 0
+
+    def count_run() -> None:
+        if progress is not None:
+            progress(next(runs), 0, f'{ended} of {options.starts} searches ended')
+
+    def count_search(done: int, _: int) -> None:
+        nonlocal ended
+        ended = done
+
+    problem = pose(parameters, free, experiments, known, count_run)
     if problem.has_traces:
         problem = replace(problem, allowance=options.allowance)
     with pool_of(options.workers) as pool:
         problem = replace(problem, pool=pool)
-        ends = search_all(problem, options.starts, options.seed, options.workers, count.search)
+        ends = search_all(problem, options.starts, options.seed, options.workers, count_search)
         problem, here = min(ends, key=lambda end: end[1].chi_square)
-        refined, missing = list[Minimum](), tuple[Missing, ...]()
+        refined, others, missing = list[Minimum](), list[Minimum](), tuple[Missing, ...]()
+        near = [each for _, each in ends if each.chi_square < SURELY * here.chi_square]
         if problem.has_traces:
             problem, refined, missing = _settled(problem, here, options)
-        settled = problem, refined[-1] if refined else here
+            here = refined[-1]
+        else:
+            others = distinct([each for _, each in ends])[1:]
+        settled = problem, here
         problem, more, steady = refine(*settled)
         refined += more
-        others = list[Minimum]()
         if problem.has_traces:
-            near = [ended for _, ended in ends if ended.chi_square < NEAR * here.chi_square]
             again = [search(problem, each.place) for each in distinct(near)[1:]]
             best, *others = distinct([refined[-1], *again])
             refined.append(best)
@@ -163,16 +180,16 @@ def fit_experiments(
         problem = replace(problem, tick=silent)
         predicted = problem.predicted_at(here.place)
         doubt = uncertainty(problem, here.place, assumed or {})
-        doubt, rivals = _reaching(doubt, problem, here, others)
+        reached, rivals = _reaching(doubt, problem, here, others)
         if not is_settled:
             missing = missing_from(problem, here.place)
     return Fit(
         problem=replace(problem, pool=None),
-        searches=tuple(ended for _, ended in ends),
+        searches=tuple(each for _, each in ends),
         refined=tuple(refined),
         others=rivals,
         steady=steady,
-        uncertainty=doubt,
+        uncertainty=reached if problem.has_traces else doubt,
         predicted=predicted,
         missing=missing,
         wall_s=time.perf_counter() - started_s,
@@ -186,14 +203,14 @@ def _settled(
     """Settle noise and sensors, with a cyclic error that the readings surely show."""
     problem, found = settle(problem, here.place, options.allowance, options.outliers)
     missing = missing_from(problem, found[-1].place)
-    best = next(iter(missing), None)
-    fringe_m = CYCLIC.get(best.name) if best is not None and best.odds > SURE else None
-    if fringe_m is None:
+    sure = [one.name for one in missing[:1] if one.odds > ODDS_SURE]
+    fringes_m = [CYCLIC[name] for name in sure if name in CYCLIC]
+    if not fringes_m:
         return problem, found, missing
-    problem = problem.with_seen(
-        each.sensed(cyclic_m=CYCLIC_M, fringe_m=fringe_m) for _, each, _ in problem.seen
+    sensed = (each.sensed(cyclic_m=CYCLIC_M, fringe_m=fringes_m[0]) for _, each, _ in problem.seen)
+    problem, more = settle(
+        problem.with_seen(sensed), found[-1].place, options.allowance, options.outliers
     )
-    problem, more = settle(problem, found[-1].place, options.allowance, options.outliers)
     return problem, [*found, *more], missing_from(problem, more[-1].place)
 
 
@@ -201,30 +218,9 @@ def _reaching(
     doubt: Uncertainty, problem: Problem, here: Minimum, others: Sequence[Minimum]
 ) -> tuple[Uncertainty, tuple[Minimum, ...]]:
     """Return errors that reach to the other minima that are not ruled out, and these."""
-    places = {each: problem.natural.back(each.place) for each in others}
-    rivals = tuple(
-        each
-        for each, z in places.items()
-        if each.chi_square - here.chi_square < RULED_OUT_BY * doubt.variance_scale
-        and doubt.is_beyond_errors(z)
-    )
-    rises = np.array([each.chi_square - here.chi_square for each in rivals])
-    return doubt.reaching(np.array([places[each] for each in rivals]), rises), rivals
-
-
-class _Count:
-    """Reports the progress of the searches."""
-
-    def __init__(self, starts: int, progress: Show | None) -> None:
-        self._starts, self._show = starts, progress
-        self._runs, self._searches = 0, 0
-
-    def run(self) -> None:
-        """Count a run."""
-        self._runs += 1
-        if self._show is not None:
-            self._show(self._runs, 0, f'{self._searches} of {self._starts} searches ended')
-
-    def search(self, done: int, _: int) -> None:
-        """Set the number of searches that have ended."""
-        self._searches = done
+    most = here.chi_square + QUANTILE_95**2 * doubt.variance_scale
+    found = [(each, problem.natural.back(each.place)) for each in others if each.chi_square < most]
+    rivals = [(each, z) for each, z in found if doubt.is_beyond_errors(z)]
+    rises = np.array([each.chi_square - here.chi_square for each, _ in rivals])
+    reached = doubt.reaching(np.array([z for _, z in rivals]), rises)
+    return reached, tuple(each for each, _ in rivals)

@@ -1,13 +1,28 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The free parameters of a fit, with their bounds and coordinates."""
+"""
+The free parameters of a fit, their bounds and coordinates, and natural coordinates.
+
+Natural coordinates are the ratios that a motion shows, and what gives them their scale: a motion
+stays the same if stiffness, friction, mass and damping grow alike. In the logarithms of friction,
+roughness, mass and damping the minimum is therefore a long curved valley: another roughness is
+another stiffness k, which the others follow. Divided by k, and the damping by the mass, they stay
+where they are, and the valley is straight.
+
+"""
 
 import math
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
+import numpy as np
+from scipy import optimize
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.drive.layout import contacts_of
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.parameters import Parameters, Scalar, Spec, reading, spec_of
 from stickslip_ros.parameters.typed import to_si_list
@@ -15,7 +30,6 @@ from stickslip_ros.parameters.typed import to_si_list
 LOAD = 'stand.load'
 FITTED = ('contact', 'friction_law', 'runner', 'load_cell', 'actuator', 'amplifier', LOAD)
 """What a fit may change: groups of parameters, and a parameter."""
-_SMOOTH = 1e-4  # least prefactor per that at the start: no roughness; 0 means another
 _WIDE = 1e3
 """Default bounds are this factor below and above the start, within the limits of the model."""
 PREFACTOR, RMS_HEIGHT = 'contact.prefactor', 'contact.rms_height'
@@ -28,12 +42,7 @@ FROM_ZERO = (
     'actuator.hysteresis',
     'actuator.creep',
 )
-"""
-Quantities with 0 as the limit of small values; for others 0 means "none" or "derived".
-
-The stiffness of a contact hardly changes with a small roughness, but then evenly.
-
-"""
+"""Quantities with 0 as the limit of small values; for others 0 means "none" or "derived"."""
 TYPICAL: Mapping[str, float] = {
     'runner.damping': 20.0,
     'actuator.hysteresis': 0.05,
@@ -46,8 +55,10 @@ TYPICAL: Mapping[str, float] = {
 """Starts of parameters that are 0 by default: assumed, of the size in data sheets."""
 OF_A_FALL = 'actuator.resonance', 'actuator.damping_ratio', 'amplifier.bandwidth'
 """Parameters that act in the microseconds after a fall, and can only be found together."""
-_ROUNDED = 1e-12  # difference of equal values
-_LEAST, _MOST = 1e-300, 300.0  # a value without a logarithm, and a logarithm without a value
+TINY, LOG_MAX = sys.float_info.min, math.log(sys.float_info.max)
+"""In place of 0 where it has no logarithm, and the largest logarithm of a number."""
+_MASS, _DAMPING = 'runner.mass', 'runner.damping'
+_PER_STIFFNESS = 'contact.friction', _MASS
 
 Known: TypeAlias = tuple[float, float]
 """A value and its relative standard error."""
@@ -76,7 +87,6 @@ class Free:
 
 
 FreeParameters: TypeAlias = str | Free | Sequence[str | Free]
-"""Free parameters as a fit takes them."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +106,7 @@ class Coordinate:
 
     @property
     def is_log(self) -> bool:
-        """Whether the coordinate is ln(value)."""
+        """Whether it is ln(value)."""
         return self.name not in FROM_ZERO and self.lower >= 0.0
 
     @property
@@ -106,7 +116,7 @@ class Coordinate:
 
     def to_coordinate(self, value: float) -> float:
         """Return the coordinate of a value."""
-        return math.log(max(value, _LEAST)) if self.is_log else value / self.size
+        return math.log(max(value, TINY)) if self.is_log else value / self.size
 
     def to_value(self, coordinate: float) -> float:
         """Return the value of a coordinate, within the bounds."""
@@ -115,21 +125,80 @@ class Coordinate:
     def beyond(self, coordinate: float) -> float:
         """Return how far a coordinate is beyond a bound; below the lower one it is negative."""
         within = self.to_value(coordinate)
-        is_within = math.isclose(self._unbounded(coordinate), within, rel_tol=_ROUNDED)
+        is_within = math.isclose(self._unbounded(coordinate), within)
         return 0.0 if is_within else coordinate - self.to_coordinate(within)
 
     def _unbounded(self, coordinate: float) -> float:
-        return math.exp(min(coordinate, _MOST)) if self.is_log else coordinate * self.size
+        return math.exp(min(coordinate, LOG_MAX)) if self.is_log else coordinate * self.size
 
     def is_limit(self, value: float) -> bool:
         """Return whether the bound next to a value is also a limit of the model."""
         spec = spec_of(self.name)
         bound = min(self.lower, self.upper, key=lambda end: abs(end - value))
-        return bound in {spec.minimum, spec.maximum, _SMOOTH * self.start}
+        is_smooth = self.name == PREFACTOR and bound == self.start / _WIDE
+        return is_smooth or bound in {spec.minimum, spec.maximum}
 
     def slope(self, value: float) -> float:
         """Return d value / d coordinate."""
         return value if self.is_log else self.size
+
+
+@dataclass(frozen=True, eq=False)
+class Natural:
+    """
+    The map between coordinates of free parameters and natural coordinates, both shape (free,).
+
+    ``stand`` has the constants of its contacts and a preload.
+
+    """
+
+    stand: Parameters
+    free: tuple[Coordinate, ...]
+
+    def to(self, z: Array) -> Array:
+        """Return natural coordinates."""
+        place = z.copy()
+        place[self._numbers(_DAMPING)] *= math.exp(-self._growth(z))
+        place[self._numbers(*_PER_STIFFNESS)] -= self._log_stiffness(z)
+        return place
+
+    def back(self, place: Array) -> Array:
+        """Return the coordinates of the free parameters."""
+        z = place.copy()
+        z[self._numbers(*_PER_STIFFNESS)] += self._log_stiffness(place)
+        z[self._numbers(_DAMPING)] *= math.exp(self._growth(z))
+        return z
+
+    def settings(self, place: Array) -> dict[str, float]:
+        """Return the values of the free parameters, by name."""
+        pairs = zip(self.free, self.back(place).tolist(), strict=True)
+        return {one.name: one.to_value(z) for one, z in pairs}
+
+    def slopes(self, place: Array) -> Array:
+        """Return the slopes of ``back``, shape (free, free)."""
+        return np.asarray(optimize.approx_fprime(place, self.back)).reshape((len(place),) * 2)
+
+    def _numbers(self, *names: str) -> list[int]:
+        """Return the places of parameters, if they are free."""
+        return [number for number, one in enumerate(self.free) if one.name in names]
+
+    def _growth(self, z: Array) -> float:
+        """Return the logarithm of the mass per that at the start; 0 if it is not free."""
+        masses = [(self.free[number], float(z[number])) for number in self._numbers(_MASS)]
+        return sum((x - mass.to_coordinate(mass.start) for mass, x in masses), 0.0)
+
+    def _log_stiffness(self, z: Array) -> float:
+        """Return the logarithm of the stiffness of all contacts; 0 if nothing free changes it."""
+        contact = self.stand.contact
+        chosen = [
+            (one, float(z[k]))
+            for k, one in enumerate(self.free)
+            if one.name.startswith('contact.') and one.name not in _PER_STIFFNESS
+        ]
+        if not chosen or contact.law != 'mdr' or contact.profile == 'rough_line':
+            return 0.0
+        there = self.stand.updated({one.name: one.to_value(value) for one, value in chosen})
+        return math.log(sum(each.stick_stiffness_n_per_m for each in contacts_of(there)))
 
 
 def choose_free(
@@ -146,9 +215,7 @@ def choose_free(
     _check_names(names)
     parameters, notes = _let_roughness_act(parameters, names)
     flat = parameters.flat()
-    coordinates = [
-        _coordinate(each, flat[each.name] or TYPICAL.get(each.name, 0.0)) for each in chosen
-    ]
+    coordinates = tuple(_coordinate(each, flat[each.name]) for each in chosen)
     off = [name for name in OF_A_FALL if name not in names and not flat[name]]
     if off and not set(OF_A_FALL).isdisjoint(names):
         note = (
@@ -156,8 +223,7 @@ def choose_free(
             f'fall; free {", ".join(OF_A_FALL)} together, or set the known values'
         )
         notes = (*notes, note)
-    starts = {one.name: one.start for one in coordinates}
-    return parameters.updated(starts), tuple(coordinates), notes
+    return parameters.updated({one.name: one.start for one in coordinates}), coordinates, notes
 
 
 def listed_free(free: FreeParameters) -> list[Free]:
@@ -166,17 +232,16 @@ def listed_free(free: FreeParameters) -> list[Free]:
     return [Free(each) if isinstance(each, str) else each for each in listed]
 
 
-def known_of(free: FreeParameters) -> dict[str, Known]:
+def known_of(free: Sequence[Free]) -> dict[str, Known]:
     """Return known values and their relative errors; raise StickSlipError if malformed."""
     found = {}
-    for one in listed_free(free):
-        if (given := one.known) is None:
-            continue
-        what, example = f'--known {one.name}', f'write {one.name}=VALUE+-1%, as 0.25+-1% or 3g+-1%'
-        value_si, share = known_value(what, given, spec_of(one.name), example)
-        if not (share > 0.0 and value_si > 0.0):
-            raise OutOfRange(what, str(one.known), '', 'not above 0', example)
-        found[one.name] = (value_si, share)
+    for one in free:
+        if one.known is not None:
+            what = f'--known {one.name}'
+            example = f'write {one.name}=VALUE+-1%, as 0.25+-1% or 3g+-1%'
+            found[one.name] = known_value(what, one.known, spec_of(one.name), example)
+            if not min(found[one.name]) > 0.0:
+                raise OutOfRange(what, str(one.known), '', 'not above 0', example)
     return found
 
 
@@ -227,32 +292,29 @@ def _let_roughness_act(
     parameters: Parameters, names: Sequence[str]
 ) -> tuple[Parameters, tuple[str, ...]]:
     """Set the prefactor to 0 if the rms height is free, as it would hide it."""
-    prefactor = parameters.contact.prefactor
+    prefactor, is_free = parameters.contact.prefactor, PREFACTOR in names
     if RMS_HEIGHT not in names or parameters.contact.profile == 'rough_line':
         return parameters, ()
-    if PREFACTOR in names:
-        limit = f'without effect while {PREFACTOR} is free'
-        raise OutOfRange('free parameter', RMS_HEIGHT, '', limit, 'free one of the two')
-    if not prefactor:
-        return parameters, ()
-    if prefactor != spec_of(PREFACTOR).default:
-        limit = f'without effect while {PREFACTOR} is {prefactor:g} m^(1-H)'
-        hint = f'set {PREFACTOR}=0, or free {PREFACTOR} instead'
+    if is_free or prefactor not in {0.0, spec_of(PREFACTOR).default}:
+        value = 'free' if is_free else f'{prefactor:g} m^(1-H)'
+        limit = f'without effect while {PREFACTOR} is {value}'
+        hint = f'set {PREFACTOR}=0, or free {PREFACTOR} alone'
         raise OutOfRange('free parameter', RMS_HEIGHT, '', limit, hint)
     note = f'{PREFACTOR} was set to 0, so that {RMS_HEIGHT} decides the roughness'
-    return parameters.updated({PREFACTOR: 0.0}), (note,)
+    return parameters.updated({PREFACTOR: 0.0}), (note,) if prefactor else ()
 
 
 def _coordinate(free: Free, present: Scalar) -> Coordinate:
     """Return the coordinate of a free parameter; by default it starts at its present value."""
     name, spec = free.name, spec_of(free.name)
-    start = float(spec.check(name, present if free.start is None else free.start))
+    given = (present or TYPICAL.get(name, 0.0)) if free.start is None else free.start
+    start = float(spec.check(name, given))
     if free.low is None and free.high is None and not start > 0.0:
         limit = 'not above 0, and gives no scale for a search'
         hint = f'give --start {name}=VALUE or --bounds {name}=LOW:HIGH'
         raise OutOfRange(name, start, spec.unit, limit, hint)
-    least = 0.0 if name in FROM_ZERO else 1.0 / _WIDE
-    lower = max(start * (_SMOOTH if name == PREFACTOR else least), spec.minimum or 0.0)
+    is_from_zero = name in FROM_ZERO and name != PREFACTOR  # of which 0 means another
+    lower = max(0.0 if is_from_zero else start / _WIDE, spec.minimum or 0.0)
     upper = min(start * _WIDE, spec.maximum or math.inf)
     if free.low is not None:
         lower = float(spec.check(name, free.low))

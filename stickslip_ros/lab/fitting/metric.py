@@ -6,20 +6,19 @@ The metric of residuals: noise, unknowns of the sensor, and allowed errors of th
 
 A residual r of n samples has the covariance V = N + B B'. N is that of the noise: s^2 on its
 diagonal, correlated over the time of a low-pass before the readings. Each column of B is another
-possible error, in its largest size: zero and drift of a sensor, its delay and its low-pass (first
-and second derivative of the prediction), the difference between a low-pass of the readings and of
-the motion, the known cyclic error of an interferometer; three errors of the model: of its shape,
-which repeats in all cycles of a wave, of the length of a step, and a slow one. Their sizes are
-estimated from the residuals. Chi-square alone (B with zero and drift only) gives intervals that
-are too narrow: 52 % of those of 95 % held the true gain in recordings of drives with effects that
-the model lacks.
+possible error, in its largest size: zero, drift, delay and low-pass of a sensor (the latter two by
+derivatives of the prediction), the difference between a low-pass of the readings and of the
+motion, the known cyclic error of an interferometer; three errors of the model: of its shape, which
+repeats in all cycles of a wave, of the length of a step, and a slow one. Their sizes are estimated
+from the residuals: without them 52 % of the intervals of 95 % held the true gain in recordings of
+drives with effects that the model lacks.
 
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,41 +28,40 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.lab.experiments.experiment import Seen
 from stickslip_ros.lab.experiments.predict import Prediction
 from stickslip_ros.lab.experiments.sensor_clock import FALL_S
+from stickslip_ros.lab.fitting.free import TINY
 
-_FREE = 30.0
-"""Size of a zero or a drift in ranges of the readings: no value is too large."""
+TOO_FAR = 30.0
+"""Factor by which no value is off: zero and drift per range of the readings, and the motion per
+volt, 0.1 to 1 of that of the feet for a runner that slips and sticks, 1000 for nm taken as um."""
 DELAY_S, SLOW_SHARE = 2e-5, 0.3
 """Unknown delay of a sensor, and unknown share of the time constant of its low-pass. Without that
 share sensors of 500 Hz, taken for 560 Hz at first, stayed so: friction came out 12 to 20 standard
 errors off without a warning."""
-CORRELATED_S = 3e-4
-"""Correlation time of an error of the shape: a few periods of a ringing runner."""
-BIN_S = 4e-5
-"""Width of a bin of a cycle, with one number for the error of the shape."""
-SLOW_S = 5e-3
-"""Correlation time of an error that does not repeat with the wave: creep, a zero that walks."""
-SLOW_BINS = 10  # for each of these times
-BINS_MAX = 1200
-"""Bins of all waves of a recording; in longer ones they are wider."""
+CORRELATED_S, SLOW_S = 3e-4, 5e-3
+"""Correlation times of an error of the shape, a few periods of a ringing runner, and of one that
+does not repeat with the wave: creep, a zero that walks."""
+_BINS, BINS_MAX = 7.5, 1200
+"""Bins of such a time, each with one number for the error, and the most bins of a recording."""
 EDGE_RATIO = 5.0  # least slope of a fall or rise of a saw-tooth, per slope of the ramps
+SAME_CYCLE = 0.02  # largest difference in length and voltage of cycles of a wave, as a share
 SENSOR = 4  # columns of zero, drift, delay, low-pass, which come first
-READING_M = 5e-10  # least error of a reading, unless the shape is allowed a smaller error
-SAME_CYCLE = 0.02
-"""Largest difference in length and voltage of cycles of a wave, as a share."""
+SHAPE_M, STEP_SHARE, SLOW_M = 5e-10, 3e-3, 1e-10
+"""
+Least allowed errors of the model: of the position in each moment of a cycle, of the length of a
+step, of the position over SLOW_S.
+
+On 23 realistic rigs of a foreign code 97 % of the intervals of 95 % held the truth with them, for
+each parameter at least 93 %.
+
+"""
 
 
 class Allowance(NamedTuple):
-    """
-    Allowed errors of the model, one standard deviation, as stated with each interval.
+    """Allowed errors of the model, one standard deviation, as stated with each interval."""
 
-    On 23 realistic rigs of a foreign code 97 % of the intervals of 95 % held the truth with the
-    defaults, for each parameter at least 93 %.
-
-    """
-
-    shape_m: float = 0.5e-9  # of the position in each moment of a cycle
-    step_share: float = 3e-3  # of the length of a step
-    slow_m: float = 0.1e-9  # of the position, over SLOW_S
+    shape_m: float = SHAPE_M
+    step_share: float = STEP_SHARE
+    slow_m: float = SLOW_M
 
     @property
     def reading_m(self) -> float:
@@ -74,7 +72,7 @@ class Allowance(NamedTuple):
         own sensor with 0.12 nm of noise, gave a friction 3.3 standard errors off.
 
         """
-        return min(self.shape_m, READING_M)
+        return min(self.shape_m, SHAPE_M)
 
 
 class Cycle(NamedTuple):
@@ -98,28 +96,18 @@ def waves_of(rows: Array) -> list[list[Cycle]]:
     steep = np.abs(slope)
     gentler = np.fmin(np.append(math.inf, steep[:-1]), np.append(steep[1:], math.inf))
     is_edge = (length_s <= FALL_S) & (steep > EDGE_RATIO * gentler) & (rise_v != 0.0)
-    starts = [0]
-    for k in range(1, len(slope)):
-        is_turn = not is_edge[k] and (
-            is_edge[k - 1]
-            or (slope[k] > 0.0 >= slope[k - 1])
-            or (slope[k] == 0.0) != (slope[k - 1] == 0.0)
-        )
-        if is_turn:
-            starts.append(k)
-    waves: dict[tuple[int, int, bool], list[Cycle]] = {}
-    for first, after in zip(starts, [*starts[1:], len(slope)], strict=True):
-        lasts_s = float(time_s[after] - time_s[first])
+    then, now = slope[:-1], slope[1:]
+    turns = is_edge[:-1] | ((now > 0.0) & (then <= 0.0)) | ((now == 0.0) != (then == 0.0))
+    starts = np.append(0, np.flatnonzero(turns & ~is_edge[1:]) + 1)
+    waves: dict[tuple[float, ...], list[Cycle]] = {}
+    for first, after in zip(starts, np.append(starts[1:], len(slope)), strict=True):
+        lasts_s, falls = float(time_s[after] - time_s[first]), bool(is_edge[after - 1])
         if lasts_s > 0.0:
-            swing_v = float(np.ptp(voltage_v[first : after + 1]))
-            falls = bool(is_edge[after - 1])
-            key = (_rounded(lasts_s), _rounded(swing_v), falls)
-            waves.setdefault(key, []).append(Cycle(float(time_s[first]), lasts_s, falls))
+            swing_v = max(float(np.ptp(voltage_v[first : after + 1])), TINY)
+            alike = np.rint(np.log([lasts_s, swing_v]) / SAME_CYCLE).tolist()
+            cycle = Cycle(float(time_s[first]), lasts_s, falls)
+            waves.setdefault((*alike, falls), []).append(cycle)
     return list(waves.values())
-
-
-def _rounded(value: float) -> int:
-    return round(math.log(value) / SAME_CYCLE) if value > 0.0 else -(10**9)
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,8 +205,8 @@ def metric_of(
 
     """
     time_s, sensor_of = seen.time_s, seen.sensor
-    reach = _FREE * max(float(np.ptp(seen.values)), noise)
-    offset = _FREE * float(np.max(np.abs(seen.values - predicted.values))) + reach
+    reach = TOO_FAR * max(float(np.ptp(seen.values)), noise)
+    offset = TOO_FAR * float(np.max(np.abs(seen.values - predicted.values))) + reach
     middle_s, half_s = 0.5 * (time_s[0] + time_s[-1]), 0.5 * (time_s[-1] - time_s[0])
     columns = [  # each with its largest size
         (np.ones_like(time_s), offset),
@@ -263,50 +251,36 @@ def _whitening(time_s: Array, noise: float, lasts_s: float) -> 'sparse.csr_array
     return sparse.diags_array(parts, offsets=(0, -1), format='csr')
 
 
-Owed: TypeAlias = tuple[int, 'sparse.csr_array', Array]
-"""An allowed error: its number, its columns, and the Cholesky factor of their covariance."""
-
-
 def _of_model(
     time_s: Array, predicted: Array, corners: Array, allowance: Allowance, scale: float
-) -> Iterator[Owed]:
-    """Yield the allowed errors of the model: of its shapes and its steps by wave, and slow."""
+) -> Iterator[tuple[int, 'sparse.csr_array', Array]]:
+    """
+    Yield the allowed errors of the model: of its shapes and its steps by wave, and slow.
+
+    Each is its number in ``Allowance``, its columns, and the Cholesky factor of their covariance.
+
+    """
     waves = waves_of(corners)
-    bins = sum(wave[0].length_s for wave in waves) / BIN_S
-    bin_s = BIN_S * max(1.0, bins / BINS_MAX)
+    bin_s = max(CORRELATED_S / _BINS, sum(wave[0].length_s for wave in waves) / BINS_MAX)
     for wave in waves:
-        yield from _of_wave(time_s, predicted, wave, allowance, scale, bin_s)
-    bin_s = max(SLOW_S / SLOW_BINS, float(np.ptp(time_s)) / BINS_MAX)
+        starts_s = np.array([cycle.start_s for cycle in wave])
+        number = np.searchsorted(starts_s, time_s, side='right') - 1
+        since_s, length_s = time_s - starts_s[number], max(cycle.length_s for cycle in wave)
+        inside = np.flatnonzero((number >= 0) & (since_s < length_s))
+        if not len(inside):
+            continue
+        bins, root = _binned(inside, since_s[inside], bin_s, CORRELATED_S, len(time_s))
+        yield 0, bins, allowance.shape_m * scale * root
+        falls_s = [cycle.start_s + cycle.length_s for cycle in wave if cycle.falls]
+        if falls_s and scale == 1.0:
+            over = np.searchsorted(falls_s, time_s, side='right').astype(np.float64)
+            way = abs(float(predicted[inside[-1]] - predicted[inside[0]]))
+            step = allowance.step_share * way / max(float(over[inside[-1]]), 1.0)
+            yield 1, sparse.csr_array(over[:, np.newaxis]), np.array([[step]])
+    bin_s = max(SLOW_S / _BINS, float(np.ptp(time_s)) / BINS_MAX)
     every = np.arange(len(time_s))
     places, root = _binned(every, time_s - time_s[0], bin_s, SLOW_S, len(time_s))
     yield 2, places, allowance.slow_m * scale * root
-
-
-def _of_wave(
-    time_s: Array,
-    predicted: Array,
-    wave: Sequence[Cycle],
-    allowance: Allowance,
-    scale: float,
-    bin_s: float,
-) -> Iterator[Owed]:
-    """Yield the model's errors in a wave: of its shape, of its steps."""
-    starts_s = np.array([cycle.start_s for cycle in wave])
-    number = np.searchsorted(starts_s, time_s, side='right') - 1
-    length_s = max(cycle.length_s for cycle in wave)
-    since_s = time_s - starts_s[np.maximum(number, 0)]
-    inside = np.flatnonzero((number >= 0) & (since_s < length_s))
-    if not len(inside):
-        return
-    bins, root = _binned(inside, since_s[inside], bin_s, CORRELATED_S, len(time_s))
-    yield 0, bins, allowance.shape_m * scale * root
-    falls_s = np.array([cycle.start_s + cycle.length_s for cycle in wave if cycle.falls])
-    if not len(falls_s) or scale != 1.0:
-        return
-    over = np.searchsorted(falls_s, time_s, side='right').astype(np.float64)
-    way = predicted[inside[-1]] - predicted[inside[0]]
-    step = allowance.step_share * abs(float(way)) / max(float(over[inside[-1]]), 1.0)
-    yield 1, sparse.csr_array(over[:, np.newaxis]), np.array([[step]])
 
 
 def _binned(
@@ -316,9 +290,7 @@ def _binned(
     place = (time_s / bin_s).astype(np.intp)
     number = np.arange(int(place.max()) + 1)
     bins = sparse.csr_array((np.ones(len(rows)), (rows, place)), shape=(count, len(number)))
-    like = math.exp(
-        -bin_s / correlated_s
-    )  # of neighbours: each keeps this share of the one before
-    root = np.tril(like ** np.maximum(number[:, np.newaxis] - number, 0))
+    like = math.exp(-bin_s / correlated_s)  # each keeps this share of the one before
+    root = np.tril(linalg.toeplitz(like**number))
     root[:, 1:] *= math.sqrt(1.0 - like**2)
     return bins, root

@@ -11,6 +11,7 @@ as the fit.
 
 """
 
+import math
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -27,23 +28,23 @@ from stickslip_ros.lab.experiments.experiment import (
 )
 from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.lab.fitting.assumed import slopes_of_constants
+from stickslip_ros.lab.fitting.free import TINY
 from stickslip_ros.lab.fitting.problem import StandardErrors
 from stickslip_ros.lab.fitting.result import FitResult
 from stickslip_ros.lab.runs.sawtooth_run import full_stroke_m
 from stickslip_ros.parameters import Scalar
 
-_PRELOADS_N = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0)
-STROKES = (0.4, 0.7, 1.0)  # shares of the range of the amplifier
-FREQUENCIES_HZ = (200.0, 600.0)
-TRIANGLES = (0.1, 0.4)  # shares of that range, 250 Hz
-TRIANGLE_HZ, TRIANGLE_CYCLES, SAWTOOTH_STEPS = 250.0, 4, 12
-REST_S = 3e-3  # before and after a wave, for the ring-down
-WEIGHED, WEIGHED_SHARE = 'runner.mass', 0.01
-"""A parameter that can be weighed, and its relative error."""
-PUSHED, PUSHED_SHARE = 'holding_force_n', 0.03
-"""A force that a spring balance shows, and its relative error."""
 MOST = 20
-_LEAST = 1e-300  # a value of 0 in arithmetic
+_PRELOADS_N = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0)
+_WAVES = (
+    *((share, hertz, 12) for hertz in (200.0, 600.0) for share in (0.4, 0.7, 1.0)),
+    *((share, 250.0, 4) for share in (-0.1, -0.4)),
+)
+"""Shares of the range of the amplifier, below 0 of triangles, frequencies (Hz), and cycles."""
+REST_S = 3e-3  # before and after a wave, for the ring-down
+WEIGHED, PUSHED = 'runner.mass', 'holding_force_n'
+BY_HAND = {WEIGHED: 0.01, PUSHED: 0.03}
+"""Relative errors of a weighed mass, and of a force that a spring balance shows."""
 
 
 class Candidate(NamedTuple):
@@ -95,7 +96,7 @@ def plan(fit: FitResult, count: int = 5) -> Plan:
         errors.append(np.sqrt(np.diag(after[best])))
     estimates = [fit.estimates[k] for k in known]
     names = tuple(one.name for one in estimates)
-    relative = np.array([one.slope(one.value) / max(one.value, _LEAST) for one in estimates])
+    relative = np.array([one.slope(one.value) / max(one.value, TINY) for one in estimates])
     now = relative * fit.uncertainty.errors_z[known]
     return Plan(names, now, tuple(chosen), relative * np.array(errors))
 
@@ -103,35 +104,32 @@ def plan(fit: FitResult, count: int = 5) -> Plan:
 def candidates_of(fit: FitResult) -> list[Candidate]:
     """Return possible measurements like those of a fit."""
     amplifier, found = fit.parameters.amplifier, list[Candidate]()
-    top_v = amplifier.voltage_max - amplifier.voltage_min
-    waves = [(round(share * top_v), hertz) for hertz in FREQUENCIES_HZ for share in STROKES]
-    if fit.problem.has_traces:
-        waves += [(-round(share * top_v), TRIANGLE_HZ) for share in TRIANGLES]
+    top_v, has_traces = amplifier.voltage_max - amplifier.voltage_min, fit.problem.has_traces
     for preload_n in _PRELOADS_N:
-        for volts, hertz in waves:
-            kind, half_ms = 'saw-teeth', 500.0 / hertz
-            command = f'sawtooth {volts}V {hertz:g}Hz {SAWTOOTH_STEPS}'
-            if volts < 0:
-                kind = 'triangles'
-                command = f'waveform 0s 0V {half_ms:g}ms {-volts}V {2.0 * half_ms:g}ms 0V'
-                command += f' --cycles {TRIANGLE_CYCLES}'
-            words = f'{preload_n:g} N, {kind} of {abs(volts)} V, {hertz:g} Hz'
-            one = _experiment(fit, preload_n, volts, hertz)
+        for share, hertz, cycles in _WAVES if has_traces else _WAVES[:-2]:
+            volts, half_ms = round(abs(share) * top_v), 500.0 / hertz
+            kind, command = 'saw-teeth', f'sawtooth {volts}V {hertz:g}Hz {cycles}'
+            if share < 0.0:
+                ends = f'{half_ms:g}ms {volts}V {2.0 * half_ms:g}ms 0V --cycles {cycles}'
+                kind, command = 'triangles', f'waveform 0s 0V {ends}'
+            words = f'{preload_n:g} N, {kind} of {volts} V, {hertz:g} Hz'
+            one = _experiment(fit, preload_n, math.copysign(volts, share), hertz, cycles)
             found.append(Candidate(words, (f'preload {preload_n:g}N', command), one))
     if WEIGHED in {one.name for one in fit.estimates}:
-        words = f'weigh the runner to {100.0 * WEIGHED_SHARE:g} % (--known {WEIGHED}=...)'
+        words = f'weigh the runner to {100.0 * BY_HAND[WEIGHED]:g} % (--known {WEIGHED}=...)'
         found.append(Candidate(words, (), None))
-    if fit.problem.has_traces:
-        words = (
-            f'push the runner with a spring balance until it slips, to {100.0 * PUSHED_SHARE:g} %'
-        )
-        settings = _like(fit)[0].settings
-        pushed = Experiment('planned', settings, AtRest(), (Seen(PUSHED, np.zeros(1)),))
-        found.append(Candidate(f'{words} ({PUSHED})', (), pushed))
+    if has_traces:
+        words = 'push the runner with a spring balance until it slips, to '
+        words += f'{100.0 * BY_HAND[PUSHED]:g} % ({PUSHED})'
+        seen = (Seen(PUSHED, np.zeros(1)),)
+        pushed = Experiment('planned', _like(fit)[0].settings, AtRest(), seen)
+        found.append(Candidate(words, (), pushed))
     return found
 
 
-def _experiment(fit: FitResult, preload_n: float, volts: float, hertz: float) -> Experiment:
+def _experiment(
+    fit: FitResult, preload_n: float, volts: float, hertz: float, cycles: int
+) -> Experiment:
     """Return an experiment like those of the fit under a saw-tooth, or a triangle below 0 V."""
     stand, (like, error) = fit.parameters, _like(fit)
     settings: dict[str, Scalar] = {**like.settings, 'stand.preload': preload_n}
@@ -139,17 +137,18 @@ def _experiment(fit: FitResult, preload_n: float, volts: float, hertz: float) ->
         stroke_m = min(volts * stand.actuator.gain, full_stroke_m(stand))
         drive = like.drive._replace(amplitude_m=stroke_m, frequency_hz=hertz, voltage_v=0.0)
         return Experiment('planned', settings, drive, like.seen, like.load_n)
-    period_s, rows = 1.0 / hertz, [(0.0, 0.0), (REST_S, 0.0)]
+    period_s = 1.0 / hertz
+    ends_s = REST_S + period_s * np.arange(1, cycles + 1)
     fall_s = volts / stand.amplifier.slew_rate if volts > 0.0 else 0.5 * period_s
-    for cycle in range(SAWTOOTH_STEPS if volts > 0.0 else TRIANGLE_CYCLES):
-        start_s = REST_S + cycle * period_s
-        rows += [(start_s + period_s - fall_s, abs(volts)), (start_s + period_s, 0.0)]
-    rows.append((rows[-1][0] + REST_S, 0.0))
+    times_s = np.column_stack((ends_s - fall_s, ends_s)).ravel()
+    corners_s = np.concatenate(([0.0, REST_S], times_s, ends_s[-1:] + REST_S))
+    corners_v = [0.0, 0.0, *[abs(volts), 0.0] * cycles, 0.0]
+    voltage = Voltage(np.column_stack((corners_s, corners_v)))
     seen = like.seen[0]
     apart_s = float(np.median(np.diff(seen.time_s)))
-    time_s: Array = np.arange(0.0, rows[-1][0], apart_s, dtype=np.float64)
+    time_s: Array = np.arange(0.0, voltage.lasts_s, apart_s, dtype=np.float64)
     looked = Seen(seen.quantity, np.zeros(len(time_s)), time_s, error)
-    return Experiment('planned', settings, Voltage(np.array(rows)), (looked,), like.load_n)
+    return Experiment('planned', settings, voltage, (looked,), like.load_n)
 
 
 def _like(fit: FitResult) -> tuple[Experiment, float]:
@@ -167,21 +166,18 @@ def information_of(fit: FitResult, candidate: Candidate) -> Array:
     added = np.zeros((len(place) + len(constants),) * 2)
     if candidate.experiment is None:
         number = [one.name for one in fit.estimates].index(WEIGHED)
-        added[number, number] = WEIGHED_SHARE**-2
+        added[number, number] = BY_HAND[WEIGHED] ** -2
         return added
     stand = problem.stand(place)
     try:
         [found] = predict(stand, [candidate.experiment])
     except StickSlipError:  # an impossible measurement has no information
         return added
-    seen = tuple(
-        replace(each, values=model.values)
-        for each, model in zip(candidate.experiment.seen, found, strict=True)
-    )
-    one = replace(candidate.experiment, seen=seen)
+    [seen], [model] = candidate.experiment.seen, found
+    one = replace(candidate.experiment, seen=(replace(seen, values=model.values),))
     error = _like(fit)[1] * np.sqrt(fit.uncertainty.variance_scale)
-    if seen[0].quantity == PUSHED:
-        error = PUSHED_SHARE * abs(seen[0].values[0])
+    if seen.quantity == PUSHED:
+        error = BY_HAND[PUSHED] * abs(float(model.values[0]))
     noise = StandardErrors(True, (float(error),))
     planned = replace(problem, experiments=(one,), noise=noise, known={}).measured_at(found)
     slopes = planned.slopes(place) @ np.linalg.inv(fit.uncertainty.per_natural)

@@ -23,37 +23,32 @@ from stickslip_ros.lab.experiments.experiment import (
     VoltageStep,
 )
 from stickslip_ros.lab.experiments.predict import Prediction, predict_all
-from stickslip_ros.lab.fitting.free import Coordinate
-from stickslip_ros.lab.fitting.metric import Allowance, Metric, metric_of
-from stickslip_ros.lab.fitting.natural import Natural
+from stickslip_ros.lab.fitting.free import Coordinate, Natural
+from stickslip_ros.lab.fitting.metric import TOO_FAR, Allowance, Metric, metric_of
 from stickslip_ros.lab.runs.batch import Pool
 from stickslip_ros.lab.tables.numbers import NUMBERS, SHEET_SHARE
 from stickslip_ros.parameters import Parameters, Scalar
 
-_GAIN, _ROOM = 'actuator.gain', 1e-6
-STEP = 3e-4
-"""Step of differences in a coordinate: 0.03 % of a value, or of a range. The forces of a fixed
-number of cycles are smooth in every parameter but for 8e-9 of themselves, so that a slope has a
-noise of 1e-5 of them; the truncation is 1e-5 of a slope for central differences and 2e-3 for
-one-sided ones, where the force goes with the 13th power of a parameter, the steepest found."""
+_GAIN = 'actuator.gain'
+STEP, EFFECT = 3e-4, 1e-5
+"""
+Step of differences in a coordinate: 0.03 % of a value, or of a range; least change that counts.
+
+The forces of a fixed number of cycles are smooth in every parameter but for 8e-9 of themselves, so
+that a slope has a noise of 1e-5 of them; the truncation is 1e-5 of a slope for central differences
+and 2e-3 for one-sided ones, where the force goes with the 13th power of a parameter.
+
+"""
 PRIOR = math.log(10.0)
 """Standard error of a coordinate before a measurement: a factor of ten. Without it a recording
 with 4.5 nm of noise gave feet a thousand times as rough, and a mass of 80 mg for 3.2 g."""
 BOUND = 1e-3  # distance of a parameter on its bound
 _STEPS_MIN, _STEPS_MAX = 100, 6400
-"""Fewest and most steps of a run; doubled until the number is steady."""
-STEADY_SHARE = 0.01  # change of a steady number by twice as many cycles, per standard error
-STEADY_NUMBER = 1e-5
-"""The same as a share of the largest number, without standard errors."""
-UNKNOWN_SHARE = 0.02
-"""First standard error of numbers fitted with traces, per largest number."""
+"""Fewest and most steps of runs; doubled until all numbers are steady."""
+STEADY_SHARE = 0.01  # change of a steady number by twice as many steps, per standard error
 FINEST = 5e-11
 """Least noise of a trace, m or N: no sensor resolves a sixth of an atom within microseconds."""
-SCALE_MAX = 100.0
-"""Factor between the measured motion per volt and that of the feet that shows a wrong unit: 0.1 to
-1 for a runner that slips and sticks, and 1000 for nm taken as um."""
-_APART, _MOSTLY = 16, 0.75  # readings between two places of a motion, and the quantile of motions
-SMALLEST_SHARE = 1e-7  # least change of a number that counts, per largest number
+_APART = 16  # readings between two places of a motion per volt
 
 Predicted: TypeAlias = list[Prediction]
 """Predictions of a stand, in the order of ``Problem.seen``."""
@@ -158,19 +153,12 @@ class Problem:
         return self.parameters.updated(self.natural.settings(place))
 
     def predicted(self, stands: Sequence[Parameters]) -> list[Predicted]:
-        """
-        Return the predictions of stands, with all runs side by side.
-
-        Whatever gain a search tries, its amplifier reaches the strokes that were made.
-
-        """
+        """Return the predictions of stands, with all runs side by side."""
         if any(one.name == _GAIN for one in self.free):
-            strokes_m = [
-                one.drive.amplitude_m
-                for one in self.experiments
-                if isinstance(one.drive, SawtoothSteps | VoltageStep)
-            ]
-            stands = [_with_room(stand, max(strokes_m, default=0.0)) for stand in stands]
+            drives = (one.drive for one in self.experiments)
+            made = [each for each in drives if isinstance(each, SawtoothSteps | VoltageStep)]
+            stroke_m = max((each.amplitude_m for each in made), default=0.0)
+            stands = [_with_room(stand, stroke_m) for stand in stands]
         found = predict_all(stands, self.experiments, pool=self.pool)
         for _ in range(len(stands) * len(self.experiments)):
             self.tick()
@@ -270,48 +258,38 @@ class Problem:
 
     def steady_at(self, place: Array) -> tuple['Problem', bool]:
         """Return the problem with enough steps for a stand, and whether they suffice."""
-        problem, stand = self, [self.stand(place)]
+        problem, stand, short = self, [self.stand(place)], list[SawtoothSteps]()
         while problem.steps:
-            twice = {one: 2 * drive.steps for one, drive in problem.steps}
-            [now], [then] = problem.predicted(stand), problem.with_steps(twice).predicted(stand)
-            settings = {
-                one: (*one.settings.items(), drive._replace(steps=0), one.load_n)
-                for one, drive in problem.steps
-            }
-            short = {
-                settings[one]
+            twice = problem.with_twice_the_steps(lambda _: True)
+            [now], [then] = problem.predicted(stand), twice.predicted(stand)
+            short = [
+                one.drive
                 for (one, each, _), a, b in zip(problem.seen, now, then, strict=True)
-                if one in twice and abs(float(b.values[0] - a.values[0])) > problem.steady_by(each)
-            }
-            more = {
-                one: twice[one]
-                for one, drive in problem.steps
-                if settings[one] in short and drive.steps < _STEPS_MAX and drive.is_steady
-            }
-            if not more:
-                return problem, not short
-            problem = problem.with_steps(more)
-        return problem, True
+                if isinstance(one.drive, SawtoothSteps)
+                and abs(float(b.values[0] - a.values[0])) > problem.steady_by(each)
+            ]
+            if not any(drive.is_steady and drive.steps < _STEPS_MAX for drive in short):
+                break
+            problem = problem.with_twice_the_steps(lambda drive: drive.is_steady)
+        return problem, not short
 
-    def with_steps(self, steps: Mapping[Experiment, int]) -> 'Problem':
-        """Return the problem with other numbers of steps in some experiments."""
-        drives = {
-            one: drive._replace(steps=steps[one]) for one, drive in self.steps if one in steps
+    def with_twice_the_steps(self, of: Callable[[SawtoothSteps], bool]) -> 'Problem':
+        """Return the problem with twice the steps of some drives."""
+        longer = {
+            one: drive._replace(steps=2 * drive.steps) for one, drive in self.steps if of(drive)
         }
-        experiments = (replace(one, drive=drives.get(one, one.drive)) for one in self.experiments)
+        experiments = (replace(one, drive=longer.get(one, one.drive)) for one in self.experiments)
         return replace(self, experiments=tuple(experiments))
 
     def steady_by(self, each: Seen) -> float:
         """Return the largest change of a steady number by twice as many steps."""
         largest = largest_of(self.experiments, each.quantity)
-        if each.sigma is None:
-            return STEADY_NUMBER * largest
-        return max(STEADY_SHARE * each.sigma, SMALLEST_SHARE * largest)
+        return max(STEADY_SHARE * (each.sigma or 0.0), EFFECT * largest)
 
 
 def _with_room(stand: Parameters, stroke_m: float) -> Parameters:
-    """Return a stand with an amplifier that reaches a stroke."""
-    highest_v = stand.amplifier.voltage_min + (1.0 + _ROOM) * stroke_m / stand.actuator.gain
+    """Return a stand whose amplifier reaches a stroke that was made, whatever its gain is."""
+    highest_v = stand.amplifier.voltage_min + (1.0 + 1e-6) * stroke_m / stand.actuator.gain
     if highest_v <= stand.amplifier.voltage_max:
         return stand
     return stand.updated({'amplifier.voltage_max': highest_v})
@@ -331,45 +309,40 @@ def noise_at_first(experiments: Sequence[Experiment]) -> StandardErrors:
     """
     Return standard errors as given, or estimated from traces.
 
-    Numbers without an error share an unknown one: together with traces a share of the largest
-    number at first, beside a data sheet SHEET_SHARE of it; else chi-square scales it.
+    Numbers without an error share an unknown one: beside traces or a data sheet SHEET_SHARE of the
+    largest number at first; else chi-square scales it.
 
     """
     seen = [each for one in experiments for each in one.seen]
-    has_traces = any(each.is_trace for each in seen)
-    is_sheet = any(not each.is_trace and NUMBERS[each.quantity].is_of_sheet for each in seen)
-    is_known = has_traces or is_sheet or all(each.sigma is not None for each in seen)
-    share = UNKNOWN_SHARE if has_traces else SHEET_SHARE if is_sheet else 1.0
+    is_known = all(each.sigma is not None for each in seen) or any(
+        each.is_trace or NUMBERS[each.quantity].is_of_sheet for each in seen
+    )
 
     def error_of(each: Seen) -> float:
         if each.is_trace:
             return max(each.noise, FINEST)
         if each.sigma is not None and is_known:
             return each.sigma
-        return largest_of(experiments, each.quantity) * share
+        return largest_of(experiments, each.quantity) * (SHEET_SHARE if is_known else 1.0)
 
     return StandardErrors(is_known, tuple(map(error_of, seen)))
 
 
 def _check_scale(one: Experiment, stand: Parameters) -> None:
     """Refuse motions too far from those of the feet per volt: a unit must be wrong."""
-    if not isinstance(one.drive, Voltage):
-        return
     for each in one.seen:
-        if each.unit != 'm':
+        if not isinstance(one.drive, Voltage) or each.unit != 'm':
             continue
         voltage_v = np.interp(each.time_s, *one.drive.rows.T)
-        moves, volts = (
-            float(np.quantile(np.abs(x[_APART:] - x[:-_APART]), _MOSTLY))
-            for x in (each.values, voltage_v)
-        )
-        if not volts > 0.0:
+        moves_m, volts = (np.abs(x[_APART:] - x[:-_APART]) for x in (each.values, voltage_v))
+        if not np.any(driven := volts > 0.0):
             continue
-        per_volt, gain = moves / volts, stand.actuator.gain
-        if not gain / SCALE_MAX < per_volt < gain * SCALE_MAX:
+        per_volt = float(np.median(moves_m[driven]) / np.median(volts[driven]))
+        gain = stand.actuator.gain
+        if not gain / TOO_FAR < per_volt < gain * TOO_FAR:
             problem = (
                 f'has a {each.quantity} that moves {per_volt:.2g} m per volt, more than '
-                f'{SCALE_MAX:g} times off the {gain:.2g} m of the feet'
+                f'{TOO_FAR:g} times off the {gain:.2g} m of the feet'
             )
             hint = f'check the units of position and voltage, or give --start {_GAIN}=VALUE'
             raise RecordingError(one.origin, problem, hint)
@@ -382,21 +355,25 @@ def pose(
     known: Mapping[str, tuple[float, float]] | None = None,
     tick: Callable[[], None] = silent,
 ) -> Problem:
-    """Return the problem of a fit, with enough cycles for its starting values."""
-    noise = noise_at_first(experiments)
-    problem = Problem(parameters, free, tuple(experiments), noise, known=known or {}, tick=tick)
+    """Return the problem of a fit, with enough steps for its starting values."""
+    begun = [
+        replace(one, drive=one.drive._replace(steps=one.drive.steps or _STEPS_MIN))
+        if isinstance(one.drive, SawtoothSteps)
+        else one
+        for one in experiments
+    ]
+    noise = noise_at_first(begun)
+    problem = Problem(parameters, free, tuple(begun), noise, known=known or {}, tick=tick)
     least, what = len(free), 'one for each free parameter'
     if not noise.known:
         least, what = least + 1, f'{what} and one for the standard error of the points'
     if problem.count < least:
         hint = 'measure more, free fewer parameters, or state a tolerance in the tables'
         raise OutOfRange('number of points', problem.count, '', f'below {least}, {what}', hint)
-    for one in experiments:
+    for one in begun:
         _check_scale(one, parameters)
-        there = parameters.updated(dict(one.settings))
-        if there.stand.preload_end:
-            end_n = there.stand.preload_end
+        end_n = parameters.updated(dict(one.settings)).stand.preload_end
+        if end_n:
             hint = 'set stand.preload_end=0: each point has one preload'
             raise OutOfRange('stand.preload_end', end_n, 'N', 'not 0 in a fit', hint)
-    problem = problem.with_steps({one: drive.steps or _STEPS_MIN for one, drive in problem.steps})
     return problem.steady_at(problem.start)[0]

@@ -18,7 +18,9 @@ from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
 from stickslip_ros.lab.fitting.assumed import FACTORS_OF_FORCES
+from stickslip_ros.lab.fitting.missing import ODDS_SURE, TELLING_SHARE
 from stickslip_ros.lab.fitting.result import FitResult, Ratio
+from stickslip_ros.lab.fitting.search import APART
 from stickslip_ros.lab.fitting.statistics import Estimate
 from stickslip_ros.lab.runs.plottable import Plottable
 from stickslip_ros.lab.waveform.recognise import LOW_SHARE
@@ -32,41 +34,12 @@ if TYPE_CHECKING:
 JSON, YAML, HTML = ('.json',), ('.yaml', '.yml'), ('.html', '.htm')
 CORRELATED = 0.95  # least correlation of parameters that go together
 OPPOSITE = -0.3  # largest correlation of model and readings of opposite sign
-_TELLING = 0.95  # largest factor of the misfit by a suspect that is named beside a fit that holds
-_RANKED = 3  # most suspects that are named
-_ODDS_SURE = 20.0  # least odds of a suspect that is named alone
-_EXPLAINED = 0.5  # largest share of the misfit that its cause leaves
 _IS_PIECE = re.compile(r'^[0-9.]+ to [0-9.]+ s: (hold|ramp)')  # of a voltage, in words
-_SIMILAR = 0.05  # largest relative difference of equal parameters of two minima
 _CHECK = 'check preload, units of the columns, clocks, and the voltage of the recording'
 
 
 class Fit(Plottable, FitResult):
-    """
-    The result of a fit.
-
-    Attributes
-    ----------
-    problem : Problem
-        The problem, with the cycles of each run, noise, sensors, and what the model owes.
-    searches, refined : tuple of Minimum
-        Ends of the searches, and of those continued from the best.
-    others : tuple of Minimum
-        Other minima that traces do not rule out.
-    steady : bool
-        Whether all runs had enough cycles.
-    uncertainty : Uncertainty
-        Errors of the parameters and of the constants.
-    predicted : list of Prediction
-        Predictions of the fitted stand, in the order of ``problem.seen``.
-    missing : tuple of Missing
-        What the stand may lack, the best first.
-    wall_s : float
-        Duration, s.
-    notes : tuple of str
-        Changes of the stand for the fit, and what was found about the sensors.
-
-    """
+    """The result of a fit, to print, draw and save; its fields are those of ``FitResult``."""
 
     def sections(self) -> Iterator[Section]:
         """Yield what is seen, the estimates with the verdict, and the readings."""
@@ -151,7 +124,7 @@ def warnings_of(fit: FitResult) -> tuple[str, ...]:
     return (
         *(text for one in fit.experiments for text in one.notes),
         *_lacking(fit),
-        *([] if fit.holds else (*_divided_monitors(fit), *_opposite_ways(fit))),
+        *([] if fit.holds else _voltage_warnings(fit)),
         *_search_warnings(fit),
         *(text for one in fit.estimates for text in _estimate_warnings(one)),
     )
@@ -163,22 +136,17 @@ def _lacking(fit: FitResult) -> Iterator[str]:
         if not fit.holds and fit.problem.has_traces:
             yield f'nothing that was tried explains the misfit: {_CHECK}'
         return
-    best, *others = fit.missing[:_RANKED]
-    if fit.holds and best.expected > _TELLING * best.chi_square:
+    best, *others = fit.missing[:3]
+    if fit.holds and best.expected > (1.0 - TELLING_SHARE) * best.chi_square:
         return
-    rival = 'the next' if others else 'nothing'
-    odds = f'{min(best.odds, 1e6):.2g} to 1 against {rival}'
-    text = f'the stand may lack {best.name} (odds {odds})'
-    if others and best.odds < _ODDS_SURE:
-        text += f', or {" or ".join(each.name for each in others)}'
-    readings = fit.readings
-    text += (
-        f': chi-square per reading would fall from {best.chi_square / readings:.3g} to '
-        f'{best.expected / readings:.3g}'
-    )
-    if best.expected - readings > _EXPLAINED * (best.chi_square - readings):
-        text += f'; nothing that was tried explains half of the misfit: {_CHECK}'
-    yield text
+    odds = f'{min(best.odds, 1e6):.2g} to 1 against {"the next" if others else "nothing"}'
+    rivals = ' or '.join(each.name for each in others if best.odds < ODDS_SURE)
+    now, then = (each / fit.readings for each in (best.chi_square, best.expected))
+    lacks = f'{best.name} (odds {odds})' + (f', or {rivals}' if rivals else '')
+    falls = f'chi-square per reading would fall from {now:.3g} to {then:.3g}'
+    if then - 1.0 > 0.5 * (now - 1.0):
+        falls += f'; nothing that was tried explains half of the misfit: {_CHECK}'
+    yield f'the stand may lack {lacks}: {falls}'
 
 
 def _search_warnings(fit: FitResult) -> Iterator[str]:
@@ -186,55 +154,47 @@ def _search_warnings(fit: FitResult) -> Iterator[str]:
         drives = [drive for _, drive in fit.problem.steps]
         is_counted = not all(drive.is_steady for drive in drives)
         depends = ': their forces are those after this number of steps' if is_counted else ''
-        most = max(drive.steps for drive in drives)
-        yield f'some runs are not steady after {most} steps{depends}'
+        yield f'some runs are not steady after {max(each.steps for each in drives)} steps{depends}'
     if fit.others:
         other = fit.others[0]
         values = zip(fit.estimates, fit.problem.values(other.place), strict=True)
-        there = ', '.join(
+        there = [
             f'{one.name} {value:.4g}'
             for one, value in values
-            if not math.isclose(value, one.value, rel_tol=_SIMILAR)
-        )
+            if not math.isclose(value, one.value, rel_tol=APART)
+        ]
+        hold = 'cover all of them' if fit.problem.has_traces else 'hold for this one only'
         yield (
             f'{len(fit.others)} other minima are not ruled out at 95 %, the next with a '
             f'chi-square {other.chi_square - fit.found.chi_square:.2g} above: '
-            f'{there or "near this one"}; the intervals cover all of them'
-        )
-    elif fit.rivals:
-        yield (
-            f'{fit.rivals} of {len(fit.searches)} searches ended in another minimum that the '
-            'points do not rule out at 95 %: the intervals hold for this one only'
+            f'{", ".join(there) or "near this one"}; the intervals {hold}'
         )
 
 
-def _divided_monitors(fit: FitResult) -> Iterator[str]:
+def _voltage_warnings(fit: FitResult) -> Iterator[str]:
+    """Yield wrong units and signs, by the model at the start, as the fitted one may rest."""
     amplifier = fit.parameters.amplifier
     range_v = amplifier.voltage_max - amplifier.voltage_min
     for one in fit.experiments:
-        if not isinstance(one.drive, Voltage):
-            continue
-        covered_v = float(np.ptp(one.drive.rows[:, VOLTAGE]))
+        covered_v = (
+            np.ptp(one.drive.rows[:, VOLTAGE]) if isinstance(one.drive, Voltage) else range_v
+        )
         if covered_v < LOW_SHARE * range_v:
             yield (
                 f'{one.origin}: its voltage covers {covered_v:.3g} V of the {range_v:g} V of the '
                 'amplifier: if the monitor is divided, give its unit, as voltage_v="NAME (100 V)"'
             )
-
-
-def _opposite_ways(fit: FitResult) -> Iterator[str]:
-    """Yield quantities of opposite sign to the stand at the start: the fitted stand may rest."""
     began = fit.problem.predicted_at(fit.problem.start)
     for (one, each, _), model in zip(fit.problem.seen, began, strict=True):
-        if each.is_trace and np.ptp(model.values) > 0.0:
-            correlation = float(np.corrcoef(model.values, each.values)[0, 1])
-            if correlation < OPPOSITE:
-                yield (
-                    f'{one.origin}: {each.quantity} has the opposite sign of the model '
-                    f'(correlation {correlation:.2f}): if its sensor counts the other way, give '
-                    f'{each.quantity}="NAME (-1 {each.unit})"; if the piezo moves against its '
-                    'voltage, set feet.gain below 0; else check the driving voltage'
-                )
+        moves = each.is_trace and np.ptp(model.values) > 0.0
+        correlation = np.corrcoef(model.values, each.values)[0, 1] if moves else 0.0
+        if correlation < OPPOSITE:
+            yield (
+                f'{one.origin}: {each.quantity} has the opposite sign of the model '
+                f'(correlation {correlation:.2f}): if its sensor counts the other way, give '
+                f'{each.quantity}="NAME (-1 {each.unit})"; if the piezo moves against its '
+                'voltage, set feet.gain below 0; else check the driving voltage'
+            )
 
 
 def _estimate_warnings(one: Estimate) -> Iterator[str]:
@@ -254,6 +214,13 @@ def _estimate_warnings(one: Estimate) -> Iterator[str]:
         yield f'{one.name} has a standard error above its value'
 
 
+_AS_THEY_ARE = (
+    *('noise_n', 'chi_square', 'reduced_chi_square', 'p_value', 'tensions', 'ratios', 'holds'),
+    *('reasons', 'notes', 'evaluations', 'wall_s', 'missing', 'covariance'),
+)
+"""Properties of a fit that stand in its JSON under their names."""
+
+
 def as_object(fit: FitResult) -> Any:
     """Return a fit as an object for JSON: None stands for infinity and not a number."""
     doubt = fit.uncertainty
@@ -268,33 +235,32 @@ def as_object(fit: FitResult) -> Any:
             'covariance_of_coordinates': doubt.covariance_z,
             'natural_coordinates': fit.found.coordinates,
             'covariance_of_natural_coordinates': doubt.natural(doubt.recorded_z),
-            'covariance': fit.covariance,
             'correlation': doubt.correlation,
             'sigma_known': fit.problem.noise.known,
-            'noise_n': fit.noise_n,
             'allowance': fit.problem.allowance,
             'known': fit.problem.known,
             'assumed': doubt.shares,
-            'tensions': fit.tensions,
-            'ratios': fit.ratios,
-            'chi_square': fit.chi_square,
             'dof': doubt.dof,
-            'reduced_chi_square': fit.reduced_chi_square,
-            'p_value': fit.p_value,
-            'holds': fit.holds,
-            'reasons': fit.reasons,
             'covariance_scale': doubt.variance_scale,
             'interval_quantile': doubt.quantile,
+            **{name: getattr(fit, name) for name in _AS_THEY_ARE},
             'warnings': warnings_of(fit),
-            'notes': fit.notes,
             'converged': fit.found.converged,
             'starts': len(fit.searches),
-            'evaluations': fit.evaluations,
-            'wall_s': fit.wall_s,
-            'missing': fit.missing,
             'bands': _of_bands(fit),
             'points': _points(fit),
-            'traces': _traces(fit),
+            'traces': [
+                {
+                    'origin': one.origin,
+                    'settings': dict(one.settings),
+                    'quantity': each.quantity,
+                    'readings': len(each.values),
+                    'left_out': each.left_out,
+                    'driven_by': list(one.drive.notes) if isinstance(one.drive, Voltage) else [],
+                    **sensor,
+                }
+                for one, each, sensor in fit.sensors
+            ],
             'parameters': fit.parameters.changed(),
         }
     )
@@ -325,23 +291,19 @@ def write_fit(path: Path, fit: Fit, content: dict[str, Any], origin: str, comman
 
 def _points(fit: FitResult) -> list[dict[str, Any]]:
     """Return an object for each fitted number."""
-    rows = list[dict[str, Any]]()
-    for (one, each, noise), model in zip(fit.problem.seen, fit.predicted, strict=True):
-        if isinstance(one.drive, Voltage):
-            continue
-        measured, modelled = float(each.values[0]), float(model.values[0])
-        rows.append(
-            {
-                'preload_n': one.settings['stand.preload'],
-                **one.drive._asdict(),
-                'quantity': each.quantity,
-                'measured': measured,
-                'model': modelled,
-                'residual': modelled - measured,
-                **({'sigma': noise} if fit.problem.noise.known else {}),
-            }
-        )
-    return rows
+    return [
+        {
+            'preload_n': one.settings['stand.preload'],
+            **one.drive._asdict(),
+            'quantity': each.quantity,
+            'measured': float(each.values[0]),
+            'model': float(model.values[0]),
+            'residual': float(model.values[0] - each.values[0]),
+            **({'sigma': noise} if fit.problem.noise.known else {}),
+        }
+        for (one, each, noise), model in zip(fit.problem.seen, fit.predicted, strict=True)
+        if not isinstance(one.drive, Voltage)
+    ]
 
 
 def _of_bands(fit: FitResult) -> str:
@@ -355,30 +317,12 @@ def _of_bands(fit: FitResult) -> str:
     )
 
 
-def _traces(fit: FitResult) -> list[dict[str, Any]]:
-    """Return an object for each trace, with its sensor."""
-    return [
-        {
-            'origin': one.origin,
-            'settings': dict(one.settings),
-            'quantity': each.quantity,
-            'readings': len(each.values),
-            'left_out': each.left_out,
-            **sensor,
-            'driven_by': list(one.drive.notes),
-        }
-        for one, each, sensor in fit.sensors
-        if isinstance(one.drive, Voltage)
-    ]
-
-
 def _estimate(one: Estimate, *, holds: bool) -> str:
-    if not holds:
-        return f'{one.name}: {one.value:.6g} {one.unit}'.rstrip() + ', not reliable'
-    if not math.isfinite(one.standard_error):
-        return f'{one.name}: {one.value:.6g} {one.unit}'.rstrip() + ', not determined'
-    value = f'{one.name}: {one.value:.6g} ± {one.standard_error:.2g} {one.unit}'.rstrip()
-    return f'{value}, 95 % interval {one.low:.6g} to {one.high:.6g}'
+    found, unit = f'{one.name}: {one.value:.6g}', f' {one.unit}'.rstrip()
+    if not (holds and math.isfinite(one.standard_error)):
+        return f'{found}{unit}, not {"determined" if holds else "reliable"}'
+    interval = f'95 % interval {one.low:.6g} to {one.high:.6g}'
+    return f'{found} ± {one.standard_error:.2g}{unit}, {interval}'
 
 
 def _row(one: Estimate | Ratio, *, holds: bool) -> tuple[str, ...]:

@@ -1,29 +1,32 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The result of a fit: the best of many searches, and its quality."""
+"""The result of a fit: the best of many searches, its quality, and draws, of its file too."""
 
+import json
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from scipy import optimize
 from scipy.stats import chi2
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.build import friction_limit_n
+from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError
+from stickslip_ros.files import read_bytes
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
 from stickslip_ros.lab.fitting.assumed import APART_MAX, OF_FORCES, with_constant
-from stickslip_ros.lab.fitting.draws import drawn
-from stickslip_ros.lab.fitting.free import LOAD, is_property
-from stickslip_ros.lab.fitting.missing import Missing
-from stickslip_ros.lab.fitting.natural import Natural
-from stickslip_ros.lab.fitting.problem import STEP, Predicted, Problem
-from stickslip_ros.lab.fitting.search import Minimum, best_of
+from stickslip_ros.lab.fitting.free import LOAD, TINY, Coordinate, Natural, is_property
+from stickslip_ros.lab.fitting.metric import Allowance
+from stickslip_ros.lab.fitting.missing import CHANCE, Missing
+from stickslip_ros.lab.fitting.problem import EFFECT, Predicted, Problem
+from stickslip_ros.lab.fitting.search import Minimum, distinct
 from stickslip_ros.lab.fitting.statistics import (
-    EFFECT,
     UNDETERMINED,
     Estimate,
     Tension,
@@ -34,21 +37,14 @@ from stickslip_ros.lab.tables.numbers import stage_hz
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.units import unit_of
 
-_SAME_CHANGE = 0.01
-"""Largest difference of chi-square, per its scale, of two searches in the same minimum."""
-_SAME_SHARE = 1e-10
-"""The same as a share of the sum of squares of the data, for data without noise."""
-RULED_OUT_BY = 3.84
-"""Excess of chi-square, per its scale, that rules out a minimum at 95 %."""
 P_VALUE_MIN = 0.01
 """Least chance of numbers with given errors; traces have an allowance instead."""
-_FALL = 21.1
-"""Fall of chi-square by three more free parameters with a chance of 1e-4."""
 OWED_MOST = 0.03
 """Most that the model may owe in the shape of a cycle, as a share of the stroke of the feet."""
-_DRIFT_M_PER_S, _DRIFT_SHARE = 1e-6, 0.5
-"""Least drift of a position, and its share of the range of the readings, that no sensor has: it
-replaces a motion that the model does not make."""
+_DRIFT_M_PER_S = 1e-6  # least drift of a position that no sensor has
+
+
+DRAWS_MAX = 10_000
 
 
 class Ratio(NamedTuple):
@@ -68,29 +64,28 @@ _RATIOS: Mapping[str, tuple[str, Callable[[Parameters], float]]] = {
     'friction, mu F/m': ('m/s^2', lambda on: friction_limit_n(on) / on.runner.mass),
     'gain': ('m/V', lambda on: on.actuator.gain),
 }
-_NOTHING = 1e-300  # a ratio of 0 in arithmetic
 _SCALED = 'contact.', 'friction_law.', 'runner.', 'load_cell.', LOAD  # by the forces
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FitResult:
-    """The numbers of a ``Fit``, which describes them."""
+    """The numbers of a ``Fit``."""
 
-    problem: Problem
-    searches: tuple[Minimum, ...]
-    refined: tuple[Minimum, ...]
-    others: tuple[Minimum, ...]
-    steady: bool
-    uncertainty: Uncertainty
-    predicted: Predicted
-    missing: tuple[Missing, ...]
+    problem: Problem  # with the steps of each run, noise, sensors, and what the model owes
+    searches: tuple[Minimum, ...]  # ends of the searches
+    refined: tuple[Minimum, ...]  # ends of those continued from the best
+    others: tuple[Minimum, ...]  # minima that are not ruled out
+    steady: bool  # whether all runs had enough steps
+    uncertainty: Uncertainty  # errors of the parameters and of the constants
+    predicted: Predicted  # by the fitted stand, in the order of ``problem.seen``
+    missing: tuple[Missing, ...]  # what the stand may lack, the best first
     wall_s: float
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # changes of the stand, and what was found about the sensors
 
     @property
     def found(self) -> Minimum:
         """The minimum."""
-        return self.refined[-1] if self.refined else best_of(self.searches)
+        return self.refined[-1] if self.refined else distinct(self.searches)[0]
 
     @property
     def parameters(self) -> Parameters:
@@ -152,36 +147,30 @@ class FitResult:
     @cached_property
     def ratios(self) -> tuple[Ratio, ...]:
         """The ratios that readings without a force show."""
-        place, doubt, first = self.found.place, self.uncertainty, self.experiments[0]
+        if self.has_forces:
+            return ()
+        place, doubt, free = self.found.place, self.uncertainty, len(self.problem.free)
 
-        def logarithms(place: Array, constant: str = '', by: float = 0.0) -> Array:
-            stand = self.problem.stand(place)
-            one = with_constant(stand, first, constant, math.exp(by)) if constant else first
+        def logarithms(where: Array) -> Array:
+            stand, one = self.problem.stand(where[:free]), self.experiments[0]
+            for name, by in zip(doubt.shares, where[free:].tolist(), strict=True):
+                one = with_constant(stand, one, name, math.exp(by))
             there = stand.updated(dict(one.settings))
-            return np.log([max(shown(there), _NOTHING) for _, shown in _RATIOS.values()])
+            return np.log([max(shown(there), TINY) for _, shown in _RATIOS.values()])
 
-        ends = [
-            (logarithms(place + way), logarithms(place - way)) for way in STEP * np.eye(len(place))
-        ]
-        ends += [
-            (logarithms(place, name, STEP), logarithms(place, name, -STEP))
-            for name in doubt.shares
-        ]
-        columns = [(above - below) / (2.0 * STEP) for above, below in ends]
-        slopes, of_constants = np.split(np.column_stack(columns), [len(place)], axis=1)
-        covariance = doubt.natural(doubt.shown_z)
-        errors = np.sqrt(np.sum(slopes @ covariance * slopes, axis=1))
-        followed, pulled = np.split(doubt.pulled, [len(place)])
+        here = np.append(place, np.zeros(len(doubt.shares)))
+        jacobian = optimize.approx_fprime(here, logarithms)
+        slopes, of_constants = np.split(jacobian, [free], axis=1)
+        errors = np.sqrt(np.sum(slopes @ doubt.natural(doubt.shown_z) * slopes, axis=1))
+        followed, pulled = np.split(doubt.pulled, [free])
         moved = slopes @ np.linalg.solve(doubt.per_natural, followed) + of_constants @ pulled
-        widths = doubt.quantile * errors + np.abs(moved)
-        values = np.exp(logarithms(place))
-        rows = values, values * errors, values * np.exp(-widths), values * np.exp(widths)
+        widths = np.exp(doubt.quantile * errors + np.abs(moved))
+        values = np.exp(logarithms(here))
+        rows = np.transpose([values, values * errors, values / widths, values * widths]).tolist()
         return tuple(
             Ratio(name, unit, *row)
-            for (name, (unit, _)), row, error in zip(
-                _RATIOS.items(), np.transpose(rows).tolist(), errors, strict=True
-            )
-            if EFFECT < error < UNDETERMINED and row[0] > 2.0 * _NOTHING and not self.has_forces
+            for (name, (unit, _)), row, error in zip(_RATIOS.items(), rows, errors, strict=True)
+            if EFFECT < error < UNDETERMINED
         )
 
     @cached_property
@@ -213,33 +202,6 @@ class FitResult:
             return None
         return float(chi2.sf(self.chi_square, dof))
 
-    @property
-    def owed_m(self) -> float:
-        """What the model owes in each moment of a cycle, m, rms; 0 of numbers."""
-        allowance = self.problem.allowance
-        return 0.0 if allowance is None else math.hypot(allowance.shape_m, allowance.slow_m)
-
-    @property
-    def stroke_m(self) -> float:
-        """Largest stroke of the feet in the recordings, m."""
-        swings_v = [
-            np.ptp(one.drive.rows[:, 1])
-            for one in self.experiments
-            if isinstance(one.drive, Voltage)
-        ]
-        return float(max(swings_v, default=0.0)) * self.parameters.actuator.gain
-
-    @property
-    def culprits(self) -> tuple[Missing, ...]:
-        """What is missing and would move a value beyond its error."""
-        place, natural = self.found.place, self.problem.natural
-        return tuple(
-            each
-            for each in self.missing
-            if each.chi_square - each.expected > _FALL
-            and self.uncertainty.is_beyond_errors(natural.back(place + np.array(each.moves)))
-        )
-
     @cached_property
     def reasons(self) -> tuple[str, ...]:
         """Why the fit does not hold; empty if it holds."""
@@ -254,17 +216,24 @@ class FitResult:
         if not self.found.converged:
             yield 'the search did not converge: raise --starts, or narrow --bounds'
         if self.p_value is not None and self.p_value < P_VALUE_MIN:
+            yield f'the numbers are missed by more than their errors (p-value {self.p_value:.2g})'
+        drives = (one.drive for one in self.experiments)
+        swings_v = [np.ptp(each.rows[:, 1]) for each in drives if isinstance(each, Voltage)]
+        stroke_m = max(swings_v, default=0.0) * self.parameters.actuator.gain
+        owed = self.problem.allowance or Allowance(0.0, 0.0, 0.0)
+        if (owed_m := math.hypot(owed.shape_m, owed.slow_m)) > OWED_MOST * stroke_m:
             yield (
-                f'the numbers are missed by more than their errors (p-value {self.p_value:.2g})'
-            )
-        if self.owed_m > OWED_MOST * self.stroke_m:
-            yield (
-                f'the model misses the motion by {1e9 * self.owed_m:.3g} nm, more than '
+                f'the model misses the motion by {1e9 * owed_m:.3g} nm, more than '
                 f'{100.0 * OWED_MOST:g} % of the stroke'
             )
-        for each in self.culprits[:1]:
-            free = ' free' * is_property(each.name)
-            yield f'values move beyond their errors with {each.name}{free}'
+        least, place = chi2.isf(CHANCE, 3), self.found.place  # of three more free parameters
+        told = [each for each in self.missing if each.chi_square - each.expected > least]
+        for each in told:
+            z = self.problem.natural.back(place + np.array(each.moves))
+            if self.uncertainty.is_beyond_errors(z):
+                free = ' free' * is_property(each.name)
+                yield f'values move beyond their errors with {each.name}{free}'
+                break
         for one, beyond in zip(self.estimates, self.uncertainty.beyond.tolist(), strict=True):
             if one.at_bound and one.is_limit(one.value) and beyond > APART_MAX:
                 limit = f'{one.value:.4g} {one.unit}'.rstrip()
@@ -281,7 +250,7 @@ class FitResult:
                 )
         for recording, seen, sensor in self.sensors:
             drift_m_per_s, range_m = sensor['drift_per_s'], float(np.ptp(seen.values))
-            is_most = abs(drift_m_per_s) * float(np.ptp(seen.time_s)) > _DRIFT_SHARE * range_m
+            is_most = abs(drift_m_per_s) * float(np.ptp(seen.time_s)) > 0.5 * range_m
             if seen.unit == 'm' and is_most and abs(drift_m_per_s) > _DRIFT_M_PER_S:
                 yield (
                     f'{recording.origin}: most of the motion would be a drift of the sensor, '
@@ -295,16 +264,6 @@ class FitResult:
         if noise.known:
             return None
         return float(np.sqrt(self.uncertainty.variance_scale)) * noise.values[0]
-
-    @property
-    def rivals(self) -> int:
-        """Searches of numbers that ended in other minima that are not ruled out."""
-        if self.problem.has_traces:
-            return 0
-        scale, least = self.uncertainty.variance_scale, best_of(self.searches).chi_square
-        same = _SAME_CHANGE * scale + _SAME_SHARE * self.problem.signal**2
-        rises = [one.chi_square - least for one in self.searches]
-        return sum(same < rise <= RULED_OUT_BY * scale for rise in rises)
 
     @property
     def evaluations(self) -> int:
@@ -334,3 +293,77 @@ class FitResult:
     def readings(self) -> int:
         """Number of readings."""
         return sum(len(each.values) for _, each, _ in self.problem.seen)
+
+
+def drawn(
+    natural: Natural, place: Array, covariance: Array, vague: Sequence[str], count: int, seed: int
+) -> list[Parameters]:
+    """
+    Return stands from a normal distribution of natural coordinates, shapes (free,), (free, free).
+
+    Raises OutOfRange for an impossible number, or if there are ``vague`` parameters, known to less
+    than a factor of e.
+
+    """
+    if not 1 <= count <= DRAWS_MAX:
+        limit = f'not from 1 to {DRAWS_MAX}'
+        raise OutOfRange('number of draws', count, '', limit, 'take 100')
+    for name in vague:
+        limit = f'above {UNDETERMINED:g}: the parameter is not determined, and has no draws'
+        hint = 'fit a recording under another preload too; fit --plan 5 lists the best'
+        raise OutOfRange(f'standard error of ln({name})', '', '', limit, hint)
+    chance = np.random.default_rng(seed)
+    places = chance.multivariate_normal(place, covariance, count, method='eigh')
+    return [natural.stand.updated(natural.settings(each)) for each in places]
+
+
+def read_stand(path: Path) -> Parameters:
+    """Return the fitted stand of a file of ``stickslip fit -o fitted.json``."""
+    return _read(path)[0].stand
+
+
+def read_draws(path: Path, count: int = 100, seed: int = 1) -> list[Parameters]:
+    """
+    Return draws of the fit in a file of ``stickslip fit -o fitted.json``.
+
+    Parameters without a finite error stay constant. Raises RecordingError for another file or a
+    fit that failed its checks, OutOfRange for an impossible number or a parameter that is known to
+    less than a factor of e.
+
+    """
+    natural, place, covariance, vague, holds = _read(path)
+    if not holds:
+        hint = 'free the missing parameters and fit again, or use --params fitted.yaml alone'
+        raise RecordingError(path, 'is of a fit that failed its checks', hint)
+    return drawn(natural, place, covariance, vague, count, seed)
+
+
+def read_note(path: Path) -> str:
+    """Return the note on bands in the file of a fit."""
+    return str(json.loads(path.read_bytes()).get('bands', ''))
+
+
+def _read(path: Path) -> tuple[Natural, Array, Array, list[str], bool]:
+    """Return coordinates, minimum, its covariance, vague parameters, and whether the fit holds."""
+    hint = 'give the .json of stickslip fit -o, of this version'
+    try:
+        content = json.loads(read_bytes(path, hint))
+        rows = content['estimates']
+        tops = [math.inf if each['upper'] is None else each['upper'] for each in rows]
+        free = tuple(
+            Coordinate(each['name'], each['unit'], each['start'], each['lower'], top)
+            for each, top in zip(rows, tops, strict=True)
+        )
+        vague = [each['name'] for each in rows if each['undetermined']]
+        stand = Parameters().updated(content['parameters'])
+        place = np.array(content['natural_coordinates'], dtype=np.float64)
+        covariance = np.array(content['covariance_of_natural_coordinates'], dtype=np.float64)
+        holds = bool(content['holds'])
+        fits = place.shape == (len(free),) and covariance.shape == (len(free), len(free))
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise RecordingError(path, f'is no fit ({type(error).__name__})', hint) from None
+    except StickSlipError as error:
+        raise RecordingError(path, f'holds no stand: {error}', hint) from None
+    if not fits:
+        raise RecordingError(path, 'is no fit: its covariance has another shape', hint)
+    return Natural(stand, free), place, covariance, vague, holds

@@ -20,8 +20,8 @@ from scipy.stats import norm, t
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.lab.fitting.assumed import LOAD_FACTOR, slopes_of_constants
-from stickslip_ros.lab.fitting.free import Coordinate
-from stickslip_ros.lab.fitting.problem import BOUND, PRIOR, Problem
+from stickslip_ros.lab.fitting.free import TINY, Coordinate
+from stickslip_ros.lab.fitting.problem import BOUND, EFFECT, PRIOR, Problem
 
 Flags = NDArray[np.bool_]
 
@@ -29,11 +29,8 @@ LEVEL = 0.95  # confidence of the intervals
 QUANTILE_95 = 1.96  # half width of a 95 % interval in standard deviations
 _VAGUE = 10.0
 """Standard error before a measurement that shows whether the readings alone determine it."""
-EFFECT = 1e-5
-"""Least effect of an e-fold, or of a usual size, per reading: the noise of a slope."""
 UNDETERMINED = 1.0
 """Largest standard error of a determined parameter, in e-folds: slopes do not reach further."""
-_APART = 2.0  # least distance of another minimum in standard errors
 
 
 class Tension(NamedTuple):
@@ -116,7 +113,7 @@ class Uncertainty:
     def is_beyond_errors(self, z: Array) -> bool:
         """Return whether another place lies beyond the errors that the readings leave."""
         errors = np.sqrt(np.diag(self.recorded_z))
-        return bool(np.any(np.abs(z - self.z) > _APART * errors))
+        return bool(np.any(np.abs(z - self.z) > QUANTILE_95 * errors))
 
     def reaching(self, others: Array, rises: Array) -> 'Uncertainty':
         """Widen the intervals to other minima, shape (n, free), by their rises of chi-square."""
@@ -215,7 +212,7 @@ def uncertainty(problem: Problem, place: Array, shares: Mapping[str, float]) -> 
 def _scale_of(problem: Problem, chi_square: float, dof: int) -> float:
     """Return the factor of the covariance: errors of numbers are given, of traces estimated."""
     if not problem.noise.known:
-        return max(chi_square / dof, float(np.finfo(np.float64).tiny))
+        return max(chi_square / dof, TINY)
     return max(chi_square / dof, 1.0) if problem.has_traces else 1.0
 
 
@@ -233,7 +230,7 @@ def _beyond(
     basis, found = np.linalg.qr(slopes[:, ~at_bound])[0], np.zeros(len(place))
     for number in np.flatnonzero(at_bound):
         alone = slopes[:, number] - basis @ (basis.T @ slopes[:, number])
-        pull = float(alone @ missed) / max(float(np.linalg.norm(alone)), 1e-300)
+        pull = float(alone @ missed) / max(float(np.linalg.norm(alone)), TINY)
         found[number] = pull if is_lower[number] else -pull
     return found
 

@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from stickslip_ros.lab.cli.main import main
-from stickslip_ros.lab.fitting.draws import read_draws
+from stickslip_ros.lab.fitting.result import read_draws
 from stickslip_ros.lab.runs.bands import LEVELS, band_of
 from stickslip_ros.lab.runs.sawtooth_run import run_drive
 

@@ -17,10 +17,10 @@ from scipy.stats import binom, chi2
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.experiments import predict as predict_module
 from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps
-from stickslip_ros.lab.fitting.draws import read_draws
 from stickslip_ros.lab.fitting.fit import FitOptions, fit, fit_experiments
 from stickslip_ros.lab.fitting.free import Free, choose_free
 from stickslip_ros.lab.fitting.report import Fit, as_object, warnings_of
+from stickslip_ros.lab.fitting.result import read_draws
 from stickslip_ros.lab.runs.courses import Course
 from stickslip_ros.parameters import Parameters
 
@@ -115,7 +115,7 @@ def test_data_without_noise_give_the_parameters_back_from_most_starts(truth):
     assert fit.steady
     ended = [each for each in fit.searches if np.allclose(each.place, fit.found.place, atol=1e-4)]
     assert len(ended) >= 3
-    assert fit.rivals == 0
+    assert fit.others == ()
     assert fit.parameters.contact.friction == fit.estimates[0].value
     assert fit.p_value > 0.9999
     assert warnings_of(fit) == ()

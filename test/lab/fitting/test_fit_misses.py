@@ -19,13 +19,13 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
 from stickslip_ros.lab.experiments.predict import Prediction, predict
-from stickslip_ros.lab.fitting.draws import read_draws
 from stickslip_ros.lab.fitting.fit import FitOptions, fit
 from stickslip_ros.lab.fitting.free import choose_free
 from stickslip_ros.lab.fitting.metric import CORRELATED_S, Allowance, metric_of, waves_of
 from stickslip_ros.lab.fitting.missing import missing_from
 from stickslip_ros.lab.fitting.problem import pose
 from stickslip_ros.lab.fitting.report import Fit, as_object, warnings_of
+from stickslip_ros.lab.fitting.result import read_draws
 from stickslip_ros.lab.fitting.statistics import QUANTILE_95
 from stickslip_ros.parameters import Parameters, Scalar
 

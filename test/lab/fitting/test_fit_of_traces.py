@@ -24,12 +24,12 @@ from stickslip_ros.lab.experiments.predict import (
 )
 from stickslip_ros.lab.experiments.sensor import KnownSensor, keeps_noise, noise_of
 from stickslip_ros.lab.experiments.sensor_clock import LATE_MIN_S, lateness_of, sensor_near
-from stickslip_ros.lab.fitting.draws import read_draws, read_note
 from stickslip_ros.lab.fitting.fit import FitOptions, fit
 from stickslip_ros.lab.fitting.free import Free
 from stickslip_ros.lab.fitting.metric import DELAY_S, Allowance, metric_of, slower, waves_of
 from stickslip_ros.lab.fitting.problem import Problem
 from stickslip_ros.lab.fitting.report import Fit, as_object, warnings_of
+from stickslip_ros.lab.fitting.result import read_draws, read_note
 from stickslip_ros.parameters import Parameters, Scalar
 
 ROWS = voltage((-60.0, 250.0, 1), (-170.0, 200.0, 1), (280.0, 300.0, 5), (300.0, 600.0, 8))

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from stickslip_ros.drive.layout import contacts_of
-from stickslip_ros.lab.fitting.free import choose_free
-from stickslip_ros.lab.fitting.natural import Natural
+from stickslip_ros.lab.fitting.free import Natural, choose_free
 from stickslip_ros.parameters import Parameters
 
 STAND = Parameters().updated({'stand.preload': 0.4, 'runner.damping': 20.0})
