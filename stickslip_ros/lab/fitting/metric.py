@@ -30,7 +30,7 @@ from stickslip_ros.lab.experiments.predict import Prediction
 from stickslip_ros.lab.experiments.sensor_clock import FALL_S
 from stickslip_ros.lab.fitting.free import TINY
 
-TOO_FAR = 30.0
+TOO_FAR = 100.0
 """Factor by which no value is off: zero and drift per range of the readings, and the motion per
 volt, 0.1 to 1 of that of the feet for a runner that slips and sticks, 1000 for nm taken as um."""
 DELAY_S, SLOW_SHARE = 2e-5, 0.3

@@ -17,7 +17,7 @@ from stickslip_ros.drive.records import VOLTAGE
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
-from stickslip_ros.lab.fitting.assumed import FACTORS_OF_FORCES
+from stickslip_ros.lab.fitting.assumed import APART_MAX, FACTORS_OF_FORCES
 from stickslip_ros.lab.fitting.missing import ODDS_SURE, TELLING_SHARE
 from stickslip_ros.lab.fitting.result import FitResult, Ratio
 from stickslip_ros.lab.fitting.search import APART
@@ -133,7 +133,8 @@ def warnings_of(fit: FitResult) -> tuple[str, ...]:
 def _lacking(fit: FitResult) -> Iterator[str]:
     """Yield what the stand may lack, ranked, or that nothing of the list explains the misfit."""
     if not fit.missing:
-        if not fit.holds and fit.problem.has_traces:
+        is_told = any(each.apart > APART_MAX for each in fit.tensions)
+        if fit.problem.has_traces and not (fit.holds or is_told):
             yield f'nothing that was tried explains the misfit: {_CHECK}'
         return
     best, *others = fit.missing[:3]

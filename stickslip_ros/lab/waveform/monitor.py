@@ -18,7 +18,7 @@ OUT = 4.5
 """Standard deviations within which a piece explains a sample: 7 of a million lie beyond."""
 LOUD = 2.0
 """Most scatter of samples about a piece, in that of the noise."""
-EQUAL_SHARE = 0.01
+EQUAL = 0.01
 """Share of the range within which voltages are equal: beyond a rail, or of neighbours that show a
 curve; and share of the samples that may lie beyond the rails."""
 GAUSSIAN = 1.4826
@@ -49,7 +49,7 @@ class Monitor:
     @property
     def smooth_v(self) -> float:
         """Largest distance of a sample from its neighbours; infinite if the samples show falls."""
-        share_v = EQUAL_SHARE * float(np.ptp(self.volts_v))
+        share_v = EQUAL * float(np.ptp(self.volts_v))
         return math.inf if self.shows_falls else max(share_v, OUT * self.noise_v)
 
     def noise_of(self, piece: WavePiece) -> float:
@@ -77,9 +77,7 @@ class Monitor:
         volts_v = self.volts_v[first:last]
         off = np.abs(piece.rest_v(self.times_s[first:last], volts_v)) > limit_v
         if piece.height_v:  # all samples lie between a base and a top
-            least_v, most_v = np.quantile(
-                self.volts_v[piece.samples], (EQUAL_SHARE, 1.0 - EQUAL_SHARE)
-            )
+            least_v, most_v = np.quantile(self.volts_v[piece.samples], (EQUAL, 1.0 - EQUAL))
             reach_v = piece.height_v + limit_v
             off |= (volts_v > least_v + reach_v) | (volts_v < most_v - reach_v)
         return np.asarray(off)
@@ -114,11 +112,11 @@ def monitor_of(times_s: ArrayLike, voltage_v: ArrayLike, stand: Parameters) -> M
         shapes = times.shape, volts.shape
         raise WrongKind('shapes of times and volts', shapes, 'a pair (n,), (n,)', 'give pairs')
     low_v, high_v = stand.amplifier.voltage_min, stand.amplifier.voltage_max
-    given, margin_v = len(times), EQUAL_SHARE * (high_v - low_v)
+    given, margin_v = len(times), EQUAL * (high_v - low_v)
     known = np.isfinite(times) & np.isfinite(volts)
     times, volts = times[known], volts[known]
     inside = (volts >= low_v - margin_v) & (volts <= high_v + margin_v)
-    if np.sum(~inside) > EQUAL_SHARE * given:
+    if np.sum(~inside) > EQUAL * given:
         worst_v = float(volts[~inside][np.argmax(np.abs(volts[~inside] - low_v))])
         limit = f'beyond the rails {low_v:g} and {high_v:g} V, with {np.sum(~inside)} samples'
         hint = 'give the unit of the monitor, or set amplifier.voltage_min and voltage_max'

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.waveform.finder import FALL_TAIL, STRAYS_IN_A_ROW, pieces_of
-from stickslip_ros.lab.waveform.monitor import EQUAL_SHARE, Monitor, monitor_of, off_neighbours_v
+from stickslip_ros.lab.waveform.monitor import EQUAL, Monitor, monitor_of, off_neighbours_v
 from stickslip_ros.lab.waveform.wave_piece import WavePiece
 from stickslip_ros.parameters import Parameters
 
@@ -154,7 +154,7 @@ def recognise(times_s: ArrayLike, voltage_v: ArrayLike, stand: Parameters) -> Re
             refusals += (f'{each.at}: {reason}' for reason in _refusals(each, rows, monitor))
     inside_v = np.clip(rows[:, 1], low_v, high_v)
     beyond_v = float(np.abs(rows[:, 1] - inside_v).max())
-    if beyond_v > EQUAL_SHARE * (high_v - low_v):
+    if beyond_v > EQUAL * (high_v - low_v):
         refusals.append(
             f'the wave reaches {beyond_v:.2f} V beyond the rails {low_v:g} and {high_v:g} V; '
             'give the unit of the monitor, or set amplifier.voltage_min and voltage_max'
