@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.stats import norm, t
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.lab.fitting.assumed import LOAD_FACTOR, slopes_of_constants
+from stickslip_ros.lab.fitting.assumed import APART_MAX, LOAD_FACTOR, slopes_of_constants
 from stickslip_ros.lab.fitting.free import TINY, Coordinate
 from stickslip_ros.lab.fitting.problem import BOUND, EFFECT, PRIOR, Problem
 
@@ -31,6 +31,7 @@ _VAGUE = 10.0
 """Standard error before a measurement that shows whether the readings alone determine it."""
 UNDETERMINED = 1.0
 """Largest standard error of a determined parameter, in e-folds: slopes do not reach further."""
+_FAR = 0.1  # least share of an offset that is extrapolated
 
 
 class Tension(NamedTuple):
@@ -141,6 +142,8 @@ class Uncertainty:
         found = []
         for name, value, share, variance, offset in rows:
             told = 1.0 - variance / share**2
+            if told < _FAR and abs(offset) > APART_MAX * share:
+                told = 1.0  # no linear way leads so far: it is at least where the fit has come to
             if told > variance / UNDETERMINED**2:
                 with np.errstate(over='ignore'):
                     preferred = value * float(np.exp(offset / told))
