@@ -25,7 +25,7 @@ from waiting import wait_until
 
 from stickslip_ros.testing import stamp_ns
 
-SPAN_S, BLOCK_S = 6.0, 1e-3
+SPAN_S, BLOCK_S = 6.0, 5e-3
 """Simulated time of the positions that are read, and of one of them."""
 LOADS, LOAD_N, PERIOD_S = 600, 1e-9, 5e-3
 
