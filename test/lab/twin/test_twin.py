@@ -70,6 +70,7 @@ def test_the_twin_steps_as_the_rig_does_and_its_residual_is_noise():
     ('field', 'factor', 'name', 'cause'),
     [
         pytest.param('friction', 0.8, 'contact.friction', 'dirt, moisture or wear', marks=SLOW),
+        pytest.param('mass_kg', 1.1, 'runner.mass', 'put on the runner', marks=SLOW),
         pytest.param('mass_kg', 1.2, 'runner.mass', 'put on the runner', marks=SLOW),
         ('gain_m_per_v', 0.97, 'actuator.gain', 'the piezo or its amplifier'),
     ],
