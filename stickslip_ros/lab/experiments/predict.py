@@ -187,7 +187,7 @@ def _trace_course(stand: Parameters, rows: Array, load_n: float, end_s: float) -
     """Return the course of a voltage from rest, to a trace: a row every SAMPLE_S, shape (n, 5)."""
     time_s, voltage_v = rows.T
     inside_v = np.clip(voltage_v, stand.amplifier.voltage_min, stand.amplifier.voltage_max)
-    is_rounded = np.isclose(voltage_v, inside_v)
+    is_rounded = np.isclose(voltage_v, inside_v, rtol=0.0, atol=1e-9)
     rows = np.column_stack((time_s, np.where(is_rounded, inside_v, voltage_v)))
     samples = int(np.ceil(end_s / SAMPLE_S)) + 3
     if samples > _SAMPLES_MAX:
