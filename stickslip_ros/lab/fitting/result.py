@@ -42,8 +42,6 @@ P_VALUE_MIN = 0.01
 OWED_MOST = 0.03
 """Most that the model may owe in the shape of a cycle, as a share of the stroke of the feet."""
 _DRIFT_M_PER_S = 1e-6  # least drift of a position that no sensor has
-
-
 DRAWS_MAX = 10_000
 
 

@@ -181,7 +181,7 @@ def uncertainty(problem: Problem, place: Array, shares: Mapping[str, float]) -> 
     gradient[:known] += PRIOR**-2.0 * (z - starts)[active]
 
     def spread(own: Array) -> Array:
-        return _spread(_inverse(own), [*active], free)
+        return _spread(_inverse(own)[:known, :known], [*active], free)
 
     inner, size = _inverse(information), free + len(shares)
     rows = [*active, *range(free, size)]
@@ -199,7 +199,7 @@ def uncertainty(problem: Problem, place: Array, shares: Mapping[str, float]) -> 
         dof=dof,
         variance_scale=scale,
         quantile=float(norm.ppf(upper) if is_known else t.ppf(upper, dof)),
-        shown_z=_spread(_inverse(alone)[:known, :known], [*active], free),
+        shown_z=spread(alone),
         recorded_z=spread(information[:known, :known]),
         covariance_z=_reaching(covariance_z, reach),
         alone_z=np.sqrt(np.diag(spread(readings[:known, :known] + _VAGUE**-2.0 * np.eye(known)))),
