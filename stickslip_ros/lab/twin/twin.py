@@ -131,7 +131,8 @@ class Twin:
         time_s, reach_s = first.time_s, min(_LAG_S * _LAGS, 0.25 * float(np.ptp(first.time_s)))
         even_s = np.arange(0.0, time_s[-1], SAMPLE_S)
         even = Seen(first.quantity, even_s, even_s)
-        [[model]] = predict(self.stand, [replace(one, seen=(even,))])
+        # with the readings themselves the run is that of ``look``, which is made once
+        [[model, *_]] = predict(self.stand, [replace(one, seen=(even, *one.seen))])
         inside = np.flatnonzero((time_s > time_s[0] + reach_s) & (time_s < time_s[-1] - reach_s))
         some = inside[:: 1 + len(inside) // _COMPARED]
         time_s, values = time_s[some], first.values[some]
