@@ -68,7 +68,7 @@ REFUSED = {
     'simulate(stand, amplitude_m=1e-7, preload_n=0.25)': "updated({'stand.preload': 0.25})",
     "simulate(stand, amplitude_m=1e-7, **{'stand.preload': .25})": "({'stand.preload': 0.25})",
     'presliding(stand, 0.1)': 'did you mean one of parameters, normal_force_n?',
-    'presliding(stand)': "missing a required argument: 'normal_force_n'",
+    'presliding(stand)': "missing a required .*argument: 'normal_force_n'",
     'run_drive(stand)': "missing a required argument: 'amplitude_m'",
     'force_onset_m(stand)': "missing a required argument: 'frequency_hz'",
     'FitOptions(start=3)': 'did you mean starts?',

@@ -31,6 +31,9 @@ SECURE_AFTER: Final = 1 / 2
 """Share of the flush period, by the clock, after which a chunk is written to the disk."""
 COMPRESSIONS: Final = {each.name.lower(): each for each in reversed(CompressionType)}
 
+_BUFFER_BYTES: Final = 1 << 12
+"""Buffer of a file. A full disk loses it, and that of Python 3.14 has 128 kiB."""
+
 Attachments = Mapping[str, tuple[str, bytes]]  # media type and bytes of each attachment
 Metadata = Mapping[str, Mapping[str, str]]
 
@@ -66,7 +69,7 @@ class McapFile:
         self._is_empty = True
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            self._stream = path.open('xb')
+            self._stream = path.open('xb', _BUFFER_BYTES)
         except OSError as error:
             problem, hint = f'it cannot be made ({error.strerror})', 'choose another folder'
             if os.path.lexists(path):

@@ -229,7 +229,8 @@ def metric_of(
             places.append(place)
             roots.append(root)
             owners += [kind] * len(root)
-    where, root = sparse.hstack(places).tocsr(), sparse.block_diag(roots, format='csr')
+    where = sparse.hstack(places).tocsr()
+    root = sparse.block_diag([*map(sparse.coo_array, roots)], format='csr')
     white = _whitening(time_s, noise, sensor_of.noise_lasts_s)
     noisy = white @ where
     gram = (root.T @ ((noisy.T @ noisy) @ root)).toarray()
