@@ -77,16 +77,18 @@ def _reader_of(annotation: Any) -> Any:
         return (read := _reader_of(parts[0])) and partial(_to_each, read, len(parts) - 1)
     kinds = tuple(get_origin(each) or each for each in kinds)
     is_any = any(each in {float, tuple, Callable, Signature.empty} for each in kinds)
-    is_known = all(isinstance(each, type) for each in kinds)
-    return partial(_to_kind, kinds) if is_known and not is_any else None
+    try:
+        isinstance(object(), kinds)
+    except TypeError:  # no classes: names of types, protocols
+        return None
+    return None if is_any else partial(_to_kind, kinds)
 
 
 def _alternatives(annotation: Any) -> tuple[Any, ...]:
     """Return the types of a union, also of an alias: ArrayLike is either, by numpy's version."""
     opened = getattr(annotation, '__value__', annotation)
-    if get_origin(opened) not in {Union, UnionType}:
-        return (opened,)
-    return tuple(each for part in get_args(opened) for each in _alternatives(part))
+    is_union = get_origin(opened) in {Union, UnionType}
+    return sum(map(_alternatives, get_args(opened)), ()) if is_union else (opened,)
 
 
 def _to_kind(kinds: tuple[Any, ...], name: str, value: Any, _: str) -> Any:
