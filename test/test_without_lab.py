@@ -55,30 +55,7 @@ for each in sys.argv[1:]:
     assert main(each.split()) == 0, each
 print(sorted({{each.partition('.')[0] for each in sys.modules}} & {{*{LAB}}}))
 """
-DRIVE_AND_TEST = f"""
-import json, sys
-from stickslip_ros.lab.cli.main import main
-from stickslip_ros.testing import Stand
-from stickslip_ros.testing.stand import reserve_domain
-
-with reserve_domain() as domain:
-    stand = Stand(domain, {{'record.directory': '.', 'record.name': 'drive', 'sim.block': 0.01}})
-    operator = stand.operator
-    operator.wait_for_topics()
-    operator.command('sawtooth', (300.0, 500.0, 20.0))
-    operator.spin_until(lambda: operator.events, 'the end of the command')
-    print(operator.events[-1]['result'])
-    answer = operator.set_recording(True)
-    print(answer.success, answer.message)
-    if answer.success:
-        operator.command('voltage', (10.0,))
-        operator.spin_until(lambda: len(operator.events) > 1, 'the end of the command')
-        operator.set_recording(False)
-    stand.close()
-print(sorted({{each.partition('.')[0] for each in sys.modules}} & {{*{LAB}, 'mcap'}}))
-"""
-
-
+DRIVE_AND_TEST = Path(__file__).with_name('robot.py').read_text(encoding='utf-8')
 NAMES = """
 import stickslip_ros
 for name in stickslip_ros.PUBLIC:
