@@ -76,12 +76,9 @@ def _reader_of(annotation: Any) -> Any:
     if is_one and (parts == (float, float) or get_origin(kinds[0]) is Sequence):
         return (read := _reader_of(parts[0])) and partial(_to_each, read, len(parts) - 1)
     kinds = tuple(get_origin(each) or each for each in kinds)
-    is_any = any(each in {float, tuple, Callable, Signature.empty} for each in kinds)
-    try:
-        isinstance(object(), kinds)
-    except TypeError:  # no classes: names of types, protocols
-        return None
-    return None if is_any else partial(_to_kind, kinds)
+    is_any = any(each in {float, tuple, Any, Callable, Signature.empty} for each in kinds)
+    is_class = all(isinstance(each, type) for each in kinds)
+    return partial(_to_kind, kinds) if is_class and not is_any else None
 
 
 def _alternatives(annotation: Any) -> tuple[Any, ...]:
