@@ -100,7 +100,7 @@ def main() -> None:
         for words in WITH_ROS:
             said(words, environment)
         tests = unpacked_tests(folder)
-        use_as_a_robot(f'{wheel}[{lock.stem}]', lock, tests, folder / 'robot')
+        use_as_a_robot(wheel, lock, tests, folder / 'robot')
         with ThreadPoolExecutor(2) as threads:
             ends = dict.fromkeys((pythons[0], pythons[-1]))
             [*threads.map(lambda each: try_newest(each, wheel, tests, folder), ends)]
@@ -226,9 +226,10 @@ def use_without_ros(environment: Path) -> None:
     said('stickslip replay run.mcap', environment)  # fails if a byte differs
 
 
-def use_as_a_robot(wheel: str, lock: Path, tests: Path, environment: Path) -> None:
+def use_as_a_robot(wheel: Path, lock: Path, tests: Path, environment: Path) -> None:
     """Drive, record and replay without the laboratory, which must not be there."""
-    install(environment, wheel, *locked(lock), python=sys.executable)
+    install(environment, wheel, *locked(lock), python=sys.executable)  # what empy is built with
+    install(environment, f'{wheel}[{lock.stem}]', *locked(lock))
     found = {path.name for path in environment.glob('lib/python*/site-packages/*')}
     if LAB & found:
         sys.exit(f'a robot gets {", ".join(sorted(LAB & found))}; look at setup.py')

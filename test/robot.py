@@ -11,6 +11,7 @@ A program, for environments without the laboratory (test_without_lab.py and `mak
 import sys
 
 from stickslip_ros.extras import LAB
+from stickslip_ros.parameters import Scalar
 from stickslip_ros.testing import Stand
 from stickslip_ros.testing.stand import reserve_domain
 
@@ -18,12 +19,16 @@ from stickslip_ros.testing.stand import reserve_domain
 def main() -> None:
     """Start a drive, send it a command, record another one into the working folder."""
     with reserve_domain() as domain:
-        settings = {'record.directory': '.', 'record.name': 'drive', 'sim.block': 0.01}
+        settings: dict[str, Scalar] = {
+            'record.directory': '.',
+            'record.name': 'drive',
+            'sim.block': 0.01,
+        }
         stand = Stand(domain, settings)
         operator = stand.operator
         operator.wait_for_topics()
         operator.command('sawtooth', (300.0, 500.0, 20.0))
-        operator.spin_until(lambda: operator.events, 'the end of the command')
+        operator.spin_until(lambda: bool(operator.events), 'the end of the command')
         print(operator.events[-1]['result'])
         answer = operator.set_recording(True)
         print(answer.success, answer.message)

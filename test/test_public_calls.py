@@ -23,7 +23,7 @@ import matplotlib.pyplot as plt
 import pytest
 from processes import finish, start_process
 
-import stickslip_ros as s
+import stickslip_ros
 from stickslip_ros.interface.cdr import pack_float64, pack_stamped
 from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.lab.cli.main import main
@@ -32,6 +32,8 @@ from stickslip_ros.message_types import FLOAT64, POINT_STAMPED
 from stickslip_ros.recording.recorder import Recorder
 
 README = Path(__file__).resolve().parents[1] / 'README.md'
+s: Any = stickslip_ros
+"""Without types: mappings stand for parameters here."""
 FREE = {'load_cell.contact': 'absent'}
 WAVE = [(0.0, 0.0), (0.9e-3, 300.0), (1e-3, 0.0)]
 SHORT: Any = {'starts': 1, 'window_s': (4e-3, 12e-3)}
@@ -209,7 +211,7 @@ def write_a_rig(path: Path, preload: str) -> None:
     topics = {'/rig/amplifier': FLOAT64, '/rig/encoder': POINT_STAMPED}
     with Recorder(path, [Channel(name, kind, Qos(1)) for name, kind in topics.items()]) as rig:
         for time_s, row in frame.iterrows():
-            time_ns = round(1e9 * time_s)
+            time_ns = round(1e9 * float(str(time_s)))
             rig.put('/rig/amplifier', time_ns, pack_float64(row['voltage_v']), wait=True)
             place = pack_stamped(time_ns, '', (row['position_m'], 0.0, 0.0))
             rig.put('/rig/encoder', time_ns, place, wait=True)

@@ -15,7 +15,7 @@ from stickslip_ros.errors import WrongKind
 from stickslip_ros.parameters import arguments
 from stickslip_ros.parameters.arguments import reading
 
-ALIAS: Any = TypeAliasType('ALIAS', ArrayLike)  # type: ignore[misc]
+ALIAS: Any = TypeAliasType('ALIAS', ArrayLike)
 """What ArrayLike is from numpy 2.5 on; before, it is the union itself."""
 
 
@@ -35,7 +35,7 @@ def test_numbers_are_read_whether_numpy_calls_them_a_union_or_an_alias(
     numbers: Any, others: tuple[Any, ...], monkeypatch: pytest.MonkeyPatch
 ):
     monkeypatch.setattr(arguments, 'ArrayLike', numbers)
-    identity = function(Union[(numbers, *others)])
+    identity = function(Union.__getitem__((numbers, *others)))
     assert identity(['1mV', 2.0]) == [1e-3, 2.0]
     assert identity(np.array([[1.0, 2.0]])) == [[1.0, 2.0]]
     with pytest.raises(WrongKind, match=r'value_v <\w+>|value_v'):
