@@ -39,7 +39,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo panel test test-all test-ros test-pythons fuzz mutate evidence foreign same lint hooks bench docs studies wheel release colcon lock clean
+.PHONY: help setup demo panel test test-all test-ros test-apt test-pythons fuzz mutate evidence foreign same lint hooks bench docs studies wheel release colcon lock clean
 
 help: ## show this list
 	@echo 'make <target> [DISTRO=jazzy|kilted] [PYTHON=python3]'
@@ -69,12 +69,23 @@ test-all: $(VENV)/kernels.stamp $(VENV)/tests.stamp ## the same with those that 
 test-ros: $(VENV)/kernels.stamp $(VENV)/tests.stamp ## run the tests that may differ between distributions
 	$(PYTEST) $(OF_ROS) $(ARGS)
 
-test-pythons: ## the same on every supported Python of this machine, each in .venv-<version>
-	@status=0; for version in 3.10 3.11 3.12 3.13; do \
-	    for python in python$$version $(HOME)/.pyenv/versions/$$version.*/bin/python; do \
+# The packages of Ubuntu 24.04 in place of the lock, for the tests that start no launch file.
+APT := requirements/apt.txt
+WITHOUT_LAUNCH := $(addprefix test/,contact drive instrument interface kernels parameters recording runtime \
+	lab/comparison lab/fitting lab/runs lab/tables ros test_public.py test_public_calls.py) \
+	--ignore=test/lab/runs/test_batch.py --ignore=test/ros/test_docs_doors.py
+
+test-apt: $(VENV)/kernels.stamp $(VENV)/tests.stamp
+	$(PYTEST) -m 'not slow' $(WITHOUT_LAUNCH) $(ARGS)
+
+test-pythons: ## the same on every supported Python of this machine, each in .venv-<version>, and with the versions of Ubuntu 24.04
+	@status=0; for version in 3.10 3.11 3.12 3.13 3.14 3.11-apt 3.12-apt; do \
+	    number=$${version%-apt}; \
+	    for python in python$$number $(HOME)/.pyenv/versions/$$number.*/bin/python; do \
 	        $$python -c '' 2>/dev/null && break; \
-	    done || { echo "Python $$version: not here"; continue; }; \
-	    $(MAKE) test PYTHON=$$python VENV=.venv-$$version$(SUFFIX) || status=1; \
+	    done || { echo "Python $$number: not here"; continue; }; \
+	    case $$version in *-apt) job='test-apt LOCK=$(APT) TESTS=$(APT)';; *) job=test;; esac; \
+	    $(MAKE) $$job PYTHON=$$python VENV=.venv-$$version$(SUFFIX) || status=1; \
 	done; exit $$status
 
 fuzz: $(VENV)/kernels.stamp $(VENV)/tests.stamp ## random real-valued commands on every stand; ARGS='--seconds 600'
@@ -154,7 +165,7 @@ clean: ## remove environments, builds, caches and recorded runs
 # --- environments ------------------------------------------------------------------------------
 
 define make-venv
-	@$(PYTHON) -c 'import sys; v = sys.version_info[:2]; (3, 10) <= v <= (3, 13) or sys.exit(f"Python {v[0]}.{v[1]} has no ROS 2 wheels; use PYTHON=python3.10 to 3.13")'
+	@$(PYTHON) -c 'import sys; v = sys.version_info[:2]; (3, 10) <= v <= (3, 14) or sys.exit(f"Python {v[0]}.{v[1]} has no ROS 2 wheels; use PYTHON=python3.10 to 3.14")'
 	@echo "1 of 3: making $(@D) for $(DISTRO), once"
 	@$(PYTHON) -m venv --clear --without-pip $(@D)
 	@$(PYTHON) $(PIP) --python $(@D)/bin/python install --require-hashes -r requirements/uv.txt 2> /dev/null \

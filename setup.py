@@ -81,12 +81,12 @@ setup(
     maintainer_email='noreply@stickslip-ros.invalid',
     keywords=['ROS', 'simulation', 'stick-slip', 'contact mechanics', 'friction'],
     classifiers=[
-        'Development Status :: 5 - Production/Stable',
+        'Development Status :: 4 - Beta',
         'Intended Audience :: Developers',
         'Intended Audience :: Education',
         'Intended Audience :: Science/Research',
         'Operating System :: POSIX :: Linux',
-        *(f'Programming Language :: Python :: 3.{minor}' for minor in range(10, 14)),
+        *(f'Programming Language :: Python :: 3.{minor}' for minor in range(10, 15)),
         'Topic :: Scientific/Engineering :: Physics',
         'Typing :: Typed',
     ],
@@ -102,15 +102,11 @@ setup(
     python_requires='>=3.10',
     # ROS itself is not here: it comes with the distribution, or with one of the extras.
     install_requires=[
-        # The oldest that were tried: CONTRIBUTING.md.
+        # The oldest that were tried: CONTRIBUTING.md. The node takes no more than these.
         'numpy>=1.24',
-        'numba>=0.57',
-        'scipy',
-        'matplotlib',
-        'pandas',
+        'numba>=0.58',
         'PyYAML',
         'mcap>=1.5',  # brings lz4 and zstandard
-        'rich',
     ],
     extras_require={
         'jazzy': ros_wheels('jazzy'),
@@ -118,6 +114,7 @@ setup(
         # What the tests build control_msgs on, which an installed ROS has.
         'jazzy-test': ['ros-jazzy-trajectory-msgs'],
         'kilted-test': ['ros-kilted-trajectory-msgs'],
+        'lab': ['matplotlib', 'pandas', 'rich', 'scipy'],
         'completion': ['argcomplete'],
         'control': ['control'],
         'dask': ['distributed'],

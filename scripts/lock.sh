@@ -13,7 +13,7 @@ pin() {
     output=$1
     shift
     "$uv" pip compile --no-config --quiet --universal --python-version 3.10 \
-        --fork-strategy fewest --generate-hashes \
+        --fork-strategy fewest --generate-hashes --constraint requirements/pythons.in \
         --custom-compile-command 'make lock' --output-file "$output" "$@"
 }
 
@@ -21,9 +21,9 @@ pin() {
 for distribution in jazzy kilted; do
     run=requirements/$distribution.txt
     pin "$run" setup.py requirements/build.in \
-        --extra "$distribution" --extra completion --extra panel "$@"
+        --extra "$distribution" --extra lab --extra completion --extra panel "$@"
     pin "requirements/$distribution-test.txt" setup.py requirements/build.in --constraint "$run" \
-        --extra "$distribution" --extra "$distribution-test" --extra test --extra lint "$@"
+        --extra "$distribution" --extra "$distribution-test" --extra lab --extra test --extra lint "$@"
 done
 # uv, then the build tools: every environment gets them first.
 pin requirements/uv.txt requirements/uv.in "$@"
@@ -32,7 +32,9 @@ pin requirements/colcon.txt requirements/colcon.in \
     --constraint requirements/jazzy.txt --constraint requirements/kilted.txt "$@"
 pin requirements/release.txt requirements/release.in "$@"
 # Sphinx wants an older docutils than the tests; nothing else need be the same. So with other codes.
-pin requirements/docs.txt setup.py requirements/build.in --extra docs "$@"
-pin requirements/evidence.txt setup.py requirements/build.in --extra evidence "$@"
+pin requirements/docs.txt setup.py requirements/build.in --extra lab --extra docs "$@"
+pin requirements/evidence.txt setup.py requirements/build.in --extra lab --extra evidence "$@"
+pin requirements/apt.txt setup.py requirements/build.in requirements/apt.in \
+    --extra jazzy --extra lab --extra panel --extra formats --extra parquet --extra design "$@"
 # It asks for numpy below 1.21, and runs with that of evidence.txt.
 pin requirements/slippy.txt requirements/slippy.in --no-deps "$@"

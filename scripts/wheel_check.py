@@ -9,7 +9,8 @@ dist/. What it requires comes from the lock that is named; nothing is taken from
 project. Each supported Python of this machine compiles the entry points that the wheel brings.
 
 Users have no lock: the oldest and the newest of these Pythons also take the wheel with the newest
-of all that it requires, and run the tests in TRIED with it.
+of all that it requires, and run the tests in TRIED with it: every public name and every verb once,
+and the examples of README. A robot, without the laboratory, drives, records and replays.
 
 """
 
@@ -41,7 +42,7 @@ PORTABLE = {  # what stickslip_ros/kernels/cache.py looks for
     'NUMBA_CPU_NAME': 'x86-64-v3',
     'NUMBA_CPU_FEATURES': '',
 }
-PYTHONS = '3.10', '3.11', '3.12', '3.13'
+PYTHONS = '3.10', '3.11', '3.12', '3.13', '3.14'
 SHIPPED = (
     'stickslip_ros/py.typed',
     'stickslip_ros/lab/runs/page.css',
@@ -69,9 +70,11 @@ WITHOUT_ROS = (
 )
 REFUSED = 'drive', 'stickslip demo', 'stickslip panel', 'stickslip command voltage 10V'
 WITH_ROS = '../lib/stickslip_ros/drive --help', 'stickslip demo -o demo'
-EXTRAS = 'formats,jazzy,panel,parquet,units'
-TRIED = 'test/test_public.py', 'test/lab/tables'
-"""Tests of the public names, of what a notebook shows of them, and of tables."""
+OF_A_ROBOT = 'python robot.py', 'stickslip info drive.mcap', 'stickslip replay drive.mcap'
+LAB = {'matplotlib', 'pandas', 'rich', 'scipy'}
+EXTRAS = 'design,formats,jazzy,lab,panel,parquet,units'
+TRIED = 'test/test_public_calls.py', 'test/test_public.py', 'test/lab/tables'
+"""Tests of the public names, of what a notebook shows of them, of verbs and of tables."""
 SHOWN = 'numpy==', 'numba==', 'pandas==', 'scipy==', 'matplotlib==', 'pyarrow=='
 OF_THE_SOURCE = 'test/test_public.py::test_types_and_documentation_name_what_is_public'
 FOREIGN = 'LD_LIBRARY_PATH', '_ROS_WHEELS_BOOTSTRAP_COMPLETE', 'PYTHONPATH', 'NUMBA_CACHE_DIR'
@@ -91,12 +94,13 @@ def main() -> None:
         wheel = with_kernels(plain, kernels, folder)
         run(BIN / 'twine', 'check', '--strict', *DIST.iterdir())
         environment = folder / 'venv'
-        install(environment, f'{wheel}[panel]', *locked(lock), python=sys.executable)
+        install(environment, f'{wheel}[lab,panel]', *locked(lock), python=sys.executable)
         use_without_ros(environment)
         install(environment, f'{wheel}[{lock.stem}]', *locked(lock))
         for words in WITH_ROS:
             said(words, environment)
         tests = unpacked_tests(folder)
+        use_as_a_robot(wheel, lock, tests, folder / 'robot')
         with ThreadPoolExecutor(2) as threads:
             ends = dict.fromkeys((pythons[0], pythons[-1]))
             [*threads.map(lambda each: try_newest(each, wheel, tests, folder), ends)]
@@ -220,6 +224,19 @@ def use_without_ros(environment: Path) -> None:
     [brought] = environment.glob(f'lib/python*/site-packages/{KERNELS}')
     shutil.rmtree(brought)
     said('stickslip replay run.mcap', environment)  # fails if a byte differs
+
+
+def use_as_a_robot(wheel: Path, lock: Path, tests: Path, environment: Path) -> None:
+    """Drive, record and replay without the laboratory, which must not be there."""
+    install(environment, wheel, *locked(lock), python=sys.executable)  # what empy is built with
+    install(environment, f'{wheel}[{lock.stem}]', *locked(lock))
+    found = {path.name for path in environment.glob('lib/python*/site-packages/*')}
+    if LAB & found:
+        sys.exit(f'a robot gets {", ".join(sorted(LAB & found))}; look at setup.py')
+    shutil.copy(tests / 'test' / 'robot.py', environment)
+    for words in OF_A_ROBOT:
+        said(words, environment)
+    said('stickslip fit drive.mcap --free contact.friction', environment, code=2)
 
 
 def show_in_browser(environment: Path) -> None:

@@ -56,6 +56,8 @@ def __getattr__(name: str) -> Any:
     """Import a public name."""
     if name not in PUBLIC:
         raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
+    if PUBLIC[name].startswith('lab.'):
+        import_module(f'{__name__}.extras').require_lab(f'{__name__}.{name}')
     return getattr(import_module(f'{__name__}.{PUBLIC[name]}'), name)
 
 

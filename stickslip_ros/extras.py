@@ -6,19 +6,23 @@
 import importlib
 import re
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from importlib.util import find_spec
 from typing import Any
 
 from stickslip_ros.errors import StickSlipError
 
+LAB = 'matplotlib', 'pandas', 'rich', 'scipy'
+"""Packages of the extra ``lab``, the laboratory; a robot does without."""
 ROS_MODULES = re.compile(r'rclpy|\w+_(msgs|srvs|interfaces)\b')
 
 
-class MissingExtra(StickSlipError):
+class MissingExtra(StickSlipError, ImportError):
     """An optional package is not installed; ``purpose`` is the subject of the message."""
 
     def __init__(self, purpose: str, module: str) -> None:
-        hint = f'install it with: pip install {module}'
+        extra = f"'stickslip_ros[lab]', or pip install {' '.join(LAB)}"
+        hint = f'install it with: pip install {extra if module in LAB else module}'
         super().__init__(f'{purpose} needs the package {module!r}, which is missing; {hint}')
 
 
@@ -30,16 +34,28 @@ def load_extra(purpose: str, module: str) -> Any:
         raise MissingExtra(purpose, error.name or module) from None
 
 
+def require_lab(purpose: str) -> None:
+    """Raise MissingExtra, before work of the laboratory begins, if a package of it is missing."""
+    for module in LAB:
+        with suppress(ImportError, ValueError):  # hidden from imports
+            if find_spec(module):
+                continue
+        raise MissingExtra(purpose, module)
+
+
 class MissingRos(StickSlipError, ImportError):
     """ROS 2 is not installed, or its environment is not set up."""
 
 
 @contextmanager
 def needs_ros(what: str) -> Iterator[None]:
-    """Raise MissingRos for ``what`` if the code within fails to import a module of ROS 2."""
+    """Raise MissingRos or MissingExtra for ``what`` if the code within lacks a package."""
     try:
         yield
     except ModuleNotFoundError as error:
+        package = str(error.name).partition('.')[0]
+        if package in {*LAB, 'mcap'}:
+            raise MissingExtra(what, package) from None
         if not ROS_MODULES.match(error.name or ''):
             raise
         hint = "source its setup.bash, or take the wheels: pip install 'stickslip_ros[jazzy]'"

@@ -20,8 +20,17 @@ def shown_progress(what: str, *, quiet: bool, resumes: bool = False) -> Iterator
     first call was done earlier and does not count towards the rate.
 
     """
-    from rich import progress as r  # noqa: PLC0415 - most work shows none, and it takes long
-    from rich.console import Console  # noqa: PLC0415
+    try:
+        from rich import progress as r  # noqa: PLC0415 - most work shows none, and it takes long
+        from rich.console import Console  # noqa: PLC0415
+
+        console = Console(file=sys.stderr)
+        is_shown = not quiet and (sys.stderr.isatty() or console.is_jupyter)
+    except ImportError:  # of a robot
+        is_shown = False
+    if not is_shown:
+        yield lambda *_: None
+        return
 
     class RateColumn(r.ProgressColumn):
         """Units per second."""
@@ -30,7 +39,6 @@ def shown_progress(what: str, *, quiet: bool, resumes: bool = False) -> Iterator
             """Return the rate as text, empty until it is known."""
             return f'{task.speed:.3g}/s' if task.speed else ''
 
-    console = Console(file=sys.stderr)
     bar = r.Progress(
         r.TextColumn('{task.description}'),
         r.BarColumn(),
@@ -39,7 +47,6 @@ def shown_progress(what: str, *, quiet: bool, resumes: bool = False) -> Iterator
         r.TimeRemainingColumn(),
         console=console,
         transient=True,
-        disable=quiet or not (sys.stderr.isatty() or console.is_jupyter),
     )
     with bar:
         task = bar.add_task(what, total=None, start=not resumes)

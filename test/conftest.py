@@ -3,8 +3,13 @@
 
 """What all tests share: how hypothesis searches, and the stand of the paper."""
 
-import gc
 import os
+
+# Threads of OpenBLAS spin while they wait, which on busy cores doubles the time of a fit. It reads
+# this when numpy is loaded, as by the imports below.
+os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
+
+import gc
 import re
 import runpy
 import signal
@@ -49,14 +54,12 @@ WINDOW = ('COLUMNS', 'LINES', 'FORCE_COLOR', 'NO_COLOR', 'TTY_COMPATIBLE')
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Let processes take SIGHUP, under nohup too, give algebra one thread, choose the search."""
+    """Let processes take SIGHUP, under nohup too, and choose the search."""
     if hasattr(config, 'workerinput'):
         end_with_parent()
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
     if 'not slow' not in config.option.markexpr:
         settings.load_profile('thorough')
-    # Threads of OpenBLAS spin while they wait, which on busy cores doubles the time of a fit.
-    os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
 
 
 def pytest_ignore_collect(collection_path: Path) -> bool | None:

@@ -4,6 +4,7 @@
 """What the package says of itself agrees: package.xml, setup.py, the code and the files."""
 
 import ast
+import ctypes
 import importlib
 import os
 import re
@@ -153,16 +154,43 @@ def test_the_hooks_are_the_checks_of_make_lint():
 
 
 def test_what_is_installed_is_declared_for_ros_too(keywords, manifest):
-    keys = {
-        element.text: element.get('version_gte', '') for element in manifest.iter('exec_depend')
+    extras = keywords['extras_require']
+    needed = {
+        'exec_depend': {*keywords['install_requires']} - {'mcap>=1.5'},  # of pip alone
+        'test_depend': {*extras['lab'], *extras['panel']},
     }
-    brought_by = {'PyYAML': 'python3-yaml', 'mcap': 'mcap-ros2-support'}
-    for requirement in keywords['install_requires'] + keywords['extras_require']['panel']:
-        name, _, oldest = requirement.partition('>=')
-        key = f'python3-{name}'
-        assert brought_by.get(name, key) in keys
-        if name not in brought_by:
-            assert keys[key] == oldest, name
+    for kind, requirements in needed.items():
+        keys = {each.text: each.get('version_gte', '') for each in manifest.iter(kind)}
+        for name, _, oldest in (each.partition('>=') for each in requirements):
+            assert keys[f'python3-{name.lower().removeprefix("py")}'] == oldest, name
+    assert 'mcap' not in ''.join(each.text or '' for each in manifest)
+
+
+def test_pythons_and_numba_are_the_same_everywhere(keywords):
+    pythons = [f'3.{minor}' for minor in range(10, 15)]
+    classifiers = [each.rpartition(' ')[2] for each in keywords['classifiers']]
+    assert [each for each in classifiers if each.startswith('3.')] == pythons
+    makefile = (ROOT / 'Makefile').read_text(encoding='utf-8')
+    assert f'for version in {" ".join(pythons)} ' in makefile
+    assert '(3, 10) <= v <= (3, 14)' in makefile
+    wheel = (ROOT / 'scripts' / 'wheel_check.py').read_text(encoding='utf-8')
+    assert f'PYTHONS = {", ".join(map(repr, pythons))}\n' in wheel
+    workflow = yaml.safe_load((ROOT / '.github' / 'workflows' / 'ci.yml').read_text('utf-8'))
+    assert workflow['jobs']['test']['strategy']['matrix']['python'] == pythons
+    [step] = [
+        s for s in workflow['jobs']['wheel']['steps'] if 'python-version' in s.get('with', {})
+    ]
+    assert {*step['with']['python-version'].split()} == {*pythons}
+    pages = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *(ROOT / 'docs').rglob('*.md')]
+    told = [
+        text
+        for page in pages
+        for text in re.findall(r'3\.10 to (3\.\d+)', page.read_text('utf-8'))
+    ]
+    assert {*told} - {'3.12'} == {pythons[-1]}  # 3.12: of `make foreign`
+    kernel = (ROOT / NAME / 'kernels' / 'kernel.py').read_text(encoding='utf-8')
+    [numba] = [each for each in keywords['install_requires'] if each.startswith('numba')]
+    assert f'the oldest is {numba.partition(">=")[2]}.' in kernel
 
 
 def test_one_class_name_has_one_meaning():
@@ -217,3 +245,31 @@ def test_no_function_has_more_than_eight_parameters():
                 if len(set(names) - {'self', 'cls'}) > 8:
                     long.append(f'{path.relative_to(ROOT)}:{node.lineno} {node.name}')
     assert long == []
+
+
+def test_algebra_has_one_thread_as_conftest_says():
+    libraries = set(re.findall(r'\S*openblas\S*\.so\S*', Path('/proc/self/maps').read_text()))
+    told = [
+        getattr(ctypes.CDLL(path), name)()
+        for path in libraries
+        for name in ('scipy_openblas_get_num_threads64_', 'scipy_openblas_get_num_threads')
+        if hasattr(ctypes.CDLL(path), name)
+    ]
+    assert told
+    assert {*told} == {int(os.environ['OPENBLAS_NUM_THREADS'])}
+
+
+def test_a_workflow_runs_what_was_looked_at_and_keeps_no_credentials():
+    for path in (ROOT / '.github' / 'workflows').glob('*.yml'):
+        text = path.read_text(encoding='utf-8')
+        for used in re.findall(r'uses: (.*)', text):
+            assert re.fullmatch(r'[\w-]+/[\w-]+@[0-9a-f]{40} # v[\d.]+', used), used
+        jobs = yaml.safe_load(text)['jobs'].values()
+        for job in jobs:
+            if image := job.get('container'):
+                assert image.endswith('@${{ matrix.digest }}')
+                for row in job['strategy']['matrix']['include']:
+                    assert re.fullmatch(r'sha256:[0-9a-f]{64}', row['digest'])
+            for step in job['steps']:
+                if step.get('uses', '').startswith('actions/checkout@'):
+                    assert step['with']['persist-credentials'] is False

@@ -8,7 +8,9 @@ from difflib import get_close_matches
 from functools import partial, wraps
 from inspect import Signature, signature
 from types import NoneType, UnionType
-from typing import Any, TypeVar, get_args, get_origin
+from typing import Any, TypeVar, Union, get_args, get_origin
+
+from numpy.typing import ArrayLike
 
 from stickslip_ros.errors import WrongKind, WrongUse
 from stickslip_ros.parameters.declaration import CONVERTERS, Checked
@@ -65,17 +67,25 @@ def _meant(name: str, form: Signature, given: Sequence[Any], named: Mapping[str,
 
 def _reader_of(annotation: Any) -> Any:
     """Return a function of name, value and unit that reads a value; None if every value passes."""
-    if 'numpy' in str(annotation):
+    kinds = _alternatives(annotation)
+    if {*kinds} >= {*_alternatives(ArrayLike)}:
         return _to_numbers
-    kinds = get_args(annotation) if isinstance(annotation, UnionType) else (annotation,)
     parts, is_one = get_args(kinds[0]), {*kinds[1:]} <= {NoneType}
     if is_one and kinds[0] in CONVERTERS:
         return CONVERTERS[kinds[0]]
     if is_one and (parts == (float, float) or get_origin(kinds[0]) is Sequence):
         return (read := _reader_of(parts[0])) and partial(_to_each, read, len(parts) - 1)
     kinds = tuple(get_origin(each) or each for each in kinds)
-    is_any = any(each in {float, tuple, Callable, Signature.empty} for each in kinds)
-    return None if is_any or isinstance(annotation, str) else partial(_to_kind, kinds)
+    is_any = any(each in {float, tuple, Any, Callable, Signature.empty} for each in kinds)
+    is_class = all(isinstance(each, type) for each in kinds)
+    return partial(_to_kind, kinds) if is_class and not is_any else None
+
+
+def _alternatives(annotation: Any) -> tuple[Any, ...]:
+    """Return the types of a union, also of an alias: ArrayLike is either, by numpy's version."""
+    opened = getattr(annotation, '__value__', annotation)
+    is_union = get_origin(opened) in {Union, UnionType}
+    return sum(map(_alternatives, get_args(opened)), ()) if is_union else (opened,)
 
 
 def _to_kind(kinds: tuple[Any, ...], name: str, value: Any, _: str) -> Any:

@@ -23,7 +23,6 @@ from stickslip_ros.recording.chunks import (
     LENGTH_BYTES,
     MESSAGE_HEAD,
     SEQUENCE_AT,
-    TIME_MAX_NS,
     ChunkMessages,
     Places,
     gather,
@@ -39,6 +38,7 @@ from stickslip_ros.recording.definition import (
     way_to,
 )
 from stickslip_ros.recording.integrity import open_whole
+from stickslip_ros.recording.layout import TIME_MAX_NS
 from stickslip_ros.units import NS_PER_S
 
 PART: Final = re.compile(r'([^\W\d]\w*)((?:\[\d+\])*)')

@@ -36,12 +36,12 @@ from mcap.summary import Summary
 from numpy.typing import NDArray
 
 from stickslip_ros.errors import Miscounted
+from stickslip_ros.recording.layout import TIME_MAX_NS
 
 Places = NDArray[np.int64]
 
 CHUNK_MAX_BYTES: Final = 1 << 30
 """Largest size of a chunk, and of all open chunks; a larger one is refused before it is read."""
-TIME_MAX_NS: Final = (1 << 63) - 1
 ALL_TIMES_NS: Final = 0, (1 << 64) - 1  # log times, ns; those above TIME_MAX_NS are refused
 RECORD_HEAD: Final = struct.Struct('<BQ')  # opcode and length
 MESSAGE_HEAD: Final = struct.Struct('<HIQQ')  # channel, sequence number, log and publish time

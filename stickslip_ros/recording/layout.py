@@ -12,6 +12,7 @@ from stickslip_ros.errors import RecordingError
 SUFFIX: Final = '.mcap'
 STORAGES: Final = {SUFFIX: 'mcap', '.db3': 'sqlite3'}
 """Suffixes of the files of rosbag2, and its names of their storages."""
+TIME_MAX_NS: Final = (1 << 63) - 1
 
 
 @dataclass(frozen=True)

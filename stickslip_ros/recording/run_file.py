@@ -8,22 +8,24 @@ import platform
 from collections.abc import Mapping
 from datetime import datetime, timezone
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import mcap
 import numba
 import numpy as np
 
 import stickslip_ros
 from stickslip_ros.errors import OutOfRange, RecordingError
+from stickslip_ros.extras import load_extra
 from stickslip_ros.files import read_bytes
 from stickslip_ros.instrument.reports import Status, trace_columns
 from stickslip_ros.interface.channels import Channel, name_in_file
 from stickslip_ros.interface.requests import NOTES
 from stickslip_ros.parameters import Parameters, dump_yaml, specs
-from stickslip_ros.recording.chunks import TIME_MAX_NS
-from stickslip_ros.recording.layout import SUFFIX, FileForm
-from stickslip_ros.recording.recorder import Recorder
+from stickslip_ros.recording.layout import SUFFIX, TIME_MAX_NS, FileForm
 from stickslip_ros.sources import sources_digest
+
+if TYPE_CHECKING:
+    from stickslip_ros.recording.recorder import Recorder
 
 SOURCES = 'sources'  # entry of the metadata of a run: digest of the sources that computed it
 TIME_ORIGIN = 'time_origin_ns'
@@ -72,7 +74,7 @@ def versions() -> dict[str, str]:
         'stickslip_ros': stickslip_ros.__version__,
         'python': platform.python_version(),
         'machine': platform.machine(),
-        **{each.__name__: each.__version__ for each in (np, numba, mcap)},
+        **{each.__name__: each.__version__ for each in (np, numba)},
     }
 
 
@@ -113,11 +115,15 @@ def save_checkpoint(checkpoint: bytes, parameters: Parameters) -> Path:
 
 def open_recorder(
     path: Path, parameters: Parameters, channels: Mapping[str, Channel], time_origin_ns: int = 0
-) -> Recorder:
+) -> 'Recorder':
     """Start the recording of a run with its parameters and channels."""
+    mcap = load_extra('a recording', 'mcap')
+    from stickslip_ros.recording.recorder import Recorder  # noqa: PLC0415 - it needs mcap
+
     heading = 'Parameters of the recorded run; SI units.'
     run = {
         **versions(),
+        'mcap': mcap.__version__,
         SOURCES: sources_digest(),
         'seed': str(parameters.sim.seed),
         'dt_s': repr(parameters.sim.dt),

@@ -60,8 +60,10 @@ def run(tmp_path: Path, compiled_kernels: None) -> Any:
 
     def run(mode: str, *, lacks: bool) -> Any:
         if lacks:
-            [file] = (tmp_path / folder.name).glob(MISSING)
-            file.unlink()
+            files = [*(tmp_path / folder.name).glob(MISSING)]
+            assert files
+            for file in files:  # also those of other Pythons
+                file.unlink()
         environment = {**os.environ, 'NUMBA_CACHE_DIR': str(tmp_path)}
         command = [sys.executable, '-c', RUN, mode]
         return json.loads(run_process(command, env=environment, check=True).stdout)

@@ -10,11 +10,6 @@ import sys
 from collections.abc import Iterable
 from typing import Any
 
-from rich.box import SIMPLE_HEAD
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
-
 from stickslip_ros.sections import Section, plain
 
 CHECK_FAILED = 1
@@ -38,13 +33,12 @@ class Answer:
         if as_json:
             print_json(self.content)
             return
-        is_known = sys.stdout.isatty() or 'COLUMNS' in os.environ
         for place, part in enumerate(self.parts):
             section = Section(notes=(part,)) if isinstance(part, str) else part
             if section.title:
                 print('\n' * (place > 0) + section.title)
             if section.rows:
-                Console(width=None if is_known else _WIDTH).print(_table(section))
+                _print_table(section)
             for note in section.notes:
                 print(note)
 
@@ -55,10 +49,15 @@ def print_json(content: Any) -> None:
         print(json.dumps(plain(content), indent=2))
 
 
-def _table(section: Section) -> Table:
-    """Return rows as a table: names and sentences to the left, numbers to the right."""
-    shown = Table(
-        box=SIMPLE_HEAD, show_edge=False, pad_edge=False, show_header=bool(section.header)
+def _print_table(section: Section) -> None:
+    """Print rows as a table: names and sentences to the left, numbers to the right."""
+    try:
+        from rich import box, console, table, text  # noqa: PLC0415 - a robot has none
+    except ImportError:
+        print(*('  '.join(map(str, row)) for row in [section.header, *section.rows]), sep='\n')
+        return
+    shown = table.Table(
+        box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, show_header=bool(section.header)
     )
     for column in range(max(len(row) for row in [section.header, *section.rows])):
         name = str(section.header[column]) if section.header else ''
@@ -66,11 +65,12 @@ def _table(section: Section) -> Table:
         is_number = column > 0 and longest <= _NUMBER_MAX
         is_name = column == 0 and longest <= _NUMBER_MAX  # others wrap before it
         shown.add_column(
-            Text(name),
+            text.Text(name),
             justify='right' if is_number else 'left',
             overflow='fold',
             no_wrap=is_name,
         )
     for row in section.rows:
-        shown.add_row(*(Text(str(cell)) for cell in row))
-    return shown
+        shown.add_row(*(text.Text(str(cell)) for cell in row))
+    is_known = sys.stdout.isatty() or 'COLUMNS' in os.environ
+    console.Console(width=None if is_known else _WIDTH).print(shown)

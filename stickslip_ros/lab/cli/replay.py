@@ -15,7 +15,6 @@ from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.cli.chosen import chosen_for, chosen_values
 from stickslip_ros.lab.cli.experiment import shown_tables
 from stickslip_ros.lab.cli.printing import CHECK_FAILED, Answer
-from stickslip_ros.lab.experiments.reading import played
 from stickslip_ros.lab.runs.replay import Replay, read_drive_input, replay, replay_input
 from stickslip_ros.lab.tables.instructions import Reading
 from stickslip_ros.parameters import Parameters
@@ -57,6 +56,8 @@ def _replay(arguments: argparse.Namespace, output: Path) -> Replay:
             raise WrongKind('--output', 'nothing', 'a file', 'name the recording to write with -o')
         stand = Parameters().updated(changes)
         given = read_drive_input(arguments.file, stand, reading)
+        from stickslip_ros.lab.experiments.reading import played  # noqa: PLC0415 - needs scipy
+
         voltage = played(given, stand)
         for line in voltage.notes:
             print(f'drive   {line}', file=sys.stderr)

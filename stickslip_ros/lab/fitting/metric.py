@@ -130,7 +130,7 @@ class Metric:
         """Return the metric with other sizes of the model's errors, by factors of shape (3,)."""
         sizes = np.append(factors, 1.0)[self.owners]  # -1 is the last: the sensor
         gram = sizes[:, np.newaxis] * self.gram * sizes
-        root = (self.root @ sparse.diags_array(sizes)).tocsr()
+        root = (self.root @ _diagonals(sizes)).tocsr()
         return replace(self, root=root, gram=gram, inner=_factor(gram))
 
     def owed(self, residual: Array) -> Array:
@@ -242,14 +242,18 @@ def _factor(gram: Array) -> Array:
     return np.asarray(linalg.cholesky(gram + np.eye(len(gram)), lower=True))
 
 
+def _diagonals(*parts: Array) -> 'sparse.csr_array':
+    """Return a matrix of its diagonal and those below: scipy 1.11 has no ``diags_array``."""
+    return sparse.csr_array(sparse.diags(parts, range(0, -len(parts), -1)))
+
+
 def _whitening(time_s: Array, noise: float, lasts_s: float) -> 'sparse.csr_array':
     """Return the matrix that whitens noise: of a low-pass, each reading less its memory."""
     if not lasts_s:
-        return sparse.diags_array(np.full(len(time_s), 1.0 / noise), format='csr')
+        return _diagonals(np.full(len(time_s), 1.0 / noise))
     keeps = np.exp(-np.maximum(np.diff(time_s), 1e-3 * lasts_s) / lasts_s)
     new = 1.0 / np.sqrt(1.0 - keeps**2)
-    parts = np.concatenate(([1.0], new)) / noise, -keeps * new / noise
-    return sparse.diags_array(parts, offsets=(0, -1), format='csr')
+    return _diagonals(np.concatenate(([1.0], new)) / noise, -keeps * new / noise)
 
 
 def _of_model(

@@ -6,7 +6,8 @@
 import os
 import sys
 
-from stickslip_ros.extras import MissingRos, needs_ros
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.extras import needs_ros
 from stickslip_ros.process.signals import REFUSED, run
 
 
@@ -20,7 +21,7 @@ def _twin() -> int:
     try:
         with needs_ros('the twin'):
             from stickslip_ros.lab.twin.node import main  # noqa: PLC0415 - slow import
-    except MissingRos as error:
+    except StickSlipError as error:
         sys.stderr.write(f'twin: {error}\n')
         return REFUSED
     return main()

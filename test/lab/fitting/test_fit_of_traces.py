@@ -358,10 +358,16 @@ def test_the_metric_is_that_of_its_covariance(lasts_s: float):
     columns = (metric.places @ metric.root).toarray()
     apart_s = np.abs(time_s[:, np.newaxis] - time_s)
     noise = np.exp(-apart_s / lasts_s) if lasts_s else np.eye(300)
-    covariance = 1e-18 * noise + columns @ columns.T
-    expected = residual @ np.linalg.solve(covariance, residual)
+    # Of the inverse of 1e-18 noise + columns columns', whose condition is 5e12: by least squares
+    # in the columns, which rounds with its root.
+    root = np.linalg.cholesky(1e-18 * noise)
+    sides = np.linalg.solve(root, np.column_stack([columns, residual]))
+    system = np.vstack([sides[:, :-1], np.eye(columns.shape[1])])
+    right = np.append(sides[:, -1], np.zeros(columns.shape[1]))
+    left = right - system @ np.linalg.lstsq(system, right, rcond=None)[0]
+    expected = left @ left
     whitened = metric.whitened(residual)
-    assert whitened @ whitened == pytest.approx(expected, rel=1e-6, abs=0.0)
+    assert whitened @ whitened == pytest.approx(expected, rel=1e-9, abs=0.0)
     assert columns.shape[1] > 60  # zero, drift, delay, low-pass, bins of three waves, a step
 
 
