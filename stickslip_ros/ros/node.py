@@ -41,7 +41,7 @@ from stickslip_ros.ros.executable import GarbageFreezer, describe_node, guard_se
 from stickslip_ros.ros.guard import GuardedNode
 from stickslip_ros.ros.parameter_bridge import (
     SIM_TIME,
-    ReloadableNode,
+    CheckedNode,
     check_clock,
     declare_parameters,
     differ_when_built,
@@ -79,7 +79,7 @@ def logs_failure(transition: Transition) -> Transition:
     return run
 
 
-class StickSlipDrive(ReloadableNode, GuardedNode, LifecycleNode):
+class StickSlipDrive(CheckedNode, GuardedNode, LifecycleNode):
     """
     The virtual test stand as a ROS 2 lifecycle node.
 
