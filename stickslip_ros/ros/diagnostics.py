@@ -34,6 +34,9 @@ the rate is averaged, since a file begins with its parameters."""
 QUEUE_SHARE = 0.5
 """Share of the recorder's queue above which a report is a warning."""
 
+SLOWER, SLOWEST = 0.7, 1e-3
+"""Share of the kept pace that a busy host is told to ask for, and the least such pace."""
+
 _OK, _WARN, _ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
 
@@ -84,34 +87,72 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
         if abs(off_s) > STAMPS_OFF_MAX_S and not session.is_paused:
             where = 'behind' if off_s > 0.0 else 'ahead of'
             off = f"stamps are {abs(off_s):.1f} s {where} the system's time, more than"
-            problems.append(f'{off} {STAMPS_OFF_MAX_S:g} s; deactivate and activate the node')
+            mend = '; deactivate and activate the node' * (level != _ERROR)
+            problems.append(f'{off} {STAMPS_OFF_MAX_S:g} s{mend}')
+    if problems and level == _ERROR:  # a new origin would soon be left behind as well
+        pace = f'{max(SLOWEST, SLOWER * report.real_time_factor):.1g}'
+        mend = f'set sim.real_time_factor to {pace} or sim.block to more'
+        problems.append(f'this host is too busy: deactivate the node, {mend}, activate it')
     if problems:
         before = [] if level == _OK else [message]
         level, message = max(level, _WARN), '; '.join([*before, *problems])
     return _status(name, 'time', level, message, values)
 
 
-class LagLog:
-    """The log of a lag: a line when it begins, has doubled, is being made up, is made up."""
+class Doubling:
+    """What is news once, and again whenever it has doubled; less than before begins anew."""
 
     def __init__(self) -> None:
-        self._told_s = self._most_s = self._fastest = 0.0
+        self._told = 0.0
+
+    def is_news(self, amount: float) -> bool:
+        """Return whether to tell the amount; it is told then."""
+        is_new = amount > 0.0 and not self._told <= amount < 2.0 * self._told
+        if is_new or not amount:
+            self._told = amount
+        return is_new
+
+
+class LagLog:
+    """
+    The log of a lag: a line when it begins, has doubled, is being made up, is made up.
+
+    Of many lags the first, second, fourth and so on are logged. Of those that are given up, one
+    after the other, only a longer one and a doubled sum are logged.
+
+    """
+
+    def __init__(self) -> None:
+        self._told_s = self._most_s = self._fastest = self._given_up_s = 0.0
+        self._lags, self._count_log, self._loss_log = 0, Doubling(), Doubling()
+        self._is_due = self._has_warned = False
 
     def news(self, report: PaceReport, wanted: float) -> tuple[bool, str]:
         """Return whether to warn with the status, and what to say when the lag is made up."""
         pace, late_s, fast = report.real_time_factor, _lag_s(report), wanted / FACTOR_SHARE
+        if self._most_s <= STAMPS_OFF_MAX_S < late_s:
+            self._lags, self._has_warned = self._lags + 1, False
+            self._is_due = self._count_log.is_news(self._lags)
         hurries = report.lag_s > STAMPS_OFF_MAX_S and pace > fast >= self._fastest
         warns = hurries or late_s > max(STAMPS_OFF_MAX_S, 2.0 * self._told_s)
+        warns = warns and self._is_due
+        self._has_warned |= warns
         if warns:
             self._told_s = max(self._told_s, late_s)
         self._most_s = most_s = max(self._most_s, late_s)
         self._fastest = fastest = max(self._fastest, pace)
-        if report.given_up_s or report.lag_s <= MADE_UP_S:
-            self._told_s = self._most_s = self._fastest = 0.0
-            if most_s > STAMPS_OFF_MAX_S and not report.given_up_s:
-                at = f'at up to {fastest:.2g} times real time'
-                return warns, f'a lag of {most_s:.1f} s is made up, {at}'
-        return warns or report.given_up_s > 0.0, ''
+        if report.given_up_s:
+            self._most_s = self._fastest = 0.0
+            self._given_up_s += report.given_up_s
+            return self._loss_log.is_news(self._given_up_s) or warns, ''
+        if report.lag_s <= MADE_UP_S:
+            self._most_s = self._fastest = 0.0
+            if most_s > STAMPS_OFF_MAX_S:
+                self._told_s = 0.0
+                if self._has_warned:
+                    at = f'at up to {fastest:.2g} times real time'
+                    return warns, f'a lag of {most_s:.1f} s is made up, {at}'
+        return warns, ''
 
 
 def _lag_s(report: PaceReport) -> float:
@@ -192,6 +233,7 @@ def recorder_status(name: str, session: Session) -> DiagnosticStatus:
         'queue_peak': str(recorder.queue_peak),
         'queue_length': str(length),
         'dropped': str(dropped),
+        **{f'dropped {topic}': n for topic, n in recorder.dropped_of.items() if n},
     }
     if recorder.error is not None:
         return _status(name, 'recorder', _ERROR, f'stopped: {recorder.error}', values)

@@ -53,7 +53,7 @@ from stickslip_ros.ros.parameter_bridge import (
 )
 from stickslip_ros.ros.trajectory_action import TrajectoryAction, installed_types
 from stickslip_ros.runtime.orders import AT_ONCE, read_grant
-from stickslip_ros.runtime.session import Session, await_reply, require
+from stickslip_ros.runtime.session import Session, await_reply, require, why_incomplete
 from stickslip_ros.runtime.worker import UNTROUBLED, Callbacks
 from stickslip_ros.units import KILO, NANO
 
@@ -162,7 +162,7 @@ class StickSlipDrive(CheckedNode, GuardedNode, LifecycleNode):
             return self._refuse(f'not activated: {error}')
         session.start()
         self._active, self._trouble = session, ''
-        self._lag_log = diagnostics.LagLog()
+        self._lag_log, self._loss_log = diagnostics.LagLog(), diagnostics.Doubling()
         self.get_logger().info(_describe_run(self, session.parameters, session.bench))
         return result
 
@@ -351,6 +351,12 @@ class StickSlipDrive(CheckedNode, GuardedNode, LifecycleNode):
         if late and session.bench.time_ns != self._logged_block_ns:  # once, while it lasts
             self._logged_block_ns = session.bench.time_ns
             self.get_logger().error(late)
+        writer = session.worker.writer
+        if self._loss_log.is_news(0 if writer is None else writer.recorder.dropped):
+            lost = f'{writer.recorder.path} lacks readings, {why_incomplete(writer)}'
+            self.get_logger().warning(
+                f'{lost}; set record.trace to false, or record.queue_length to more'
+            )
         report = session.pacer.report()
         pace = diagnostics.pace_status(name, report, session)
         warns, made_up = self._lag_log.news(report, session.pacer.real_time_factor)
