@@ -288,9 +288,8 @@ def test_beside_a_disk_that_stands_still_only_readings_are_lost_and_log_and_info
         operator.wait_for_event('voltage', seen)
     reported = len(operator.diagnostics)
     operator.spin_until(lambda: len(operator.diagnostics) > reported + 1, 'diagnostics')
-    counts = [
-        int(each.partition('lacks readings, ')[2].split()[0]) for each in lines('lacks readings')
-    ]
+    warnings = lines('lacks readings')
+    counts = [int(each.partition('lacks readings, ')[2].split()[0]) for each in warnings]
     assert all(later >= 2 * earlier for earlier, later in itertools.pairwise(counts))
     assert all('[WARN]' in each and ' of /position' in each for each in warnings)
     held_disk.release()
