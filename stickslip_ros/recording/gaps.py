@@ -3,59 +3,40 @@
 
 """The messages that a recording lacks: which topic, how many, from when to when."""
 
-from typing import Final, NamedTuple
-
 from stickslip_ros.recording.reader import ChannelSummary, Recording
 from stickslip_ros.recording.storage import CLOSING_RECORD
 from stickslip_ros.units import NANO
 
-DIGITS: Final = 9
-"""Digits of a count of messages that are read."""
 
-
-class Gap(NamedTuple):
-    """Lost messages of a topic, between the times of two messages or ends of the recording."""
-
-    topic: str
-    messages: int
-    start_s: float
-    end_s: float
-
-    def __str__(self) -> str:
-        """Return the gap in words."""
-        span = f'between {self.start_s:.9g} s and {self.end_s:.9g} s'
-        return f'{self.messages} messages of {self.topic} {span}'
-
-
-def gaps_of(recording: Recording) -> list[Gap]:
+def gaps_of(recording: Recording) -> list[str]:
     """
-    Return the gap of each topic that has lost messages, from its first loss to its last.
+    Return the loss of each topic in words.
 
-    Sequence numbers prove a loss between two messages. The recorder counts losses before the first
-    and after the last message as well.
+    Sequence numbers prove a loss between two messages. Losses before the first and after the last
+    one are counted by the recorder alone.
 
     """
     closing, origin_ns = recording.metadata.get(CLOSING_RECORD, {}), recording.time_origin_ns
-    lost = {}
-    for each in recording.channels:
-        said = closing.get(f'dropped {each.topic}', '')[:DIGITS]
-        if count := max(each.gaps, int(said) if said.isdecimal() else 0):
-            lost[each.topic] = count
-    seen = {topic: ChannelSummary(topic) for topic in lost}
+    said = {
+        each.topic: closing.get(f'dropped {each.topic}', '')[:9] for each in recording.channels
+    }
+    counts = {topic: int(text) for topic, text in said.items() if text.isdecimal()}
+    counts = {each.topic: max(each.gaps, counts.get(each.topic, 0)) for each in recording.channels}
+    seen = {topic: ChannelSummary(topic) for topic, count in counts.items() if count}
     spans: dict[str, tuple[float, float]] = {}
-    for topic, message in recording.records(list(lost)) if lost else ():
+    for topic, message in recording.records(list(seen)) if seen else ():
         before_s, gaps = (seen[topic].last_ns or 0) * NANO, seen[topic].gaps
         seen[topic].add(message.log_time - origin_ns, message.sequence)
         if seen[topic].gaps > gaps:
-            now_s = (message.log_time - origin_ns) * NANO
-            spans[topic] = spans.get(topic, (before_s, now_s))[0], now_s
-    first_s, last_s = recording.span_s
-    for topic, count in lost.items():
-        ends, missing = seen[topic], count - seen[topic].gaps
-        start_s, end_s = spans.get(
-            topic, ((ends.last_ns or 0) * NANO, (ends.first_ns or 0) * NANO)
+            spans[topic] = spans.get(topic, (before_s,))[0], (seen[topic].last_ns or 0) * NANO
+    begin_s, end_s = recording.span_s
+    told = []
+    for topic, each in seen.items():
+        first_s, last_s = spans.get(topic, ((each.last_ns or 0) * NANO, end_s))
+        if counts[topic] > each.gaps:  # beyond the ends
+            has_first = each.messages and not each.first_sequence
+            first_s, last_s = first_s if has_first else begin_s, end_s
+        told.append(
+            f'{counts[topic]} messages of {topic} between {first_s:.9g} s and {last_s:.9g} s'
         )
-        if 0 < ends.first_sequence <= missing or not ends.messages:
-            start_s, missing = first_s, missing - ends.first_sequence
-        spans[topic] = start_s, last_s if missing else end_s
-    return [Gap(topic, count, *spans[topic]) for topic, count in lost.items()]
+    return told

@@ -30,8 +30,7 @@ class Recorder:
     """
     An MCAP recording in progress: a bounded queue with one writing thread behind it.
 
-    A message that finds the queue full is dropped and counted, unless its topic is ``kept``: such
-    messages are queued beyond the bound, and in their order.
+    A message that finds the queue full is dropped and counted, unless its topic is ``kept``.
 
     Equal messages in equal order give equal messages in the file; its chunks end by the clock.
     Messages older than the flush period are on the disk, even if the process is killed or the
@@ -131,9 +130,12 @@ class Recorder:
         return sum(self._dropped)
 
     @property
-    def dropped_of(self) -> dict[str, int]:
-        """Lost messages of each topic."""
-        return dict(zip(self._topics, self._dropped, strict=True))
+    def losses(self) -> str:
+        """Number of lost messages in words, with their topics."""
+        lost = [
+            f'{n} of {topic}' for topic, n in zip(self._topics, self._dropped, strict=True) if n
+        ]
+        return f'{self.dropped} dropped{": " * bool(lost)}{", ".join(lost)}'
 
     @property
     def queued(self) -> int:
@@ -262,4 +264,5 @@ class Recorder:
 
     def _losses(self) -> dict[str, str]:
         """Return the number of lost messages by topic, for the closing record."""
-        return {f'dropped {topic}': str(count) for topic, count in self.dropped_of.items()}
+        counts = zip(self._topics, self._dropped, strict=True)
+        return {f'dropped {topic}': str(count) for topic, count in counts}

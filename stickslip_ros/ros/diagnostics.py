@@ -91,8 +91,8 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
             problems.append(f'{off} {STAMPS_OFF_MAX_S:g} s{mend}')
     if problems and level == _ERROR:  # a new origin would soon be left behind as well
         pace = f'{max(SLOWEST, SLOWER * report.real_time_factor):.1g}'
-        mend = f'set sim.real_time_factor to {pace} or sim.block to more'
-        problems.append(f'this host is too busy: deactivate the node, {mend}, activate it')
+        mend = f'deactivate the node, set sim.real_time_factor to {pace}, activate it'
+        problems.append(f'this host is too busy: {mend}')
     if problems:
         before = [] if level == _OK else [message]
         level, message = max(level, _WARN), '; '.join([*before, *problems])
@@ -117,42 +117,34 @@ class LagLog:
     """
     The log of a lag: a line when it begins, has doubled, is being made up, is made up.
 
-    Of many lags the first, second, fourth and so on are logged. Of those that are given up, one
-    after the other, only a longer one and a doubled sum are logged.
+    Of many lags the first, second, fourth and so on are logged, of lags that are given up longer
+    ones and a doubled sum.
 
     """
 
     def __init__(self) -> None:
         self._told_s = self._most_s = self._fastest = self._given_up_s = 0.0
-        self._lags, self._count_log, self._loss_log = 0, Doubling(), Doubling()
-        self._is_due = self._has_warned = False
+        self._lags, self._loss_log = 0, Doubling()
 
     def news(self, report: PaceReport, wanted: float) -> tuple[bool, str]:
         """Return whether to warn with the status, and what to say when the lag is made up."""
         pace, late_s, fast = report.real_time_factor, _lag_s(report), wanted / FACTOR_SHARE
-        if self._most_s <= STAMPS_OFF_MAX_S < late_s:
-            self._lags, self._has_warned = self._lags + 1, False
-            self._is_due = self._count_log.is_news(self._lags)
+        self._lags += self._most_s <= STAMPS_OFF_MAX_S < late_s
+        is_due = self._lags.bit_count() == 1
         hurries = report.lag_s > STAMPS_OFF_MAX_S and pace > fast >= self._fastest
-        warns = hurries or late_s > max(STAMPS_OFF_MAX_S, 2.0 * self._told_s)
-        warns = warns and self._is_due
-        self._has_warned |= warns
+        warns = is_due and (hurries or late_s > max(STAMPS_OFF_MAX_S, 2.0 * self._told_s))
         if warns:
             self._told_s = max(self._told_s, late_s)
         self._most_s = most_s = max(self._most_s, late_s)
         self._fastest = fastest = max(self._fastest, pace)
-        if report.given_up_s:
+        if report.given_up_s or report.lag_s <= MADE_UP_S:
             self._most_s = self._fastest = 0.0
             self._given_up_s += report.given_up_s
-            return self._loss_log.is_news(self._given_up_s) or warns, ''
-        if report.lag_s <= MADE_UP_S:
-            self._most_s = self._fastest = 0.0
-            if most_s > STAMPS_OFF_MAX_S:
+            if most_s > STAMPS_OFF_MAX_S and not report.given_up_s:
                 self._told_s = 0.0
-                if self._has_warned:
-                    at = f'at up to {fastest:.2g} times real time'
-                    return warns, f'a lag of {most_s:.1f} s is made up, {at}'
-        return warns, ''
+                at = f'at up to {fastest:.2g} times real time'
+                return warns, f'a lag of {most_s:.1f} s is made up, {at}' * is_due
+        return warns or (report.given_up_s > 0.0 and self._loss_log.is_news(self._given_up_s)), ''
 
 
 def _lag_s(report: PaceReport) -> float:
@@ -233,13 +225,13 @@ def recorder_status(name: str, session: Session) -> DiagnosticStatus:
         'queue_peak': str(recorder.queue_peak),
         'queue_length': str(length),
         'dropped': str(dropped),
-        **{f'dropped {topic}': n for topic, n in recorder.dropped_of.items() if n},
     }
     if recorder.error is not None:
         return _status(name, 'recorder', _ERROR, f'stopped: {recorder.error}', values)
     length_s = (session.bench.time_ns - writer.begun_ns) * NANO
     values['length_s'] = f'{length_s:.3f}'
     if dropped:
+        values['losses'] = recorder.losses
         return _status(name, 'recorder', _ERROR, f'{dropped} dropped', values)
     if queued > QUEUE_SHARE * length and not writer.waits:
         return _status(name, 'recorder', _WARN, f'queue {queued} of {length}', values)

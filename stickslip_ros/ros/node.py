@@ -53,7 +53,7 @@ from stickslip_ros.ros.parameter_bridge import (
 )
 from stickslip_ros.ros.trajectory_action import TrajectoryAction, installed_types
 from stickslip_ros.runtime.orders import AT_ONCE, read_grant
-from stickslip_ros.runtime.session import Session, await_reply, require, why_incomplete
+from stickslip_ros.runtime.session import Session, await_reply, require
 from stickslip_ros.runtime.worker import UNTROUBLED, Callbacks
 from stickslip_ros.units import KILO, NANO
 
@@ -353,10 +353,8 @@ class StickSlipDrive(CheckedNode, GuardedNode, LifecycleNode):
             self.get_logger().error(late)
         writer = session.worker.writer
         if self._loss_log.is_news(0 if writer is None else writer.recorder.dropped):
-            lost = f'{writer.recorder.path} lacks readings, {why_incomplete(writer)}'
-            self.get_logger().warning(
-                f'{lost}; set record.trace to false, or record.queue_length to more'
-            )
+            lost = f'{writer.recorder.path} lacks readings, {writer.recorder.losses}'
+            self.get_logger().warning(f'{lost}; record less (record.trace) or free the disk')
         report = session.pacer.report()
         pace = diagnostics.pace_status(name, report, session)
         warns, made_up = self._lag_log.news(report, session.pacer.real_time_factor)

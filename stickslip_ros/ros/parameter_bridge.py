@@ -134,13 +134,7 @@ def judge_changes(node: Node, changes: list[Parameter], *, runs: bool) -> SetPar
 
 
 class CheckedNode(Node):  # type: ignore[misc]
-    """
-    A node whose parameters are judged by their declarations, before rclpy does so.
-
-    So every refusal has name, value and remedy. A dump of all parameters, with the read-only ones,
-    can be loaded.
-
-    """
+    """A node that refuses parameters by name, value and remedy, before rclpy does."""
 
     declared: ClassVar[Mapping[str, Spec]] = specs() | FOREIGN
 
@@ -168,9 +162,8 @@ class CheckedNode(Node):  # type: ignore[misc]
         """
         Set the parameters that differ from the present ones; an equal value is no change.
 
-        A live parameter is always set, which ends a fault of the schedule. ``ros2 param load``
-        and ``set`` send 1 for 1.0, 1e-8 as a text, and an array with a text or with numbers of
-        two types as texts: they are converted as those of the command line are.
+        A live one is always set, which ends a fault of the schedule. ``ros2 param`` sends 1 for
+        1.0 and 1e-8 as a text: both are converted.
 
         """
         changes = []

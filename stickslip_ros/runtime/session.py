@@ -278,7 +278,7 @@ class Session:
         if recorder.error is not None:
             self.worker.lose_recording(writer)
             raise StickSlipError(why_lost(writer))
-        said = f'recorded {recorder.place}: {recorder.stored} messages, {why_incomplete(writer)}'
+        said = f'recorded {recorder.place}: {recorder.stored} messages, {recorder.losses}'
         if recorder.dropped:
             logger.warning(said)
         else:
@@ -401,12 +401,6 @@ def await_reply(reply: 'Future[T]') -> T:
 def why_lost(writer: RunWriter) -> str:
     """Return the path of a failed recording and its error, in words."""
     return f'{writer.recorder.path} has stopped: {writer.recorder.error}'
-
-
-def why_incomplete(writer: RunWriter) -> str:
-    """Return the number of messages that a recording has dropped, with topics, in words."""
-    lost = [f'{count} of {topic}' for topic, count in writer.recorder.dropped_of.items() if count]
-    return f'{writer.recorder.dropped} dropped{": " if lost else ""}{", ".join(lost)}'
 
 
 def require(session: Session | None, state: str) -> Session:

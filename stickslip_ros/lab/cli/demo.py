@@ -236,9 +236,9 @@ def _summarise(
 
 
 def largest_lag_s(report: Mapping[str, str]) -> float:
-    """Return the largest lag that a report on the time tells, s."""
-    latest_s = MICRO * float(report['lateness_max_us'])  # NaN without ticks
-    return max(float(report['lag_s']), float(report['behind_s']), latest_s)
+    """Return the largest lag in a report, s; its lateness is NaN without ticks."""
+    lags_s = float(report['lag_s']), float(report['behind_s'])
+    return max(*lags_s, MICRO * float(report['lateness_max_us']))
 
 
 def _last(force: Series, burst: dict[str, Any]) -> float:
