@@ -34,9 +34,6 @@ the rate is averaged, since a file begins with its parameters."""
 QUEUE_SHARE = 0.5
 """Share of the recorder's queue above which a report is a warning."""
 
-SLOWER, SLOWEST = 0.7, 1e-3
-"""Share of the kept pace that a busy host is told to ask for, and the least such pace."""
-
 _OK, _WARN, _ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
 
@@ -90,9 +87,8 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
             mend = '; deactivate and activate the node' * (level != _ERROR)
             problems.append(f'{off} {STAMPS_OFF_MAX_S:g} s{mend}')
     if problems and level == _ERROR:  # a new origin would soon be left behind as well
-        pace = f'{max(SLOWEST, SLOWER * report.real_time_factor):.1g}'
-        mend = f'deactivate the node, set sim.real_time_factor to {pace}, activate it'
-        problems.append(f'this host is too busy: {mend}')
+        mend = 'set sim.real_time_factor to 0.0 (as fast as it goes)'
+        problems.append(f'this host is too busy: deactivate the node, {mend}, activate it')
     if problems:
         before = [] if level == _OK else [message]
         level, message = max(level, _WARN), '; '.join([*before, *problems])

@@ -351,8 +351,7 @@ class StickSlipDrive(CheckedNode, GuardedNode, LifecycleNode):
         if late and session.bench.time_ns != self._logged_block_ns:  # once, while it lasts
             self._logged_block_ns = session.bench.time_ns
             self.get_logger().error(late)
-        writer = session.worker.writer
-        if self._loss_log.is_news(0 if writer is None else writer.recorder.dropped):
+        if (writer := session.worker.writer) and self._loss_log.is_news(writer.recorder.dropped):
             lost = f'{writer.recorder.path} lacks readings, {writer.recorder.losses}'
             self.get_logger().warning(f'{lost}; record less (record.trace) or free the disk')
         report = session.pacer.report()

@@ -4,7 +4,7 @@
 """The parameters of the package as ROS parameters: declared, checked, read."""
 
 from array import array
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any, ClassVar
 
@@ -74,9 +74,9 @@ def declare_parameters(node: 'CheckedNode') -> Parameters:
 
 def given_values(node: 'CheckedNode') -> dict[str, Any]:
     """Return the values given to a node at its start; check and leave out rclpy's own ones."""
-    given = node.get_parameters_by_prefix('')
-    own = {n: node.check(n, given[n].value) for n in given if not n.startswith(QOS_PREFIX)}
-    return {name: value for name, value in own.items() if name not in FOREIGN}
+    names = [n for n in node.get_parameters_by_prefix('') if not n.startswith(QOS_PREFIX)]
+    values = {name: node.check(name, node.get_parameter(name).value) for name in names}
+    return {name: value for name, value in values.items() if name not in FOREIGN}
 
 
 def declare(node: Node, declared: Mapping[str, Spec], values: Mapping[str, Scalar]) -> None:
@@ -150,7 +150,7 @@ class CheckedNode(Node):  # type: ignore[misc]
         return list(checked) if spec.is_array else checked
 
     def declare_parameters(
-        self, namespace: str, parameters: Sequence[Any], ignore_override: bool = False
+        self, namespace: str, parameters: list[Any], ignore_override: bool = False
     ) -> list[Parameter]:
         """Declare parameters; refuse an empty array, for which rclpy has no words."""
         for name, *rest in parameters:
