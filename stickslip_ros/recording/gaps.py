@@ -37,6 +37,6 @@ def gaps_of(recording: Recording) -> list[str]:
             has_first = each.messages and not each.first_sequence
             first_s, last_s = first_s if has_first else begin_s, end_s
         told.append(
-            f'{counts[topic]} messages of {topic} between {first_s:.9g} s and {last_s:.9g} s'
+            f'lacks {counts[topic]} messages of {topic} between {first_s:.9g} s and {last_s:.9g} s'
         )
     return told

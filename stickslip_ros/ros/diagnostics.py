@@ -113,8 +113,7 @@ class LagLog:
     """
     The log of a lag: a line when it begins, has doubled, is being made up, is made up.
 
-    Of many lags the first, second, fourth and so on are logged, of lags that are given up longer
-    ones and a doubled sum.
+    Of many lags the first, second, fourth and so on are logged; of those given up, a doubled sum.
 
     """
 

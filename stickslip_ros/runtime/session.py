@@ -32,8 +32,6 @@ REPLY_TIMEOUT_S = 10.0
 WAITING_MAX = 2_000_000
 """Largest sum of numbers in pending commands: ten of the longest waveforms."""
 STOP_TIMEOUT_S = 5.0
-CLOCK_READINGS = 5
-"""Pairs of readings of two clocks, of which a busy host disturbs some."""
 
 T = TypeVar('T')
 
@@ -122,7 +120,7 @@ class Session:
         if has_system_time(self.parameters, follows_clock=follows_clock):
             ahead_ns = self.bench.time_ns + self._wake_ns
             # The largest difference is that of two readings without a pause in between.
-            lead_ns = max(time.monotonic_ns() - time.time_ns() for _ in range(CLOCK_READINGS))
+            lead_ns = max(time.monotonic_ns() - time.time_ns() for _ in range(5))
             now_ns = time.time_ns()
             self.worker.time_origin_ns = now_ns - ahead_ns
             self._origin_s = (now_ns + lead_ns) * NANO

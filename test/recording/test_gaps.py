@@ -71,13 +71,13 @@ def test_the_gap_says_topic_number_and_the_times_around_it(tmp_path: Path, held_
     recorder = record_beside(held_disk, tmp_path / 'run.mcap', readings=100, after=20)
     assert recorder.dropped == 95
     [gap] = gaps_of(Recording(tmp_path / 'run.mcap'))
-    assert gap == '95 messages of /voltage between 0.005 s and 0.101 s'
+    assert gap == 'lacks 95 messages of /voltage between 0.005 s and 0.101 s'
 
 
 def test_a_loss_at_the_end_reaches_to_the_end(tmp_path: Path, held_disk: HeldDisk):
     record_beside(held_disk, tmp_path / 'run.mcap', readings=100, after=0)
     [gap] = gaps_of(Recording(tmp_path / 'run.mcap'))
-    assert gap == '95 messages of /voltage between 0.005 s and 0.1 s'
+    assert gap == 'lacks 95 messages of /voltage between 0.005 s and 0.1 s'
 
 
 def test_a_topic_of_which_all_is_lost_lacks_it_from_begin_to_end(
@@ -94,7 +94,7 @@ def test_a_topic_of_which_all_is_lost_lacks_it_from_begin_to_end(
     recorder.put('/event', 4 * MS_NS, cdr.pack_string(''))
     held_disk.release()
     recorder.close()
-    assert gaps_of(Recording(path)) == ['1 messages of /steps between 0.001 s and 0.004 s']
+    assert gaps_of(Recording(path)) == ['lacks 1 messages of /steps between 0.001 s and 0.004 s']
 
 
 def test_a_recovered_file_tells_its_gap_by_sequence_numbers_alone(
@@ -104,7 +104,7 @@ def test_a_recovered_file_tells_its_gap_by_sequence_numbers_alone(
     recover_file(tmp_path / 'killed.mcap', tmp_path / 'recovered.mcap')
     recovered = Recording(tmp_path / 'recovered.mcap')
     assert 'stickslip_recorder' not in recovered.metadata
-    assert gaps_of(recovered) == ['95 messages of /voltage between 0.005 s and 0.101 s']
+    assert gaps_of(recovered) == ['lacks 95 messages of /voltage between 0.005 s and 0.101 s']
 
 
 def test_numbers_of_another_program_are_a_gap_too_and_a_whole_file_has_none(tmp_path: Path):
@@ -112,7 +112,7 @@ def test_numbers_of_another_program_are_a_gap_too_and_a_whole_file_has_none(tmp_
     foreign_numbers(tmp_path / 'lossy.mcap', rows)
     foreign_numbers(tmp_path / 'whole.mcap', rows[:2])
     assert gaps_of(Recording(tmp_path / 'lossy.mcap')) == [
-        '2 messages of /u between 0.001 s and 0.002 s'
+        'lacks 2 messages of /u between 0.001 s and 0.002 s'
     ]
     assert gaps_of(Recording(tmp_path / 'whole.mcap')) == []
 
@@ -135,5 +135,5 @@ def test_a_run_keeps_each_command_event_and_status_whatever_it_loses(
     assert asked == [(ms * MS_NS, (float(ms % 90),)) for ms in range(200)]
     counts = {each.topic: each.messages for each in recording.channels}
     assert counts['/stickslip_drive/event'] == 200
-    lossy = {gap.split()[3] for gap in gaps_of(recording)}
+    lossy = {gap.split()[4] for gap in gaps_of(recording)}
     assert lossy == {'/position', '/force', '/voltage', '/trace', '/joint_states'}

@@ -309,6 +309,6 @@ def test_beside_a_disk_that_stands_still_only_readings_are_lost_and_log_and_info
     assert times == sorted(times)
     told = describe_recording(recording)['notes']
     [position] = [each for each in told if ' of /position ' in each]
-    assert re.fullmatch(r'missing: \d+ messages of /position between \S+ s and \S+ s', position)
+    assert re.fullmatch(r'lacks \d+ messages of /position between \S+ s and \S+ s', position)
     with pytest.raises(RecordingError, match=r'lacks \d+ messages of .* between .*queue_length'):
         replay(path, path.with_name('again.mcap'))

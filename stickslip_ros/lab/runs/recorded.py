@@ -73,11 +73,6 @@ class BitSpan(NamedTuple):
     end_s: float
 
 
-def notes_of(recording: Recording) -> list[str]:
-    """Return what is odd in a recording, and what it lacks."""
-    return [*recording.notes, *(f'missing: {each}' for each in gaps_of(recording))]
-
-
 def sections_of(recording: Recording) -> Iterator[Section]:
     """Yield topics, metadata of the run, and changed parameters."""
     rows = []
@@ -86,7 +81,7 @@ def sections_of(recording: Recording) -> Iterator[Section]:
         name = each.type_name.rpartition('/')[2]
         rows.append((each.topic, name, each.messages, rate, each.gaps))
     header = 'topic', 'type', 'messages', 'rate (Hz)', 'missing'
-    yield Section(recording.origin, rows, header, notes_of(recording))
+    yield Section(recording.origin, rows, header, [*recording.notes, *gaps_of(recording)])
     if run := recording.metadata.get(RUN_RECORD):
         yield Section('run', list(run.items()))
     if PARAMETERS_FILE in recording.attachments:

@@ -191,8 +191,8 @@ def _span(recording: Recording) -> tuple[int, int]:
     if channel.first_ns is None or channel.last_ns is None:
         raise RecordingError(recording.path, 'holds no position', 'record a longer run')
     if gaps := gaps_of(recording):
-        problem = f'lacks {"; ".join(gaps)}'
-        raise RecordingError(recording.path, problem, 'record with a longer record.queue_length')
+        hint = 'record with a longer record.queue_length'
+        raise RecordingError(recording.path, '; '.join(gaps), hint)
     return channel.first_ns, channel.last_ns
 
 
