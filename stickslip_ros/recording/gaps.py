@@ -17,11 +17,10 @@ def gaps_of(recording: Recording) -> list[str]:
 
     """
     closing, origin_ns = recording.metadata.get(CLOSING_RECORD, {}), recording.time_origin_ns
-    said = {
-        each.topic: closing.get(f'dropped {each.topic}', '')[:9] for each in recording.channels
-    }
-    counts = {topic: int(text) for topic, text in said.items() if text.isdecimal()}
-    counts = {each.topic: max(each.gaps, counts.get(each.topic, 0)) for each in recording.channels}
+    counts = {}
+    for each in recording.channels:
+        said = closing.get(f'dropped {each.topic}', '')[:9]
+        counts[each.topic] = max(each.gaps or 0, int(said) if said.isdecimal() else 0)
     seen = {topic: ChannelSummary(topic) for topic, count in counts.items() if count}
     spans: dict[str, tuple[float, float]] = {}
     for topic, message in recording.records(list(seen)) if seen else ():

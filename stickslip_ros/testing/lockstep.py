@@ -8,7 +8,7 @@ import threading
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from difflib import SequenceMatcher, get_close_matches
+from difflib import get_close_matches
 from threading import Thread
 from time import monotonic
 from typing import Any
@@ -197,10 +197,10 @@ class Lockstep:
         for each in self._node.publishers:
             name, place = each.topic_name, f'{space}{PREFIX}'
             [near] = get_close_matches(name, self._commands, 1, 0.0)
-            is_like = name.startswith(space) and name.count('/') == place.count('/')
-            is_like = is_like and SequenceMatcher(None, name, near).ratio() > ALIKE
-            is_meant = name.startswith(place) or is_like
-            if is_meant and name not in self._commands and not each.get_subscription_count():
+            is_here = name.startswith(space) and name.count('/') == place.count('/')
+            is_like = is_here and get_close_matches(name, [near], 1, ALIKE)
+            is_meant = (name.startswith(place) or is_like) and name not in self._commands
+            if is_meant and not each.get_subscription_count():
                 who = self._node.get_fully_qualified_name()
                 return f'nobody hears {name}, on which {who} publishes; did you mean {near}?'
         return ''
