@@ -21,6 +21,7 @@ from typing import Any
 import matplotlib.font_manager  # noqa: F401 - a process that finds no font cache says so on stderr
 import pytest
 import setuptools
+from held_disk import HeldDisk
 from hypothesis import HealthCheck, settings
 from processes import end_with_parent
 
@@ -136,3 +137,11 @@ def recorded_run(tmp_path_factory: pytest.TempPathFactory) -> tuple[SawtoothRun,
     """Give result and recording of twenty full steps at 1 kHz, with the default stand."""
     path = tmp_path_factory.mktemp('run') / 'run.mcap'
     return simulate(Parameters(), voltage_v=300.0, steps=20, record=path).result, path
+
+
+@pytest.fixture
+def held_disk(monkeypatch: pytest.MonkeyPatch) -> Iterator[HeldDisk]:
+    """Give a disk that a test holds; it goes on at the end."""
+    disk = HeldDisk(monkeypatch)
+    yield disk
+    disk.release()

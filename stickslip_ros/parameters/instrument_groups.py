@@ -221,7 +221,7 @@ class RecordParameters(Checked):
     chunk_size: int = count(1 << 20, 'size of a chunk', unit='B', bounds=(1 << 10, 1 << 28))
     queue_length: int = count(
         20_000,
-        'largest number of messages that wait for the disk; more are dropped',
+        'largest number of messages that wait for the disk; readings beyond are dropped',
         bounds=(10, 10_000_000),
     )
     flush_period: float = quantity(

@@ -5,7 +5,7 @@
 
 import atexit
 from collections import deque
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from threading import Condition, Lock, Thread
@@ -30,6 +30,8 @@ class Recorder:
     """
     An MCAP recording in progress: a bounded queue with one writing thread behind it.
 
+    A message that finds the queue full is dropped and counted, unless its topic is ``kept``.
+
     Equal messages in equal order give equal messages in the file; its chunks end by the clock.
     Messages older than the flush period are on the disk, even if the process is killed or the
     power fails; ``stickslip recover`` then makes a whole file of them. A recorder that is not
@@ -47,6 +49,7 @@ class Recorder:
         attachments: Attachments | None = None,
         form: FileForm | None = None,
         queue_length: int = QUEUE_LENGTH,
+        kept: Container[str] = (),
     ) -> None:
         form = form or FileForm()
         self._layout = Layout.plan(Path(path), bag=form.bag, split=form.in_parts)
@@ -62,6 +65,7 @@ class Recorder:
                 raise RecordingError(self.path, problem, 'name each topic once')
         names = channels if isinstance(channels, Mapping) else self._topics
         self._ids = {name: number for number, name in enumerate(names, 1)}
+        self._kept = {number for name, number in self._ids.items() if name in kept}
         self._sequences = [0] * len(described)
         self._dropped = [0] * len(described)
         self._files = RunFiles(
@@ -126,6 +130,14 @@ class Recorder:
         return sum(self._dropped)
 
     @property
+    def losses(self) -> str:
+        """Number of lost messages in words, with their topics."""
+        lost = [
+            f'{n} of {topic}' for topic, n in zip(self._topics, self._dropped, strict=True) if n
+        ]
+        return f'{self.dropped} dropped{": " * bool(lost)}{", ".join(lost)}'
+
+    @property
     def queued(self) -> int:
         """Messages waiting for the writer, which wakes up for a batch of them."""
         return len(self._queue)
@@ -151,7 +163,8 @@ class Recorder:
                 sequence = self._sequences[channel_id - 1]
                 self._sequences[channel_id - 1] = (sequence + 1) & _SEQUENCE_MASK
                 length = len(queue) + 1
-                if length > self._queue_length or self._has_ended:
+                is_full = length > self._queue_length and channel_id not in self._kept
+                if is_full or self._has_ended:
                     self._dropped[channel_id - 1] += 1
                     continue
                 message = Stored(channel_id, time_ns, data, sequence)

@@ -34,8 +34,9 @@ class RunWriter:
     The new file of a run; as a context it is finished at the end.
 
     The file holds the parameters; log times are the time origin plus simulated time. If the queue
-    is full, the writer waits for the disk, or drops and counts. Raises RecordingError if the file
-    exists or cannot be written; at the end of a context, if writing has failed.
+    is full, the writer waits for the disk, or drops and counts readings: commands, events and the
+    like are never dropped. Raises RecordingError if the file exists or cannot be written; at the
+    end of a context, if writing has failed.
 
     """
 

@@ -20,6 +20,7 @@ from stickslip_ros.files import read_bytes
 from stickslip_ros.instrument.reports import Status, trace_columns
 from stickslip_ros.interface.channels import Channel, name_in_file
 from stickslip_ros.interface.requests import NOTES
+from stickslip_ros.interface.topics import TOPICS
 from stickslip_ros.parameters import Parameters, dump_yaml, specs
 from stickslip_ros.recording.layout import SUFFIX, TIME_MAX_NS, FileForm
 from stickslip_ros.sources import sources_digest
@@ -169,4 +170,5 @@ def open_recorder(
             bag=record.format == 'bag',
         ),
         queue_length=parameters.record.queue_length,
+        kept={topic.key for topic in TOPICS if not topic.pace},
     )

@@ -84,34 +84,62 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
         if abs(off_s) > STAMPS_OFF_MAX_S and not session.is_paused:
             where = 'behind' if off_s > 0.0 else 'ahead of'
             off = f"stamps are {abs(off_s):.1f} s {where} the system's time, more than"
-            problems.append(f'{off} {STAMPS_OFF_MAX_S:g} s; deactivate and activate the node')
+            mend = '; deactivate and activate the node' * (level != _ERROR)
+            problems.append(f'{off} {STAMPS_OFF_MAX_S:g} s{mend}')
+    if problems and level == _ERROR:  # a new origin would soon be left behind as well
+        mend = 'set sim.real_time_factor to 0.0 (as fast as it goes)'
+        problems.append(f'this host is too busy: deactivate the node, {mend}, activate it')
     if problems:
         before = [] if level == _OK else [message]
         level, message = max(level, _WARN), '; '.join([*before, *problems])
     return _status(name, 'time', level, message, values)
 
 
-class LagLog:
-    """The log of a lag: a line when it begins, has doubled, is being made up, is made up."""
+class Doubling:
+    """What is news once, and again whenever it has doubled; less than before begins anew."""
 
     def __init__(self) -> None:
-        self._told_s = self._most_s = self._fastest = 0.0
+        self._told = 0.0
+
+    def is_news(self, amount: float) -> bool:
+        """Return whether to tell the amount; it is told then."""
+        is_new = amount > 0.0 and not self._told <= amount < 2.0 * self._told
+        if is_new or not amount:
+            self._told = amount
+        return is_new
+
+
+class LagLog:
+    """
+    The log of a lag: a line when it begins, has doubled, is being made up, is made up.
+
+    Of many lags the first, second, fourth and so on are logged; of those given up, a doubled sum.
+
+    """
+
+    def __init__(self) -> None:
+        self._told_s = self._most_s = self._fastest = self._given_up_s = 0.0
+        self._lags, self._loss_log = 0, Doubling()
 
     def news(self, report: PaceReport, wanted: float) -> tuple[bool, str]:
         """Return whether to warn with the status, and what to say when the lag is made up."""
         pace, late_s, fast = report.real_time_factor, _lag_s(report), wanted / FACTOR_SHARE
+        self._lags += self._most_s <= STAMPS_OFF_MAX_S < late_s
+        is_due = self._lags.bit_count() == 1
         hurries = report.lag_s > STAMPS_OFF_MAX_S and pace > fast >= self._fastest
-        warns = hurries or late_s > max(STAMPS_OFF_MAX_S, 2.0 * self._told_s)
+        warns = is_due and (hurries or late_s > max(STAMPS_OFF_MAX_S, 2.0 * self._told_s))
         if warns:
             self._told_s = max(self._told_s, late_s)
         self._most_s = most_s = max(self._most_s, late_s)
         self._fastest = fastest = max(self._fastest, pace)
         if report.given_up_s or report.lag_s <= MADE_UP_S:
-            self._told_s = self._most_s = self._fastest = 0.0
+            self._most_s = self._fastest = 0.0
+            self._given_up_s += report.given_up_s
             if most_s > STAMPS_OFF_MAX_S and not report.given_up_s:
+                self._told_s = 0.0
                 at = f'at up to {fastest:.2g} times real time'
-                return warns, f'a lag of {most_s:.1f} s is made up, {at}'
-        return warns or report.given_up_s > 0.0, ''
+                return warns, f'a lag of {most_s:.1f} s is made up, {at}' * is_due
+        return warns or (report.given_up_s > 0.0 and self._loss_log.is_news(self._given_up_s)), ''
 
 
 def _lag_s(report: PaceReport) -> float:
@@ -198,6 +226,7 @@ def recorder_status(name: str, session: Session) -> DiagnosticStatus:
     length_s = (session.bench.time_ns - writer.begun_ns) * NANO
     values['length_s'] = f'{length_s:.3f}'
     if dropped:
+        values['losses'] = recorder.losses
         return _status(name, 'recorder', _ERROR, f'{dropped} dropped', values)
     if queued > QUEUE_SHARE * length and not writer.waits:
         return _status(name, 'recorder', _WARN, f'queue {queued} of {length}', values)

@@ -41,7 +41,7 @@ from stickslip_ros.ros.executable import GarbageFreezer, describe_node, guard_se
 from stickslip_ros.ros.guard import GuardedNode
 from stickslip_ros.ros.parameter_bridge import (
     SIM_TIME,
-    ReloadableNode,
+    CheckedNode,
     check_clock,
     declare_parameters,
     differ_when_built,
@@ -79,7 +79,7 @@ def logs_failure(transition: Transition) -> Transition:
     return run
 
 
-class StickSlipDrive(ReloadableNode, GuardedNode, LifecycleNode):
+class StickSlipDrive(CheckedNode, GuardedNode, LifecycleNode):
     """
     The virtual test stand as a ROS 2 lifecycle node.
 
@@ -162,7 +162,7 @@ class StickSlipDrive(ReloadableNode, GuardedNode, LifecycleNode):
             return self._refuse(f'not activated: {error}')
         session.start()
         self._active, self._trouble = session, ''
-        self._lag_log = diagnostics.LagLog()
+        self._lag_log, self._loss_log = diagnostics.LagLog(), diagnostics.Doubling()
         self.get_logger().info(_describe_run(self, session.parameters, session.bench))
         return result
 
@@ -351,6 +351,9 @@ class StickSlipDrive(ReloadableNode, GuardedNode, LifecycleNode):
         if late and session.bench.time_ns != self._logged_block_ns:  # once, while it lasts
             self._logged_block_ns = session.bench.time_ns
             self.get_logger().error(late)
+        if (writer := session.worker.writer) and self._loss_log.is_news(writer.recorder.dropped):
+            lost = f'{writer.recorder.path} lacks readings, {writer.recorder.losses}'
+            self.get_logger().warning(f'{lost}; record less (record.trace) or free the disk')
         report = session.pacer.report()
         pace = diagnostics.pace_status(name, report, session)
         warns, made_up = self._lag_log.news(report, session.pacer.real_time_factor)

@@ -3,9 +3,10 @@
 
 """The parameters of the package as ROS parameters: declared, checked, read."""
 
+from array import array
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any
+from typing import Any, ClassVar
 
 from rcl_interfaces.msg import (
     FloatingPointRange,
@@ -16,7 +17,7 @@ from rcl_interfaces.msg import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from stickslip_ros.errors import OutOfRange, StickSlipError
+from stickslip_ros.errors import OutOfRange, StickSlipError, UnknownName, WrongKind
 from stickslip_ros.parameters import (
     Parameters,
     Scalar,
@@ -26,14 +27,14 @@ from stickslip_ros.parameters import (
     spec_of,
     specs,
 )
+from stickslip_ros.parameters.declaration import find
 
 SIM_TIME, _CLOCK = 'use_sim_time', 'sim.publish_clock'
-FOREIGN = (SIM_TIME, 'start_type_description_service')
+FOREIGN = dict.fromkeys(
+    (SIM_TIME, 'start_type_description_service'), Spec(bool, False, '', 'rclpy', '')
+)
 """Parameters that every node of rclpy has."""
 QOS_PREFIX = 'qos_overrides.'
-_TYPES = Parameter.Type
-_NO_DOUBLES = (_TYPES.STRING, _TYPES.STRING_ARRAY, _TYPES.INTEGER, _TYPES.INTEGER_ARRAY)
-"""Types that stand for doubles where doubles are declared."""
 
 
 def descriptor_of(spec: Spec) -> ParameterDescriptor:
@@ -58,7 +59,7 @@ def descriptor_of(spec: Spec) -> ParameterDescriptor:
     return descriptor
 
 
-def declare_parameters(node: Node) -> Parameters:
+def declare_parameters(node: 'CheckedNode') -> Parameters:
     """
     Declare every parameter of the package on a node; refuse a value that is not allowed.
 
@@ -71,11 +72,11 @@ def declare_parameters(node: Node) -> Parameters:
     return parameters
 
 
-def given_values(node: Node) -> dict[str, Any]:
-    """Return the values given to a node at its start, without rclpy's own parameters."""
-    names = node.get_parameters_by_prefix('')
-    own = [n for n in names if n not in FOREIGN and not n.startswith(QOS_PREFIX)]
-    return {name: node.get_parameter(name).value for name in own}
+def given_values(node: 'CheckedNode') -> dict[str, Any]:
+    """Return the values given to a node at its start; check and leave out rclpy's own ones."""
+    names = [n for n in node.get_parameters_by_prefix('') if not n.startswith(QOS_PREFIX)]
+    values = {name: node.check(name, node.get_parameter(name).value) for name in names}
+    return {name: value for name, value in values.items() if name not in FOREIGN}
 
 
 def declare(node: Node, declared: Mapping[str, Spec], values: Mapping[str, Scalar]) -> None:
@@ -132,48 +133,58 @@ def judge_changes(node: Node, changes: list[Parameter], *, runs: bool) -> SetPar
     return SetParametersResult(successful=True)
 
 
-class ReloadableNode(Node):
-    """A node that can load a dump of its parameters, including the read-only ones."""
+class CheckedNode(Node):  # type: ignore[misc]
+    """A node that refuses parameters by name, value and remedy, before rclpy does."""
+
+    declared: ClassVar[Mapping[str, Spec]] = specs() | FOREIGN
+
+    def check(self, name: str, value: object) -> Any:
+        """Return a value as declared; None is an empty array, for which ROS has no type."""
+        if name.startswith(QOS_PREFIX):
+            if value is None:
+                raise WrongKind(name, [], 'a policy', 'give a number or a word')
+            return value
+        spec = find(self.declared, name, 'see docs/reference/parameters.md')
+        value = list(value or ()) if isinstance(value, array | None) else value
+        checked = spec.check(name, value)
+        return list(checked) if spec.is_array else checked
+
+    def declare_parameters(
+        self, namespace: str, parameters: list[Any], ignore_override: bool = False
+    ) -> list[Parameter]:
+        """Declare parameters; refuse an empty array, for which rclpy has no words."""
+        for name, *rest in parameters:
+            if rest and rest[0] is None:
+                self.check(name, None)
+        return list(super().declare_parameters(namespace, parameters, ignore_override))
 
     def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
         """
         Set the parameters that differ from the present ones; an equal value is no change.
 
-        A live parameter is always set, which ends a fault of the schedule.
+        A live one is always set, which ends a fault of the schedule. ``ros2 param`` sends 1 for
+        1.0 and 1e-8 as a text: both are converted.
 
         """
-        changes = [
-            each
-            for each in map(with_number, parameter_list)
-            if is_live(each.name)
-            or not self.has_parameter(each.name)
-            or each.get_parameter_value() != self.get_parameter(each.name).get_parameter_value()
-        ]
+        changes = []
+        try:
+            for name, value in ((each.name, each.value) for each in parameter_list):
+                change = Parameter(name, value=self.check(name, value))
+                if not self.has_parameter(name):
+                    hint = 'look at the topics and policies in docs/reference/node.md'
+                    raise UnknownName('parameter', name, hint)
+                before = self.get_parameter(name).get_parameter_value()
+                differs = change.get_parameter_value() != before
+                if differs and self.describe_parameter(name).read_only:
+                    hint = f'give it at the start: --ros-args -p {name}:=VALUE'
+                    raise OutOfRange(name, value, '', 'refused: it is read-only', hint)
+                if differs or (name in self.declared and self.declared[name].live):
+                    changes.append(change)
+        except StickSlipError as error:
+            return SetParametersResult(reason=str(error))
         if not changes:
             return SetParametersResult(successful=True)
         return super().set_parameters_atomically(changes)
-
-
-def with_number(change: Parameter) -> Parameter:
-    """
-    Return a parameter with whole numbers and texts turned into doubles, if those are declared.
-
-    ``ros2 param load`` and ``set`` send 1 as a whole number, and 1e-8 as text, since YAML 1.1
-    wants a point before an exponent. ``load`` also turns 1.0e-8 into text: it writes 1e-08, as
-    Python does. An array with a text, or with numbers of two types, becomes one text or an array
-    of texts.
-
-    """
-    spec, value = specs().get(change.name), change.value
-    if spec is None or spec.kind is not float or change.type_ not in _NO_DOUBLES:
-        return change
-    if spec.is_array and isinstance(value, str | int):
-        value = str(value).strip('[] ').split(',')
-    try:
-        doubles = [float(each) for each in value] if spec.is_array else float(value)
-    except (TypeError, ValueError):  # not a number, or an array for a number
-        return change
-    return Parameter(change.name, value=doubles)
 
 
 def is_live(name: str) -> bool:

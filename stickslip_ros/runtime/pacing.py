@@ -97,11 +97,11 @@ class Pacer:
         self._lock = threading.Lock()
         self.start()
 
-    def start(self) -> None:
-        """Set the first deadline to now."""
+    def start(self, at_s: float | None = None) -> None:
+        """Set the first deadline to now, or to a moment of the monotonic clock."""
         with self._lock:
             self._held_since_s: float | None = None
-            self._deadline_s = self._report_s = time.monotonic()
+            self._deadline_s = self._report_s = time.monotonic() if at_s is None else at_s
             self._lateness_s: deque[float] = deque(maxlen=TICKS_KEPT)
             self._noted: tuple[bytes, float] | None = None  # of the tick before: counts, time
 

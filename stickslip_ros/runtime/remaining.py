@@ -37,9 +37,13 @@ class RemainingKernels:
         self._begin, self._end = threading.Event(), threading.Event()
         self._begin.set()
 
+    def load(self) -> None:
+        """Load the kernels, if the disk has all of them."""
+        self.are_loaded = self.are_loaded or load_kernels()
+
     def start(self) -> None:
         """Load the kernels; if the disk lacks some, compile them later."""
-        self.are_loaded = self.are_loaded or load_kernels()
+        self.load()
         if not self.are_loaded:
             own = self._begin, self._end = threading.Event(), threading.Event()
             threading.Thread(target=self._run, args=own, name='kernels', daemon=True).start()

@@ -68,6 +68,7 @@ class Session:
         self._steps: deque[Future[None]] = deque()
         self._due: list[Order] = []
         self._is_ending = False
+        self._origin_s: float | None = None  # moment of the time origin, by the monotonic clock
         self._busy_since_s: float | None = None
         self._pausing = 0  # calls that wait for the end of the present block
         self._thread: threading.Thread | None = None
@@ -111,13 +112,18 @@ class Session:
         Set the origin of the stamps, as `has_system_time` decides.
 
         A reading is published when the blocks of its wake-up begin. Its stamp is the end of its
-        block, and must not lie in the future.
+        block, and must not lie in the future. The deadlines of `start` count from this moment.
 
         """
-        self.worker.time_origin_ns = 0
+        self._kernels.load()
+        self.worker.time_origin_ns, self._origin_s = 0, None
         if has_system_time(self.parameters, follows_clock=follows_clock):
             ahead_ns = self.bench.time_ns + self._wake_ns
-            self.worker.time_origin_ns = time.time_ns() - ahead_ns
+            # The largest difference is that of two readings without a pause in between.
+            lead_ns = max(time.monotonic_ns() - time.time_ns() for _ in range(5))
+            now_ns = time.time_ns()
+            self.worker.time_origin_ns = now_ns - ahead_ns
+            self._origin_s = (now_ns + lead_ns) * NANO
 
     def start(self) -> None:
         """Start to tick, not paused and without a grant."""
@@ -125,7 +131,7 @@ class Session:
         self._time_control.restart()
         self._kernels.start()
         self._kernels.hurry(is_wanted=self._orders.wait_for_kernels)
-        self.pacer.start()
+        self.pacer.start(self._origin_s)
         self._thread = threading.Thread(target=self._run, name='stickslip drive', daemon=True)
         self._thread.start()
 
@@ -270,9 +276,11 @@ class Session:
         if recorder.error is not None:
             self.worker.lose_recording(writer)
             raise StickSlipError(why_lost(writer))
-        logger.info(
-            f'recorded {recorder.place}: {recorder.stored} messages, {recorder.dropped} dropped'
-        )
+        said = f'recorded {recorder.place}: {recorder.stored} messages, {recorder.losses}'
+        if recorder.dropped:
+            logger.warning(said)
+        else:
+            logger.info(said)
         return recorder.place
 
     def _notify(self) -> None:

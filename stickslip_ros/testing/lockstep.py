@@ -8,6 +8,7 @@ import threading
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from difflib import get_close_matches
 from threading import Thread
 from time import monotonic
 from typing import Any
@@ -29,6 +30,8 @@ from stickslip_ros.testing.operator import settle
 
 WAIT_S = 0.02
 """Wall-clock time between two checks of a waiting thread."""
+ALIKE = 0.85
+"""Likeness of a name to that of a command above which it is misspelt."""
 LEAVE_S = 1.0
 """Wall-clock time for a callback to return after the test has given up waiting."""
 OURS = (
@@ -141,6 +144,9 @@ class Lockstep:
             if more > 0:
                 hint = 'let one node publish, by the publish of its publishers'
                 self._error = StickSlipError(f'{more} commands came from elsewhere; {hint}')
+            elif unheard := self._unheard():
+                hint = 'If it is for others, subscribe to it in the test'
+                self._error = StickSlipError(f'{unheard} {hint}')
 
     def _connect(self) -> None:
         """
@@ -184,6 +190,20 @@ class Lockstep:
               for each in node.clients if each.service_name in answered),
         ]  # fmt: skip
         return next((name for name, is_there in ends if not is_there), '')
+
+    def _unheard(self) -> str:
+        """Return which publisher looks like one of a command, but has no subscriber."""
+        space = f'{self._drive.get_namespace().rstrip("/")}/'
+        for each in self._node.publishers:
+            name, place = each.topic_name, f'{space}{PREFIX}'
+            [near] = get_close_matches(name, self._commands, 1, 0.0)
+            is_here = name.startswith(space) and name.count('/') == place.count('/')
+            is_like = is_here and get_close_matches(name, [near], 1, ALIKE)
+            is_meant = (name.startswith(place) or is_like) and name not in self._commands
+            if is_meant and not each.get_subscription_count():
+                who = self._node.get_fully_qualified_name()
+                return f'nobody hears {name}, on which {who} publishes; did you mean {near}?'
+        return ''
 
     def _await_callbacks(self) -> None:
         """Run the callbacks of the node, including those that wait for the drive's answer."""

@@ -93,6 +93,17 @@ def test_a_refused_parameter_is_one_clear_line_and_status_2(start: Callable):
             ('--ros-args', '-p', os.fsdecode(b'record.name:=\xff')),
             r"'record.name:=\udcff' is not t",
         ),
+        *(
+            (('--ros-args', '-p', 'autostart:=false', '-p', f'{name}:={value}'), f'{name} {line}')
+            for name, value, line in (
+                ('feet.count', '[]', '[] is not an array of at least one; give one value or more'),
+                ('stand.preload', '[]', '[] is not a finite number; give a number such as 0.5'),
+                ('use_sim_time', '[]', '[] is not true or false; write true or false'),
+                ('use_sim_time', '3', '3 is not true or false; write true or false'),
+                ('qos_overrides./force.publisher.depth', '[]', '[] is not a policy; give a'),
+            )
+        ),
+        (('--ros-args', '-p', 'sim.seeds:=[]'), "parameter 'sim.seeds' is not known; did you"),
     ],
 )
 def test_a_word_that_nobody_heeds_is_refused(

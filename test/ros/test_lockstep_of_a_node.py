@@ -106,6 +106,56 @@ def test_an_error_of_a_callback_is_raised_in_the_test(start_drive: Callable):
         stand.run_lockstep(controller, 0.01)
 
 
+def publisher_on(topic: str) -> Node:
+    """Give a node that publishes on a topic at each position."""
+    node = Node('speaker')
+    publisher = node.create_publisher(Float64, topic, 10)
+    node.create_subscription(
+        PointStamped, 'position', lambda _: publisher.publish(Float64(data=100.0)), 10
+    )
+    return node
+
+
+@pytest.mark.parametrize(
+    ('topic', 'namespace', 'hint'),
+    [
+        ('command/volts', '', 'did you mean /command/voltage?'),
+        ('command/voltag', '', 'did you mean /command/voltage?'),
+        ('comand/voltage', '', 'did you mean /command/voltage?'),
+        ('command/q', '', 'did you mean /command/'),
+        ('cmd/voltage', '', 'did you mean /command/voltage?'),
+        ('/left/command/volts', '/left', 'did you mean /left/command/voltage?'),
+    ],
+)
+def test_a_publisher_that_nobody_hears_is_named_with_the_nearest_command(
+    start_drive: Callable, topic: str, namespace: str, hint: str
+):
+    stand = start_drive(LOCKSTEP, namespace)
+    node = publisher_on(topic)
+    name = re.escape(node.resolve_topic_name(topic))
+    told = rf'^nobody hears {name}, on which \S*/speaker publishes; {re.escape(hint)}'
+    with pytest.raises(
+        StickSlipError, match=f'{told}.*If it is for others, subscribe to it in the test$'
+    ):
+        stand.run_lockstep(node, 0.005)
+
+
+@pytest.mark.parametrize(
+    'topic', ['voltage_wanted', '/right/command/voltage', 'status', '~/command', 'other/voltage']
+)
+def test_a_publisher_for_others_needs_no_subscriber(start_drive: Callable, topic: str):
+    start_drive(LOCKSTEP).run_lockstep(publisher_on(topic), 0.005)
+
+
+def test_a_topic_among_the_commands_is_allowed_if_the_test_subscribes_to_it(start_drive: Callable):
+    stand = start_drive(LOCKSTEP)
+    node = publisher_on('command/volts')
+    stand.operator.node.create_subscription(Float64, 'command/volts', lambda _: None, 10)
+    [publisher] = [each for each in node.publishers if each.topic_name == '/command/volts']
+    stand.operator.spin_until(lambda: publisher.get_subscription_count() == 1, 'the test')
+    stand.run_lockstep(node, 0.005)
+
+
 class Stuck(Node):
     """A node with a callback that does not come to its end."""
 

@@ -130,7 +130,9 @@ def test_messages_that_the_recorder_lost_are_an_error(start_drive: Callable, que
     )
     part = next_parts(stand, heard)['recorder']
     assert part.level == DiagnosticStatus.ERROR
-    assert part.message == f'{values_of(part)["dropped"]} dropped'
+    values = values_of(part)
+    assert part.message == f'{values["dropped"]} dropped'
+    assert ' of /position' in values['losses']
 
 
 def test_a_refusal_is_a_warning_once(stand: Any):
@@ -258,6 +260,39 @@ def test_a_lag_is_logged_when_it_begins_doubles_is_made_up_faster_and_is_made_up
     over = True, 'a lag of 0.8 s is made up, at up to 1.2 times real time'
     assert news(0.0, 1.2, lateness_max_s=0.8) == over
     assert [news(0.0, lateness_max_s=70.0, given_up_s=70.0), news(0.0)] == [warning, silent]
+
+
+def told_by(log: LagLog, seconds: int, *reports: dict[str, Any]) -> list[int]:
+    """Give the seconds at which a log has a line, of reports that repeat."""
+    said = (log.news(replace(PACE, **reports[s % len(reports)]), 1.0) for s in range(seconds))
+    return [second for second, (warns, made_up) in enumerate(said) if warns or made_up]
+
+
+def test_on_a_host_that_stays_too_slow_the_log_says_so_once_and_at_each_doubling():
+    growing = [{'lag_s': 0.8 * s, 'real_time_factor': 0.2} for s in range(75)]
+    lost = {'lateness_max_s': 60.0, 'given_up_s': 60.0, 'real_time_factor': 0.2}
+    told = told_by(LagLog(), 10_000, *growing, lost)
+    assert told == [1, 3, 7, 15, 31, 63, *(76 * 2**n - 1 for n in range(8))]
+    made_up = [{'lag_s': 0.7, 'real_time_factor': 0.5}, {'real_time_factor': 1.4}, {}]
+    told = told_by(LagLog(), 3000, *made_up)
+    assert told == [3 * (2**n - 1) + after for n in range(10) for after in (0, 1)]
+
+
+def test_a_host_that_stays_too_busy_is_told_a_pace_at_which_nothing_is_late(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    session, now_ns = Session(Parameters(), lambda _: None), time.time_ns()
+    monkeypatch.setattr(time, 'time_ns', lambda: now_ns)
+    session.worker.time_origin_ns = now_ns - 421 * 10**9
+    slow = replace(PACE, real_time_factor=0.17, missing_s=0.83, given_up_s=60.0)
+    assert pace_status('x', slow, session).message.endswith(
+        "stamps are 421.0 s behind the system's time, more than 0.5 s; this host is too busy: "
+        'deactivate the node, set sim.real_time_factor to 0.0 (as fast as it goes), activate it'
+    )
+    session = Session(Parameters().updated({'sim.real_time_factor': 0.0}), lambda _: None)
+    session.fix_time_origin(follows_clock=False)
+    slow = replace(slow, missing_s=0.0, given_up_s=0.0)
+    assert pace_status('x', slow, session).message == 'in time'
 
 
 def test_what_is_behind_because_of_a_preload_on_its_way_says_so_once():
@@ -414,7 +449,7 @@ def test_the_age_of_commands_is_that_of_their_stamps(stand: Any):
         for part in (part for each in heard for part in each.status):
             if part.name.endswith(': connections'):
                 told.update(values_of(part))
-        return bool(told)
+        return float(told.get('command_age_max_s', 0.0)) >= 9.0
 
     stand.operator.spin_until(look, 'ages')
     since_s = 1e-9 * (time.time_ns() - now_ns)

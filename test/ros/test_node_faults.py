@@ -60,7 +60,7 @@ def test_a_fault_parameter_takes_effect_while_the_drive_runs(stand: Any):
     [
         ('fault.interferometer', 'broken', "fault.interferometer 'broken' is not one of"),
         ('fault.dead_foot', 7, 'above the number of feet, 6; lower it'),
-        ('fault.dead_foot', 13, 'out of range'),
+        ('fault.dead_foot', 13, 'fault.dead_foot 13 is above the maximum 12; lower it'),
         ('fault.schedule', 'x.yaml', 'fault.schedule cannot change while the node is active'),
         ('fault.missed_steps', float('nan'), ''),
     ],

@@ -3,7 +3,9 @@
 
 """The node records what it says and hears, and other people's tools read it."""
 
+import itertools
 import math
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -11,9 +13,12 @@ from typing import Any
 
 import pytest
 import yaml
+from held_disk import HeldDisk
 from mcap.reader import make_reader
 
+from stickslip_ros.errors import RecordingError
 from stickslip_ros.interface.topics import COMMAND_TOPICS, READINGS, recorded_channels
+from stickslip_ros.lab.cli.recording import describe_recording
 from stickslip_ros.lab.runs.replay import replay
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording
@@ -256,3 +261,54 @@ def test_the_answer_names_the_file_wherever_it_is_read(
         answer = stand.operator.set_recording(wanted=wanted)
         assert answer.message == str(tmp_path / 'here' / 'run.mcap')
     assert Recording(answer.message).metadata
+
+
+def test_beside_a_disk_that_stands_still_only_readings_are_lost_and_log_and_info_name_them(
+    start_drive: Callable,
+    held_disk: HeldDisk,
+    frequent_diagnostics: None,
+    capfd: pytest.CaptureFixture[str],
+):
+    stand = start_drive({'record.queue_length': 10, 'record.name': 'run', 'sim.block': 1e-3})
+    operator, log = stand.operator, ''
+    path = Path(operator.set_recording(wanted=True).message)
+    recorder = stand.drive.session.worker.writer.recorder
+    held_disk.hold()
+    held_disk.wait_for_writer()
+
+    def lines(words: str) -> list[str]:
+        nonlocal log
+        log += capfd.readouterr().err
+        return [each for each in log.splitlines() if words in each]
+
+    operator.spin_until(lambda: len(lines('lacks readings')) >= 2, 'two warnings')
+    for number in range(30):
+        seen = len(operator.events)
+        operator.command('voltage', 1.0 + number)
+        operator.wait_for_event('voltage', seen)
+    reported = len(operator.diagnostics)
+    operator.spin_until(lambda: len(operator.diagnostics) > reported + 1, 'diagnostics')
+    warnings = lines('lacks readings')
+    counts = [int(each.partition('lacks readings, ')[2].split()[0]) for each in warnings]
+    assert all(later >= 2 * earlier for earlier, later in itertools.pairwise(counts))
+    assert all('[WARN]' in each and ' of /position' in each for each in warnings)
+    held_disk.release()
+    assert operator.set_recording(wanted=False).success
+    operator.spin_until(lambda: bool(lines(f'recorded {path}')), 'the last line')
+    [end] = lines(f'recorded {path}')
+    assert '[WARN]' in end
+    assert f'messages, {recorder.dropped} dropped: ' in end
+    recording = Recording(path)
+    sent = [(topic, each) for topic, _, each in recording.messages(['command/voltage'])]
+    assert sent == [('/command/voltage', 1.0 + number) for number in range(30)]
+    counts_of = {each.topic: each.messages for each in recording.channels}
+    assert counts_of['/stickslip_drive/event'] == 30
+    with path.open('rb') as stream:
+        read = make_reader(stream).iter_messages(log_time_order=False)
+        times = [each.log_time for _, _, each in read]
+    assert times == sorted(times)
+    told = describe_recording(recording)['notes']
+    [position] = [each for each in told if ' of /position ' in each]
+    assert re.fullmatch(r'lacks \d+ messages of /position between \S+ s and \S+ s', position)
+    with pytest.raises(RecordingError, match=r'lacks \d+ messages of .* between .*queue_length'):
+        replay(path, path.with_name('again.mcap'))

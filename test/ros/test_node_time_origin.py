@@ -4,14 +4,18 @@
 """Stamps, the clock and recordings begin at the time origin; whatever else has a time does not."""
 
 import itertools
+import statistics
 import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import pytest
 
+from stickslip_ros.interface.feed import Packed
 from stickslip_ros.parameters import Parameters, Scalar
 from stickslip_ros.recording.run_file import TIME_ORIGIN
+from stickslip_ros.ros.connections import Connections
+from stickslip_ros.runtime.pacing import Pacer
 from stickslip_ros.runtime.session import has_system_time
 from stickslip_ros.testing import LockstepClient, deep_queues, stamp_ns
 
@@ -19,6 +23,8 @@ pytestmark = pytest.mark.usefixtures('default_blocks')
 
 BLOCK_NS = Parameters().block_ns
 SYSTEM = {'sim.time_origin': 'system'}
+DUE_S = 1e-3
+"""Below the time of an activation; two clocks of a host are read within a microsecond."""
 HOUR_NS = 3600 * 10**9
 """Far above what any drive of a test simulates, far below the time of day."""
 
@@ -74,6 +80,38 @@ def test_stamps_begin_with_the_activation_and_never_lie_in_the_future(start_driv
         assert stamps[-1] <= time.time_ns()
         assert (stamps[0] - origin_ns) % BLOCK_NS == 0
         assert {b - a for a, b in itertools.pairwise(stamps)} == {BLOCK_NS}
+
+
+@pytest.mark.parametrize('records', [False, True])
+def test_a_reading_is_due_at_its_stamp_however_long_the_activation_takes(
+    start_drive: Callable, monkeypatch: pytest.MonkeyPatch, records: bool
+):
+    """Judged by the deadline of its wake-up, so that a busy host is not late."""
+    pacers: list[Pacer] = []
+    due: list[tuple[int, float]] = []
+    start, publish = Pacer.start, Connections.publish
+
+    def note_pacer(pacer: Pacer, *moment: Any) -> None:
+        pacers.append(pacer)
+        start(pacer, *moment)
+
+    def note_deadline(connections: Connections, packed: Packed) -> None:
+        if packed.key == 'position':
+            lead_s = max(time.time() - time.monotonic() for _ in range(5))
+            due.append((packed.time_ns, pacers[-1]._deadline_s + lead_s))
+        publish(connections, packed)
+
+    monkeypatch.setattr(Pacer, 'start', note_pacer)
+    monkeypatch.setattr(Connections, 'publish', note_deadline)
+    stand = start_drive({'record.on_start': records})
+    for _ in range(2):
+        due.clear()
+        stand.operator.spin_until(lambda: len(due) >= 100, 'readings')
+        origin_ns = stand.drive.session.worker.time_origin_ns
+        late_s = [at_s - (origin_ns + time_ns) * 1e-9 for time_ns, at_s in due[1:]]
+        assert abs(statistics.median(late_s)) < DUE_S
+        assert stand.drive.session.pacer.report().behind_s == 0.0
+        restarted(stand, 'deactivate', 'activate', record__on_start=False)
 
 
 def test_without_a_pace_stamps_begin_at_0(start_drive: Callable):

@@ -17,6 +17,7 @@ from geometry_msgs.msg import PointStamped
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from mcap_records import rows_of
+from rcl_interfaces.srv import SetParameters
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
@@ -315,3 +316,20 @@ def test_odd_messages_on_a_trace_are_refused_told_and_survived(
     listener.wait_for('rig', lambda said: numbers_of(said)['messages_refused'] == count)
     assert 'trace refused: ' in numbers_of(listener.said['rig'])['last_refused']
     assert twin._state_machine.current_state[1] == 'active'
+
+
+def test_its_parameters_are_refused_by_name_and_remedy(operator: Operator, start_twin: Callable):
+    listener = Listener(operator, start_twin(operator, {}))
+    asked = {
+        'twin.fre': 'x',
+        'twin.window': 0.2,
+        'stand.preload': [0.1],
+        'twin.free': FREE['twin.free'],
+    }
+    parameters = [Parameter(name, value=each).to_parameter_msg() for name, each in asked.items()]
+    request = SetParameters.Request(parameters=parameters)
+    unknown, fixed, wrong, same = listener.call(SetParameters, 'set_parameters', request).results
+    assert unknown.reason.startswith("parameter 'twin.fre' is not known; did you mean twin.free")
+    assert fixed.reason.startswith('twin.window 0.2 is refused: it is read-only; give it at the')
+    assert wrong.reason.startswith('stand.preload [0.1] is not a finite number; give a number')
+    assert same.successful

@@ -12,6 +12,7 @@ from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.cli.chosen import chosen_look
 from stickslip_ros.lab.cli.printing import CHECK_FAILED, Answer
 from stickslip_ros.lab.runs.recorded import recorded_stand, sections_of
+from stickslip_ros.recording.gaps import gaps_of
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recover import Recovery, recover
 from stickslip_ros.recording.run_file import PARAMETERS_FILE, RUN_RECORD
@@ -34,7 +35,7 @@ def describe_recording(recording: Recording) -> dict[str, Any]:
         'topics': [
             {**plain(channel), 'rate_hz': channel.rate_hz} for channel in recording.channels
         ],
-        'notes': recording.notes,
+        'notes': [*recording.notes, *gaps_of(recording)],
         'changed_parameters': changed,
         'run': recording.metadata.get(RUN_RECORD, {}),
         'attachments': {name: len(data) for name, (_, data) in recording.attachments.items()},

@@ -18,6 +18,7 @@ from stickslip_ros.message_types import FLOAT64_ARRAY
 from stickslip_ros.parameters import SENSORS, Parameters, parse_yaml
 from stickslip_ros.parameters.typed import to_si_list
 from stickslip_ros.process.stopping import stop_if_asked
+from stickslip_ros.recording.gaps import gaps_of
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.requests import recorded_requests
 from stickslip_ros.recording.run_file import PARAMETERS_FILE, RUN_RECORD, TOPICS_RECORD
@@ -80,7 +81,7 @@ def sections_of(recording: Recording) -> Iterator[Section]:
         name = each.type_name.rpartition('/')[2]
         rows.append((each.topic, name, each.messages, rate, each.gaps))
     header = 'topic', 'type', 'messages', 'rate (Hz)', 'missing'
-    yield Section(recording.origin, rows, header, recording.notes)
+    yield Section(recording.origin, rows, header, [*recording.notes, *gaps_of(recording)])
     if run := recording.metadata.get(RUN_RECORD):
         yield Section('run', list(run.items()))
     if PARAMETERS_FILE in recording.attachments:

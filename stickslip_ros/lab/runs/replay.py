@@ -27,11 +27,11 @@ from stickslip_ros.lab.tables.instructions import AS_IT_IS, Reading
 from stickslip_ros.lab.tables.measured import OVER_TIME
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import stop_if_asked
+from stickslip_ros.recording.gaps import gaps_of
 from stickslip_ros.recording.reader import Difference, Recording, compare_data, data_digest
 from stickslip_ros.recording.requests import channels_of, recorded_requests
 from stickslip_ros.recording.run import ReportingBench, RunWriter
 from stickslip_ros.recording.run_file import CHECKPOINT_FILE, RUN_RECORD, SOURCES
-from stickslip_ros.recording.storage import CLOSING_RECORD
 from stickslip_ros.sources import sources_digest
 from stickslip_ros.units import NANO, NS_PER_S
 
@@ -190,14 +190,9 @@ def _span(recording: Recording) -> tuple[int, int]:
     [channel] = [each for each in recording.channels if each.topic == name]
     if channel.first_ns is None or channel.last_ns is None:
         raise RecordingError(recording.path, 'holds no position', 'record a longer run')
-    closing = recording.metadata.get(CLOSING_RECORD, {})
-    for each in recording.channels:
-        # Lost in between, or at the end.
-        lost = max(each.gaps, int(closing.get(f'dropped {each.topic}', '0')))
-        if lost:
-            problem = f'lacks {lost} messages of {each.topic}'
-            hint = 'record with a longer record.queue_length'
-            raise RecordingError(recording.path, problem, hint)
+    if gaps := gaps_of(recording):
+        hint = 'record with a longer record.queue_length'
+        raise RecordingError(recording.path, '; '.join(gaps), hint)
     return channel.first_ns, channel.last_ns
 
 

@@ -4,11 +4,11 @@
 """The twin as a lifecycle node: topics of a rig in, topics of twin and health out."""
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from importlib import import_module
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
@@ -30,14 +30,14 @@ from stickslip_ros.lab.twin.twin import Twin
 from stickslip_ros.lab.twin.window import RigClock, Windows
 from stickslip_ros.lab.twin.work import TWIN_OUTPUTS, Work
 from stickslip_ros.message_types import FLOAT64_ARRAY, POINT_STAMPED, WRENCH_STAMPED
-from stickslip_ros.parameters import Parameters, declared_by, specs
+from stickslip_ros.parameters import Parameters, Spec, declared_by, specs
 from stickslip_ros.process.signals import run
 from stickslip_ros.recording.any_message import path_of
 from stickslip_ros.recording.series import split_columns
 from stickslip_ros.ros.diagnostics import verdict
 from stickslip_ros.ros.executable import describe_node, guard_services, run_node
 from stickslip_ros.ros.guard import GuardedNode
-from stickslip_ros.ros.parameter_bridge import declare, given_values
+from stickslip_ros.ros.parameter_bridge import FOREIGN, CheckedNode, declare, given_values
 from stickslip_ros.units import NS_PER_S
 
 TWIN_NODE = 'stickslip_twin'
@@ -53,7 +53,7 @@ _Samples = dict[str, tuple[Sequence[int], Sequence[float]]]  # stamps in ns, val
 _SUCCESS, _FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
 
-class StickSlipTwin(GuardedNode, LifecycleNode):
+class StickSlipTwin(CheckedNode, GuardedNode, LifecycleNode):
     """
     A fitted stand beside a rig, as a ROS 2 lifecycle node.
 
@@ -61,19 +61,23 @@ class StickSlipTwin(GuardedNode, LifecycleNode):
 
     """
 
+    declared: ClassVar[Mapping[str, Spec]] = FOREIGN | {
+        name: replace(spec, fixed=True, live=False)
+        for name, spec in (specs() | declared_by(TwinParameters)).items()
+    }
+
     def __init__(self, node_name: str = TWIN_NODE, **node_arguments: Any) -> None:
         super().__init__(
             node_name, automatically_declare_parameters_from_overrides=True, **node_arguments
         )
         guard_services(self)
         given, own = given_values(self), declared_by(TwinParameters)
-        settings = {name: own[name].check(name, given.pop(name)) for name in own if name in given}
+        settings = {name: given.pop(name) for name in own if name in given}
         self.stand = Parameters().updated(given)
         values: dict[str, Any] = {n.removeprefix(_PREFIX): v for n, v in settings.items()}
         self.settings = TwinParameters(**values)
-        declared = {name: replace(spec, fixed=True) for name, spec in (specs() | own).items()}
         of_twin = {name: getattr(self.settings, name.removeprefix(_PREFIX)) for name in own}
-        declare(self, declared, self.stand.flat() | of_twin)
+        declare(self, self.declared, self.stand.flat() | of_twin)
         self.get_logger().info(describe_node(self))
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)

@@ -5,6 +5,7 @@
 
 import json
 import os
+import re
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +15,7 @@ import numpy as np
 import pytest
 from processes import run_process
 
-from stickslip_ros.lab.cli.demo import DemoSummary
+from stickslip_ros.lab.cli.demo import DemoSummary, largest_lag_s
 from stickslip_ros.lab.runs.replay import replay
 from stickslip_ros.recording.reader import Recording
 
@@ -49,7 +50,8 @@ def demo(tmp_path_factory: pytest.TempPathFactory, compiled_kernels: None) -> tu
 
 def test_it_passes_and_leaves_nothing_on_stderr(demo: tuple[Any, Path]):
     process, _ = demo
-    assert process.stderr == ''
+    lines = [each for each in process.stderr.splitlines() if not BUSY.search(each)]
+    assert lines == []
     assert process.returncode == 0
 
 
@@ -61,6 +63,8 @@ def test_its_summary_says_what_the_drive_did_and_that_nothing_was_dropped(demo: 
     assert 0.0 < told['loaded_force_n'] < told['force_n']
 
 
+BUSY = re.compile(r' s late|a lag of .* is made up|real-time factor')
+"""Lines of a drive on a host that is too busy for real time."""
 FELL = 'this machine was too busy for real time: simulated time fell 1.2 s behind the clock'
 
 
@@ -68,6 +72,7 @@ FELL = 'this machine was too busy for real time: simulated time fell 1.2 s behin
     ('changes', 'verdict'),
     [
         ({'behind_s': 0.0}, 'simulated time kept up with the clock'),
+        ({'behind_s': 0.49}, 'simulated time kept up with the clock'),
         ({'behind_s': 1.23}, f'{FELL}; no step is left out'),
         ({'dropped': 1}, 'the demo failed: check steps, dropped messages and status above'),
     ],
@@ -77,6 +82,20 @@ def test_a_verdict_says_whether_simulated_time_kept_up(
 ):
     told = DemoSummary(**json.loads(demo[0].stdout))
     assert replace(told, **changes).verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ('report', 'lag_s'),
+    [
+        ({'lag_s': '1.5', 'lateness_max_us': '3.0', 'behind_s': '0.0'}, 1.5),
+        ({'lag_s': '0.0', 'lateness_max_us': '1500000.0', 'behind_s': '0.0'}, 1.5),
+        ({'lag_s': '0.0', 'lateness_max_us': 'nan', 'behind_s': '61.0'}, 61.0),
+    ],
+)
+def test_a_lag_counts_whether_it_is_present_made_up_or_given_up(
+    report: dict[str, str], lag_s: float
+):
+    assert largest_lag_s(report) == lag_s
 
 
 def test_it_writes_a_recording_with_its_parameters(demo: tuple[Any, Path]):

@@ -1,0 +1,41 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""The messages that a recording lacks: which topic, how many, from when to when."""
+
+from stickslip_ros.recording.reader import ChannelSummary, Recording
+from stickslip_ros.recording.storage import CLOSING_RECORD
+from stickslip_ros.units import NANO
+
+
+def gaps_of(recording: Recording) -> list[str]:
+    """
+    Return the loss of each topic in words.
+
+    Sequence numbers prove a loss between two messages. Losses before the first and after the last
+    one are counted by the recorder alone.
+
+    """
+    closing, origin_ns = recording.metadata.get(CLOSING_RECORD, {}), recording.time_origin_ns
+    counts = {}
+    for each in recording.channels:
+        said = closing.get(f'dropped {each.topic}', '')[:9]
+        counts[each.topic] = max(each.gaps or 0, int(said) if said.isdecimal() else 0)
+    seen = {topic: ChannelSummary(topic) for topic, count in counts.items() if count}
+    spans: dict[str, tuple[float, float]] = {}
+    for topic, message in recording.records(list(seen)) if seen else ():
+        before_s, gaps = (seen[topic].last_ns or 0) * NANO, seen[topic].gaps
+        seen[topic].add(message.log_time - origin_ns, message.sequence)
+        if seen[topic].gaps > gaps:
+            spans[topic] = spans.get(topic, (before_s,))[0], (seen[topic].last_ns or 0) * NANO
+    begin_s, end_s = recording.span_s
+    told = []
+    for topic, each in seen.items():
+        first_s, last_s = spans.get(topic, ((each.last_ns or 0) * NANO, end_s))
+        if counts[topic] > each.gaps:  # beyond the ends
+            has_first = each.messages and not each.first_sequence
+            first_s, last_s = first_s if has_first else begin_s, end_s
+        told.append(
+            f'lacks {counts[topic]} messages of {topic} between {first_s:.9g} s and {last_s:.9g} s'
+        )
+    return told
