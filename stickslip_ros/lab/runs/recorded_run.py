@@ -124,7 +124,9 @@ class Run(Shown):
         ``attrs`` hold units and source. For a trace larger than memory, use ``table``.
 
         """
-        return frame_of(self.series, self.recording.origin)
+        frame = frame_of(self.series, self.recording.origin)
+        object.__setattr__(frame, 'plot', _labelled_plots()(frame))  # each then keeps the other
+        return frame
 
     def table(self, window_s: tuple[float, float] | None = None, every: int = 1) -> 'DataFrame':
         """
@@ -276,8 +278,6 @@ def frame_of(found: Mapping[str, Series], source: str) -> 'DataFrame':
     frame = pd.DataFrame(columns) if is_one else pd.DataFrame(columns).droplevel(1)
     frame.attrs['units'] = {'time_s': 's', **{name: each.unit for name, each in found.items()}}
     frame.attrs['source'] = source
-
-    object.__setattr__(frame, 'plot', _labelled_plots()(frame))
     return frame
 
 
