@@ -146,8 +146,8 @@ def curves_of(x: Array, shown: Mapping[str, tuple[Array, float | None]]) -> dict
         number = np.floor((x - x[0]) * ((BINS - 1) / (x[-1] - x[0])))
         kept = np.unique([0, *extremes(number, drawn), len(x) - 1])
         x, drawn = x[kept], drawn[:, kept]
-    x, drawn = x.astype(np.float32), drawn.astype(np.float32)
-    return {name: PanelCurve(x, y, bases[name]) for name, y in zip(shown, drawn, strict=True)}
+    at, rows = x.astype(np.float32), drawn.astype(np.float32)
+    return {name: PanelCurve(at, y, bases[name]) for name, y in zip(shown, rows, strict=True)}
 
 
 def extremes(number: Array, curves: Array) -> NDArray[np.intp]:
@@ -161,7 +161,8 @@ def extremes(number: Array, curves: Array) -> NDArray[np.intp]:
             found = np.flatnonzero(y == np.repeat(extreme, counts))
             bins = np.searchsorted(starts, found, 'right')
             kept.append(found[np.append(True, np.diff(bins) > 0)[: len(found)]])
-    return np.unique(np.concatenate(kept))
+    places: NDArray[np.intp] = np.unique(np.concatenate(kept))
+    return places
 
 
 class Picture(NamedTuple):
@@ -232,9 +233,9 @@ def _shown(samples: Array, shown: slice, trigger: int) -> Picture:
     x = part[:, TIME] - at_s
     places = samples[trigger, [FOOT, POSITION_READING]]
     foot_m, runner_m = np.where(np.isfinite(places), places, 0.0).tolist()
-    shown = {
+    drawn = {
         'voltage': (part[:, VOLTAGE], 0.0),
         'foot': (part[:, FOOT], foot_m),
         'runner': (part[:, POSITION_READING], runner_m),
     }
-    return Picture(float(x[0]), float(x[-1]), at_s, 0.0, curves_of(x, shown))
+    return Picture(float(x[0]), float(x[-1]), at_s, 0.0, curves_of(x, drawn))

@@ -65,7 +65,7 @@ class Journal:
             raise RecordingError(path, problem, 'choose another folder') from None
         try:
             try:  # the lock ends with the process
-                if fcntl:
+                if fcntl is not None:
                     fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:
                 hint = 'wait for it, or choose another output'
