@@ -53,8 +53,17 @@ def make_folder(folder: Path) -> None:
         raise RecordingError(folder, 'cannot be written', 'choose another folder')
 
 
-def prepare_output(path: Path, *, is_new: bool = False) -> None:
-    """Check that a file can be written to its folder; ``is_new``: it must not exist."""
+RUN_ENDINGS, PAGE_ENDINGS = ('.mcap', ''), ('.html', '.htm')
+
+
+def prepare_output(path: Path, *, is_new: bool = False, endings: tuple[str, ...] = ()) -> None:
+    """Check name and folder of a file to be written; ``is_new``: it must not exist."""
+    if endings and path.suffix.lower() not in endings:
+        problem = f'is not a name that ends with {endings[0]}'
+        hint = (
+            'end it so; stickslip export makes tables' if endings == RUN_ENDINGS else 'end it so'
+        )
+        raise RecordingError(path, problem, hint)
     if path.is_dir():
         raise RecordingError(path, 'is a folder', 'choose another name')
     if is_new and path.exists():

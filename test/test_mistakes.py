@@ -115,7 +115,8 @@ REFUSED = {
     "load_yaml({'stand.preload': 0.25})": 'is not str or Path',
     "fit('nope.csv', 'contact.friction')": 'nope.csv: cannot be read .*check the path',
     "fit(3, 'contact.friction')": '3 is not a table .*give a path, a Run, a DataFrame or',
-    'compare(np.eye(3), stand)': 'no rows of numbers .*one row for each point or sample',
+    'compare(np.eye(3), stand)': "columns have names; write {'time_s': rows",
+    'stand.updated(stand_preload=0.2)': "updated({'stand.preload': 0.2})",
     'compare(stand, columns)': 'is not a table',
     "compare({'time_s': [0, 1], 'position_m': [0]}, stand)": 'columns of one length',
 }
@@ -184,7 +185,7 @@ def test_every_public_name_reads_its_arguments(name: str):
     public = getattr(stickslip_ros, name)
     if isinstance(public, type):
         methods = [name for name, each in vars(public).items() if hasattr(each, 'is_reading')]
-        assert methods == ['__init__']
+        assert '__init__' in methods
     else:
         assert public.is_reading
 

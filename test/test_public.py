@@ -297,3 +297,23 @@ def test_notebooks_show_tables_and_no_markup_of_names(run: Run):
     assert 'generated force, mean of the last cycle' in run._repr_html_()
     named = Parameters().updated({'frame_id.stage': '<b>'})
     assert '&lt;b&gt;' in named._repr_html_()
+
+
+@pytest.mark.parametrize(
+    ('words', 'answer'),
+    [
+        ("run.plot('position_m')", "start_s 'position_m' is not a number in us, ms or s"),
+        ('run.position_m', r"did you mean run.frame\['position_m'\]"),
+        ("run.save('x.docx')", r'ends with \.mcap; end it so'),
+        ("simulate(voltage_v=300.0, steps=1, record='x.docx')", r'ends with \.mcap; end it so'),
+        ("compare(run, run).save('x.docx')", r'ends with \.html; end it so'),
+        ("run.table(every='x')", 'give an integer'),
+    ],
+)
+def test_a_mistake_with_a_result_is_refused_with_the_remedy(
+    run: Run, words: str, answer: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(StickSlipError, match=answer):
+        eval(words, {'run': run, 'simulate': simulate, 'compare': compare})
+    assert not [*tmp_path.iterdir()]

@@ -11,6 +11,7 @@ Topics and services, recording, replay and documentation follow from the row.
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from itertools import cycle
 from typing import Any, NamedTuple, Protocol
 
@@ -223,7 +224,8 @@ def check_request(request: Request, parameters: Parameters) -> Any:
     """
     command = COMMANDS.get(request.name)
     if command is None:
-        raise UnknownName('command', request.name, f'use {", ".join(COMMANDS)}')
+        near = get_close_matches(request.name, COMMANDS, 1)
+        raise UnknownName('command', request.name, f'use {", ".join(near or COMMANDS)}')
     if command.name == TRAJECTORY:
         return command.check(parameters, _all_finite(request), dict(request.settings))
     if command.is_table:

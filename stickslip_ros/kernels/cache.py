@@ -8,7 +8,8 @@ Files of a cache are unpickled, so write access to it means running code as the 
 read and written only if it and its files belong to the user, if others cannot write to them, and
 if others cannot exchange a folder above it; such a folder of root is read too, so a service image
 can include its kernels. Folder and file are judged by their descriptors each time, so that what
-was judged is what is read. Without a trusted folder every process compiles its kernels. A kernel
+was judged is what is read; by their path on a system without O_PATH, and below the user's home on
+one without owners of files. Without a trusted folder every process compiles its kernels. A kernel
 with a damaged file, detected by its digest, is compiled again.
 
 A wheel bundles the entry points, compiled for the processors of PORTABLE_CPU and one version of
@@ -54,6 +55,11 @@ PORTABLE_FEATURES = frozenset(
 DIGEST_BYTES = hashlib.sha256().digest_size
 
 
+def _user() -> int | None:
+    """Return the number of this user; None on a system whose files have no owners."""
+    return os.geteuid() if hasattr(os, 'geteuid') else None
+
+
 class Folders(NamedTuple):
     """
     Folders of the compiled kernels.
@@ -84,11 +90,11 @@ class Trust(NamedTuple):
     def opened(self, path: Path, flags: int) -> Iterator[int]:
         """Give the descriptor of a file or folder; raise OSError if it is not trusted."""
         # A pipe would wait for its writer.
-        descriptor = os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK)
+        for name in ('O_NOFOLLOW', 'O_NONBLOCK'):
+            flags |= getattr(os, name, 0)
+        descriptor = os.open(path, flags)
         try:
-            found = os.fstat(descriptor)
-            if found.st_uid not in self.owners or found.st_mode & self.closed:
-                raise OSError(errno.EPERM, 'others can write to it', str(path))
+            self._judge(os.fstat(descriptor), path)
             yield descriptor
         finally:
             os.close(descriptor)
@@ -96,8 +102,20 @@ class Trust(NamedTuple):
     @contextmanager
     def folder(self, path: Path) -> Iterator[Path]:
         """Open a folder by its descriptor, so that a renamed folder cannot replace it."""
-        with self.opened(path, os.O_PATH | os.O_DIRECTORY) as descriptor:
-            yield Path(f'/proc/self/fd/{descriptor}')
+        if hasattr(os, 'O_PATH'):
+            with self.opened(path, os.O_PATH | os.O_DIRECTORY) as descriptor:
+                yield Path(f'/proc/self/fd/{descriptor}')
+        else:
+            found = path.lstat()
+            self._judge(found, path)
+            if not stat.S_ISDIR(found.st_mode):
+                raise OSError(errno.ENOTDIR, 'it is no folder', str(path))
+            yield path
+
+    def _judge(self, found: os.stat_result, path: Path) -> None:
+        is_open = found.st_uid not in self.owners or found.st_mode & self.closed
+        if is_open and _user() is not None:
+            raise OSError(errno.EPERM, 'others can write to it', str(path))
 
     def accepts(self, path: Path) -> bool:
         """Return whether a folder is trusted."""
@@ -108,7 +126,7 @@ class Trust(NamedTuple):
 
 def user_trust(*others: int) -> Trust:
     """Return trust in the files of this user, and in those of some other users."""
-    return Trust((os.geteuid(), *others))
+    return Trust((_user() or ROOT_USER, *others))
 
 
 def _module_trust() -> Trust:
@@ -136,7 +154,7 @@ def cache_folders() -> Folders:
             continue
         folder = place / _name()
         with suppress(OSError):  # closed to others, but readable if it is root's
-            folder.mkdir(mode=READABLE if os.geteuid() == ROOT_USER else PRIVATE)
+            folder.mkdir(mode=READABLE if _user() == ROOT_USER else PRIVATE)
         if user_trust(ROOT_USER).accepts(folder):
             read.append(folder)
         if user_trust().accepts(folder) and os.access(folder, os.W_OK):
@@ -152,7 +170,9 @@ def _is_fixed(place: Path) -> bool:
     group with the number of the user has this user alone, as programs with a umask of 002 assume.
 
     """
-    me, shared = os.geteuid(), Path(__file__).resolve().parents
+    me, shared = _user(), Path(__file__).resolve().parents
+    if me is None:
+        return place.is_relative_to(Path.home().resolve())
     for each in (place, *place.parents):
         try:
             found = each.lstat()
@@ -283,6 +303,7 @@ class KernelCache(NullCache):
         key = (numba.__version__, sig, processor, function.__code__.co_code)
         digest = hashlib.sha256(repr(key).encode() + (dumps(cells) if cells else b''))
         name = f'{function.__module__}.{function.__qualname__}-{function.__code__.co_firstlineno}'
+        name = name.replace('<', '(').replace('>', ')')  # as Windows wants it
         return f'{name}.{sys.implementation.cache_tag}-{self._kind}-{digest.hexdigest()[:16]}.nbc'
 
 
@@ -310,16 +331,17 @@ def _digest(path: Path, data: bytes) -> bytes:
 
 def save_whole(path: Path, data: bytes) -> None:
     """Write a file that starts with its digest and that only its owner can write."""
-    with tempfile.NamedTemporaryFile(dir=path.parent, prefix=path.name, delete=False) as file:
-        part = Path(file.name)
-        try:
+    number, name = tempfile.mkstemp(dir=path.parent, prefix=path.name)
+    part = Path(name)
+    try:
+        with os.fdopen(number, 'wb') as file:
             file.write(_digest(path, data) + data)
             file.flush()
-            os.fchmod(file.fileno(), FILE_MODE)
-            os.fsync(file.fileno())
-            if path.is_dir():
-                shutil.rmtree(path)
-            part.replace(path)
-        except OSError:
-            part.unlink()
-            raise
+            os.fsync(number)
+        part.chmod(FILE_MODE)
+        if path.is_dir():
+            shutil.rmtree(path)
+        part.replace(path)
+    except OSError:
+        part.unlink()
+        raise

@@ -9,13 +9,14 @@ place. Its fields are attributes in Python, with or without numba.
 
 """
 
-from mmap import MAP_PRIVATE, mmap
+import mmap
 from typing import Any, TypeAlias
 
 import numpy as np
 
 LARGE = 1 << 20
 """Size of a large record, bytes, of which most is never touched: a plant."""
+_PRIVATE = {'flags': mmap.MAP_PRIVATE} if hasattr(mmap, 'MAP_PRIVATE') else {}
 FLOAT, COUNT, FLAG = np.float64, np.int64, np.bool_
 Kind: TypeAlias = Any
 """Type of a record, a numpy dtype."""
@@ -56,7 +57,7 @@ def records(of: Kind, **values: Any) -> Any:
 
     """
     if of.itemsize > LARGE:  # fresh pages are zeros that cost no time until they are touched
-        made: Any = np.frombuffer(mmap(-1, of.itemsize, MAP_PRIVATE), of)
+        made: Any = np.frombuffer(mmap.mmap(-1, of.itemsize, **_PRIVATE), of)
     else:
         made = np.zeros(1, of)
     for name, value in values.items():

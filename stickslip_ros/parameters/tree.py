@@ -135,6 +135,7 @@ class Parameters(Shown, Checked):
         """Return ``{'group.name': value}`` in the order of declaration."""
         return dict(zip(_SPECS, _values_of(self), strict=True))
 
+    @reading
     def updated(self, values: Mapping[str, object]) -> 'Parameters':
         """
         Return a copy with other values, ``{'stand.preload': 0.25}``; texts are converted.

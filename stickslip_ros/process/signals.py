@@ -22,8 +22,9 @@ from typing import NoReturn
 
 from stickslip_ros.process.stopping import request_stop
 
-UNDER_NOHUP = signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
-SIGNALS = (signal.SIGINT, *(() if UNDER_NOHUP else (signal.SIGHUP,)), signal.SIGTERM)
+_HANGUPS = [each for each in signal.Signals if each.name == 'SIGHUP']  # Windows has none
+UNDER_NOHUP = any(signal.getsignal(each) == signal.SIG_IGN for each in _HANGUPS)
+SIGNALS = (signal.SIGINT, *(() if UNDER_NOHUP else _HANGUPS), signal.SIGTERM)
 """Signals that end a process; a closing terminal sends SIGHUP."""
 ENDED, REFUSED, CUT, STOPPED = 0, 2, 3, 130
 """Exit status: success, refusal, a node that did not close in time, a verb that was stopped."""
@@ -58,7 +59,8 @@ def run(name: str, work: Callable[[], int], *, is_node: bool) -> int:
         )
         return REFUSED
     reading, writing = os.pipe()
-    os.set_blocking(writing, False)
+    if hasattr(os, 'set_blocking'):
+        os.set_blocking(writing, False)
     signal.set_wakeup_fd(writing, warn_on_full_buffer=False)  # gets the number of each signal
     for each in SIGNALS:
         signal.signal(each, lambda *_: None)
@@ -76,7 +78,8 @@ def run(name: str, work: Callable[[], int], *, is_node: bool) -> int:
         why = f'ended by {signal.Signals(number).name} before it had started'
         leave(name, why, ENDED if is_node else STOPPED)
     if number:
-        signal.alarm(VERB_GRACE_S if is_node else 0)
+        if is_node:
+            signal.alarm(VERB_GRACE_S)
         request_stop()
     try:
         return status.get(timeout=GRACE_S if is_node else VERB_GRACE_S)

@@ -6,8 +6,8 @@
 import argparse
 import shlex
 
-from stickslip_ros.errors import OutOfRange, WrongKind
-from stickslip_ros.files import prepare_output
+from stickslip_ros.errors import OutOfRange
+from stickslip_ros.files import PAGE_ENDINGS, prepare_output
 from stickslip_ros.lab.cli.chosen import chosen_draws, chosen_for, chosen_look, chosen_parameters
 from stickslip_ros.lab.cli.experiment import shown_tables
 from stickslip_ros.lab.cli.printing import Answer
@@ -16,7 +16,6 @@ from stickslip_ros.lab.comparison.compare import CompareOptions, compare
 from stickslip_ros.lab.runs import plotting
 from stickslip_ros.lab.runs.bands import BAND_DRAWS
 
-_SUFFIXES = ('.html', '.htm')
 SECONDS_MAX = 1e12
 
 
@@ -50,8 +49,8 @@ def _check(arguments: argparse.Namespace, b: str | None) -> None:
     if MODEL in map(str, arguments.files[:-1]):
         hint = f'write it last: stickslip compare A {MODEL}'
         raise OutOfRange('A', MODEL, '', 'allowed as B only', hint)
-    if report is not None and report.suffix.lower() not in _SUFFIXES:
-        raise WrongKind('--output', str(report), 'an .html file', 'end its name so')
+    if report is not None:
+        prepare_output(report, endings=PAGE_ENDINGS)
     if shift_s is not None and not abs(shift_s) <= SECONDS_MAX:
         limit = f'not within {SECONDS_MAX:g} s'
         raise OutOfRange('shift', shift_s, 's', limit, 'give the lag of B in seconds')

@@ -30,7 +30,8 @@ def panel_verb(arguments: argparse.Namespace) -> Answer:
         words = f'the panel is at {address}; Ctrl-C ends it'
         print(json.dumps({'address': address}) if arguments.json else words, flush=True)
 
-    os.nice(NICENESS)
+    if hasattr(os, 'nice'):
+        os.nice(NICENESS)
     file: Path | None = arguments.file
     source: Any
     beside: list[Any] = []

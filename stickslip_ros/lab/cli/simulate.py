@@ -10,7 +10,7 @@ from dataclasses import fields, replace
 import numpy as np
 
 from stickslip_ros.errors import RecordingError, StickSlipError, WrongKind
-from stickslip_ros.files import prepare_output
+from stickslip_ros.files import RUN_ENDINGS, prepare_output
 from stickslip_ros.lab.cli.chosen import chosen_draws, chosen_for, chosen_parameters
 from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.runs.bands import BAND_DRAWS, LEVELS, band_of, bands_over
@@ -56,10 +56,7 @@ def simulate_verb(arguments: argparse.Namespace) -> Answer:
             raise StickSlipError(f'{error} {hint}') from None
         waveform = np.column_stack((cycle.time_s, cycle.voltage_v))
     if arguments.output:
-        if arguments.output.suffix.lower() not in {'', '.mcap'}:
-            hint = 'write .mcap, then convert it with stickslip export'
-            raise WrongKind('--output', str(arguments.output), 'an .mcap file', hint)
-        prepare_output(arguments.output, is_new=True)
+        prepare_output(arguments.output, is_new=True, endings=RUN_ENDINGS)
     given = {**chosen_for(simulate, arguments), 'waveform': waveform}
     file = arguments.output or False
     run = simulate(parameters, **given, record=file, progress=not arguments.json)

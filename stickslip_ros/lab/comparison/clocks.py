@@ -5,6 +5,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,10 +25,15 @@ GRID_MOST = 1 << 19
 _PEAKS, _DIGITS = 6, 2  # peaks that are refined; digits of the coefficient, equals by small shift
 _NEWTON_STEPS, _TRIMS = 12, 3  # Gauss-Newton steps at most; fits without outliers in each
 CLOSE = 0.01  # share of the standard error below which a step ends the search
-FALLS = 30.0
-"""Slopes beyond so many medians are falls; samples within them show noise only."""
-_RIVAL = 4.0
-"""Most unexplained variance of a rival, relative to the best shift's."""
+FALLS, RAMPS = 8.0, 0.25
+"""Slopes beyond so many medians are falls, whose samples show noise only; slopes so far below that
+of a share of the way are rests, of which the median knows nothing."""
+_RIVAL, _EQUAL, _EXACT, _COARSE = 4.0, 1.1, 1e-6, 0.01
+"""Most unexplained variance of a rival and of an equal, relative to the best shift's, which counts
+as no less than that of exact records, or of the coarse search."""
+_PARTS, _STEADY = 10, 5.0
+"""Parts of a record that are shifted alone; the largest of their shifts, in their standard errors,
+that noise makes. Beyond it the clock wanders, so that more samples make its shift no surer."""
 TRUSTED = 0.8
 """Least coefficient of two records of the same quantity."""
 
@@ -37,7 +43,7 @@ class ClockShift:
     """The time to add to B's clock, so that it agrees with A's."""
 
     shift_s: float
-    error_s: float  # standard error
+    error_s: float  # standard error, or distance of the farthest rival
     coefficient: float  # of correlation at this shift
     rival_s: float  # the next best shift; nan if there is none
     rival: float  # its coefficient
@@ -49,7 +55,7 @@ class ClockShift:
         if self.coefficient < TRUSTED:
             text = f'the correlation of the records is {self.coefficient:.3f}'
             reasons.append(f'{text}, below {TRUSTED:g}; give the shift')
-        if 1.0 - self.rival**2 < _RIVAL * (1.0 - self.coefficient**2):
+        if as_good(self.rival, self.coefficient):
             reasons.append(
                 f'a shift of {self.rival_s:.6f} s is nearly as good, correlation {self.rival:.5f} '
                 f'against {self.coefficient:.5f} at {self.shift_s:.6f} s; give the shift'
@@ -82,20 +88,51 @@ def clock_shift(
             raise OutOfRange(f'record {name}', len(values), 'samples', 'without change', hint)
     lone = lone_outliers(yb)
     tb, yb = tb[~lone], yb[~lone]
-    found = [
-        refined_shift(ta, ya, tb, yb, shift_s) for shift_s in correlation_peaks(ta, ya, tb, yb)
-    ]
-    as_good = 1.0 - _RIVAL * (1.0 - max((each[0] for each in found), default=0.0) ** 2)
-    found.sort(key=lambda each: (-min(each[0] ** 2, as_good), abs(each[1])))
+    shifts_s, scores = correlation_peaks(ta, ya, tb, yb)
+    found = [refined_shift(ta, ya, tb, yb, float(each)) for each in shifts_s[:_PEAKS]]
+    equal = _EQUAL * max(_EXACT, 1.0 - max(each[0] for each in found) ** 2)
+    found.sort(key=lambda each: (max(1.0 - each[0] ** 2, equal), abs(each[1])))
     coefficient, shift_s, error_s, off = found[0]
     apart_s = float(np.median(np.diff(tb)))
     others = [each for each in found[1:] if abs(each[1] - shift_s) > apart_s]
     rival, rival_s = others[0][:2] if others else (0.0, math.nan)
+    if as_good(rival, coefficient):
+        alike_s = [each[1] for each in found if as_good(each[0], coefficient)]
+        alike_s += [*shifts_s[as_good(scores, scores.max(), _COARSE, _EQUAL)]]
+        error_s += farthest_s(alike_s, shift_s)
     return ClockShift(shift_s, error_s, coefficient, rival_s, rival, off + int(lone.sum()))
 
 
-def correlation_peaks(ta: Array, ya: Array, tb: Array, yb: Array) -> list[float]:
-    """Return the shifts of the highest peaks of the correlation of two records."""
+def as_good(scores: Any, best: float, least: float = _EXACT, most: float = _RIVAL) -> Any:
+    """Return whether coefficients leave little more unexplained than the best, or than least."""
+    return 1.0 - np.maximum(scores, 0.0) ** 2 <= most * max(1.0 - best**2, least)
+
+
+def farthest_s(shifts_s: ArrayLike, shift_s: float) -> float:
+    """Return the distance of the farthest of some shifts."""
+    return float(np.max(np.abs(np.asarray(shifts_s) - shift_s), initial=0.0))
+
+
+def weighted_quantile(values: Array, weights: Array, share: float) -> float:
+    """Return the value below which a share of the weights lies."""
+    order = np.argsort(values)
+    sums = np.cumsum(weights[order])
+    return float(values[order][np.searchsorted(sums, share * sums[-1])]) if len(values) else 0.0
+
+
+def wander_s(slope: Array, rest: Array) -> float:
+    """Return the largest shift of a part of a record, each a median of what moves."""
+    steep = np.abs(slope)
+    moves = steep > weighted_quantile(steep, steep, RAMPS) / FALLS
+    slope, rest = slope[moves], rest[moves]
+    ways = np.cumsum(np.abs(slope))
+    ends = np.searchsorted(ways, np.arange(1, _PARTS) / _PARTS * np.sum(np.abs(slope)))
+    parts_s = np.split(rest / slope, ends)
+    return farthest_s([np.median(each) for each in parts_s if len(each)], 0.0)
+
+
+def correlation_peaks(ta: Array, ya: Array, tb: Array, yb: Array) -> tuple[Array, Array]:
+    """Return the shifts of the peaks of the correlation of two records, and their heights."""
     step_s = max(np.median(np.diff(tb)) / PER_SAMPLE, max(np.ptp(ta), np.ptp(tb)) / GRID_MOST)
     grids = [np.arange(times[0], times[-1], step_s) for times in (ta, tb)]
     low, high = np.quantile(yb, MOST_OF_B)
@@ -108,7 +145,7 @@ def correlation_peaks(ta: Array, ya: Array, tb: Array, yb: Array) -> list[float]
     tops = np.flatnonzero((scores >= around[:-2]) & (scores > around[2:]) & (scores > 0.0))
     shifts_s = ta[0] - tb[0] + step_s * (tops + 1 - len(on_b))
     best = np.lexsort((np.abs(shifts_s), -np.round(scores[tops], _DIGITS)))
-    return [float(each) for each in shifts_s[best[:_PEAKS]]]
+    return shifts_s[best], scores[tops][best]
 
 
 def refined_shift(
@@ -124,7 +161,9 @@ def refined_shift(
         slope = slopes[np.clip(np.searchsorted(ta, at_s) - 1, 0, len(slopes) - 1)]
         columns = np.column_stack((np.interp(at_s, ta, ya), np.ones(len(seen)), slope))
         steep = np.abs(slope)
-        usable = steep <= FALLS * np.median(steep[steep > 0.0]) if steep.any() else steep > 0.0
+        ways = np.abs(np.interp(at_s + apart_s, ta, ya) - columns[:, 0])
+        ramp = weighted_quantile(steep, ways, RAMPS)
+        usable = steep <= FALLS * np.median(steep[steep > ramp / FALLS]) if ramp else steep > 0.0
         if usable.sum() <= columns.shape[1]:
             return 0.0, shift_s, math.inf, 0
         kept = usable
@@ -145,6 +184,8 @@ def refined_shift(
         moved_s += step_s
         if abs(step_s) < CLOSE * error_s:
             break
+    wander = wander_s(slope[usable], rest[usable] / gains[0])
+    error_s = wander if wander > _STEADY * math.sqrt(_PARTS) * error_s else error_s
     missed = np.minimum(rest[usable] ** 2, spread).mean() / spread
     outliers = int(np.sum(usable & ~kept))
     return math.sqrt(max(1.0 - missed, 0.0)), shift_s + moved_s, error_s, outliers

@@ -13,9 +13,12 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.lab.comparison.clocks import (
     OVERLAP_MIN,
     TRUSTED,
+    as_good,
     clock_shift,
     coefficients,
+    farthest_s,
     overlaps,
+    wander_s,
 )
 from stickslip_ros.lab.comparison.result import (
     TIME_COLUMN,
@@ -49,6 +52,7 @@ RAMPS_MIN = 10  # ramps of a run with steps
 DECIDES = 0.9  # least coefficient of a quantity that decides the shift alone
 PERIOD_SLACK = 0.1  # largest deviation of the period of a ramp from the median, as a share
 _SAMPLES_MAX = 1 << 20
+_ON_GRID = 1e-4  # least unexplained variance of a shift between the samples
 TIED = 1e-9  # largest difference of equal coefficients; the smallest of their lags counts
 
 
@@ -140,27 +144,29 @@ def align(a: TimeRun, b: TimeRun) -> Alignment:
     if not pairs:
         hint = 'give --shift instead of --align'
         raise Incomparable('the shift', 'needs more than one sample of a quantity', hint)
-    if _VOLTAGE in pairs and all(np.ptp(each.value) > 0.0 for each in pairs[_VOLTAGE]):
-        one, other = pairs[_VOLTAGE]
-        clock = clock_shift(one.time_s, one.value, other.time_s, other.value)
-        if clock.coefficient >= TRUSTED:
-            return Alignment(
-                clock.shift_s,
-                'estimated',
-                clock.coefficient,
-                error_s=clock.error_s,
-                decided_by=_VOLTAGE,
-                doubts=tuple(clock.doubts()),
-            )
-    found = {
-        name: estimate_alignment([pair])
+    changing = {
+        name: pair
         for name, pair in pairs.items()
         if all(np.ptp(each.value) > 0.0 for each in pair)
     }
-    best = max(found, key=lambda name: found[name].correlation or 0.0, default='')
-    if best and (found[best].correlation or 0.0) > DECIDES:
-        return replace(found[best], decided_by=best)
-    both = replace(estimate_alignment(list(pairs.values())), decided_by=', '.join(found))
+    found = list[Alignment]()
+    if _VOLTAGE in changing:
+        one, other = changing[_VOLTAGE]
+        clock = clock_shift(one.time_s, one.value, other.time_s, other.value)
+        if clock.coefficient >= TRUSTED:
+            number, error_s = clock.coefficient, clock.error_s
+            told = _VOLTAGE, tuple(clock.doubts())
+            found = [Alignment(clock.shift_s, 'estimated', number, None, error_s, *told)]
+            del changing[_VOLTAGE]
+            if not clock.doubts():
+                return found[0]
+    for name, pair in changing.items():
+        each = estimate_alignment([pair])
+        if (each.correlation or 0.0) > DECIDES:
+            found.append(replace(each, decided_by=name))
+    if found:
+        return min(found, key=lambda each: each.error_s or 0.0)
+    both = replace(estimate_alignment(list(pairs.values())), decided_by=', '.join(changing))
     if (both.correlation or 0.0) < TRUSTED:
         problem = f'has a best correlation of {both.correlation:.3f}, below {TRUSTED:g}'
         hint = 'give --shift, or two records of the same motion'
@@ -254,7 +260,8 @@ def estimate_alignment(pairs: Sequence[tuple[Series, Series]]) -> Alignment:
 
     All are interpolated to even times. The best whole number of samples has the largest mean of
     Pearson's coefficients over the quantities, each over the overlap. A parabola through it and
-    its neighbours refines it. Raises Incomparable if no quantity changes in both.
+    its neighbours refines it. Its error is a sample, the wander of the clock, or the distance of
+    the farthest peak that is as good. Raises Incomparable if no quantity changes in both.
 
     """
     runs = [[pair[side] for pair in pairs] for side in (0, 1)]
@@ -282,7 +289,26 @@ def estimate_alignment(pairs: Sequence[tuple[Series, Series]]) -> Alignment:
         bend = before - 2.0 * middle + after
         vertex = 0.0 if bend >= 0.0 else float(np.clip(0.5 * (before - after) / bend, -0.5, 0.5))
     shift_s = offset_s + step_s * (float(lags[best]) + vertex)
-    return Alignment(shift_s, 'estimated', float(scores[best]), step_s)
+    around = np.pad(scores, 1, constant_values=-1.0)
+    tops = (scores >= around[:-2]) & (scores >= around[2:])
+    alike_s = offset_s + step_s * lags[tops & as_good(scores, scores[best], _ON_GRID)]
+    wanders_s = [_wander_of(*pair, shift_s, step_s) for pair in pairs]
+    error_s = max(step_s, *wanders_s) + farthest_s([shift_s, *alike_s], shift_s)
+    return Alignment(shift_s, 'estimated', float(scores[best]), step_s, error_s)
+
+
+def _wander_of(a: Series, b: Series, shift_s: float, step_s: float) -> float:
+    """Return the largest further shift of a part of B to A."""
+    at_s = b.time_s + shift_s
+    inside = (at_s >= a.time_s[0]) & (at_s <= a.time_s[-1])
+    before, there, after = (
+        np.interp(at_s[inside] + each, a.time_s, a.value) for each in (-step_s, 0.0, step_s)
+    )
+    columns = np.column_stack((there, np.ones(len(there))))
+    gains = np.linalg.lstsq(columns, b.value[inside], rcond=None)[0]
+    return wander_s(
+        gains[0] * (after - before) / (2.0 * step_s), b.value[inside] - columns @ gains
+    )
 
 
 def _scores(a: Array, b: Array) -> Array:

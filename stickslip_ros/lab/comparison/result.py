@@ -230,7 +230,7 @@ class Alignment:
     method: str  # ``given`` or ``estimated``
     correlation: float | None = None  # of the quantity that decided
     sample_s: float | None = None  # spacing of the samples compared
-    error_s: float | None = None  # standard error, if voltages were compared
+    error_s: float | None = None  # standard error, wander, or distance of the farthest rival
     decided_by: str = ''
     doubts: tuple[str, ...] = ()  # reasons for another shift
 

@@ -137,7 +137,7 @@ def sentences(comparison: Comparison) -> list[str]:
         elif alignment.decided_by:
             text += f' from the {alignment.decided_by}'
         if alignment.error_s is not None:
-            text += f', with a standard error of {alignment.error_s:.2g} s'
+            text += f', with an error of {alignment.error_s:.2g} s'
         if alignment.sample_s is not None:
             text += f', at a spacing of {alignment.sample_s:.4g} s'
         lines.append(f'{text}.')

@@ -85,6 +85,7 @@ class LinearDrive(Plottable):
     resonance_hz: float
     parameters: Parameters = field(repr=False)
 
+    @reading
     def response(self, frequency_hz: ArrayLike) -> Response:
         """Return the response of the runner at frequencies, Hz."""
         matrix = self.matrix(frequency_hz)
@@ -119,6 +120,7 @@ class LinearDrive(Plottable):
             f'at {self.at_voltage_v:.4g} V'
         )
 
+    @reading
     def to_control(
         self, dt: float | None = None, *, sensors: bool = False, order: int | None = None
     ) -> Any:

@@ -3,7 +3,8 @@
 
 """Sample buffers of the panel, thinned curves, and the trigger of the scope."""
 
-import math
+import io
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -15,20 +16,28 @@ from stickslip_ros.instrument.reports import FIRST_READING
 from stickslip_ros.lab.drawing.film import steep_edges
 from stickslip_ros.parameters import SENSORS
 
-BINS = 600  # a curve has at most this many pairs of lowest and highest sample
+BINS = 600  # of a picture, of each of which the lowest and highest samples are drawn
 RECENT = (1 << 13, 1 << 15, 1 << 18)  # samples searched for falls, more if these hold too few
 KEPT = RECENT[-1]
 _JITTER_V, _JITTER = 1.0, 0.03
 """A voltage rests if it changes by less than 1 V and 3 % of the last saw-tooth."""
 _MARGIN = 0.15  # share of a period shown before the first and after the last fall
 FREE_S = 0.02  # time that the scope shows without a period, s
+_SLACK_S = 1e-9  # rounding of times
 DRAWN_MAX = 1e38  # below the largest number of the curves
 HISTORY_BIN_S = 0.01
-HISTORY_KEPT = 1 << 13
+HISTORY_KEPT = 1 << 16  # samples: a minute of all sensors
 
 SAMPLE_COLUMNS = ('t', 'voltage', 'foot', *(each.reading for each in SENSORS))
 """Columns of samples; NaN for an absent sensor."""
 POSITION_READING = SAMPLE_COLUMNS.index('position')
+
+
+TABLES = {
+    'oscilloscope': {'position_m': POSITION_READING, 'foot_m': FOOT, 'voltage_v': VOLTAGE},
+    'history': {each.quantity: SAMPLE_COLUMNS.index(each.reading) for each in SENSORS},
+}
+"""Columns of the saved tables of the plots."""
 
 
 class SampleRing:
@@ -54,53 +63,46 @@ class SampleRing:
         self._table[self._end : self._end + len(rows)] = rows
         self._end += len(rows)
 
+    def take_back(self, count: int) -> Array:
+        """Remove the last rows and return them."""
+        rows = self.rows[len(self.rows) - count :].copy()
+        self._end -= len(rows)
+        return rows
+
     def clear(self) -> None:
         """Remove all rows."""
         self._end = 0
 
 
 class BinHistory:
-    """Bins of 10 ms: start (s), then lowest and highest reading of each sensor."""
+    """The newest sample, and of each 10 ms those with the extreme readings of the sensors."""
 
     def __init__(self, kept: int = HISTORY_KEPT) -> None:
-        self.bins = SampleRing(1 + 2 * len(SENSORS), kept)
-
-    def add(self, samples: Array) -> None:
-        """Add samples of at most one bin."""
-        readings = samples[:, FIRST_READING:]
-        row = np.empty((1, 1 + 2 * len(SENSORS)))
-        row[0, 0] = samples[0, TIME]
-        row[0, 1::2], row[0, 2::2] = np.fmin.reduce(readings), np.fmax.reduce(readings)
-        bins = self.bins.rows
-        # Three quarters, since starts of bins are not exact multiples.
-        if len(bins) and row[0, 0] - bins[-1, 0] < 0.75 * HISTORY_BIN_S:
-            bins[-1, 1::2] = np.fmin(bins[-1, 1::2], row[0, 1::2])
-            bins[-1, 2::2] = np.fmax(bins[-1, 2::2], row[0, 2::2])
-        else:
-            self.bins.append(row)
+        self.samples = SampleRing(len(SAMPLE_COLUMNS), kept)
+        self._open = 0  # samples of the newest bin
 
     def add_all(self, samples: Array) -> None:
         """Add any samples."""
-        if len(samples):
-            number = np.floor((samples[:, TIME] - samples[0, TIME]) / HISTORY_BIN_S)
-            for part in np.split(samples, np.flatnonzero(np.diff(number)) + 1):
-                self.add(part)
+        rows = np.concatenate((self.samples.take_back(self._open), samples))
+        if len(rows):
+            number = np.floor(rows[:, TIME] / HISTORY_BIN_S)
+            kept = np.unique([*extremes(number, rows[:, FIRST_READING:].T), len(rows) - 1])
+            self.samples.append(rows[kept])
+            self._open = int(np.sum(number[kept] == number[-1]))
 
     def curves(self, end_s: float, span_s: float) -> dict[str, 'PanelCurve']:
         """Return the readings of ``span_s`` before ``end_s``."""
-        bins = self.bins.rows
-        first, last = np.searchsorted(bins[:, 0], (end_s - span_s, end_s), 'right')
-        bins = bins[max(0, first - 1) : last]
-        if not len(bins):
+        rows = self.samples.rows
+        first, last = np.searchsorted(rows[:, TIME], (end_s - span_s, end_s), 'right')
+        rows = rows[max(0, first - 1) : last]
+        if not len(rows):
             return {}
-        x = np.repeat(bins[:, 0] - end_s, 2)
-        x[1::2] += 0.5 * HISTORY_BIN_S
-        pairs = np.split(bins[:, 1:], len(SENSORS), axis=1)
-        return {
-            row.reading: curve_of(x, pair.ravel())
-            for row, pair in zip(SENSORS, pairs, strict=True)
-            if not row.switch or not np.isnan(pair).all()
+        shown = {
+            row.reading: (values, None)
+            for row, values in zip(SENSORS, rows[:, FIRST_READING:].T, strict=True)
+            if not row.switch or not np.isnan(values).all()
         }
+        return curves_of(rows[:, TIME] - end_s, shown)
 
 
 class PanelCurve(NamedTuple):
@@ -111,21 +113,56 @@ class PanelCurve(NamedTuple):
     base: float  # added to y in double precision
 
 
+def table_of(columns: Mapping[str, Array]) -> str:
+    """Return samples as CSV, without columns that have no number."""
+    known = {k: each for k, each in columns.items() if not len(each) or np.isfinite(each).any()}
+    rows, text = np.column_stack([*known.values()]), io.StringIO()
+    np.savetxt(text, rows, '%.12g', ',', header=','.join(known), comments='')
+    return text.getvalue()
+
+
+def table_within(plot: str, rows: Array, origin_s: float, start_s: float, end_s: float) -> str:
+    """Return the table of the samples of a plot between two times after its origin."""
+    times_s = rows[:, TIME] - origin_s
+    rows = rows[slice(*np.searchsorted(times_s, (start_s - _SLACK_S, end_s + _SLACK_S)))]
+    shown = {'time_s': rows[:, TIME] - origin_s}
+    return table_of(shown | {name: rows[:, at] for name, at in TABLES[plot].items()})
+
+
 def curve_of(x: Array, y: Array, base: float | None = None) -> PanelCurve:
-    """Thin samples to the lowest and highest of BINS, in rising time; a bin of NaN is a gap."""
-    if base is None:
-        finite = y[np.isfinite(y)]
-        base = float(finite[0]) if len(finite) else 0.0
-    y = y - base
+    """Return one curve."""
+    return curves_of(x, {'': (y, base)})['']
+
+
+def curves_of(x: Array, shown: Mapping[str, tuple[Array, float | None]]) -> dict[str, PanelCurve]:
+    """Thin curves of common samples, in rising time, to the ends and extremes of BINS."""
+    bases = {
+        name: next(iter(y[np.isfinite(y)][:1].tolist()), 0.0) if base is None else base
+        for name, (y, base) in shown.items()
+    }
+    drawn = np.array([y - bases[name] for name, (y, _) in shown.items()])
+    drawn = np.where(np.abs(drawn) < DRAWN_MAX, drawn, np.nan)
     if len(x) > 2 * BINS:
-        width = (x[-1] - x[0]) / BINS
-        place = np.minimum(np.floor((x - x[0]) / width), BINS - 1)
-        starts = np.append(0, np.flatnonzero(np.diff(place)) + 1)
-        pair = np.fmin.reduceat(y, starts), np.fmax.reduceat(y, starts)
-        x, y = np.repeat(x[0] + width * place[starts], 2), np.column_stack(pair).ravel()
-        x[1::2] += 0.5 * width
-    y = np.where(np.abs(y) < DRAWN_MAX, y, np.nan)
-    return PanelCurve(x.astype(np.float32), y.astype(np.float32), base)
+        number = np.floor((x - x[0]) * ((BINS - 1) / (x[-1] - x[0])))
+        kept = np.unique([0, *extremes(number, drawn), len(x) - 1])
+        x, drawn = x[kept], drawn[:, kept]
+    at, rows = x.astype(np.float32), drawn.astype(np.float32)
+    return {name: PanelCurve(at, y, bases[name]) for name, y in zip(shown, rows, strict=True)}
+
+
+def extremes(number: Array, curves: Array) -> NDArray[np.intp]:
+    """Return the places of the lowest and highest sample of each curve in each bin, in order."""
+    starts = np.append(0, np.flatnonzero(np.diff(number)) + 1)
+    counts = np.diff(np.append(starts, len(number)))
+    kept = [starts[:0]]
+    for y in curves:
+        for extreme in np.fmin.reduceat(y, starts), np.fmax.reduceat(y, starts):
+            kept.append(starts[np.isnan(extreme)])  # a gap
+            found = np.flatnonzero(y == np.repeat(extreme, counts))
+            bins = np.searchsorted(starts, found, 'right')
+            kept.append(found[np.append(True, np.diff(bins) > 0)[: len(found)]])
+    places: NDArray[np.intp] = np.unique(np.concatenate(kept))
+    return places
 
 
 class Picture(NamedTuple):
@@ -143,6 +180,7 @@ class Scope:
 
     def __init__(self) -> None:
         self._held: Picture | None = None
+        self.samples: Array | None = None  # of the held picture
         self._jitter_v = 0.0
 
     def clear(self) -> None:
@@ -176,6 +214,7 @@ class Scope:
         begin = max(0, first - round(_MARGIN * period))
         end = min(len(samples), last + round(_MARGIN * period) + 1)
         self._held = _shown(samples, slice(begin, end), first)
+        self.samples = samples[begin:end].copy()
         swing_v = float(np.ptp(samples[begin:end, VOLTAGE]))
         self._jitter_v = min(_JITTER_V, _JITTER * swing_v)
         sample_s = (samples[last, TIME] - samples[first, TIME]) / max(1, last - first)
@@ -192,8 +231,11 @@ def _free(samples: Array, length_s: float) -> Picture:
 def _shown(samples: Array, shown: slice, trigger: int) -> Picture:
     part, at_s = samples[shown], float(samples[trigger, TIME])
     x = part[:, TIME] - at_s
-    curves = {'voltage': curve_of(x, part[:, VOLTAGE], 0.0)}
-    for name, column in (('foot', FOOT), ('runner', POSITION_READING)):
-        place = float(samples[trigger, column])
-        curves[name] = curve_of(x, part[:, column], place if math.isfinite(place) else 0.0)
-    return Picture(float(x[0]), float(x[-1]), at_s, 0.0, curves)
+    places = samples[trigger, [FOOT, POSITION_READING]]
+    foot_m, runner_m = np.where(np.isfinite(places), places, 0.0).tolist()
+    drawn = {
+        'voltage': (part[:, VOLTAGE], 0.0),
+        'foot': (part[:, FOOT], foot_m),
+        'runner': (part[:, POSITION_READING], runner_m),
+    }
+    return Picture(float(x[0]), float(x[-1]), at_s, 0.0, curves_of(x, drawn))

@@ -36,6 +36,8 @@ from stickslip_ros.lab.panel.curves import (
     PanelCurve,
     SampleRing,
     Scope,
+    table_of,
+    table_within,
 )
 from stickslip_ros.lab.panel.twin_view import TwinView
 from stickslip_ros.parameters import SENSORS, TRUTH, Parameters, is_fault, specs
@@ -83,6 +85,9 @@ class Source(Protocol):
 
     def drawing(self) -> str:
         """Return the stand in its last cycles as SVG; empty if it is not known."""
+
+    def table(self, plot: str, origin_s: float, start_s: float, end_s: float) -> str:
+        """Return the samples of a plot between two times after its origin as CSV."""
 
     def close(self) -> None:
         """Close the source."""
@@ -198,7 +203,7 @@ class Model:
 
     def _begin_anew(self) -> None:
         self._ring.clear()
-        self._history.bins.clear()
+        self._history.samples.clear()
         self._scope.clear()
         self._heard_s, self._has_news = monotonic(), True
 
@@ -358,6 +363,18 @@ class Model:
         with self._lock:
             stand, samples = self._stand, self._ring.rows.copy()
         return '' if stand is None else drawing_of(stand, samples)
+
+    def table(self, plot: str, origin_s: float, start_s: float, end_s: float) -> str:
+        """Return the samples of a plot between two times after its origin as CSV."""
+        with self._lock:
+            if plot == 'twin':
+                return table_of(self._twin.columns())
+            rows = (self._history.samples if plot == 'history' else self._ring).rows.copy()
+            held = self._scope.samples
+        is_gone = len(rows) and rows[0, TIME] > origin_s + start_s and plot != 'history'
+        return table_within(
+            plot, held if is_gone and held is not None else rows, origin_s, start_s, end_s
+        )
 
     def choose(self, wish: Mapping[str, Any]) -> None:
         """Change the view."""

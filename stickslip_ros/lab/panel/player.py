@@ -25,6 +25,7 @@ from stickslip_ros.lab.panel.curves import (
     BinHistory,
     Scope,
     curve_of,
+    table_within,
 )
 from stickslip_ros.lab.panel.model import EVENTS_SHOWN, View, drawing_of, packed_frame
 from stickslip_ros.lab.runs.recorded import RUN_QUANTITIES, timed_messages
@@ -135,6 +136,11 @@ class Player:
         with self._lock:
             samples = self._before()
         return '' if self._stand is None else drawing_of(self._stand, samples)
+
+    def table(self, plot: str, origin_s: float, start_s: float, end_s: float) -> str:
+        """Return the samples of a plot between two times after its origin as CSV."""
+        rows = self._history.samples.rows if plot == 'history' else self._samples
+        return table_within(plot, rows, origin_s, start_s, end_s)
 
     def do(self, wish: Mapping[str, Any]) -> None:
         """Carry out an action of the page."""

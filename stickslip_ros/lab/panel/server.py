@@ -123,6 +123,21 @@ class _Stand(_Part):
         self.write(drawing)
 
 
+class _Table(_Part):
+    """The samples of a picture as CSV."""
+
+    def initialize(self, source: Source) -> None:
+        self._source = source
+
+    async def get(self, plot: str) -> None:
+        try:
+            times = [float(self.get_query_argument(name)) for name in ('origin', 'start', 'end')]
+        except ValueError:
+            raise HTTPError(400) from None
+        self.set_header('Content-Type', 'text/csv')
+        self.write(await asyncio.to_thread(self._source.table, plot, *times))
+
+
 class _Socket(_Part, WebSocketHandler):
     """The connection to a page."""
 
@@ -253,6 +268,7 @@ def _parts(place: str, hub: Hub) -> list[Any]:
         (f'{place}socket', _Socket, {'hub': hub}),
         (f'{place}waveform', _Waveform),
         (f'{place}stand.svg', _Stand, {'source': hub.source}),
+        (rf'{place}(oscilloscope|history|twin)\.csv', _Table, {'source': hub.source}),
         (f'{place}(.*)', _File, {'path': str(PAGE), 'default_filename': 'index.html'}),
     ]
 

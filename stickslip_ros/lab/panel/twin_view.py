@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from stickslip_ros.arrays import Array
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.interface.requests import INT32_MAX
-from stickslip_ros.lab.panel.curves import DRAWN_MAX, PanelCurve, curve_of
+from stickslip_ros.lab.panel.curves import DRAWN_MAX, PanelCurve, curve_of, curves_of
 from stickslip_ros.parameters import specs
 from stickslip_ros.units import NS_PER_S
 
@@ -76,7 +77,9 @@ class TwinView:
         """Return numbers and curves for the page; changes are relative to the first fit."""
         self.has_news = False
         numbers: dict[str, Any] = {'window': self._window, 'fits': []}
-        curves = self._window_curves()
+        window = self.columns()
+        shown = {f'twin_{name[:-2]}': (each, 0.0) for name, each in window.items()}
+        curves = curves_of(shown.pop('twin_time')[0], shown) if window else {}
         numbers['length_s'] = max((float(each.x[-1]) for each in curves.values()), default=0.0)
         if not self._fits:
             return numbers, curves
@@ -96,7 +99,8 @@ class TwinView:
                 curves[f'{name}{end}'] = curve_of(time_s - time_s[0], share, 0.0)
         return numbers, curves
 
-    def _window_curves(self) -> dict[str, PanelCurve]:
+    def columns(self) -> dict[str, Array]:
+        """Return time, s, and readings, m, of the window."""
         twin, residual = self._heard.values()
         both = sorted(x for x in twin.keys() & residual.keys() if x < self._end_ns)
         if not both:
@@ -104,5 +108,4 @@ class TwinView:
         time_s = np.array([each - both[0] for each in both]) / NS_PER_S
         twin_m, left_m = (np.array([each[at] for at in both]) for each in (twin, residual))
         way_m = twin_m - twin_m[0]
-        shown = {'twin_rig': way_m + left_m, 'twin_twin': way_m, 'twin_residual': left_m}
-        return {name: curve_of(time_s, values, 0.0) for name, values in shown.items()}
+        return {'time_s': time_s, 'rig_m': way_m + left_m, 'twin_m': way_m, 'residual_m': left_m}

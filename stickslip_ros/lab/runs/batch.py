@@ -116,7 +116,8 @@ def pool_of(workers: int, scheduler: str = '') -> Iterator[Pool]:
         with _cluster(scheduler) as pool:
             yield pool
     else:
-        many = workers or len(os.sched_getaffinity(0))
+        cores = getattr(os, 'sched_getaffinity', lambda _: range(os.cpu_count() or 1))
+        many = workers or len(cores(0))
         with ThreadPoolExecutor(many) as executor:
             yield Pool(executor.submit, many)
 

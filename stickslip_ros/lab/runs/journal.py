@@ -9,7 +9,6 @@ last line is dropped; a line interrupted by Ctrl-C may appear twice.
 
 """
 
-import fcntl
 import hashlib
 import json
 import os
@@ -20,6 +19,11 @@ from pathlib import Path
 import stickslip_ros
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.parameters import Parameters, Scalar
+
+try:
+    import fcntl
+except ImportError:  # of Windows, where a journal has no lock
+    fcntl = None  # type: ignore[assignment]
 
 Row = dict[str, Scalar]  # result of a case: names with units, JSON values
 
@@ -61,7 +65,8 @@ class Journal:
             raise RecordingError(path, problem, 'choose another folder') from None
         try:
             try:  # the lock ends with the process
-                fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                if fcntl is not None:
+                    fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:
                 hint = 'wait for it, or choose another output'
                 raise RecordingError(path, 'is in use by another run', hint) from None
@@ -78,9 +83,9 @@ class Journal:
 
     def __exit__(self, *_: object) -> None:
         """Close the file; remove it if it is empty."""
+        self._file.close()
         if not self.rows:
             self.remove()
-        self._file.close()
 
     def append(self, case: int, row: Row) -> None:
         """Add a finished case; RecordingError if the disk is full."""
@@ -88,7 +93,8 @@ class Journal:
         self.rows[case] = row
 
     def remove(self) -> None:
-        """Remove the file of a complete study."""
+        """Close and remove the file of a complete study."""
+        self._file.close()
         self.path.unlink(missing_ok=True)
 
     def _take_up(self) -> None:

@@ -8,7 +8,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stickslip_ros.files import replacing
+from stickslip_ros.files import PAGE_ENDINGS, prepare_output, replacing
+from stickslip_ros.parameters import reading
 from stickslip_ros.sections import Shown
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 class Plottable(Shown):
     """A result with a figure."""
 
+    @reading
     def plot(self, *, style: str = '', width_mm: float | None = None) -> 'Figure':
         """
         Draw the result.
@@ -31,6 +33,7 @@ class Plottable(Shown):
         with looking(style, width_mm):
             return self._draw()
 
+    @reading
     def save(self, path: str | Path, command: str = '') -> Path:
         """
         Write a self-contained page of HTML, with the ``command`` if given; replace an old page.
@@ -43,6 +46,7 @@ class Plottable(Shown):
         """
         from stickslip_ros.lab.runs.page import page_of
 
+        prepare_output(Path(path), endings=PAGE_ENDINGS)
         with replacing(Path(path)) as part:
             part.write_text(page_of(self.sections(), command), encoding='utf-8')
         return Path(path)

@@ -7,13 +7,15 @@ import math
 import shutil
 import weakref
 from collections.abc import Mapping
+from difflib import get_close_matches
 from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError
-from stickslip_ros.files import prepare_output
+from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError, WrongUse
+from stickslip_ros.files import RUN_ENDINGS, prepare_output
 from stickslip_ros.lab.runs.recorded import (
+    RUN_QUANTITIES,
     TimeWindow,
     recorded_series,
     recorded_stand,
@@ -109,6 +111,7 @@ class Run(Shown):
             return mapped_series(self.recording, self.topics)
         return recorded_series(self.recording)
 
+    @reading
     def series_within(self, start_s: float, end_s: float) -> dict[str, Series]:
         """Return ``series`` of a stretch, both ends included."""
         if self.topics:
@@ -124,8 +127,11 @@ class Run(Shown):
         ``attrs`` hold units and source. For a trace larger than memory, use ``table``.
 
         """
-        return frame_of(self.series, self.recording.origin)
+        frame = frame_of(self.series, self.recording.origin)
+        object.__setattr__(frame, 'plot', _labelled_plots()(frame))  # each then keeps the other
+        return frame
 
+    @reading
     def table(self, window_s: tuple[float, float] | None = None, every: int = 1) -> 'DataFrame':
         """
         Return every n-th row of ``frame``, or a stretch of it, for runs larger than memory.
@@ -162,6 +168,7 @@ class Run(Shown):
         whole.attrs = parts[0].attrs
         return whole
 
+    @reading
     def plot(
         self,
         start_s: float | None = None,
@@ -195,6 +202,7 @@ class Run(Shown):
             quantities = self.series if is_held else None
             return draw_run(self.recording, window, quantities=quantities)[0]
 
+    @reading
     def save(self, path: str | Path) -> Path:
         """
         Copy the recording to a new file.
@@ -208,9 +216,17 @@ class Run(Shown):
         if self.recording.files != [self.path]:
             raise RecordingError(self.path, 'is in parts', 'copy its files')
         target = Path(path)
-        prepare_output(target, is_new=True)
+        prepare_output(target, is_new=True, endings=RUN_ENDINGS)
         shutil.copyfile(self.path, target)
         return target
+
+    if not TYPE_CHECKING:  # a checker would then take every name
+
+        def __getattr__(self, name: str) -> Any:
+            """Refuse a quantity, or another name, by the way to it."""
+            near = get_close_matches(name, [*dir(type(self)), *RUN_QUANTITIES], 1, 0.5)
+            way = f'frame[{near[0]!r}]' if {*near} & RUN_QUANTITIES.keys() else ''.join(near)
+            raise WrongUse(f'a Run has no {name}; did you mean run.{way or "frame"}?')
 
     def __repr__(self) -> str:
         text = 'keep it with save(path)' if self._origin else str(self._path or 'not recorded')
@@ -276,8 +292,6 @@ def frame_of(found: Mapping[str, Series], source: str) -> 'DataFrame':
     frame = pd.DataFrame(columns) if is_one else pd.DataFrame(columns).droplevel(1)
     frame.attrs['units'] = {'time_s': 's', **{name: each.unit for name, each in found.items()}}
     frame.attrs['source'] = source
-
-    object.__setattr__(frame, 'plot', _labelled_plots()(frame))
     return frame
 
 

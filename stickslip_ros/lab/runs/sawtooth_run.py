@@ -24,7 +24,7 @@ from stickslip_ros.drive.records import ALL, Wave
 from stickslip_ros.drive.runner import cell_force
 from stickslip_ros.drive.waveform import mean_rise_v
 from stickslip_ros.errors import OutOfRange, WrongUse
-from stickslip_ros.files import prepare_output
+from stickslip_ros.files import RUN_ENDINGS, prepare_output
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.instrument.reports import Output, Status
@@ -211,7 +211,7 @@ def simulate(
     folder = Path(tempfile.mkdtemp(prefix='stickslip-')) if record is True else None
     file = Path(record) if isinstance(record, str | Path) else folder and folder / 'run.mcap'
     if file and not folder:
-        prepare_output(file, is_new=True)
+        prepare_output(file, is_new=True, endings=RUN_ENDINGS)
     grid_ns = stand.trace_period_ns if file else stand.block_ns
     joins = is_steered_by_requests(stand, is_recorded=file is not None)
     bench = Bench(stand.updated({'sim.block': stand.trace.period}) if joins else stand)

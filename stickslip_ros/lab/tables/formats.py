@@ -85,17 +85,20 @@ def tables_in(path: 'Path | DataFrame', *, is_named: bool = False) -> Sources:
         yield f'{path}{part}', _csv(each)
 
 
-def _csv(frame: 'DataFrame') -> bytes:
+def _csv(given: 'DataFrame') -> bytes:
     """Return a frame, or columns, as text, with a named index as column."""
     from pandas import DataFrame
 
     try:
-        frame = DataFrame(frame)
+        frame = DataFrame(given)
     except (TypeError, ValueError):
         hint = "give a path, a Run, a DataFrame or columns as {'time_s': [0, 1]}"
-        raise WrongKind('data', frame, 'a table with columns of one length', hint) from None
+        raise WrongKind('data', given, 'a table with columns of one length', hint) from None
     frame = frame if frame.index.name is None else frame.reset_index()
     is_named = frame.columns.inferred_type != 'integer'  # text is of type str from pandas 3 on
+    if not (is_named or isinstance(given, DataFrame)):
+        hint = "write {'time_s': rows[:, 0], 'position_m': rows[:, 1]}"
+        raise WrongKind('data', given, 'a table whose columns have names', hint)
     content: str = frame.to_csv(index=False, header=is_named)
     return content.encode(errors='replace')
 

@@ -13,7 +13,8 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.interface.cdr import pack_stamped
 from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.lab.comparison.compare import CompareOptions, compare
-from stickslip_ros.lab.comparison.in_time import estimate_alignment
+from stickslip_ros.lab.comparison.in_time import TimeRun, align, estimate_alignment
+from stickslip_ros.lab.comparison.result import Side
 from stickslip_ros.lab.runs.recorded import recorded_series
 from stickslip_ros.message_types import POINT_STAMPED
 from stickslip_ros.parameters import Parameters
@@ -264,3 +265,56 @@ def test_a_single_sample_gives_no_lag(tmp_path):
         (tmp_path / f'{name}.csv').write_text('time_s,force_n\n0,0\n')
     with pytest.raises(StickSlipError, match='give --shift instead of --align'):
         compared(tmp_path / 'a.csv', tmp_path / 'b.csv', align=True)
+
+
+LATE_S = np.array([0.061, 0.059, 0.061, 0.0605])  # bursts of a second playback of one bag
+LEAST_S, MOST_S = LATE_S.min(), LATE_S.max()
+
+
+def playback(late_s, rate_hz, quantities, runner_moves=1.0):
+    """Return a run of four bursts of a saw-tooth of 100 Hz, whose runner moves 140 nm a period."""
+    time_s = np.arange(0.3 / rate_hz, 5.0, 1.0 / rate_hz)
+    periods = np.zeros((2, len(time_s)))  # of now, and those that are over
+    for start_s, count in zip(
+        np.array([0.5, 1.5, 2.3, 3.5]) + late_s, (40, 30, 60, 90), strict=True
+    ):
+        place = np.clip((time_s - start_s) * 100.0, 0.0, count)
+        periods += place % 1.0, np.floor(place)
+    noise = np.random.default_rng(int(rate_hz)).standard_normal((2, len(time_s)))
+    place_m = 140e-9 * (periods[0] + runner_moves * periods[1])
+    values = {
+        'voltage_v': 280.0 * periods[0] + 0.02 * noise[0],
+        'position_m': place_m + 3e-10 * noise[1],
+    }
+    series = {name: Series(time_s, values[name], name[-1], name) for name in quantities}
+    return TimeRun(Side('playback', 'over time', len(time_s), {}, None), series)
+
+
+@pytest.mark.parametrize('rate_hz', [1000.0, 10_000.0])
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+def test_of_like_peaks_of_the_voltage_the_runner_says_which(rate_hz, sign):
+    both = [
+        playback(late_s, rate_hz, ('voltage_v', 'position_m'))
+        for late_s in (0.0 * LATE_S, LATE_S)[:: int(sign)]
+    ]
+    found = align(*both)
+    assert found.decided_by == 'position_m'
+    assert -MOST_S - 0.0015 < sign * found.shift_s < -LEAST_S + 0.0015
+    assert abs(sign * found.shift_s + LATE_S.mean()) < found.error_s < 0.003
+
+
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+@pytest.mark.parametrize(
+    ('quantities', 'runner_moves'),
+    [(('voltage_v',), 1.0), (('position_m',), 0.0), (('voltage_v', 'position_m'), 0.0)],
+)
+def test_the_error_of_a_shift_is_the_distance_of_its_farthest_rival(
+    sign, quantities, runner_moves
+):
+    both = [
+        playback(late_s, 2000.0, quantities, runner_moves)
+        for late_s in (0.0 * LATE_S, LATE_S)[:: int(sign)]
+    ]
+    found = align(*both)
+    assert abs(sign * found.shift_s + LATE_S.mean()) < found.error_s
+    assert found.error_s < 0.5

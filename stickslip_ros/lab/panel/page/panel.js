@@ -15,10 +15,10 @@ const byId = (id) => document.getElementById(id);
 
 const scope = new Plot(byId("scope"), [
   { share: 0.66, unit: "nm", factor: NM, least: 10, curves: [
-    { name: "runner", text: "runner", colour: "runner", column: "position" },
-    { name: "foot", text: "foot", colour: "foot", column: "foot", dash: [6, 3] } ] },
+    { name: "runner", text: "runner", colour: "runner" },
+    { name: "foot", text: "foot", colour: "foot", dash: [6, 3] } ] },
   { share: 0.34, unit: "V", factor: 1, least: 10, curves: [
-    { name: "voltage", text: "voltage", colour: "volt", column: "voltage" } ] },
+    { name: "voltage", text: "voltage", colour: "volt" } ] },
 ]);
 const history = new Plot(byId("history"), []);
 const overview = new Plot(byId("overview"), [
@@ -28,10 +28,10 @@ const overview = new Plot(byId("overview"), [
 
 const twin = new Plot(byId("twin-window"), [
   { share: 0.6, unit: "nm", factor: NM, least: 10, curves: [
-    { name: "twin_rig", text: "rig", colour: "runner", column: "rig" },
-    { name: "twin_twin", text: "twin", colour: "foot", column: "twin", dash: [6, 3] } ] },
+    { name: "twin_rig", text: "rig", colour: "runner" },
+    { name: "twin_twin", text: "twin", colour: "foot", dash: [6, 3] } ] },
   { share: 0.4, unit: "nm", factor: NM, least: 1, curves: [
-    { name: "twin_residual", text: "rig less twin", colour: "force", column: "residual" } ] },
+    { name: "twin_residual", text: "rig less twin", colour: "force" } ] },
 ]);
 const estimates = new Plot(byId("twin-history"), []);
 
@@ -77,7 +77,7 @@ function build(told) {
   byId("figures").prepend(...sheet.sensors.map(figure));
   history.setLanes(sheet.sensors.map((each, at) => ({
     share: 1, unit: each.unit, factor: each.factor, least: LEAST[each.unit],
-    curves: [{ name: each.name, text: each.words.toLowerCase(), colour: COLOURS[at % COLOURS.length], column: each.name }],
+    curves: [{ name: each.name, text: each.words.toLowerCase(), colour: COLOURS[at % COLOURS.length] }],
   })));
   byId("scope-tools").append(...tools(scope, "oscilloscope", button));
   byId("twin-tools").append(...tools(twin, "twin", button));
@@ -260,7 +260,7 @@ function showFrame(data) {
   showFigure("voltage", head.figures.voltage, 1, 1, none);
   showFigure("velocity", head.figures.velocity, UM, 2, none);
   byId("time").textContent = head.time_s.toFixed(3);
-  history.draw(curves, -head.span_s, 0);
+  history.draw(curves, -head.span_s, 0, null, head.time_s);
   showScope(head.scope, curves);
   if (whole) {
     overview.draw({ position: whole.curve }, whole.start_s, whole.end_s, head.time_s);
@@ -286,7 +286,7 @@ function showScope(told, curves) {
   // Base: the place before the fall, from which runner and foot are shown.
   const relative = Object.fromEntries(["runner", "foot"].filter((name) => curves[name])
     .map((name) => [name, { ...curves[name], base: 0 }]));
-  scope.draw({ ...relative, voltage: curves.voltage }, told.start_s, told.end_s, told.period_s ? 0 : null);
+  scope.draw({ ...relative, voltage: curves.voltage }, told.start_s, told.end_s, told.period_s ? 0 : null, told.at_s);
   byId("trigger").textContent = told.period_s
     ? `fall at ${told.at_s.toFixed(4)} s, ${(1 / told.period_s).toPrecision(4)} Hz`
     : "no falls: runs freely";
@@ -304,7 +304,7 @@ function showTwin({ window: last, length_s, fits, start_s, end_s }, curves) {
   if (estimates.lanes.map((each) => each.curves[0].name).join() !== names.join()) {
     estimates.setLanes(names.map((name, at) => ({ share: 1, unit: "%", factor: 100, least: 1,
       curves: ["", " low", " high"].map((end) => ({ name: name + end, text: end ? `${end.trim()}er end` : name,
-        colour: COLOURS[at % COLOURS.length], column: name + end, dash: end ? [2, 3] : undefined })) })));
+        colour: COLOURS[at % COLOURS.length], dash: end ? [2, 3] : undefined })) })));
   }
   if (end_s > start_s) estimates.draw(curves, 0, end_s - start_s);
 }

@@ -8,7 +8,6 @@ const LEFT = 72, RIGHT = 26, TOP = 6, BOTTOM = 22; // px
 const SHRINK = 0.55; // share of the axis below which it becomes shorter: it shall not flicker
 const ZOOM_PX = 5; // shortest way of the pointer that means a zoom
 const FONT = "11px system-ui, 'DejaVu Sans', sans-serif";
-const SI = { nm: "m", mN: "n", V: "v" }; // ends of the columns of a CSV
 
 function label(value, step) {
   const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
@@ -22,11 +21,11 @@ export function grouped(digits) {
 }
 
 export class Plot {
-  /** lanes: [{share, unit, factor, least, curves: [{name, text, colour, dash, column}]}] */
+  /** lanes: [{share, unit, factor, least, curves: [{name, text, colour, dash}]}] */
   constructor(box, lanes) {
     this.box = box;
     this.isFrozen = false;
-    this.zoom = this.last = this.reference = null;
+    this.zoom = this.last = this.reference = this.table = null;
     this.plots = [];
     this.setLanes(lanes);
     new ResizeObserver(() => this.rebuild()).observe(box);
@@ -49,13 +48,14 @@ export class Plot {
     if (this.last) this.show(...this.last);
   }
 
-  /** curves: {name: {x, y, base}}; start and end on their axis of x; mark: an x, or null. */
-  draw(curves, start, end, mark = null) {
-    if (!this.isFrozen) this.show(curves, start, end, mark);
+  /** curves: {name: {x, y, base}}, a common x in a lane; start and end on their axis of x; mark: an x, or null;
+   *  origin: the time of x = 0. */
+  draw(curves, start, end, mark = null, origin = 0) {
+    if (!this.isFrozen) this.show(curves, start, end, mark, origin);
   }
 
-  show(curves, start, end, mark) {
-    this.last = [curves, start, end, mark];
+  show(curves, start, end, mark, origin) {
+    this.last = [curves, start, end, mark, origin];
     if (this.zoom && (this.zoom[0] > end || this.zoom[1] < start)) this.zoom = null;
     const lanes = this.lanes.filter((lane) => lane.curves.some((each) => curves[each.name]));
     if (!lanes.length || !this.box.clientWidth || !this.box.clientHeight) return;
@@ -190,13 +190,10 @@ export class Plot {
     return [lane.low, lane.high];
   }
 
-  /** Return the points of the picture, in SI units, as stickslip import reads them. */
-  csv() {
-    const [curves] = this.last, shown = this.lanes.flatMap((lane) => lane.curves
-      .filter((each) => curves[each.name]).map((each) => ({ ...curves[each.name], column: each.column, unit: SI[lane.unit] })));
-    const rows = Array.from(shown[0].x, (x, at) => [x.toPrecision(7), ...shown.map(({ y, base }) => y[at] + base)]
-      .map((each) => Number(Number(each).toPrecision(9))));
-    return [["time_s", ...shown.map(({ column, unit }) => `${column}_${unit}`)], ...rows].join("\n") + "\n";
+  /** Return the samples of the picture, in SI units, as stickslip import reads them. */
+  async csv(name) {
+    const [, start, end, , origin] = this.last;
+    return (await fetch(`${name}.csv?${new URLSearchParams({ origin, start, end })}`)).blob();
   }
 
   /** Return the picture on one canvas, with the names of its curves. */
@@ -242,14 +239,15 @@ export function tools(plot, name, button) {
   reference.setAttribute("aria-pressed", false);
   const freeze = button("Freeze", "Hold this picture; drag in it to zoom, double-click for all of it", () => {
     plot.isFrozen = !plot.isFrozen;
+    plot.table = plot.isFrozen && plot.last ? plot.csv(name) : null; // later its samples are gone
     freeze.setAttribute("aria-pressed", plot.isFrozen);
   });
   freeze.setAttribute("aria-pressed", false);
   return [
     freeze,
     reference,
-    button("CSV", "Save the points of the picture as a table", () =>
-      plot.last && saveAs(new Blob([plot.csv()], { type: "text/csv" }), `${name}.csv`)),
+    button("CSV", "Save the samples of the picture as a table", async () =>
+      plot.last && saveAs(await (plot.table || plot.csv(name)), `${name}.csv`)),
     button("PNG", "Save the picture", () => plot.last && plot.canvas().toBlob((blob) => saveAs(blob, `${name}.png`))),
   ];
 }
