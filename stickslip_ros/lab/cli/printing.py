@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from stickslip_ros.errors import printable, shortened
 from stickslip_ros.sections import Section, plain
 
 CHECK_FAILED = 1
@@ -42,11 +43,11 @@ class Answer:
         for place, part in enumerate(self.parts):
             section = Section(notes=(part,)) if isinstance(part, str) else part
             if section.title:
-                print('\n' * (place > 0) + section.title)
+                print('\n' * (place > 0) + printable(section.title))
             if section.rows:
                 Console(width=None if is_known else _WIDTH).print(_table(section))
             for note in section.notes:
-                print(note)
+                print(printable(note))
 
 
 def print_json(content: Any) -> None:
@@ -60,9 +61,10 @@ def _table(section: Section) -> Table:
     shown = Table(
         box=SIMPLE_HEAD, show_edge=False, pad_edge=False, show_header=bool(section.header)
     )
-    for column in range(max(len(row) for row in [section.header, *section.rows])):
+    rows = [[shortened(str(cell)) for cell in row] for row in section.rows]
+    for column in range(max(len(row) for row in [section.header, *rows])):
         name = str(section.header[column]) if section.header else ''
-        longest = max(len(str(row[column])) for row in section.rows if column < len(row))
+        longest = max(len(row[column]) for row in rows if column < len(row))
         is_number = column > 0 and longest <= _NUMBER_MAX
         is_name = column == 0 and longest <= _NUMBER_MAX  # others wrap before it
         shown.add_column(
@@ -71,6 +73,6 @@ def _table(section: Section) -> Table:
             overflow='fold',
             no_wrap=is_name,
         )
-    for row in section.rows:
-        shown.add_row(*(Text(str(cell)) for cell in row))
+    for row in rows:
+        shown.add_row(*map(Text, row))
     return shown

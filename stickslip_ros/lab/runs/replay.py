@@ -193,7 +193,7 @@ def _span(recording: Recording) -> tuple[int, int]:
     closing = recording.metadata.get(CLOSING_RECORD, {})
     for each in recording.channels:
         # Lost in between, or at the end.
-        lost = max(each.gaps, int(closing.get(f'dropped {each.topic}', '0')))
+        lost = max(each.gaps or 0, int(closing.get(f'dropped {each.topic}', '0')))
         if lost:
             problem = f'lacks {lost} messages of {each.topic}'
             hint = 'record with a longer record.queue_length'
