@@ -3,17 +3,34 @@
 
 """Errors of the package: a message gives value, unit, limit and remedy."""
 
+import re
+
 QUOTED, PROBLEM, MESSAGE = 60, 300, 2000
 """Longest quoted value, problem (which may quote a file) and message, characters."""
+_HIDDEN = re.compile(
+    r'[\x00-\x08\x0b-\x1f\x7f-\x9f\xad\u061c\u180e\u200b-\u200f\u2028-\u202e\u2060-\u206f]'
+    r'|[\ufeff\ufff9-\ufffb\ud800-\udfff\U000e0000-\U000e0fff]'
+)
+"""Characters that command a terminal, turn or hide a text, or cannot be written."""
 
 
 class StickSlipError(Exception):
-    """Base of the errors that this package raises; a long text loses its middle."""
+    """Base of the errors that this package raises, in a line; a long text loses its middle."""
 
     def __init__(self, text: str = '') -> None:
-        if len(text) > MESSAGE:
-            text = f'{text[: MESSAGE // 2]}...{text[-MESSAGE // 2 :]}'
-        super().__init__(text)
+        super().__init__(shortened(text).replace('\n', '\\n'))
+
+
+def printable(text: str) -> str:
+    """Return a text, perhaps of a foreign file, with escapes for characters that are not seen."""
+    return _HIDDEN.sub(lambda found: found[0].encode('unicode_escape').decode(), text)
+
+
+def shortened(text: str) -> str:
+    """Return a printable text without its middle if it is longer than MESSAGE."""
+    if len(text) > MESSAGE:
+        text = f'{text[: MESSAGE // 2]}...{text[-MESSAGE // 2 :]}'
+    return printable(text)
 
 
 def quoted(value: object) -> str:

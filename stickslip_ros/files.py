@@ -8,6 +8,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
+from stickslip_ros.budget import TABLE_BYTES, YAML_CHARACTERS, Limit, OverBudget
 from stickslip_ros.errors import RecordingError
 
 
@@ -18,11 +19,15 @@ def readable(path: Path) -> Path:
     return path
 
 
-def read_bytes(path: Path, hint: str, length: int = -1) -> bytes:
+def read_bytes(path: Path, hint: str, length: int = -1, limit: Limit = TABLE_BYTES) -> bytes:
     """Return a file's content, or its first ``length`` bytes; RecordingError gives the hint."""
     try:
         with readable(path).open('rb') as file:
+            if length < 0:
+                limit.check(os.fstat(file.fileno()).st_size)
             return file.read(length)
+    except OverBudget as error:
+        raise error.of(path) from None
     except OSError as error:
         raise RecordingError(path, f'cannot be read ({error.strerror})', hint) from None
 
@@ -30,7 +35,7 @@ def read_bytes(path: Path, hint: str, length: int = -1) -> bytes:
 def read_text(path: Path, hint: str, form: str) -> str:
     """Return the text of a file; if it is not UTF-8, RecordingError tells the expected form."""
     try:
-        return read_bytes(path, hint).decode()
+        return read_bytes(path, hint, limit=YAML_CHARACTERS).decode()
     except UnicodeDecodeError:
         raise RecordingError(path, 'is not text in UTF-8', form) from None
 

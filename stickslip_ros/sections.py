@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Sequence
 from html import escape
 from typing import Any, NamedTuple
 
+from stickslip_ros.errors import printable
 from stickslip_ros.units import FACTORS, display_unit, unit_of
 
 
@@ -84,4 +85,9 @@ def _row(cells: Sequence[object], kind: str) -> str:
 
 def _text(cell: object) -> str:
     text = f'{cell:.6g}' if isinstance(cell, float) else str(cell)
-    return escape(text).replace('\n', '<br>')
+    return escaped(text).replace('\n', '<br>')
+
+
+def escaped(text: str) -> str:
+    """Return a text for HTML."""
+    return escape(printable(text))

@@ -70,7 +70,7 @@ def rate_of(path: Path) -> float:
 def lost_in(path: Path) -> int:
     """Return how many messages a recording lacks, by its sequence numbers and its own count."""
     recording = Recording(path)
-    gaps = sum(channel.gaps for channel in recording.channels)
+    gaps = sum(channel.gaps or 0 for channel in recording.channels)
     account = recording.metadata[CLOSING_RECORD]
     dropped = sum(int(n) for what, n in account.items() if what.startswith('dropped'))
     return max(gaps, dropped)

@@ -17,6 +17,7 @@ from types import GenericAlias
 from typing import Any
 
 import stickslip_ros
+from stickslip_ros.budget import JSON_BYTES, load_json
 from stickslip_ros.drive.records import STATE
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.instrument.sensing import CLASSES
@@ -26,8 +27,7 @@ from stickslip_ros.parameters import Parameters, specs
 FORMAT = 8
 HEAD = ('format', 'version', 'kinds', 'sha256')
 CONTENT = ('parameters', 'state', 'attached')
-SIZE_MAX = 1 << 26
-"""Largest unpacked checkpoint, bytes; a usual one has some hundred thousand."""
+SIZE_MAX = JSON_BYTES.most
 _KINDS = (STATE, *(each.KIND['memory'] for each in CLASSES.values()))
 KINDS_DIGEST = hashlib.sha256(
     repr([without_gaps(kind).descr for kind in _KINDS]).encode()
@@ -108,8 +108,8 @@ def _parsed(text: bytes) -> Any:
         return dict(pairs)
 
     try:
-        return json.loads(text, object_pairs_hook=unique_names)
-    except (ValueError, RecursionError):
+        return load_json(text, object_pairs_hook=unique_names)
+    except ValueError:
         return None
 
 

@@ -20,6 +20,7 @@ from typing import Final
 import numpy as np
 
 from stickslip_ros.arrays import Array
+from stickslip_ros.budget import AXES, LABEL_MOST, OverBudget
 from stickslip_ros.errors import RecordingError, UnknownName, WrongKind
 from stickslip_ros.interface import messages as m
 from stickslip_ros.message_types import FLOAT64, FLOAT64_ARRAY, INT32, JOINT_STATE, STRING, UINT32
@@ -161,6 +162,8 @@ def unpack(type_name: str, data: bytes) -> m.Message:
         cursor = _Cursor(data)
         message = read(cursor)
         cursor.check_end()
+    except OverBudget as error:
+        raise error.of(type_name) from None
     except ValueError as error:
         raise RecordingError(
             type_name,
@@ -237,6 +240,18 @@ class _Cursor:
             raise ValueError('a text in them has a zero inside')
         return encoded[:-1].decode()
 
+    def label(self) -> str:
+        """Take a string that names something."""
+        text = self.text()
+        LABEL_MOST.check(len(text))
+        return text
+
+    def count(self) -> int:
+        """Take a number of axes or joints."""
+        count = self.uint32()
+        AXES.check(count)
+        return count
+
     def float64(self) -> float:
         """Take a number."""
         return self.float64s(1)[0]
@@ -250,11 +265,11 @@ class _Cursor:
     def stamped(self, count: int) -> m.StampedMessage:
         """Take a ``std_msgs/msg/Header`` and `count` numbers."""
         stamp_ns = self.int32() * NS_PER_S + self.uint32()
-        return m.StampedMessage(stamp_ns, self.text(), self.float64s(count))
+        return m.StampedMessage(stamp_ns, self.label(), self.float64s(count))
 
     def array(self) -> m.ArrayMessage:
         """Take a ``std_msgs/msg/Float64MultiArray``; its numbers are a copy, aligned, writable."""
-        axes = [(self.text(), self.uint32(), self.uint32()) for _ in range(self.uint32())]
+        axes = [(self.label(), self.uint32(), self.uint32()) for _ in range(self.count())]
         labels, sizes, strides = zip(*axes, strict=True) if axes else ((), (), ())
         offset, count = self.uint32(), self.uint32()
         if count:
@@ -269,7 +284,7 @@ class _Cursor:
     def joints(self) -> m.JointMessage:
         """Take a ``sensor_msgs/msg/JointState``."""
         stamp_ns = self.int32() * NS_PER_S + self.uint32()
-        frame_id, names = self.text(), tuple(self.text() for _ in range(self.uint32()))
+        frame_id, names = self.label(), tuple(self.label() for _ in range(self.count()))
         arrays = [self.float64s(self.uint32()) for _ in m.JOINT_UNITS]
         message = m.JointMessage(stamp_ns, frame_id, names, *arrays)
         if () in message.arrays:

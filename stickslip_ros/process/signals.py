@@ -10,6 +10,7 @@ waits, so it can always end the process. This module imports nothing slow.
 """
 
 import ctypes
+import io
 import os
 import signal
 import sys
@@ -90,12 +91,14 @@ def run(name: str, work: Callable[[], int], *, is_node: bool) -> int:
 
 
 def _has_streams() -> bool:
-    """Open closed standard streams on /dev/null; return whether stdout was open."""
+    """Have standard streams that take any text; return whether stdout was open."""
     was_open = sys.stdout is not None
     for name, number in (('stdin', 0), ('stdout', 1), ('stderr', 2)):
         if getattr(sys, name) is None:
             os.dup2(os.open(os.devnull, os.O_RDWR), number)
             setattr(sys, name, os.fdopen(number, 'w' if number else 'r', encoding='utf-8'))
+    if isinstance(sys.stdout, io.TextIOWrapper):  # a character that a terminal lacks is escaped
+        sys.stdout.reconfigure(errors='backslashreplace')
     return was_open
 
 

@@ -3,7 +3,6 @@
 
 """Reads numbers from messages of any type, by the definition that a recording carries."""
 
-import json
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
@@ -16,7 +15,8 @@ from mcap.records import Channel, Schema
 from numpy.typing import NDArray
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.errors import RecordingError, UnknownName
+from stickslip_ros.budget import SKIPPED, OverBudget, load_json
+from stickslip_ros.errors import RecordingError, UnknownName, quoted
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.chunks import (
     ALL_TIMES_NS,
@@ -110,6 +110,8 @@ class Field:
             raise RecordingError(file, problem, 'record it with ros2 bag record, or as JSON')
         try:
             kind = Definitions(schema.name, schema.data.decode()).struct(schema.name)
+        except OverBudget:
+            raise
         except ValueError as error:
             problem = f'has a definition of {channel.topic} that cannot be read: {error}'
             hint = 'source the ROS 2 workspace that has it, or record it anew'
@@ -158,13 +160,17 @@ class Field:
 
     def _to_ns(self, seconds: NDArray[Any], nanoseconds: NDArray[Any]) -> Places:
         """Return stamps; RecordingError if one is no time."""
-        wrong: NDArray[np.bool_] = np.ones(len(seconds), np.bool_)
-        if seconds.dtype.kind in 'iu' and nanoseconds.dtype.kind in 'iu':
+        wrong: NDArray[np.bool_] = np.zeros(len(seconds), np.bool_)
+        if {seconds.dtype.kind, nanoseconds.dtype.kind} - {'i', 'u'}:
+            pairs = zip(seconds.tolist(), nanoseconds.tolist(), strict=True)
+            wrong = np.array([{*map(type, each)} != {int} for each in pairs], np.bool_)
+        if not wrong.any():
             wrong = (seconds < 0) | (seconds >= TIME_MAX_NS // NS_PER_S)
             wrong |= (nanoseconds < 0) | (nanoseconds >= NS_PER_S)
         if wrong.any():
             at = int(np.argmax(wrong))
-            problem = f'has the stamp {seconds[at]} s {nanoseconds[at]} ns on {self._topic}'
+            said = f'{quoted(seconds.tolist()[at])} s {quoted(nanoseconds.tolist()[at])} ns'
+            problem = f'has the stamp {said} on {self._topic}'
             hint = 'write whole seconds and nanoseconds below 1e9, or 0 for the time of the file'
             raise RecordingError(self._file, problem, hint)
         return seconds.astype(np.int64) * NS_PER_S + nanoseconds.astype(np.int64)
@@ -186,17 +192,20 @@ class JsonField(Field):
             stop_if_asked()
             message, found = piece.message(place).data, None
             try:
-                found = message = json.loads(message)
+                found = message = load_json(message)
                 for part in self._path:
                     found = found[part]
                 values[at] = np.nan if found is None else float(found + 0)  # no text
             except (LookupError, TypeError):
                 raise self._unknown(islice(_leaves_in(message), LEAVES)) from None
-            except (ValueError, RecursionError):
+            except OverBudget:
+                raise
+            except (ValueError, OverflowError):
                 problem = f'has a message on {self._topic} that is not JSON'
                 raise RecordingError(self._file, problem, 'name another topic') from None
             stamps.append(_stamp_in(message) if self._by_stamp else (0, 0))
-        stamps_ns = self._to_ns(*map(np.array, zip(*stamps, strict=True)))
+        texts = (np.array(each, object) for each in zip(*stamps, strict=True))
+        stamps_ns = self._to_ns(*texts)
         return np.where(stamps_ns == 0, times_ns, stamps_ns), values
 
 
@@ -230,6 +239,7 @@ class Bodies:
 
     def __init__(self, data: bytes, starts: Places, ends: Places, order: str) -> None:
         self._data, self._starts, self._sizes, self._order = data, starts, ends - starts, order
+        self._skipped = [0]  # texts; arrays of them count too
         self._at = np.zeros_like(starts)
 
     def number(self, before: Sequence[Kind | int], dtype: str) -> NDArray[Any]:
@@ -267,6 +277,8 @@ class Bodies:
 
     def _length(self) -> Places:
         stop_if_asked()  # each takes a step for all messages
+        self._skipped[0] += 1
+        SKIPPED.check(self._skipped[0])
         return self._read('u4').astype(np.int64)
 
     def _skip_each(self, element: Kind, counts: Places) -> None:
@@ -281,7 +293,7 @@ class Bodies:
             more = counts > number
             starts, sizes = self._starts[more], self._sizes[more]
             part = Bodies(self._data, starts, starts + sizes, self._order)
-            part._at = self._at[more]
+            part._at, part._skipped = self._at[more], self._skipped
             part._skip(element)
             self._at[more] = part._at
 

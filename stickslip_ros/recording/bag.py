@@ -5,6 +5,7 @@
 
 import os
 import re
+from collections import Counter
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path, PurePath
@@ -159,8 +160,9 @@ def bag_parts(path: Path) -> list[Path]:
         raise RecordingError(
             path, f'{missing[0] if missing else "its list of files"} is missing', 'put it back'
         )
-    if twice := [name for name in names if names.count(name) > 1]:
-        problem = f'its {METADATA_FILE} lists {twice[0]} {names.count(twice[0])} times'
+    [(name, times)] = Counter(names).most_common(1)
+    if times > 1:
+        problem = f'its {METADATA_FILE} lists {name} {times} times'
         raise RecordingError(path, problem, 'list each file once')
     return [path / name for name in names]
 

@@ -24,15 +24,15 @@ def gaps_of(recording: Recording) -> list[str]:
     seen = {topic: ChannelSummary(topic) for topic, count in counts.items() if count}
     spans: dict[str, tuple[float, float]] = {}
     for topic, message in recording.records(list(seen)) if seen else ():
-        before_s, gaps = (seen[topic].last_ns or 0) * NANO, seen[topic].gaps
+        before_s, gaps = (seen[topic].last_ns or 0) * NANO, seen[topic].gaps or 0
         seen[topic].add(message.log_time - origin_ns, message.sequence)
-        if seen[topic].gaps > gaps:
+        if (seen[topic].gaps or 0) > gaps:
             spans[topic] = spans.get(topic, (before_s,))[0], (seen[topic].last_ns or 0) * NANO
     begin_s, end_s = recording.span_s
     told = []
     for topic, each in seen.items():
         first_s, last_s = spans.get(topic, ((each.last_ns or 0) * NANO, end_s))
-        if counts[topic] > each.gaps:  # beyond the ends
+        if counts[topic] > (each.gaps or 0):  # beyond the ends
             has_first = each.messages and not each.first_sequence
             first_s, last_s = first_s if has_first else begin_s, end_s
         told.append(

@@ -15,8 +15,10 @@ from typing import BinaryIO, Final
 import zstandard
 from mcap.exceptions import McapError
 
+from stickslip_ros.budget import OverBudget
 from stickslip_ros.errors import RecordingError, StickSlipError
 from stickslip_ros.files import read_bytes, readable
+from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.chunks import MAGIC, ChunkReader
 from stickslip_ros.recording.database import DATABASE_MAGIC, open_database
 from stickslip_ros.recording.layout import STORAGES
@@ -94,9 +96,12 @@ def open_whole(path: Path) -> Iterator[ChunkReader]:
             else:
                 refuse_foreign(path, begin)
                 yield ChunkReader(stream, _summary_start(path, stream))
+        except OverBudget as error:
+            raise error.of(path) from None
         except StickSlipError:
             raise
         except DAMAGE as error:
+            stop_if_asked()  # which ends a query of a database
             kind = '' if isinstance(error, ValueError) else f'{type(error).__name__} '
             problem = f'it is damaged ({kind}{error})'
             raise RecordingError(path, problem, recover_hint(path)) from error

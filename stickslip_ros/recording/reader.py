@@ -4,7 +4,6 @@
 """Reads a recording: messages, descriptions, quantities over time."""
 
 import hashlib
-import json
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator
@@ -18,7 +17,9 @@ from typing import Final
 
 import numpy as np
 from mcap.records import Message as Stored
+from mcap.records import Metadata
 
+from stickslip_ros.budget import NAMES_MOST, load_json
 from stickslip_ros.errors import RecordingError, UnknownName
 from stickslip_ros.interface.cdr import unpack
 from stickslip_ros.interface.messages import (
@@ -72,11 +73,18 @@ class ChannelSummary:
     messages: int = 0
     first_ns: int | None = None  # earliest time; None without messages
     last_ns: int | None = None  # latest time
-    gaps: int = 0  # sequence numbers missing between messages: lost on the way to the file
+    # Sequence numbers missing between messages: lost on the way to the file. None: not numbered.
+    gaps: int | None = 0
     first_sequence: int = 0  # number of the first message
 
     def __post_init__(self) -> None:
         self._sequence: int | None = None
+        self._lost, self.is_numbered = 0, False
+
+    @property
+    def missing(self) -> int | str:
+        """Lost messages; a dash if unknown, as rosbag2 numbers none."""
+        return '-' if self.gaps is None else self.gaps
 
     @property
     def rate_hz(self) -> float:
@@ -94,7 +102,8 @@ class ChannelSummary:
             self.add(each.log_time - origin_ns, each.sequence)
         between = new - len(ends[:new])
         self.messages += between
-        self.gaps -= between
+        self._lost -= between
+        self._tell_gaps()
 
     def add(self, time_ns: int, sequence: int) -> None:
         """Count a message; numbers that repeat or run backwards leave no gap."""
@@ -103,9 +112,14 @@ class ChannelSummary:
         if self._sequence is None:
             self.first_sequence, self._sequence = sequence, sequence - 1
         step = (sequence - self._sequence) % _SEQUENCE_NUMBERS
-        self.gaps += step - 1 if 0 < step < _SEQUENCE_NUMBERS // 2 else 0
+        self._lost += step - 1 if 0 < step < _SEQUENCE_NUMBERS // 2 else 0
+        self.is_numbered |= step != 0 and (self.messages > 0 or sequence > 0)
         self.messages += 1
         self._sequence = sequence
+        self._tell_gaps()
+
+    def _tell_gaps(self) -> None:
+        self.gaps = self._lost if self.is_numbered or self.messages == 1 else None
 
 
 class Recording:
@@ -193,11 +207,13 @@ class Recording:
                 count = counts.get(channel.topic, 0) + said.get(channel.id, 0)
                 counts[channel.topic] = count
             self._counts.append(counts if said else {})
-            own = {each.name: dict(each.metadata) for each in reader.iter_metadata()}
-            if file == self.files[0]:
-                self.attachments = {
-                    each.name: (each.media_type, each.data) for each in reader.iter_attachments()
-                }
+            own = Described()
+            for each in reader.extras():
+                if isinstance(each, Metadata):
+                    own[each.name] = dict(each.metadata)
+                elif file == self.files[0]:
+                    self.attachments[each.name] = each.media_type, each.data
+            NAMES_MOST.check(max(len(self.types), len(own), *map(len, own.values())))
         return own
 
     @cached_property
@@ -209,7 +225,7 @@ class Recording:
             infos = [name for name in texts if name.endswith(INFO_ENDING)]
             for kind, _, message in self._stored(infos, in_time_order=True) if infos else ():
                 with suppress(ValueError, TypeError, KeyError, RecursionError, RecordingError):
-                    return to_time_ns(json.loads(str(unpack(kind, message.data)))[TIME_ORIGIN])
+                    return to_time_ns(load_json(str(unpack(kind, message.data)))[TIME_ORIGIN])
             return 0
         try:
             return to_time_ns(said)
@@ -298,12 +314,16 @@ class Recording:
             for topic, message in self.records():
                 time_ns = message.log_time - self.time_origin_ns
                 summaries[topic].add(time_ns, message.sequence)
-            return list(summaries.values())
+            found = list(summaries.values())
+            if not self.is_ours and not any(each.is_numbered for each in found):
+                for each in found:  # nor is a single message then the first
+                    each.gaps = None if each.messages else 0
+            return found
         for file, counts in zip(self.files, self._counts, strict=True):
             with open_whole(file) as reader:
-                for topic, count in counts.items():
-                    if ends := reader.ends(topic) if count else []:
-                        summaries[topic].add_all(count, *ends, origin_ns=self.time_origin_ns)
+                ends = reader.ends({topic for topic, count in counts.items() if count})
+            for topic, pair in ends.items():
+                summaries[topic].add_all(counts[topic], *pair, origin_ns=self.time_origin_ns)
         return list(summaries.values())
 
     def messages(self, topics: Iterable[str] | None = None) -> Iterator[tuple[str, int, Message]]:

@@ -6,6 +6,7 @@
 import json
 import os
 import shutil
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from io import BytesIO
@@ -20,6 +21,7 @@ from mcap.stream_reader import StreamReader
 from mcap.summary import Summary
 from mcap.writer import Writer
 
+from stickslip_ros.budget import LOSSES, NAME_CHARACTERS, NAMES_MOST, OverBudget
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.files import check_folder, make_folder, prepare_output, readable, replacing
 from stickslip_ros.process.stopping import stop_if_asked
@@ -90,24 +92,42 @@ def recover(path: Path, output: Path | None = None) -> tuple[list[Recovery], Pat
     copy = Layout.plan(output or path.with_name(name), bag=is_bag, split=bool(parts))
     copy.refuse_existing()
     check_folder(copy.path.parent)
-    recoveries = [
-        recover_file(each, copy.part(number), is_part=bool(parts))
-        for number, each in enumerate(parts or [path])
-    ]
+    recoveries, made = list[Recovery](), not copy.folder.exists()
+    try:
+        for number, each in enumerate(parts or [path]):
+            recoveries.append(recover_file(each, copy.part(number), is_part=bool(parts)))
+        return recoveries, _complete(recoveries, path, parts, copy, is_bag=is_bag)
+    except BaseException:
+        for number in range(len(parts)):
+            copy.part(number).unlink(missing_ok=True)
+        if made and copy.folder.exists():
+            copy.folder.rmdir()
+        raise
+
+
+def _complete(
+    recoveries: Sequence[Recovery],
+    path: Path,
+    parts: Sequence[Path],
+    copy: Layout,
+    *,
+    is_bag: bool,
+) -> Path | None:
+    """Copy the whole parts beside the recovered ones, and describe a bag; return what was made."""
     if all(each.is_whole for each in recoveries):
         if is_bag:
             try:
                 bag_parts(path)
             except RecordingError:
-                return recoveries, write_metadata(path, parts)
-        return recoveries, None
+                return write_metadata(path, parts)
+        return None
     for number, each in enumerate(recoveries):
         if each.is_whole:
             with replacing(copy.part(number)) as new:
                 shutil.copyfile(each.source, new)
     if is_bag:
         write_metadata(copy.folder, copy.parts())
-    return recoveries, copy.path
+    return copy.path
 
 
 def recover_file(source: Path, output: Path, *, is_part: bool = False) -> Recovery:
@@ -129,6 +149,8 @@ def recover_file(source: Path, output: Path, *, is_part: bool = False) -> Recove
                 target.flush()
                 os.fsync(target.fileno())
             return result
+    except OverBudget as error:
+        raise error.of(source) from None
     except OSError as error:
         problem = f'it cannot be read ({error.strerror})'
         raise RecordingError(source, problem, 'name an MCAP file or a bag directory') from error
@@ -141,8 +163,8 @@ def _check(path: Path, result: Recovery) -> Summary:
         with open_whole(path) as reader:
             summary = reader.get_summary()
             reader.check()
-            list(reader.iter_metadata())
-            list(reader.iter_attachments())
+            for _ in reader.extras():
+                pass
             result.messages = sum(len(piece.starts) for piece in reader.pieces())
             result.is_whole = True
     except RecordingError:
@@ -179,6 +201,9 @@ def _copy(stream: BinaryIO, target: BinaryIO, result: Recovery, summary: Summary
                 times_ns = [record.message_start_time, record.message_end_time]
             span_ns = (each - copy.origin_ns for each in times_ns)
             result.losses.append(Loss(at, len(content) or size - at, why, *span_ns))
+            if isinstance(error, OverBudget) and not isinstance(record, r.Chunk):
+                raise
+            LOSSES.check(len(result.losses))
         at += len(content) or size
     result.topics = [each for _, each in copy.channels.values()]
     result.unchecked = copy.unchecked
@@ -249,7 +274,7 @@ class _Copy:
         """Write a record; of two descriptions of one thing the first one counts."""
         match record:
             case r.Chunk():
-                piece = find_messages(unpack_chunk(record))
+                piece = find_messages(unpack_chunk(record), None, len(record.data))
                 for each in piece.descriptions():
                     self.add(_parse(each))
                 if unknown := {*map(int, np.unique(piece.channels))} - self.channels.keys():
@@ -269,6 +294,8 @@ class _Copy:
                 self._schemas[record.id] = number, record.name
             case r.Channel() if record.id not in self.channels:
                 schema, name = self._schemas.get(record.schema_id, (0, ''))
+                NAMES_MOST.check(len(self.channels) + 1)
+                NAME_CHARACTERS.check(max(len(record.topic), len(name)))
                 said = record.topic, record.message_encoding, schema, record.metadata
                 summary = ChannelSummary(record.topic, name)
                 self.channels[record.id] = self._writer.register_channel(*said), summary

@@ -3,9 +3,9 @@
 
 """The requests of a recorded run, in the order of their execution."""
 
-import json
 from collections.abc import Iterator
 
+from stickslip_ros.budget import load_json
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.instrument.commands import Request, TimedRequest
 from stickslip_ros.interface.cdr import unpack
@@ -23,7 +23,7 @@ def channels_of(recording: Recording) -> dict[str, Channel]:
     channels = {}
     try:
         for name, text in recording.metadata.get(TOPICS_RECORD, {}).items():
-            content, topic = json.loads(text), topics[name]
+            content, topic = load_json(text), topics[name]
             channels[topic.key] = Channel(content.pop('topic'), topic.type_name, Qos(**content))
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         channels = {}
@@ -43,7 +43,7 @@ def recorded_requests(recording: Recording) -> Iterator[TimedRequest]:
         if topic == notes:
             text = str(unpack(STRING, stored.data))
             try:
-                note = json.loads(text)
+                note = load_json(text)
                 settings = tuple(note['settings'].items())
                 values, tag = tuple(note['values']), str(note.get('tag', ''))
                 request = Request(note['name'], values, settings, tag=tag)

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,8 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
 import stickslip_ros
-from stickslip_ros.errors import StickSlipError, quoted
+from stickslip_ros.errors import StickSlipError, printable, quoted
+from stickslip_ros.parameters.yaml_form import check_parameter_file
 from stickslip_ros.process.signals import CUT, ENDED, RECOVER, REFUSED, begin, leave
 from stickslip_ros.process.stopping import (
     StillBusy,
@@ -113,11 +115,14 @@ def run_node(name: str, make: Callable[[], Node], arguments: Sequence[str] | Non
         stop_if_asked()
         words = list(sys.argv if arguments is None else arguments)
         try:
-            _refuse_unknown_words(words)
+            for option, path in pairwise(words):
+                if option == '--params-file':
+                    check_parameter_file(Path(path))
+            _refuse_unknown_words(words)  # which reads the files too
             rclpy.init(args=words, signal_handler_options=SignalHandlerOptions.NO)
             node = make()
         except (StickSlipError, RuntimeError) as error:  # the base of RCLError
-            sys.stderr.write(f'{name}: {error}\n')
+            sys.stderr.write(f'{name}: {printable(" ".join(str(error).split()))}\n')
             return REFUSED
         gc.freeze()  # see GarbageFreezer
         gc.enable()

@@ -12,11 +12,14 @@ from collections import Counter
 
 from fuzz_cache import try_cache
 from fuzz_case import Outcome, command_line, run_case
+from fuzz_files import damage_files
 from fuzz_stands import STANDS
 from wrong_checkpoints import DRIVES, failures_of
 
 CACHES = 20
 """Damaged files of the kernel cache per round of the stands."""
+FILES = 5
+"""Damaged files of each reader per round."""
 CHECKPOINTS_EVERY = 101
 """Of so many wrong checkpoints of a drive one is tried in a round."""
 HANGS_S = 120.0
@@ -45,6 +48,7 @@ def main() -> int:
             campaign.try_caches(range(case * CACHES, (case + 1) * CACHES))
             if not chosen.stand:
                 campaign.try_checkpoints(case)
+                campaign.try_files(case)
             case += 1
     campaign.tell()
     return 1 if campaign.failed else 0
@@ -90,6 +94,10 @@ class Campaign:
             for failure in failures_of(drive, first % CHECKPOINTS_EVERY, CHECKPOINTS_EVERY):
                 self.failed += 1
                 print(f'FAILED: {failure}', flush=True)
+
+    def try_files(self, case: int) -> None:
+        """Damage files of each reader."""
+        self.failed += damage_files(range(case * FILES, (case + 1) * FILES))
 
     def _note(self, stand: str, repeat: str, outcome: Outcome) -> None:
         self._cases[stand] += 1

@@ -3,12 +3,15 @@
 
 """A seeded share of ``make fuzz``, and commands that have hung before."""
 
+import sys
 from collections import Counter
+from pathlib import Path
 
 import pytest
 from fuzz_cache import try_cache
 from fuzz_case import NUMBERS, SETTINGS, run_case
 from fuzz_stands import CHOICES, CONFIG, LAW_SPANS, SPANS, STANDS
+from processes import run_process
 
 from stickslip_ros.instrument.commands import COMMANDS
 from stickslip_ros.lab.runs.sawtooth_run import simulate
@@ -24,6 +27,9 @@ NOT_DRAWN = {
     'amplifier.voltage_min',
     'friction_law.bristle_stiffness',  # 0 is that of the sticking contacts
 }
+DAMAGED = 60
+"""Damaged files of each reader."""
+LIMITED = 'ulimit -v 6000000; ulimit -t 120; exec "$0" "$@"'
 COMMANDS_MIN = 30
 """Commands of each kind that the share holds, at least."""
 
@@ -52,6 +58,13 @@ def test_random_real_valued_commands_end_stay_finite_and_repeat_on_every_stand(s
 
 def test_whatever_happens_to_a_file_of_the_kernel_cache_is_told():
     assert all(map(try_cache, range(CASES)))
+
+
+def test_damaged_files_are_read_or_refused_in_a_line_by_each_reader():
+    words = [sys.executable, Path(__file__).with_name('fuzz_files.py'), DAMAGED]
+    done = run_process(['bash', '-c', LIMITED, *words])
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.stdout.endswith('of each of 13 readers, 0 failed\n')
 
 
 def test_a_fall_that_settles_within_rounding_of_its_aim_ends():

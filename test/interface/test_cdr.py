@@ -239,6 +239,18 @@ def test_labels_must_match_the_axes():
         cdr.pack_float64_array(np.zeros((2, 2)), ['row'])
 
 
+def test_long_names_and_many_axes_are_refused_before_they_are_taken_apart():
+    block = cdr.pack_float64_array(np.zeros((2, 2)), ('sample', 't[s]' + ',' * 10_000_000))
+    with pytest.raises(RecordingError, match=r'10000004 characters of a label, .* limit of 10000'):
+        cdr.unpack(FLOAT64_ARRAY, block)
+    stamped = cdr.pack_stamped(0, 'x' * 20_000, (0.0, 0.0, 0.0))
+    with pytest.raises(RecordingError, match='20000 characters of a label, a frame or'):
+        cdr.unpack(POINT_STAMPED, stamped)
+    axes = b'\0\1\0\0' + struct.pack('<I', 1_000_000) + bytes(12_000_000)
+    with pytest.raises(RecordingError, match='1000000 axes or joints of a message'):
+        cdr.unpack(FLOAT64_ARRAY, axes)
+
+
 def test_a_zero_inside_a_text_is_refused():
     with pytest.raises(WrongKind, match='free of zero characters'):
         cdr.pack_string('cut\0off')

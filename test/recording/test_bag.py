@@ -3,7 +3,10 @@
 
 """A bag directory as rosbag2 makes it: others open ours, theirs open here, or say why not."""
 
+import json
+import re
 import shlex
+import shutil
 import struct
 import sys
 from collections.abc import Callable
@@ -12,7 +15,7 @@ from pathlib import Path
 import pytest
 import yaml
 from mcap.reader import make_reader
-from mcap_records import foreign
+from mcap_records import foreign, foreign_numbers
 from mcap_ros2.decoder import DecoderFactory
 from processes import run_process
 from rosbags.highlevel import AnyReader
@@ -22,10 +25,12 @@ from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
+from stickslip_ros.budget import NAMES_MOST
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.interface import cdr
 from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.interface.schemas import TYPE_HASHES
+from stickslip_ros.lab.cli.main import main
 from stickslip_ros.lab.tables.experiment import read_experiment
 from stickslip_ros.message_types import FLOAT64, POINT_STAMPED, UINT32
 from stickslip_ros.recording.bag import METADATA_FILE
@@ -217,13 +222,59 @@ def test_a_bag_without_messages_opens(tmp_path: Path):
         assert reader.message_count == 0
 
 
+def test_of_messages_without_numbers_none_is_called_lost(tmp_path: Path, capsys):
+    rows = [(1000 * at, 0, 0.5) for at in range(30) if at % 10]  # as rosbag2 writes
+    path = foreign_numbers(tmp_path / 'lossy.mcap', rows)
+    assert [each.gaps for each in Recording(path).channels] == [None]
+    assert main(['info', str(path)]) == 0
+    assert re.search(r'/u +Float64 +27 +\S+ +-\n', capsys.readouterr().out)
+    assert main(['info', str(path), '--json']) == 0
+    assert json.loads(capsys.readouterr().out)['topics'][0]['gaps'] is None
+    counted = foreign_numbers(tmp_path / 'b.mcap', [(at, at + 7, 0.5) for at in (0, 1, 4)])
+    assert [each.gaps for each in Recording(counted).channels] == [2]
+
+
+def test_a_refused_recovery_leaves_nothing_behind(tmp_path: Path):
+    bag = foreign_bag(tmp_path / 'bag')
+    [first] = bag.glob('*.mcap')
+    first = first.rename(bag / 'bag_0.mcap')
+    shutil.copyfile(first, bag / 'bag_1.mcap')
+    first.write_bytes(first.read_bytes()[:-9])
+    writer = foreign(bag / 'bag_2.mcap', use_chunking=False)
+    for number in range(NAMES_MOST.most + 1):
+        writer.register_channel(f'/t{number}', 'json', 0)
+    writer.finish()
+    (bag / 'bag_2.mcap').write_bytes((bag / 'bag_2.mcap').read_bytes()[:-9])
+    there = sorted(tmp_path.rglob('*'))
+    with pytest.raises(RecordingError, match=r'bag_2\.mcap: it asks for 4097 topics'):
+        recover(bag)
+    assert sorted(tmp_path.rglob('*')) == there
+
+
+@pytest.mark.parametrize(
+    'profiles', ['!!float ""', '!!map [1]', '2001-99-99', '[{history: !!set {a}}]']
+)
+def test_a_recovered_bag_takes_any_profiles_for_the_default(tmp_path: Path, profiles: str):
+    (bag := tmp_path / 'bag').mkdir()
+    writer = foreign(bag / 'bag_0.mcap')
+    schema = writer.register_schema(FLOAT64, 'ros2msg', b'float64 data')
+    number = writer.register_channel('/u', 'cdr', schema, {'offered_qos_profiles': profiles})
+    writer.add_message(number, 1, cdr.pack_float64(0.5), 1)
+    writer.finish()
+    recover(bag)
+    assert Recording(bag).series('u').value.tolist() == [0.5]
+
+
 @pytest.mark.parametrize('version', [8, 9])
 def test_a_bag_of_another_recorder_opens_here(tmp_path: Path, version: int):
     bag = foreign_bag(tmp_path / 'bag', version=version)
     for recording in (Recording(bag), Recording(next(bag.glob('*.mcap')))):
         assert recording.series('position').value.tolist() == [0.0, 1.0, 2.0]
         assert {topic for topic, _, _ in recording.messages()} == {'/position'}
-        assert [(each.messages, each.gaps) for each in recording.channels] == [(3, 0), (3, 0)]
+        assert [(each.messages, each.gaps) for each in recording.channels] == [
+            (3, None),
+            (3, None),
+        ]
         assert recording.attachments == {}
 
 
@@ -272,7 +323,7 @@ def test_a_log_of_px4_is_refused_with_the_command_that_makes_tables_of_it(tmp_pa
     [
         ('', 'metadata.yaml cannot be read'),
         ('{', 'metadata.yaml: is not YAML'),
-        ('[' * 5000, 'metadata.yaml: is not YAML'),
+        ('[' * 5000, '65 levels of YAML, above the limit of 64'),
         (BOMB, r'line 1: has the alias \*a; write out what it stands for'),
         ('rosbag2_bagfile_information: 3', 'metadata.yaml cannot be read'),
         ('rosbag2_bagfile_information: {}', 'metadata.yaml cannot be read'),

@@ -30,7 +30,7 @@ from mcap.writer import CompressionType
 from mcap_records import foreign, foreign_numbers
 from memory import memory_limited_to
 
-from stickslip_ros.errors import RecordingError
+from stickslip_ros.errors import Miscounted, RecordingError
 from stickslip_ros.interface.cdr import pack_float64
 from stickslip_ros.message_types import FLOAT64
 from stickslip_ros.recording import chunks
@@ -159,6 +159,81 @@ def test_chunks_of_one_time_are_not_all_opened_if_they_are_large(
     assert len(list(Recording(path).records())) == 300
     with pytest.raises(RecordingError, match='in chunks of one time'):
         list(Recording(path).messages())
+
+
+def test_a_recording_above_the_limit_is_read_chunk_by_chunk_in_the_order_of_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    parts = [plain(*(message(10 * part + k) for k in range(10))) for part in range(8)]
+    path = hand_made(tmp_path / 'run.mcap', *parts)
+    monkeypatch.setattr(chunks, 'CHUNK_MAX_BYTES', 2 * parts[0].uncompressed_size)
+    times_ns = [time_ns for _, time_ns, _ in Recording(path).messages()]
+    assert times_ns == list(range(80))
+
+
+def change_index(path: Path, change: Callable[[ChunkIndex], ChunkIndex]) -> None:
+    """Change what the summary of a file says of its first chunk."""
+    with path.open('rb') as file:
+        [first, *_] = make_reader(file).get_summary().chunk_indexes
+    content, end = path.read_bytes(), Footer(0, 0, 0)
+    at = content.rindex(encoded(first))
+    begin = int.from_bytes(content[-len(MAGIC) - 20 : -len(MAGIC) - 12], 'little')
+    summary = content[begin:at] + encoded(change(first)) + content[at + len(encoded(first)) :]
+    behind = len(encoded(end)) + len(MAGIC)
+    written = encoded(Footer(begin, 0, 0)) + MAGIC
+    path.write_bytes(content[:begin] + summary[:-behind] + written)
+
+
+def test_message_indexes_that_begin_elsewhere_than_behind_their_chunk_are_refused(indexed: Path):
+    change_index(
+        indexed,
+        lambda each: replace(
+            each,
+            message_index_offsets={k: at + 16 for k, at in each.message_index_offsets.items()},
+        ),
+    )
+    with pytest.raises(RecordingError, match=r'the message indexes behind byte .* do not match'):
+        Recording(indexed)
+
+
+def test_an_index_with_more_channels_than_its_chunk_is_refused(indexed: Path):
+    """The numbers of the topics that are there are right."""
+
+    def with_another(each: ChunkIndex) -> ChunkIndex:
+        end = each.chunk_start_offset + each.chunk_length + each.message_index_length
+        offsets = {**each.message_index_offsets, 9: end}
+        return replace(
+            each,
+            message_index_offsets=offsets,
+            message_index_length=(each.message_index_length + 15 + 16 * 3),
+        )
+
+    change_index(indexed, with_another)
+    with indexed.open('rb') as file, pytest.raises(Miscounted, match='but its index lists others'):
+        list(chunks.ChunkReader(file, summary_start_of(indexed)).pieces())
+
+
+def summary_start_of(path: Path) -> int:
+    return int.from_bytes(path.read_bytes()[-len(MAGIC) - 20 : -len(MAGIC) - 12], 'little')
+
+
+PACKED = {
+    'messages': encoded(message(1)) * 50_000,
+    'records of another kind': (b'\x80' + bytes(8)) * 50_000,
+    'zeros': bytes(500_000),
+}
+
+
+@pytest.mark.parametrize('kind', PACKED)
+def test_a_small_chunk_does_not_unpack_to_many_records(kind: str, tmp_path: Path):
+    data = PACKED[kind]
+    packed = zstandard.ZstdCompressor().compress(data)
+    path = hand_made(tmp_path / 'run.mcap', Chunk('zstd', packed, 1, 1, 0, len(data)))
+    with pytest.raises(RecordingError, match=r'records in a chunk, above .* "mcap decompress"'):
+        list(Recording(path).records())
+    if kind == 'messages':  # the remedy
+        path = hand_made(tmp_path / 'run.mcap', plain(*[message(1)] * 50_000))
+        assert len(list(Recording(path).records())) == 50_000
 
 
 def test_a_large_file_without_chunks_is_recovered_into_chunks(

@@ -25,6 +25,7 @@ from stickslip_ros.message_types import FLOAT64, POINT_STAMPED
 from stickslip_ros.recording import database
 from stickslip_ros.recording.any_message import numbers_of
 from stickslip_ros.recording.bag import METADATA_FILE
+from stickslip_ros.recording.database import open_database
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recover import recover
 
@@ -170,6 +171,19 @@ def test_what_a_recorder_has_not_yet_put_into_the_file_is_not_left_out(tmp_path:
     assert len(messages) == (2000 if mode == 'WAL' else 0)
 
 
+def test_a_large_database_is_read_in_blocks(tmp_path: Path):
+    rows = [(at + 1, 5, at, bytes(1 << 20)) for at in range(10)]
+    path = humble(tmp_path / 'a.db3', rows, 'x/msg/Blob')
+    with open_database(path) as reader:
+        sizes = [len(each.data) for each in reader.pieces()]
+        small = [each.chunk_length for each in reader.get_summary().chunk_indexes]
+    assert len(small) == len(sizes) > 2
+    assert max(sizes) <= database._BLOCK_BYTES
+    path = humble(tmp_path / 'b.db3', [(at + 1, 5, at, b'') for at in range(300_000)])
+    with open_database(path) as reader:  # messages without content take room too
+        assert max(len(each.data) for each in reader.pieces()) <= database._BLOCK_BYTES
+
+
 def replaced(*statements: str) -> Callable[[Path], None]:
     def write(path: Path) -> None:
         humble(path, numbers(), more=statements)
@@ -188,7 +202,7 @@ HOSTILE: dict[str, tuple[Callable[[Path], Any], str]] = {
         replaced('DROP TABLE messages', 'CREATE VIEW messages AS WITH RECURSIVE n(k) AS '
                  "(SELECT 1 UNION ALL SELECT k + 1 FROM n) SELECT 5 AS topic_id, "
                  "k AS timestamp, x'00' AS data FROM n"),
-        'table messages is missing',
+        'messages is a view, or computed, not a plain table; name a bag',
     ),
     'a negative time': (
         replaced('UPDATE messages SET timestamp = -5 WHERE id = 2'), 'the time -5 ns, below 0 ns',
@@ -203,6 +217,22 @@ HOSTILE: dict[str, tuple[Callable[[Path], Any], str]] = {
                  "INSERT INTO topics VALUES (5, '/a', 'b', 'cdr'), (5, '/c', 'd', 'cdr')"),
         "topic 5 is '/c' of type 'd'",
     ),
+    'a view of definitions': (
+        replaced('CREATE VIEW message_definitions AS SELECT 1'), 'message_definitions is a view',
+    ),
+    'a virtual table': (
+        replaced('DROP TABLE messages', 'CREATE VIRTUAL TABLE messages USING '
+                 'fts5(topic_id, timestamp, data)'), 'messages is a view, or computed',
+    ),
+    'a computed column': (
+        replaced('DROP TABLE messages', 'CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id, '
+                 'timestamp, data AS (zeroblob(9)))'), 'messages is a view, or computed',
+    ),
+    'a long default': (
+        replaced('DROP TABLE messages', 'CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id, '
+                 f"timestamp, data DEFAULT x'{'00' * 9000}')"), 'messages is a view, or computed',
+    ),
+    'a stray kind of topic': (replaced("UPDATE messages SET topic_id = 'x'"), 'topic None is not'),
     'a name of bytes': (
         replaced("UPDATE topics SET name = x'ff'"), r"topic 5 is b'\\xff' of type",
     ),

@@ -204,7 +204,7 @@ def test_a_file_without_chunks_is_read_in_the_order_of_time(tmp_path: Path):
 
 @pytest.mark.parametrize(
     ('sequences', 'gaps'),
-    [([4, 5, 6], 0), ([1, 4, 6], 3), ([0, 0, 0], 0), ([2**32 - 1, 0, 2], 1), ([5, 3, 4], 0)],
+    [([4, 5, 6], 0), ([1, 4, 6], 3), ([0, 0, 0], None), ([2**32 - 1, 0, 2], 1), ([5, 3, 4], 0)],
     ids=['late start', 'losses', 'not numbered', 'wrapped', 'started anew'],
 )
 def test_gaps_are_the_numbers_that_are_missing(tmp_path: Path, sequences: list[int], gaps: int):

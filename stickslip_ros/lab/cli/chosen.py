@@ -9,7 +9,7 @@ from collections.abc import Callable
 from inspect import signature
 from typing import Any
 
-from stickslip_ros.errors import OutOfRange
+from stickslip_ros.errors import OutOfRange, printable
 from stickslip_ros.files import prepare_output
 from stickslip_ros.parameters import Parameters, load_values, parse_assignments
 from stickslip_ros.parameters.typed import to_si_list
@@ -42,7 +42,7 @@ def chosen_draws(arguments: argparse.Namespace, count: int) -> list[Parameters]:
     changes = chosen_values(arguments)
     draws = [each.updated(changes) for each in read_draws(arguments.draws, count)]
     if note := read_note(arguments.draws):
-        print(f'Note: {note}.', file=sys.stderr)
+        print(printable(f'Note: {note}.'), file=sys.stderr)
     return draws
 
 

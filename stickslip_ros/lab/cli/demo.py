@@ -229,7 +229,7 @@ def _summarise(
         force_n=_last(force, push),
         loaded_force_n=_last(force, loaded),
         behind_s=max(largest_lag_s(each) for each in reports),
-        dropped=sum(channel.gaps for channel in recording.channels),
+        dropped=sum(channel.gaps or 0 for channel in recording.channels),
         exit_status=exit_status,
         recording=str(recording.path),
     )

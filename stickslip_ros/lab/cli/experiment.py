@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from stickslip_ros.errors import WrongKind
+from stickslip_ros.errors import WrongKind, printable
 from stickslip_ros.files import prepare_output, read_bytes
 from stickslip_ros.lab.cli.chosen import chosen_for
 from stickslip_ros.lab.cli.options import to_path
@@ -56,7 +56,7 @@ def shown_tables(arguments: argparse.Namespace) -> Callable[[MeasuredTable], Non
     """Return a function that shows how a table was read; None for JSON."""
 
     def show(experiment: MeasuredTable) -> None:
-        print(*_lines(experiment), sep='\n', file=sys.stderr)
+        print(*map(printable, _lines(experiment)), sep='\n', file=sys.stderr)
 
     return None if arguments.json else show
 

@@ -14,7 +14,7 @@ from itertools import takewhile
 from typing import Any, NoReturn
 
 import stickslip_ros
-from stickslip_ros.errors import StickSlipError
+from stickslip_ros.errors import StickSlipError, printable
 from stickslip_ros.extras import needs_ros
 from stickslip_ros.lab.cli.verbs import GROUPS, VERBS
 from stickslip_ros.process.signals import REFUSED, STOPPED, begin
@@ -142,7 +142,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:
-        name = f'{error.filename}: ' if error.filename else ''
+        name = f'{printable(str(error.filename))}: ' if error.filename else ''
         sys.stderr.write(f'stickslip: {name}{error.strerror}; choose another path\n')
         return REFUSED
 

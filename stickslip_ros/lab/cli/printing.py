@@ -10,6 +10,7 @@ import sys
 from collections.abc import Iterable
 from typing import Any
 
+from stickslip_ros.errors import printable, shortened
 from stickslip_ros.sections import Section, plain
 
 CHECK_FAILED = 1
@@ -36,11 +37,11 @@ class Answer:
         for place, part in enumerate(self.parts):
             section = Section(notes=(part,)) if isinstance(part, str) else part
             if section.title:
-                print('\n' * (place > 0) + section.title)
+                print('\n' * (place > 0) + printable(section.title))
             if section.rows:
                 _print_table(section)
             for note in section.notes:
-                print(note)
+                print(printable(note))
 
 
 def print_json(content: Any) -> None:
@@ -51,17 +52,18 @@ def print_json(content: Any) -> None:
 
 def _print_table(section: Section) -> None:
     """Print rows as a table: names and sentences to the left, numbers to the right."""
+    rows = [[shortened(str(cell)) for cell in row] for row in section.rows]
     try:
         from rich import box, console, table, text  # noqa: PLC0415 - a robot has none
     except ImportError:
-        print(*('  '.join(map(str, row)) for row in [section.header, *section.rows]), sep='\n')
+        print(*('  '.join(row) for row in [section.header, *rows]), sep='\n')
         return
     shown = table.Table(
         box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, show_header=bool(section.header)
     )
-    for column in range(max(len(row) for row in [section.header, *section.rows])):
+    for column in range(max(len(row) for row in [section.header, *rows])):
         name = str(section.header[column]) if section.header else ''
-        longest = max(len(str(row[column])) for row in section.rows if column < len(row))
+        longest = max(len(row[column]) for row in rows if column < len(row))
         is_number = column > 0 and longest <= _NUMBER_MAX
         is_name = column == 0 and longest <= _NUMBER_MAX  # others wrap before it
         shown.add_column(
@@ -70,7 +72,7 @@ def _print_table(section: Section) -> None:
             overflow='fold',
             no_wrap=is_name,
         )
-    for row in section.rows:
-        shown.add_row(*(text.Text(str(cell)) for cell in row))
+    for row in rows:
+        shown.add_row(*map(text.Text, row))
     is_known = sys.stdout.isatty() or 'COLUMNS' in os.environ
     console.Console(width=None if is_known else _WIDTH).print(shown)

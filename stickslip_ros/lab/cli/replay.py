@@ -10,7 +10,7 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from stickslip_ros.errors import WrongKind
+from stickslip_ros.errors import WrongKind, printable
 from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.cli.chosen import chosen_for, chosen_values
 from stickslip_ros.lab.cli.experiment import shown_tables
@@ -60,7 +60,7 @@ def _replay(arguments: argparse.Namespace, output: Path) -> Replay:
 
         voltage = played(given, stand)
         for line in voltage.notes:
-            print(f'drive   {line}', file=sys.stderr)
+            print(printable(f'drive   {line}'), file=sys.stderr)
         time_s, voltage_v = voltage.rows.T
         as_played = dataclasses.replace(given, time_s=time_s, voltage_v=voltage_v)
         return replay_input(as_played, output, stand, progress=show)

@@ -3,7 +3,6 @@
 
 """The result of a fit: the best of many searches, its quality, and draws, of its file too."""
 
-import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from scipy import optimize
 from scipy.stats import chi2
 
 from stickslip_ros.arrays import Array
+from stickslip_ros.budget import load_json
 from stickslip_ros.drive.build import friction_limit_n
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError
 from stickslip_ros.files import read_bytes
@@ -338,14 +338,14 @@ def read_draws(path: Path, count: int = 100, seed: int = 1) -> list[Parameters]:
 
 def read_note(path: Path) -> str:
     """Return the note on bands in the file of a fit."""
-    return str(json.loads(path.read_bytes()).get('bands', ''))
+    return str(load_json(read_bytes(path, '')).get('bands', ''))
 
 
 def _read(path: Path) -> tuple[Natural, Array, Array, list[str], bool]:
     """Return coordinates, minimum, its covariance, vague parameters, and whether the fit holds."""
     hint = 'give the .json of stickslip fit -o, of this version'
     try:
-        content = json.loads(read_bytes(path, hint))
+        content = load_json(read_bytes(path, hint))
         rows = content['estimates']
         tops = [math.inf if each['upper'] is None else each['upper'] for each in rows]
         free = tuple(
@@ -358,10 +358,10 @@ def _read(path: Path) -> tuple[Natural, Array, Array, list[str], bool]:
         covariance = np.array(content['covariance_of_natural_coordinates'], dtype=np.float64)
         holds = bool(content['holds'])
         fits = place.shape == (len(free),) and covariance.shape == (len(free), len(free))
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-        raise RecordingError(path, f'is no fit ({type(error).__name__})', hint) from None
     except StickSlipError as error:
         raise RecordingError(path, f'holds no stand: {error}', hint) from None
+    except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError) as error:
+        raise RecordingError(path, f'is no fit ({type(error).__name__})', hint) from None
     if not fits:
         raise RecordingError(path, 'is no fit: its covariance has another shape', hint)
     return Natural(stand, free), place, covariance, vague, holds

@@ -17,6 +17,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import stickslip_ros
+from stickslip_ros.budget import load_json
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.parameters import Parameters, Scalar
 
@@ -112,7 +113,7 @@ class Journal:
             raise RecordingError(self.path, _difference(first, header), _HINT)
         for number, line in enumerate(lines, start=2):
             try:
-                entry = json.loads(line)
+                entry = load_json(line)
                 case, row = int(entry['case']), dict(entry['row'])
             except (ValueError, KeyError, TypeError):
                 case, row = -1, {}
@@ -139,7 +140,7 @@ def _line(content: Mapping[str, object]) -> bytes:
 def _difference(first: bytes, header: Mapping[str, object]) -> str:
     """Return how the first line of a file differs from the expected header."""
     try:
-        theirs = json.loads(first)
+        theirs = load_json(first)
     except ValueError:
         theirs = None
     if not isinstance(theirs, dict) or theirs.get('journal') != header['journal']:

@@ -4,6 +4,7 @@
 """Files of sweeps: CSV, or Parquet if pyarrow is installed."""
 
 import csv
+import io
 import itertools
 import json
 from collections.abc import Mapping, Sequence
@@ -11,12 +12,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import stickslip_ros
+from stickslip_ros.budget import OverBudget, load_json
 from stickslip_ros.errors import RecordingError, UnknownName, WrongKind
 from stickslip_ros.extras import load_extra
-from stickslip_ros.files import prepare_output, replacing
+from stickslip_ros.files import prepare_output, read_bytes, replacing
 from stickslip_ros.lab.runs.journal import Row
 from stickslip_ros.lab.runs.sweep import SETTINGS, STEP_BACK, STOP_RULE, SWEEP_COLUMNS, bare_name
-from stickslip_ros.lab.tables.formats import DATA_FRAME
+from stickslip_ros.lab.tables.formats import DATA_FRAME, check_parquet
 from stickslip_ros.lab.tables.measured import POINT_COLUMNS
 from stickslip_ros.parameters import Parameters, Scalar, Spec, spec_of
 
@@ -62,6 +64,9 @@ def write_table(rows: Sequence[Row], path: Path, parameters: Parameters) -> None
             writer.writerows(rows)
 
 
+_HEAD = 1 << 20  # characters above and in the header
+
+
 def is_sweep(path: 'Path | DataFrame') -> bool:
     """Return whether a table is a sweep, by its header."""
     if not isinstance(path, Path):
@@ -70,7 +75,8 @@ def is_sweep(path: 'Path | DataFrame') -> bool:
         return STOP_RULE in read_parquet(path, _REWRITE).column_names
     try:
         with path.open(newline='', encoding='utf-8') as file:
-            below = (line for line in file if not line.startswith(_COMMENT))
+            head = io.StringIO(file.read(_HEAD), newline='')
+            below = (line for line in head if not line.startswith(_COMMENT))
             return STOP_RULE in next(csv.reader(below), [])
     except (UnicodeDecodeError, csv.Error):
         return False
@@ -90,8 +96,8 @@ def read_table(path: 'Path | DataFrame') -> tuple[list[Row], dict[str, Scalar] |
         rows = table.to_pylist()
         first = 1
     else:
-        with path.open(newline='', encoding='utf-8') as file:
-            lines = list(file)
+        text = read_bytes(path, _REWRITE).decode(errors='replace')
+        lines = list(io.StringIO(text, newline=''))
         comments = list(itertools.takewhile(lambda line: line.startswith(_COMMENT), lines))
         pairs = (line.removeprefix(_COMMENT).partition(': ') for line in comments)
         described = _described({name: text.strip() for name, _, text in pairs})
@@ -116,7 +122,10 @@ def read_parquet(path: Path, hint: str) -> Any:
     """Return a Parquet file as a pyarrow table; RecordingError with this hint if invalid."""
     parquet = load_extra('a Parquet file', 'pyarrow.parquet')
     try:
+        check_parquet(path)
         return parquet.read_table(path)
+    except OverBudget as error:
+        raise error.of(path) from None
     except (OSError, ValueError) as error:  # pyarrow's errors are both
         problem = f'cannot be read as a Parquet file ({str(error).splitlines()[0]})'
         raise RecordingError(path, problem, hint) from None
@@ -125,7 +134,7 @@ def read_parquet(path: Path, hint: str) -> Any:
 def _described(metadata: Mapping[str, str]) -> dict[str, Scalar] | None:
     if _PARAMETERS not in metadata:
         return None
-    values = json.loads(metadata[_PARAMETERS])
+    values = load_json(metadata[_PARAMETERS])
     arrays = {name: tuple(value) for name, value in values.items() if isinstance(value, list)}
     return {'stickslip_ros': metadata[_VERSION], **values, **arrays}
 

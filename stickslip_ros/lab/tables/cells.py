@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip_ros.arrays import Array
+from stickslip_ros.budget import CELLS_MOST, OverBudget, size_of
 from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind, quoted
 from stickslip_ros.lab.tables.columns import ROW
 from stickslip_ros.lab.tables.layout import BEYOND, EMPTY, OVER_RANGE, TextForm, to_number
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 Lines = NDArray[np.intp]  # line numbers of rows, from 1
-CHUNK_ROWS = 100_000  # rows read at once, to limit memory
+CHUNK_CELLS = 1_000_000  # read at once, to limit memory
 TIME_DECIMALS = 15  # of computed times, s
 _TOO_MANY = 'give one value per column; with decimal commas separate columns by semicolons'
 
@@ -98,6 +99,7 @@ def _chunks(
     if isinstance(source, pd.DataFrame):
         yield line, source
         return
+    size_bytes, cells = len(source) if isinstance(source, bytes) else size_of(source), 0
     try:
         stream = io.BytesIO(source) if isinstance(source, bytes) else source.open('rb')
         with io.TextIOWrapper(stream, layout.encoding) as text:
@@ -114,11 +116,15 @@ def _chunks(
                 keep_default_na=False,
                 na_values=[form for each in EMPTY for form in (each, each.upper())],
                 float_precision='round_trip',
-                chunksize=CHUNK_ROWS,
+                chunksize=max(1, CHUNK_CELLS // len(layout.columns)),
                 dtype=dict.fromkeys(texts, str),
             ):
+                cells += chunk.size
+                CELLS_MOST.check(cells, size_bytes)
                 yield line, chunk
                 line += len(chunk)
+    except OverBudget as error:
+        raise error.of(origin) from None
     except pd.errors.ParserError as error:
         where, problem = f'{origin}: below line {layout.first}', f'is no table ({error})'
         hint = 'save it again as CSV, with quotations that end'

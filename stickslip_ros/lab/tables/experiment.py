@@ -82,7 +82,7 @@ def read_experiment(
             return _read(*table, reading, number, kind, measured)
         except StickSlipError as error:  # noqa: PERF203
             refusals.append(error)
-    raise refusals[0]
+    raise next(iter(refusals), RecordingError(path, 'holds no table', 'save it as CSV'))
 
 
 def parse_experiment(content: bytes, origin: str, reading: Reading = AS_IT_IS) -> MeasuredTable:

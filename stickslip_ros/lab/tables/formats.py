@@ -5,8 +5,10 @@
 
 import csv
 import io
+import logging
 import math
 import struct
+import warnings
 import zipfile
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -16,9 +18,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip_ros.budget import NAMES_MOST, NUMBERS_MOST, TABLE_BYTES, TAGS, OverBudget, size_of
 from stickslip_ros.errors import RecordingError, StickSlipError, WrongKind
 from stickslip_ros.extras import load_extra
-from stickslip_ros.files import readable
+from stickslip_ros.files import read_bytes, readable
 from stickslip_ros.recording.integrity import is_recording, refuse_foreign
 
 if TYPE_CHECKING:
@@ -31,11 +34,9 @@ if TYPE_CHECKING:
 DATA_FRAME = 'DataFrame'  # name of a table without a file
 Columns = Iterable[tuple[str, str, Any]]  # name, unit and numbers of each column
 Sources = Iterator[tuple[str, Path | bytes]]  # origin; text or path
-NUMBERS_MAX = 20_000_000
-"""Per file, 45 s of work; checked before reading, as 82 kB may unpack to 6 GB."""
-UNPACKED_MAX_BYTES = 400_000_000
-TAGS_MAX = 25_000_000  # tags in a workbook, of about 50 bytes of memory each
 BLOCK_BYTES = 1 << 20
+DOCTYPES = ['<!DOCTYPE'.encode(each) for each in ('utf-8', 'utf-16-le', 'utf-16-be')]
+"""Start of what may declare entities, which unpack to any length."""
 EMPTY_ROW = 48  # cells that an empty row counts as; a sheet has at most a million rows
 EXCEL_ERRORS = frozenset(('#NULL!', '#DIV/0!', '#VALUE!', '#REF!', '#NAME?', '#NUM!', '#N/A'))
 MATLAB_HDF5, MATLAB_HEAD_BYTES, MATLAB_ORDERS = b'MATLAB 7.3', 128, {b'IM': '<', b'MI': '>'}
@@ -71,6 +72,8 @@ def tables_in(path: 'Path | DataFrame', *, is_named: bool = False) -> Sources:
             yield from read_sheets(readable(path))
             return
         tables = READERS[suffix](readable(path))
+    except OverBudget as error:
+        raise error.of(path) from None
     except StickSlipError:
         raise
     except Exception as error:  # noqa: BLE001 - six libraries have many exceptions
@@ -103,28 +106,24 @@ def _csv(given: 'DataFrame') -> bytes:
     return content.encode(errors='replace')
 
 
-def _check_count(numbers: int) -> None:
-    if numbers > NUMBERS_MAX:
-        raise ValueError(f'it holds more than {NUMBERS_MAX} numbers: leave some out')
-
-
-def _check_bytes(size_bytes: int) -> None:
-    if size_bytes > UNPACKED_MAX_BYTES:
-        raise ValueError(f'it unpacks to more than {UNPACKED_MAX_BYTES} bytes')
-
-
 def read_sheets(path: Path) -> Sources:
     """Yield the cells of each sheet as CSV."""
     openpyxl = load_extra(f'a table {path.suffix}', 'openpyxl')
+    warnings.filterwarnings('ignore', module='openpyxl')
     tags = size_bytes = 0
+    stored_bytes = size_of(path)
     with zipfile.ZipFile(path) as archive:
+        NAMES_MOST.check(len(archive.infolist()))
         for part in archive.infolist():
             with archive.open(part) as stream:
+                end = b''
                 while block := stream.read(BLOCK_BYTES):
                     tags, size_bytes = tags + block.count(b'<'), size_bytes + len(block)
-                    _check_bytes(size_bytes)
-                    if tags > TAGS_MAX:
-                        raise ValueError(f'it unpacks to more than {TAGS_MAX} tags')
+                    TABLE_BYTES.check(size_bytes)
+                    TAGS.check(tags, stored_bytes)
+                    if any(each in end + block for each in DOCTYPES):
+                        raise ValueError(f'{part.filename} has a DOCTYPE, as no workbook needs')
+                    end = block[-len(DOCTYPES[-1]) :]
     with closing(openpyxl.load_workbook(path, read_only=True, data_only=True)) as book:
         cells = size_bytes = 0
         for sheet in book.worksheets:
@@ -133,24 +132,31 @@ def read_sheets(path: Path) -> Sources:
             sheet.reset_dimensions()  # some programs write wrong ones
             for row in sheet.iter_rows(values_only=True):
                 cells += len(row) or EMPTY_ROW
-                _check_count(cells)
+                NUMBERS_MOST.check(cells, stored_bytes)
                 size_bytes += sum(len(each) for each in row if isinstance(each, str))
-                _check_bytes(size_bytes)  # many cells may share a text
+                TABLE_BYTES.check(size_bytes)  # many cells may share a text
                 writer.writerow(None if each in EXCEL_ERRORS else each for each in row)
             origin = f'{path}, sheet {sheet.title}' if len(book.worksheets) > 1 else str(path)
             yield origin, text.getvalue().encode()
 
 
-def read_parquet(path: Path) -> 'list[DataFrame]':
-    """Return a table after checking its size."""
+def check_parquet(path: Path) -> Any:
+    """Return the metadata of a Parquet file whose size is within the limits."""
     parquet = load_extra(f'a table {path.suffix}', 'pyarrow.parquet')
-    import pandas as pd
-
     metadata = parquet.read_metadata(path)
+    NAMES_MOST.check(metadata.num_columns)
     groups = [metadata.row_group(at) for at in range(metadata.num_row_groups)]
     columns = [each.column(at) for each in groups for at in range(each.num_columns)]
-    _check_count(sum(each.num_values for each in columns))
-    _check_bytes(sum(each.total_byte_size for each in groups))
+    NUMBERS_MOST.check(sum(each.num_values for each in columns), size_of(path))
+    TABLE_BYTES.check(sum(each.total_byte_size for each in groups))
+    return metadata
+
+
+def read_parquet(path: Path) -> 'list[DataFrame]':
+    """Return a table after checking its size."""
+    metadata = check_parquet(path)
+    import pandas as pd
+
     schema = (metadata.schema.column(at) for at in range(metadata.num_columns))
     flat = [each for each in schema if each.path == each.name]  # no list within a column
     return [pd.read_parquet(path, columns=[e.name for e in flat if 'BYTE' not in e.physical_type])]
@@ -166,6 +172,7 @@ def read_hdf5(path: Path) -> 'list[DataFrame]':
             if each.external or each.is_virtual:
                 raise ValueError(f'{name} stands in another file; copy it into this one')
             found.append(each)
+            NAMES_MOST.check(len(found))
 
     def unit_of(each: Any) -> str:
         unit = each.attrs.get('units', each.attrs.get('unit', ''))
@@ -174,14 +181,18 @@ def read_hdf5(path: Path) -> 'list[DataFrame]':
 
     with h5py.File(path) as file:
         file.visititems(take)
-        _check_count(sum(max(each.size, math.prod(each.chunks or ())) for each in found))
+        numbers = sum(max(each.size, math.prod(each.chunks or ())) for each in found)
+        NUMBERS_MOST.check(numbers, size_of(path))
         return _joined((each.name.rpartition('/')[2], unit_of(each), each[()]) for each in found)
 
 
 def read_numpy(path: Path) -> 'list[DataFrame]':
     """Return the vectors of an archive of numpy."""
     with zipfile.ZipFile(path) as archive:
-        _check_bytes(sum(each.file_size for each in archive.infolist()))
+        NAMES_MOST.check(len(archive.infolist()))
+        unpacked_bytes = sum(each.file_size for each in archive.infolist())
+        TABLE_BYTES.check(unpacked_bytes)
+        NUMBERS_MOST.check(unpacked_bytes // 8, size_of(path))
     with np.load(path, allow_pickle=False) as found:
         columns = [(name, found[name]) for name in found.files]
     return _joined((name, '', each) for name, each in columns if each.dtype.kind in 'fiu')
@@ -193,8 +204,7 @@ def read_matlab(path: Path) -> 'list[DataFrame]':
         head = file.read(MATLAB_HEAD_BYTES)
     if head.startswith(MATLAB_HDF5):
         return read_hdf5(path)
-    _check_bytes(path.stat().st_size)
-    content = path.read_bytes()
+    content = read_bytes(path, 'check the path')
     if 0 in head[:4]:  # version 4
         from scipy.io import loadmat
 
@@ -205,12 +215,14 @@ def read_matlab(path: Path) -> 'list[DataFrame]':
 
 def _matlab_vectors(content: bytes, order: str) -> Columns:
     """Yield real vectors of version 5, as scipy crashes on damaged files."""
-    room = UNPACKED_MAX_BYTES
-    for kind, data in _elements(content, order):
+    room = TABLE_BYTES.most
+    for count, (kind, data) in enumerate(_elements(content, order)):
+        NAMES_MOST.check(count)
         if kind == MATLAB_PACKED:
             unpacked = zlib.decompressobj().decompress(data, room + 1)
             room -= len(unpacked)
-            _check_bytes(UNPACKED_MAX_BYTES - room)
+            TABLE_BYTES.check(TABLE_BYTES.most - room)
+            NUMBERS_MOST.check((TABLE_BYTES.most - room) // 8, len(content))
             kind, data = next(_elements(unpacked, order))  # noqa: PLW2901
         if kind != MATLAB_MATRIX:
             continue
@@ -240,11 +252,13 @@ def _elements(content: bytes, order: str) -> Iterator[tuple[int, bytes]]:
 
 def read_tdms(path: Path) -> 'list[DataFrame]':
     """Return the channels, and their time if the sampling interval is given."""
+    logging.getLogger('nptdms').setLevel(logging.CRITICAL)  # it tells damages in many lines
     with load_extra(f'a table {path.suffix}', 'nptdms').TdmsFile.open(path) as tdms:
         if tdms.file_status.incomplete_final_segment:
             raise ValueError('it was cut off')
         channels = [each for group in tdms.groups() for each in group.channels() if len(each)]
-        _check_count(sum(map(len, channels)))
+        NAMES_MOST.check(len(channels))
+        NUMBERS_MOST.check(sum(map(len, channels)), size_of(path))
         columns = [(e.name, e.properties.get('unit_string', ''), e[:]) for e in channels]
         if channels and 'wf_increment' in channels[0].properties:
             columns.insert(0, ('time', 's', channels[0].time_track()))
@@ -269,7 +283,8 @@ def _joined(columns: Columns) -> 'list[DataFrame]':
                 raise ValueError(f'it has two vectors {header}; rename one')
             names.add(header)
             by_length.setdefault(len(flat), {})[header] = flat
-    _check_count(sum(count * len(each) for count, each in by_length.items()))
+    NAMES_MOST.check(len(names))
+    NUMBERS_MOST.check(sum(count * len(each) for count, each in by_length.items()))
     if not by_length:
         raise ValueError('it has no vector of numbers')
     return [pd.DataFrame(each) for each in by_length.values()]

@@ -8,6 +8,7 @@ import zipfile
 import zlib
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -19,7 +20,7 @@ from memory import memory_limited_to
 from nptdms import ChannelObject, TdmsWriter
 from scipy.io import savemat
 
-from stickslip_ros import StickSlipError
+from stickslip_ros import StickSlipError, budget
 from stickslip_ros.lab.tables import formats
 from stickslip_ros.lab.tables.experiment import read_experiment
 from stickslip_ros.lab.tables.instructions import Reading
@@ -246,7 +247,7 @@ def test_units_that_are_no_utf_8_are_refused_and_can_be_named(tmp_path: Path):
 
 ROOM_BYTES = 100 << 20
 MANY = 1 << 29  # numbers, of which there is no room for an eighth
-LIMITS = {'NUMBERS_MAX': 500_000, 'UNPACKED_MAX_BYTES': 4_000_000, 'TAGS_MAX': 250_000}
+LIMITS = {'NUMBERS_MOST': 500_000, 'TABLE_BYTES': 4_000_000, 'TAGS': 250_000}
 """A hundredth of those of the package, which would take a minute."""
 
 
@@ -363,21 +364,50 @@ def parquet_of_zeros(path: Path) -> None:
     pq.write_table(pa.table({'time_s': zeros, 'force_n': zeros}), path)
 
 
+def archive_of_zeros(path: Path) -> None:
+    zeros = np.zeros(300_000)
+    np.savez_compressed(path, time_s=zeros, force_n=zeros)
+
+
+ENTITY = '<!DOCTYPE x [<!ENTITY e "{}">]>'.format('9' * 1000)
+
+
+def workbook_of_an_entity(path: Path) -> None:
+    workbook(
+        path, ENTITY + SHEET.format(f'<row><c t="inlineStr"><is><t>{"&e;" * 9}</t></is></c></row>')
+    )
+
+
+def workbook_of_an_entity_in_wide_characters(path: Path) -> None:
+    workbook_of_an_entity(path)
+    with zipfile.ZipFile(path) as archive:
+        parts = {name: archive.read(name) for name in archive.namelist()}
+    with zipfile.ZipFile(path, 'w', zipfile.ZIP_DEFLATED) as archive:
+        for name, content in parts.items():
+            wide = name.endswith('sheet1.xml')
+            archive.writestr(name, content.decode().encode('utf-16') if wide else content)
+
+
+MANY_NUMBERS = 'numbers of a table, above the limit of 500000; leave some out'
+MANY_BYTES = 'unpacked bytes of a table or another file, above the limit of 4000000'
 HOSTILE: dict[Callable[[Path], None], tuple[str, str]] = {
-    hdf5_of_zeros: ('.h5', 'holds more than 500000 numbers: leave some out'),
-    hdf5_with_a_large_chunk: ('.h5', 'holds more than 500000 numbers'),
+    hdf5_of_zeros: ('.h5', MANY_NUMBERS),
+    hdf5_with_a_large_chunk: ('.h5', MANY_NUMBERS),
     hdf5_of_another_file: ('.h5', 'time_s stands in another file'),
     hdf5_of_another_dataset: ('.h5', 'time_s stands in another file'),
-    matlab_of_zeros: ('.mat', 'unpacks to more than 4000000 bytes'),
-    matlab_that_lies: ('.mat', 'unpacks to more than 4000000 bytes'),
-    matlab_of_bytes: ('.mat', 'holds more than 500000 numbers'),
-    workbook_of_a_far_cell: ('.xlsx', 'holds more than 500000 numbers'),
-    workbook_of_wide_rows: ('.xlsx', 'holds more than 500000 numbers'),
-    workbook_of_tags: ('.xlsx', 'unpacks to more than 250000 tags'),
-    workbook_of_text: ('.xlsx', 'unpacks to more than 4000000 bytes'),
-    workbook_of_one_text: ('.xlsx', 'unpacks to more than 4000000 bytes'),
-    parquet_of_zeros: ('.parquet', 'holds more than 500000 numbers'),
-    parquet_of_one_list: ('.parquet', 'holds more than 500000 numbers'),
+    matlab_of_zeros: ('.mat', MANY_BYTES),
+    matlab_that_lies: ('.mat', MANY_BYTES),
+    matlab_of_bytes: ('.mat', MANY_NUMBERS),
+    workbook_of_a_far_cell: ('.xlsx', MANY_NUMBERS),
+    workbook_of_wide_rows: ('.xlsx', MANY_NUMBERS),
+    workbook_of_tags: ('.xlsx', 'tags in a workbook, above the limit of 250000'),
+    workbook_of_text: ('.xlsx', MANY_BYTES),
+    workbook_of_one_text: ('.xlsx', MANY_BYTES),
+    workbook_of_an_entity: ('.xlsx', 'sheet1.xml has a DOCTYPE'),
+    workbook_of_an_entity_in_wide_characters: ('.xlsx', 'sheet1.xml has a DOCTYPE'),
+    archive_of_zeros: ('.npz', MANY_BYTES),
+    parquet_of_zeros: ('.parquet', MANY_NUMBERS),
+    parquet_of_one_list: ('.parquet', MANY_NUMBERS),
     parquet_of_one_text: ('.parquet', 'has no rows of numbers'),
 }
 
@@ -387,12 +417,35 @@ def test_what_a_file_says_of_its_size_is_looked_at_before_it_is_read(
     tmp_path: Path, write: Callable[[Path], None], monkeypatch: pytest.MonkeyPatch
 ):
     for name, limit in LIMITS.items():
-        monkeypatch.setattr(formats, name, limit)
+        row = getattr(budget, name)
+        monkeypatch.setattr(formats, name, row._replace(most=limit))
     suffix, told = HOSTILE[write]
     path = tmp_path / f'run{suffix}'
     write(path)
     with memory_limited_to(ROOM_BYTES), pytest.raises(StickSlipError, match=told):
         read_experiment(path)
+
+
+def hdf5_of_few_bytes(path: Path, columns: dict[str, np.ndarray]) -> None:
+    with h5py.File(path, 'w') as file:
+        for name, values in columns.items():
+            file.create_dataset(name, data=values, compression='gzip')
+
+
+SMALL: dict[str, Callable[[Path, Any], None]] = {
+    '.npz': lambda path, columns: np.savez_compressed(path, **columns),
+    '.h5': hdf5_of_few_bytes,
+    '.mat': lambda path, columns: savemat(path, columns, do_compression=True),
+    '.parquet': lambda path, columns: pd.DataFrame(columns).to_parquet(path),
+}
+
+
+@pytest.mark.parametrize('suffix', SMALL)
+def test_a_small_file_does_not_unpack_to_millions_of_numbers(tmp_path: Path, suffix: str):
+    zeros = np.zeros(2_000_000)
+    SMALL[suffix](tmp_path / f'run{suffix}', {'time_s': zeros, 'force_n': zeros})
+    with pytest.raises(StickSlipError, match=r'numbers of a table, above the limit of 2\d{6};'):
+        read_experiment(tmp_path / f'run{suffix}')
 
 
 @pytest.mark.parametrize('as_in_pandas_3', [False, True])

@@ -12,7 +12,7 @@ import pytest
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.comparison import in_time
-from stickslip_ros.lab.tables.cells import CHUNK_ROWS
+from stickslip_ros.lab.tables.cells import CHUNK_CELLS
 from stickslip_ros.lab.tables.experiment import (
     parse_experiment,
     read_experiment,
@@ -28,6 +28,7 @@ ALIKE = {'fuß', 'fuss', 'frequenz'}
 """Names that the page has in another form."""
 ROUNDING = 1e-12
 """Of 14 digits in the files."""
+CHUNK_ROWS = CHUNK_CELLS // 2  # of a table with two columns
 
 
 @pytest.mark.parametrize('name', lab_files.LAYOUTS)
