@@ -332,7 +332,7 @@ OVERFLOWS: dict[str, Any] = {'feet__count': (3, 3), 'feet__share': 0.5, 'feet__d
 
 
 def test_more_corners_than_are_remembered_are_refused_with_their_mend(drive):
-    steep, fine = sawtooth(0.0, 300.0, 15e3, 0), sawtooth(0.0, 300.0, 50.0, 0)
+    steep, fine = sawtooth(0.0, 300.0, 200e3, 0), sawtooth(0.0, 300.0, 100.0, 0)
     remedies: tuple[tuple[dict[str, Any], Any, dict[str, Any]], ...] = (
         (OVERFLOWS, steep, {'feet__delay': (0.0, 0.02)}),
         ({**OVERFLOWS, 'amplifier__resolution': 0.1}, fine, {'amplifier__resolution': 0.0}),
@@ -342,7 +342,7 @@ def test_more_corners_than_are_remembered_are_refused_with_their_mend(drive):
         message = f'feet.delay spans more than {CORNERS} corners of the voltage; shorten it'
         with pytest.raises(StickSlipError, match=message):
             drive(**values).start(wave, [0.06])
-        slower = wave if remedy else sawtooth(0.0, 300.0, 5e3, 0)
+        slower = wave if remedy else sawtooth(0.0, 300.0, 50e3, 0)
         drive(**(values | remedy)).start(slower, [0.06])
 
 
