@@ -27,14 +27,16 @@ ALL = 0
 are separate contacts with the indices from 1: one for each distinct motion, or one for each foot.
 """
 CONTACTS = 1 + FEET_MAX
+"""Contacts of ALL and of each foot; `FeetParameters.check_together` guards it and delays_s."""
 CORNERS = 16384
 """Straight pieces of the voltage that are remembered for delayed feet. `check_corners` refuses a
 wave that needs half of them, so any two waves fit; `must_hold` guards them in a step."""
 TIME, VOLTAGE, FOOT, POSITION, FORCE = range(5)
 """Columns of a trace; a voltage table has the first two."""
 PLAYS_MAX = 64
+"""Most play operators; the bound of ``actuator.plays`` guards it."""
 DECADES = 6
-"""Elements of creep."""
+"""Elements of creep; no parameter chooses it."""
 
 AMPLIFIER = kind(
     on=FLAG,  # Whether it has power; without power the voltage goes to the lowest

@@ -65,6 +65,7 @@ class SimulatedStand:
 
     def __init__(self, parameters: Parameters) -> None:
         self.parameters = parameters
+        # `check_frequency` and `check_repetition` guard the ramps of a block.
         ramps = math.ceil(parameters.sim.block * parameters.amplifier.frequency_max) + 1
         self._ramps = np.zeros((ramps, 3))
         self._sample_s = parameters.sample_ns * NANO
