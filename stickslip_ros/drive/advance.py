@@ -83,6 +83,10 @@ PASSES_MIN = 100_000
 """Passes allowed for any time, however short; the longest falls need a hundredth of that."""
 PASSES_PER_STEP = 1_000
 """Further passes allowed for each of the longest steps in a time."""
+PASSES_PER_CROSSING = 50
+"""Further passes allowed for each presliding range and each sim.dt/CROSSING_S of it that the
+feet may cross; 1.3 were needed."""
+PASSES_MAX = 1e15
 PASSES_PER_ROW = 4
 """Further passes allowed for each row of a waveform's table, and for each corner that a delayed
 actuator may meet; 2 are needed."""
@@ -157,7 +161,7 @@ def _next_stretch(lanes: Record, i: int, drive: tuple[Any, ...]) -> bool:
             return False
         lanes.samples[i] += 1
         lanes.remaining_s[i] = sample_s
-        allow_passes(plant, state, len(wave.rows), sample_s)
+        allow_passes(plant, state, wave, sample_s)
     if not may_pass(state):
         return False
     lanes.row[i] = row_at(wave.rows, state.clock.ramp_s, lanes.row[i])
@@ -198,7 +202,7 @@ def observe(
     row = 0
     for i in range(len(truth)):
         remaining_s = sample_s
-        allow_passes(plant, state, len(wave.rows), sample_s)
+        allow_passes(plant, state, wave, sample_s)
         while remaining_s > 0.0 and may_pass(state):
             before_v = state.voltage_v
             row = row_at(wave.rows, state.clock.ramp_s, row)
@@ -427,12 +431,17 @@ def _sample(plant: Record, state: Record, truth: Array, i: int) -> None:
 
 
 @kernel
-def allow_passes(plant: Record, state: Record, rows: int, duration_s: float) -> None:
+def allow_passes(plant: Record, state: Record, wave: Wave, duration_s: float) -> None:
     """Set the number of passes that the time loops may take for a duration; 0 after a failure."""
     if state.passes_left >= 0:
-        steps = int(min(duration_s / plant.dt_s, 1e12))
-        corners = rows + plant.delayed * CORNERS
-        state.passes_left = PASSES_MIN + PASSES_PER_STEP * steps + PASSES_PER_ROW * corners
+        rows = len(wave.rows) * (1.0 + duration_s / wave.period_s)
+        range_v = plant.voltage_max_v - plant.voltage_min_v
+        way_v = min(plant.slew_v_per_s * duration_s, (1.0 + rows) * range_v)
+        crossings = plant.gain_m_per_v * way_v / plant.presliding_m
+        passes = PASSES_MIN + PASSES_PER_STEP * duration_s / plant.dt_s
+        passes += PASSES_PER_ROW * (rows + plant.delayed * CORNERS)
+        passes += PASSES_PER_CROSSING * crossings * CROSSING_S / plant.dt_s
+        state.passes_left = int(min(passes, PASSES_MAX))
 
 
 def check_motion(states: Record, load_n: float) -> None:
