@@ -470,8 +470,8 @@ def check_motion(states: Record, load_n: float) -> None:
     if states['history']['is_full'].item():
         states['history']['is_full'] = False
         raise VoltageHeld(
-            f'held at {states[0].voltage_v:.6g} V: feet.delay spans more than {CORNERS} corners of '
-            'the voltage; shorten it, send fewer corners, or set amplifier.resolution to 0 V'
+            f'held at {states[0].voltage_v:.6g} V: feet.delay spans more than {CORNERS} corners '
+            'of the voltage; shorten it, send fewer corners, or set amplifier.resolution to 0 V'
         )
 
 
