@@ -24,7 +24,7 @@ from stickslip_ros.kernels.kernel import kernel
 from stickslip_ros.kernels.record import COUNT, FLOAT, Kind, Record, kind, record
 
 CAPACITY = 1024
-"""Turning points that a stack holds."""
+"""Turning points that a stack holds; `push_turn` guards it: it forgets pairs before."""
 FORGET_START = 1e-12
 """First force error allowed for a forgotten pair, relative to the maximal force; then fourfold."""
 

@@ -33,8 +33,9 @@ from stickslip_ros.kernels.record import COUNT, FLOAT, Kind, Record, kind, recor
 from stickslip_ros.parameters import FEET_MAX
 
 SPRINGS_IN_ALL = 128
-"""Springs of all groups together; with this number a changing preload runs in real time."""
-GROUPS_MAX = FEET_MAX
+"""Springs of all groups together; with this number a changing preload runs in real time.
+`_kept_bank` guards it: it divides them among the groups."""
+GROUPS_MAX = FEET_MAX  # guarded by `FeetParameters.check_together`
 SLIP_SLACK = 1e-12
 """Rounding of a sum of slipping springs, relative to the limit."""
 SHIFT_ITERATIONS = 100

@@ -35,9 +35,10 @@ TILE = 64
 TILES = 193
 RING = TILES * TILE
 WINDOW_MAX = RING - TILE
-"""Springs of the widest window."""
+"""Springs of the widest window; `track_of` guards it, and with it RING and TILES."""
 WAVES = 384
-"""Largest number of waves of the line; at long wavelengths it has those of `rough_line`."""
+"""Largest number of waves of the line; at long wavelengths it has those of `rough_line`.
+`waves_of_line` guards it: it makes no more bins."""
 _STREAM = 41
 """Number of the random stream of the waves."""
 WIDE = 6.0

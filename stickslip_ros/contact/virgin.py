@@ -24,7 +24,7 @@ from stickslip_ros.kernels.kernel import entry_point, kernel
 from stickslip_ros.kernels.record import FLOAT, Record, kind, records
 
 CELLS = 4096
-"""Cells of a table."""
+"""Cells of a table; `virgin_force` and its siblings guard it."""
 TABLE_ERROR = 1.2e-6
 """Largest error of the force in a table, relative to the maximal force; worst for smooth spheres,
 whose stiffness falls to zero like a square root."""

@@ -83,8 +83,17 @@ PASSES_MIN = 100_000
 """Passes allowed for any time, however short; the longest falls need a hundredth of that."""
 PASSES_PER_STEP = 1_000
 """Further passes allowed for each of the longest steps in a time."""
+PASSES_PER_CROSSING = 50
+"""Further passes allowed for each presliding range and each sim.dt/CROSSING_S of it that the
+feet may cross; 1.3 were needed."""
+PASSES_MAX = 1e15
 PASSES_PER_ROW = 4
-"""Further passes allowed for each row of a waveform's table; 2 are needed."""
+"""Further passes allowed for each row of a waveform's table, and for each corner that a delayed
+actuator may meet; 2 are needed."""
+
+
+class VoltageHeld(StickSlipError):
+    """The memory of feet with a delay was full: the motion is right under a held voltage."""
 
 
 @entry_point
@@ -152,7 +161,7 @@ def _next_stretch(lanes: Record, i: int, drive: tuple[Any, ...]) -> bool:
             return False
         lanes.samples[i] += 1
         lanes.remaining_s[i] = sample_s
-        allow_passes(plant, state, len(wave.rows), sample_s)
+        allow_passes(plant, state, wave, sample_s)
     if not may_pass(state):
         return False
     lanes.row[i] = row_at(wave.rows, state.clock.ramp_s, lanes.row[i])
@@ -193,12 +202,14 @@ def observe(
     row = 0
     for i in range(len(truth)):
         remaining_s = sample_s
-        allow_passes(plant, state, len(wave.rows), sample_s)
+        allow_passes(plant, state, wave, sample_s)
         while remaining_s > 0.0 and may_pass(state):
             before_v = state.voltage_v
             row = row_at(wave.rows, state.clock.ramp_s, row)
             slewed_v = state.piezo.slewed_v if plant.amplifier.tau_s > 0.0 else before_v
             ahead = stretch_ahead(plant, wave, state.clock, slewed_v, row)
+            if plant.delayed and delay.must_hold(plant, state, ahead.start_v, ahead.rate_v_per_s):
+                ahead = Stretch(slewed_v, 0.0, slewed_v, 0.0, math.inf, ahead.lasts_s)
             settled_s = time_to_settle(plant, wave, before_v, ahead.start_v, ahead.rate_v_per_s)
             stretch_s = min(remaining_s, ahead.lasts_s, settled_s)
             if plant.delayed:
@@ -206,7 +217,7 @@ def observe(
             advance_stretch(drives, ahead.start_v, ahead.rate_v_per_s, stretch_s)
             if plant.delayed:
                 delay.end_stretch(plant, state, ahead.start_v, ahead.rate_v_per_s, stretch_s)
-            if state.passes_left < 0 or state.history.is_lost:
+            if state.passes_left < 0:
                 return
             if is_direct(plant):
                 fall_is_over = has_caught_up(plant, ahead, state.voltage_v, stretch_s)
@@ -236,7 +247,7 @@ def advance(
     plants: Record, states: Record, wave: Wave, load_n: float, duration_s: float, ramps: Array
 ) -> None:
     """Advance by a duration; parameters and errors of ``observe_samples``."""
-    observe_samples(plants, states, wave, load_n, duration_s, np.empty((1, FORCE + 1)), ramps)
+    observe_samples(plants, states, wave, load_n, duration_s, np.zeros((1, FORCE + 1)), ramps)
 
 
 def observe_all(
@@ -420,28 +431,31 @@ def _sample(plant: Record, state: Record, truth: Array, i: int) -> None:
 
 
 @kernel
-def allow_passes(plant: Record, state: Record, rows: int, duration_s: float) -> None:
+def allow_passes(plant: Record, state: Record, wave: Wave, duration_s: float) -> None:
     """Set the number of passes that the time loops may take for a duration; 0 after a failure."""
     if state.passes_left >= 0:
-        steps = int(min(duration_s / plant.dt_s, 1e12))
-        state.passes_left = PASSES_MIN + PASSES_PER_STEP * steps + PASSES_PER_ROW * rows
+        rows = len(wave.rows) * (1.0 + duration_s / wave.period_s)
+        range_v = plant.voltage_max_v - plant.voltage_min_v
+        way_v = min(plant.slew_v_per_s * duration_s, (1.0 + rows) * range_v)
+        crossings = plant.gain_m_per_v * way_v / plant.presliding_m
+        passes = PASSES_MIN + PASSES_PER_STEP * duration_s / plant.dt_s
+        passes += PASSES_PER_ROW * (rows + plant.delayed * CORNERS)
+        passes += PASSES_PER_CROSSING * crossings * CROSSING_S / plant.dt_s
+        state.passes_left = int(min(passes, PASSES_MAX))
 
 
 def check_motion(states: Record, load_n: float) -> None:
     """
-    Raise an error if the drive has failed or its motion is not finite.
+    Raise an error if the drive has failed, its motion is not finite, or its voltage was held.
 
     Raises
     ------
+    VoltageHeld
+        If feet with a delay have no room for a corner: the voltage was held since.
     StickSlipError
-        With the state of the drive.
+        With the state of the drive, in all other cases.
 
     """
-    if states['history']['is_lost'].item():
-        raise StickSlipError(
-            f'feet.delay spans more than {CORNERS} corners of the voltage; shorten it, send fewer '
-            'corners, or set amplifier.resolution to 0 V'
-        )
     if states['passes_left'].item() < 0:
         raise StickSlipError(
             f'time stands still after {states[0].passes_made} passes, {_place(states, load_n)}; '
@@ -452,6 +466,12 @@ def check_motion(states: Record, load_n: float) -> None:
         raise StickSlipError(
             f'the motion is no longer finite, {_place(states, load_n)}; lower sim.dt, or bring '
             'mass, damping and stiffnesses nearer to each other'
+        )
+    if states['history']['is_full'].item():
+        states['history']['is_full'] = False
+        raise VoltageHeld(
+            f'held at {states[0].voltage_v:.6g} V: feet.delay spans more than {CORNERS} corners '
+            'of the voltage; shorten it, send fewer corners, or set amplifier.resolution to 0 V'
         )
 
 

@@ -11,8 +11,10 @@ Its stages are the digital-to-analogue converter, range and slew rate, and the l
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from stickslip_ros.drive.records import Wave
-from stickslip_ros.drive.waveform import target
+from stickslip_ros.drive.waveform import CORNER_S, target
 from stickslip_ros.kernels.kernel import in_python, kernel
 from stickslip_ros.kernels.record import Record
 
@@ -186,6 +188,41 @@ def fall_gap(plant: Record, wave: Wave) -> float:
 def is_direct(plant: Record) -> bool:
     """Return whether the amplifier has neither converter nor low-pass."""
     return plant.amplifier.resolution_v == 0.0 and plant.amplifier.tau_s == 0.0
+
+
+def corners_within(
+    wave: Wave, lasts_s: float, slew_v_per_s: float, step_v: float, tread_s: float
+) -> float:
+    """
+    Return the largest number of corners of the output in any ``lasts_s`` of a wave.
+
+    A level of the converter has two, where it is left and where the next is reached.
+
+    """
+    ramp = np.array(((0.0, wave.start_v), (wave.period_s, wave.start_v + wave.rise_v)))
+    times_s, voltages_v = (wave.rows if len(wave.rows) else ramp).T
+    slopes_v_per_s, levels = np.diff(voltages_v) / np.diff(times_s), np.zeros(len(times_s) - 1)
+    if step_v > 0.0:
+        stairs = step_v >= np.maximum(abs(slopes_v_per_s) * tread_s, SETTLED_V)
+        levels[stairs] = abs(np.diff(np.rint(voltages_v / step_v)))[stairs]
+        slopes_v_per_s[stairs] = 0.0
+    turns_v_per_s = abs(np.diff(slopes_v_per_s, prepend=math.inf))
+    corners = 2.0 * levels + (turns_v_per_s > 0.0)
+    # The output slews for a moment after a sharp corner, and catches up after a steep row.
+    corners += turns_v_per_s * CORNER_S > SETTLED_V
+    corners += abs(slopes_v_per_s) > slew_v_per_s
+    corners[-1] += wave.rise_v != 0.0
+    passed = np.append(0.0, np.cumsum(corners))
+    cycles = min(wave.cycles, int(lasts_s / wave.period_s))
+    within, rest_s = float(cycles * passed[-1]), lasts_s - cycles * wave.period_s
+    if wave.cycles > cycles:
+        if wave.cycles > 1:
+            times_s = np.append(times_s, wave.period_s + times_s[1:])
+            passed = np.append(passed, passed[-1] + passed[1:])
+        starts_s = np.append(times_s, times_s - rest_s)
+        ends = np.interp(starts_s + rest_s, times_s, passed)
+        within += float(np.max(ends - np.interp(starts_s, times_s, passed)))
+    return within
 
 
 def has_arrived(plants: Record, wave: Wave, states: Record) -> bool:

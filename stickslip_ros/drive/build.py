@@ -72,6 +72,7 @@ TREADS_PER_STEP = 8
 """Levels of the converter in the longest step at which they become a straight line."""
 LOW_TREAD = 1e-4
 """Share of the presliding range; if a level moves the feet by less, one level a step is enough."""
+TREADS_KEPT = 8
 MODELS_KEPT = 64
 """Contact models kept for the next drive; a sweep over amplitudes needs one for each preload."""
 
@@ -130,6 +131,12 @@ def plant_of(parameters: Parameters) -> Record:
     _set_longest_step(plant, parameters)
     set_ideal(plant)
     return plants
+
+
+@lru_cache(maxsize=TREADS_KEPT)
+def tread_s(parameters: Parameters) -> float:
+    """Return the shortest time between levels of the converter at the first preload, s."""
+    return float(plant_of(parameters)['tread_s'].item())
 
 
 def set_ideal(plant: Record) -> None:

@@ -41,6 +41,27 @@ def late_voltage(plant: Record, state: Record, j: int, time_s: float) -> float:
     return clamp(plant, start_v + rate_v_per_s * (late.at_s + time_s))
 
 
+@kernel
+def _continues(history: Record, start_v: float, rate_v_per_s: float) -> bool:
+    """Return whether a stretch lengthens the newest piece."""
+    newest = history.newest
+    end_v = history.start_v[newest] + history.rate_v_per_s[newest] * history.lasted_s[newest]
+    is_straight = rate_v_per_s == history.rate_v_per_s[newest]
+    is_straight = is_straight and abs(start_v - end_v) <= SETTLED_V
+    return bool(is_straight and history.lasted_s[newest] < PIECE_MAX_S)
+
+
+@noinline_kernel
+def must_hold(plant: Record, state: Record, start_v: float, rate_v_per_s: float) -> bool:
+    """Return whether only the piece for a held voltage is free; the hold lasts for this call."""
+    history = state.history
+    if not history.is_full and not _continues(history, start_v, rate_v_per_s):
+        for j in range(plant.delayed):
+            used = (history.newest - state.late[j].corner) % CORNERS + 1
+            history.is_full |= used >= CORNERS - 1
+    return bool(history.is_full)
+
+
 @noinline_kernel
 def end_stretch(
     plant: Record, state: Record, start_v: float, rate_v_per_s: float, stretch_s: float
@@ -48,14 +69,10 @@ def end_stretch(
     """Remember a stretch of the voltage, and advance the delayed actuators along the history."""
     history = state.history
     newest = history.newest
-    end_v = history.start_v[newest] + history.rate_v_per_s[newest] * history.lasted_s[newest]
-    continues = rate_v_per_s == history.rate_v_per_s[newest] and abs(start_v - end_v) <= SETTLED_V
-    if continues and history.lasted_s[newest] < PIECE_MAX_S:
+    if _continues(history, start_v, rate_v_per_s):
         history.lasted_s[newest] += stretch_s
     else:
         history.newest = newest = (newest + 1) % CORNERS
-        for j in range(plant.delayed):
-            history.is_lost |= state.late[j].corner == newest
         history.start_v[newest], history.rate_v_per_s[newest] = start_v, rate_v_per_s
         history.lasted_s[newest] = stretch_s
     for j in range(plant.delayed):

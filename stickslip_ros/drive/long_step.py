@@ -36,7 +36,8 @@ from stickslip_ros.kernels.kernel import kernel, on_stack
 from stickslip_ros.kernels.record import COUNT, FLOAT, Kind, Record, kind
 
 LANES = 8
-"""Drives computed together: 4 would take the same time, 16 twice the time."""
+"""Drives computed together: 4 would take the same time, 16 twice the time. `run_in_lanes` guards
+it: it asks for no more at once."""
 _NEWTON_STEPS = 1
 """Newton's steps to a reversal: with three the worst error of 120 cases changes in digit 11."""
 STEP_SLACK = 1e-9

@@ -27,13 +27,16 @@ ALL = 0
 are separate contacts with the indices from 1: one for each distinct motion, or one for each foot.
 """
 CONTACTS = 1 + FEET_MAX
-CORNERS = 1024
-"""Straight pieces of the voltage that are remembered for delayed feet."""
+"""Contacts of ALL and of each foot; `FeetParameters.check_together` guards it and delays_s."""
+CORNERS = 16384
+"""Straight pieces of the voltage that are remembered for delayed feet. `check_corners` refuses a
+wave that needs half of them, so any two waves fit; `must_hold` guards them in a step."""
 TIME, VOLTAGE, FOOT, POSITION, FORCE = range(5)
 """Columns of a trace; a voltage table has the first two."""
 PLAYS_MAX = 64
+"""Most play operators; the bound of ``actuator.plays`` guards it."""
 DECADES = 6
-"""Elements of creep."""
+"""Elements of creep; no parameter chooses it."""
 
 AMPLIFIER = kind(
     on=FLAG,  # Whether it has power; without power the voltage goes to the lowest
@@ -235,7 +238,7 @@ LATE = kind(
 
 HISTORY = kind(
     newest=COUNT,  # Piece that ends now; the ring continues at its start
-    is_lost=FLAG,  # Whether a piece was overwritten that a delayed actuator still had to read
+    is_full=FLAG,  # Whether the amplifier holds its voltage, because no piece was free
     lasted_s=(FLOAT, (CORNERS,)),
     start_v=(FLOAT, (CORNERS,)),
     rate_v_per_s=(FLOAT, (CORNERS,)),

@@ -246,6 +246,9 @@ class Bench:
         readings = self.sensing.read(trace, until_ns, self.stand.voltage_v, self.faults)
         self._read = _if_finite(readings.position_m), _if_finite(readings.force_n)
         motion = self.motion
+        if self.stand.held_because:
+            outcome = Outcome(Result.CORNER_LIMIT_REACHED, self.stand.held_because)
+            motion.end(outcome, self._observe())
         if motion.is_running and (motion.may_end_early or self.stand.has_arrived(motion.wave)):
             motion.watch(self._observe())
         if self._preloading is not None and self.stand.is_preloaded:

@@ -9,8 +9,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.drive.build import slew_of
-from stickslip_ros.drive.records import Wave
+from stickslip_ros.drive.amplifier import corners_within
+from stickslip_ros.drive.build import slew_of, tread_s
+from stickslip_ros.drive.records import CORNERS, Wave
 from stickslip_ros.drive.waveform import level, sawtooth, table
 from stickslip_ros.errors import OutOfRange, StickSlipError, UnknownName, WrongKind
 from stickslip_ros.parameters import Parameters, Scalar, is_fault, spec_of, specs
@@ -41,7 +42,8 @@ def check_sawtooth(
     if not (steps == math.floor(steps) and 0 <= steps <= STEPS_MAX):
         limit = f'not a whole number from 0 to {STEPS_MAX}'
         raise OutOfRange('steps', steps, '', limit, 'give a whole number; 0 runs until stopped')
-    return sawtooth(parameters.amplifier.voltage_min, amplitude_v, frequency_hz, int(steps))
+    base_v = parameters.amplifier.voltage_min
+    return check_corners(parameters, sawtooth(base_v, amplitude_v, frequency_hz, int(steps)))
 
 
 def check_steps(parameters: Parameters, steps: float) -> Wave | None:
@@ -74,7 +76,8 @@ def _stepping(parameters: Parameters, frequency_hz: float, steps: int) -> Wave:
     amplitude_v = parameters.step.amplitude
     check_amplitude(parameters, 'step.amplitude', amplitude_v)
     check_frequency(parameters, amplitude_v, frequency_hz)
-    return sawtooth(parameters.amplifier.voltage_min, amplitude_v, frequency_hz, steps)
+    base_v = parameters.amplifier.voltage_min
+    return check_corners(parameters, sawtooth(base_v, amplitude_v, frequency_hz, steps))
 
 
 def check_waveform(parameters: Parameters, numbers: Array, cycles: int = 1) -> Wave:
@@ -102,7 +105,7 @@ def check_waveform(parameters: Parameters, numbers: Array, cycles: int = 1) -> W
         check_range(parameters, f'waveform voltage of row {row + 1}', float(wave[row, 1]))
     if cycles != 1:
         check_repetition(parameters, wave, cycles)
-    return table(wave, cycles)
+    return check_corners(parameters, table(wave, cycles))
 
 
 def check_repetition(parameters: Parameters, wave: Array, cycles: int) -> None:
@@ -121,6 +124,22 @@ def check_repetition(parameters: Parameters, wave: Array, cycles: int) -> None:
         raise OutOfRange('waveform period', float(period_s), 's', limit, 'lengthen the cycle')
 
 
+def check_corners(parameters: Parameters, wave: Wave) -> Wave:
+    """Return a wave; refuse more corners than feet with a delay can remember."""
+    delay_s = max((each.delay_s for each in parameters.feet.groups if each.gain), default=0.0)
+    if not delay_s:
+        return wave
+    step_v, most = parameters.amplifier.resolution, CORNERS // 2
+    tread = tread_s(parameters) if step_v else 0.0
+    corners = round(corners_within(wave, delay_s, slew_of(parameters), step_v, tread))
+    if corners > most:
+        limit = f'above the {most} that are remembered for the longest feet.delay, {delay_s:g} s'
+        hint = 'shorten it, send a lower frequency or fewer rows'
+        hint += ', or set amplifier.resolution to 0 V' * (step_v > 0.0)
+        raise OutOfRange('corners of the voltage', corners, '', limit, hint)
+    return wave
+
+
 def check_position(parameters: Parameters, x_m: float) -> float:
     """Return the target of the position reading, m; steps must be possible."""
     limits = parameters.limits
@@ -129,7 +148,8 @@ def check_position(parameters: Parameters, x_m: float) -> float:
             f'position x {x_m:g} m is outside the soft limits {limits.soft_min:g} to '
             f'{limits.soft_max:g} m; stay inside, or move limits.soft_min and limits.soft_max'
         )
-    steps_of(parameters, 1)
+    parameters.check_travel('position x', x_m)
+    check_jog(parameters, parameters.step.frequency)
     return x_m
 
 
@@ -145,7 +165,7 @@ def check_velocity(parameters: Parameters, name: str, velocity_m_per_s: float) -
         limit = f'above the largest velocity of steps, {fastest:.4g} m/s'
         hint = 'lower it or raise step.frequency'
         raise OutOfRange(name, velocity_m_per_s, 'm/s', limit, hint)
-    steps_of(parameters, 1)
+    check_jog(parameters, parameters.step.frequency)
     return velocity_m_per_s
 
 

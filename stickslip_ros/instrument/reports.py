@@ -31,6 +31,7 @@ class Result(Enum):
     RANGE_LIMIT_REACHED = 'stopped or refused at a soft limit'
     END_STOP_REACHED = 'closed loop failed: the runner makes no progress'
     FOLLOWING_LIMIT_REACHED = 'closed loop failed: too far from its set point'
+    CORNER_LIMIT_REACHED = 'voltage held: `feet.delay` remembers no more corners'
     TIMEOUT = 'closed loop failed: not in position within closed_loop.timeout'
     NO_SENSOR = 'closed loop failed: the position reading is not a number'
     AMPLIFIER_DISABLED = 'refused or stopped: the amplifier is off'

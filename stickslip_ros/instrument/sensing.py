@@ -81,8 +81,8 @@ class Sensing:
         """Fill times and readings into a trace of true values; return the readings to publish."""
         if faults is not self._faults:
             self._apply_faults(faults)
-        truth = trace[-1].copy()
         fill_times(trace, time_ns - len(trace) * self._sample_ns, self._sample_ns)
+        truth = trace[-1].copy()
         for reader in self._readers:
             reader.read(trace)
         readings = Readings(time_ns, voltage_v, trace, truth)

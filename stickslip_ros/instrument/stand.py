@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.drive.advance import observe_samples
+from stickslip_ros.drive.advance import VoltageHeld, observe_samples
 from stickslip_ros.drive.amplifier import has_arrived
 from stickslip_ros.drive.build import (
     change_preload,
@@ -31,7 +31,7 @@ from stickslip_ros.kernels.record import Record
 from stickslip_ros.parameters import TRUTH, FaultParameters, Parameters
 from stickslip_ros.units import NANO
 
-NO_RAMPS = np.empty((0, 3))
+NO_RAMPS = np.zeros((0, 3))
 
 
 class SimulatedStand:
@@ -48,6 +48,8 @@ class SimulatedStand:
         External force on the runner, N.
     wanted_n : float
         Wanted preload, N.
+    held_because : str
+        Cause for which the voltage was held in the last advance, or empty.
 
     """
 
@@ -63,9 +65,11 @@ class SimulatedStand:
 
     def __init__(self, parameters: Parameters) -> None:
         self.parameters = parameters
+        # `check_frequency` and `check_repetition` guard the ramps of a block.
         ramps = math.ceil(parameters.sim.block * parameters.amplifier.frequency_max) + 1
         self._ramps = np.zeros((ramps, 3))
         self._sample_s = parameters.sample_ns * NANO
+        self.held_because = ''
         self._columns = max(len(TRUTH), len(trace_columns(parameters)))
         self.reset()
 
@@ -173,10 +177,12 @@ class SimulatedStand:
             If the integration has failed.
 
         """
-        trace = np.empty((samples, self._columns))
-        observe_samples(
-            self.plants, self.states, wave, self.load_n, self._sample_s, trace, self._ramps
-        )
+        trace, self.held_because = np.zeros((samples, self._columns)), ''
+        drive = self.plants, self.states, wave, self.load_n, self._sample_s, trace, self._ramps
+        try:
+            observe_samples(*drive)
+        except VoltageHeld as held:
+            self.held_because = str(held)
         return trace
 
     def ramps_since(self, cycle: int) -> Array:

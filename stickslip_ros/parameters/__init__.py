@@ -32,6 +32,7 @@ from stickslip_ros.parameters.sensors import (
     Sensor,
 )
 from stickslip_ros.parameters.tree import (
+    TRAVEL,
     Parameters,
     is_fault,
     parse_assignments,
@@ -58,6 +59,7 @@ __all__ = [
     'NODE_NAME',
     'SENSORS',
     'STROKE_SPEC',
+    'TRAVEL',
     'TRUTH',
     'AmplifierParameters',
     'ContactParameters',

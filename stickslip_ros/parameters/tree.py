@@ -50,6 +50,8 @@ from stickslip_ros.parameters.sensors import (
 from stickslip_ros.sections import Section, Shown
 from stickslip_ros.units import NS_PER_S
 
+TRAVEL = 'stand.travel_min', 'stand.travel_max'
+"""Parameters that limit a commanded position, and show its limits."""
 _PAPER: tuple[str, ...] = 'none', 'the stand of the paper'
 
 
@@ -100,10 +102,20 @@ class Parameters(Shown, Checked):
         if self.stand.weight and not any(self.feet.weight):
             limit, hint = 'true, but no foot carries the weight', 'set feet.weight'
             raise OutOfRange('stand.weight', True, '', limit, hint)
+        for name in ('soft_min', 'soft_max'):
+            self.check_travel(f'limits.{name}', getattr(self.limits, name))
         self.feet.check_foot('fault.dead_foot', self.fault.dead_foot)
         _check_multiple('sim.block', self.block_ns, 'sample of trace.sample_rate', self.sample_ns)
         _check_multiple('sim.wake', to_nanoseconds(self.sim.wake), 'sim.block', self.block_ns)
         _check_multiple('trace.period', self.trace_period_ns, 'sim.block', self.block_ns)
+
+    def check_travel(self, name: str, x_m: float) -> None:
+        """Refuse a place of the runner outside TRAVEL."""
+        low_m, high_m = (getattr(self.stand, each.partition('.')[2]) for each in TRAVEL)
+        if not low_m <= x_m <= high_m:
+            limit = f'outside the travel, {low_m:g} to {high_m:g} m'
+            hint = f'stay inside, or move {" and ".join(TRAVEL)}'
+            raise OutOfRange(name, x_m, 'm', limit, hint)
 
     @property
     def sensors(self) -> tuple[Sensor, ...]:

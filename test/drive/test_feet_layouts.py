@@ -9,11 +9,17 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from stickslip_ros.drive.advance import RAMP_END
-from stickslip_ros.drive.build import change_preload, plant_of
+from stickslip_ros.drive.advance import RAMP_END, observe_samples
+from stickslip_ros.drive.build import (
+    PHASE_MAX,
+    all_contacts,
+    change_preload,
+    longest_step_s,
+    plant_of,
+)
 from stickslip_ros.drive.faults import apply_faults
-from stickslip_ros.drive.layout import contacts_of
-from stickslip_ros.drive.records import CORNERS
+from stickslip_ros.drive.layout import contacts_at, contacts_of
+from stickslip_ros.drive.records import CORNERS, FOOT, FORCE
 from stickslip_ros.drive.waveform import level, sawtooth, table
 from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.lab.runs.sawtooth_run import run_drive
@@ -79,6 +85,8 @@ HOLDS = 1e-3
 """Relative to the stroke: a runner that does not move on."""
 STIFF = 1e-4
 """Relative; what is left of presliding between stiff bodies."""
+STICKS = 2e-2
+"""Relative; the first cell of the table is softer than full stick."""
 GUIDED: dict[str, Any] = {
     'feet__count': 4,
     'feet__share': 0.25,
@@ -327,12 +335,52 @@ def test_any_layout_goes_to_another_preload(layout, drive):
     assert abs(machine.state.contact_n) <= limit_n * (1.0 + 1e-6)
 
 
+@pytest.mark.parametrize('layout', ['radii', 'walker'])
+def test_springs_stick_as_stiffly_as_under_the_largest_preload(layout):
+    stand = Parameters().updated(
+        {name.replace('__', '.'): value for name, value in LAYOUTS[layout].items()}
+    )
+    plant = plant_of(stand)[0]
+    banks = plant.contacts[1 : 1 + plant.moved] if plant.separate else plant.contacts[:1]
+    pressed = contacts_at(stand.contact, stand.feet, stand.stand.preload_limit, 0.0)
+    stiffness_n_per_m = sum(each.stick_stiffness_n_per_m for each in pressed)
+    own_n_per_m = banks['bank']['shear_n_per_m'].sum()
+    assert own_n_per_m == pytest.approx(stiffness_n_per_m, rel=STICKS)
+
+
+def test_guides_are_no_driven_feet(drive):
+    guided, foot_kg = LAYOUTS['guides'], 1e-3
+    machine = drive(**guided, frame__mass=0.05, frame__resonance=2e3, actuator__mass=foot_kg)
+    feet_kg = 4 * machine.parameters.actuator.foot_mass
+    assert machine.plant.frame.feet_share == pytest.approx(feet_kg / 0.05, rel=1e-12)
+    machine = drive(**guided, **STACKS).start(WAVE, [3.3e-3])
+    truth = np.zeros((1, FORCE + 1))
+    observe_samples(machine.plants, machine.states, WAVE, 0.0, 1e-5, truth, machine.ramps)
+    driven_m = machine.state.places_m[1:5].mean()
+    assert truth[0, FOOT] == pytest.approx(driven_m, rel=SAME)
+
+
+def test_the_longest_step_follows_the_stiffest_foot():
+    shares = {'feet.count': (1, 5), 'feet.share': (0.9, 0.02)}
+    stand = Parameters().updated({**shares, 'actuator.resonance': 1e5, 'actuator.stiffness': 4e7})
+    stiffest_n_per_m = max(each.stick_stiffness_n_per_m for each in contacts_of(stand))
+    foot_per_s = np.sqrt(stiffest_n_per_m / stand.actuator.foot_mass)
+    longest_s = longest_step_s(stand, all_contacts(stand), 0.0)
+    assert longest_s == pytest.approx(PHASE_MAX / foot_per_s, rel=STICKS)
+
+
+def test_a_guide_with_a_delay_is_a_guide():
+    guided = {'feet.count': (4, 2), 'feet.gain': (1.0, 0.0)}
+    late = Parameters().updated({**guided, 'feet.delay': (0.0, 1e-3)})
+    assert plant_of(late) == plant_of(Parameters().updated(guided))
+
+
 SMALL = 'is between 0 and 1e-06'
 OVERFLOWS: dict[str, Any] = {'feet__count': (3, 3), 'feet__share': 0.5, 'feet__delay': (0.0, 0.05)}
 
 
 def test_more_corners_than_are_remembered_are_refused_with_their_mend(drive):
-    steep, fine = sawtooth(0.0, 300.0, 15e3, 0), sawtooth(0.0, 300.0, 50.0, 0)
+    steep, fine = sawtooth(0.0, 300.0, 200e3, 0), sawtooth(0.0, 300.0, 100.0, 0)
     remedies: tuple[tuple[dict[str, Any], Any, dict[str, Any]], ...] = (
         (OVERFLOWS, steep, {'feet__delay': (0.0, 0.02)}),
         ({**OVERFLOWS, 'amplifier__resolution': 0.1}, fine, {'amplifier__resolution': 0.0}),
@@ -342,7 +390,7 @@ def test_more_corners_than_are_remembered_are_refused_with_their_mend(drive):
         message = f'feet.delay spans more than {CORNERS} corners of the voltage; shorten it'
         with pytest.raises(StickSlipError, match=message):
             drive(**values).start(wave, [0.06])
-        slower = wave if remedy else sawtooth(0.0, 300.0, 5e3, 0)
+        slower = wave if remedy else sawtooth(0.0, 300.0, 50e3, 0)
         drive(**(values | remedy)).start(slower, [0.06])
 
 

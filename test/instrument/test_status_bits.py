@@ -15,7 +15,7 @@ from stickslip_ros.parameters import Parameters
 IDLE = int(Status.SENSOR_PRESENT | Status.AMPLIFIER_ENABLED)
 PATIENCE_BLOCKS = 2000
 FREE: dict[str, Any] = {'load_cell.contact': 'absent', 'runner.damping': 5.0}
-BLOCKED = FREE | {'stand.travel_max': 1e-6, 'stand.stop_stiffness': 1e7}
+BLOCKED = FREE | {'fault.runner_stuck': True}
 CONFINED = FREE | {'limits.soft_min': -1e-6, 'limits.soft_max': 1e-6}
 #: The set point runs ten times faster than the runner can: 0.1 mm/s at 1000 steps of 100 nm.
 HURRIED = FREE | {'closed_loop.velocity': 1e-3, 'limits.following_error': 1e-6}

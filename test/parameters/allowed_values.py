@@ -96,6 +96,7 @@ def allowed_values(draw: st.DrawFn) -> dict[str, object]:
     if draw(st.booleans()):
         limits = sorted((draw(st.floats(-1.0, 1.0)), draw(st.floats(-1.0, 1.0))))
         values |= dict(zip(('limits.soft_min', 'limits.soft_max'), limits, strict=True))
+        values |= {'stand.travel_min': -1.0, 'stand.travel_max': 1.0}
     if draw(st.booleans()):
         values['load_cell.hysteresis'] = draw(st.floats(0.0, 0.4))
         values['load_cell.range'] = draw(st.floats(1e-6, 1e6))

@@ -26,7 +26,8 @@ CONDITIONS = {'none': WORKS, 'freeze': FROZEN, 'dropout': DROPPED_OUT}
 _FINEST = 2.0**52
 """Number of quantisation steps above which a floating-point reading has no finer digits."""
 PLAYS = 16
-"""Play operators of a loop; the weights below are exact for an even number."""
+"""Play operators of a loop; the weights below are exact for an even number. No parameter chooses
+it."""
 
 LOOP = kind(
     direct=FLOAT,  # Share of the input that passes without a loop

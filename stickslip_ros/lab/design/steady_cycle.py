@@ -59,11 +59,11 @@ class SteadyCycle:
 
     def trace(self, *, contacts: bool = False) -> Array:
         """Run another cycle: t (s), V, mean foot, runner (m), cell (N), optional CONTACT_SHARE."""
-        trace, log = np.full((SAMPLES + 1, CONTACT_SHARE + 1), np.nan), np.empty((1, 3))
+        trace, log = np.full((SAMPLES + 1, CONTACT_SHARE + 1), np.nan), np.zeros((1, 3))
         plants, states, wave, load_n = self.drive
         states, limit_n = states.copy(), plants['contacts']['curve']['force_max_n'][0, ALL]
         for number, part in enumerate(np.split(trace, range(1, SAMPLES + 1) if contacts else [1])):
-            truth = np.empty((len(part), CONTACT_SHARE))
+            truth = np.zeros((len(part), CONTACT_SHARE))
             sample_s = min(number, 1) * wave.period_s / SAMPLES
             observe_samples(plants, states, wave, load_n, sample_s, truth, log)
             part[:, :CONTACT_SHARE] = truth

@@ -198,7 +198,7 @@ def _trace_course(stand: Parameters, rows: Array, load_n: float, end_s: float) -
     plants = plant_of(there)
     states = state_at_rest(plants, there.stand.preload)
     start_clock(states)
-    trace, log = np.empty((samples, FORCE + 1)), np.empty((1, 3))
+    trace, log = np.zeros((samples, FORCE + 1)), np.zeros((1, 3))
     yield plants, states, wave, load_n, 0.0, trace[:1], log
     for first in range(1, samples, _AT_ONCE):
         stop_if_asked()

@@ -273,7 +273,7 @@ def drive_at(
     way_v = amplifier.voltage_initial + (at_v - amplifier.voltage_initial) * smooth(share)
     start_clock(states)
     wave = table(np.column_stack((SETTLING_S * share, way_v)))
-    advance(plants, states, wave, 0.0, 2.0 * SETTLING_S, np.empty((1, 3)))
+    advance(plants, states, wave, 0.0, 2.0 * SETTLING_S, np.zeros((1, 3)))
     return at_v, plants, states
 
 

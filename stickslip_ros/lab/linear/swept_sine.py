@@ -195,7 +195,7 @@ def response_to_sine(
         return smooth(points / (_POINTS * cycles)) * steady
 
     corners = np.arange(2 * cycles * _POINTS + 1, dtype=float)
-    dt_s, ramps = 1.0 / (_POINTS * frequency_hz), np.empty((1, 3))
+    dt_s, ramps = 1.0 / (_POINTS * frequency_hz), np.zeros((1, 3))
     wave, loads_n = level(linear.at_voltage_v), sine(corners[:-1] + 0.5)
     rounded = np.sinc(1.0 / _POINTS)
     if name == 'voltage_v':

@@ -24,7 +24,7 @@ from stickslip_ros.lab.tables.experiment import read_experiment
 from stickslip_ros.lab.tables.formats import SUFFIXES
 from stickslip_ros.lab.tables.measured import OVER_TIME
 from stickslip_ros.message_types import JOINT_STATE, SET_BOOL
-from stickslip_ros.parameters import SENSORS, is_fault, specs
+from stickslip_ros.parameters import SENSORS, TRAVEL, is_fault, specs
 from stickslip_ros.units import display_unit
 
 WAYS = {'voltage': 'slide', 'jog': 'hold', 'waveform': 'wave'}
@@ -41,7 +41,7 @@ LIMITS = {
     ('waveform', 'frequency'): (0.0, 'amplifier.frequency_max'),
     ('waveform', 'cycles'): (0, None),
     ('jog', 'frequency'): (0.0, 'amplifier.frequency_max'),
-    ('position', 'x'): ('stand.travel_min', 'stand.travel_max'),
+    ('position', 'x'): TRAVEL,
     ('load', 'force.x'): ('-stand.load_limit', 'stand.load_limit'),
     ('preload', 'preload'): (0.0, 'stand.preload_limit'),
 }

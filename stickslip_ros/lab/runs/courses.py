@@ -63,7 +63,7 @@ def compile_for_runs() -> None:
     """Compile the kernels that only runs need: lanes and ledger."""
     plants = plant_of(Parameters())
     states = state_at_rest(plants, Parameters().stand.preload)
-    log, truth = np.empty((1, 3)), np.empty((1, FORCE + 1))
+    log, truth = np.zeros((1, 3)), np.zeros((1, FORCE + 1))
     observe_all([(plants, states, level(0.0), 0.0, 0.0, truth, log)] * LANES_MIN)
     take_ledger(plants, states)
 
@@ -72,7 +72,7 @@ def cycles_of(
     plants: Record, states: Record, wave: Wave, cycles: int, load_n: float = 0.0
 ) -> Course[Array]:
     """Advance a drive by cycles; return per cycle the position after the fall, mean and end, m."""
-    log, truth = np.empty((cycles, 3)), np.empty((1, FORCE + 1))
+    log, truth = np.zeros((cycles, 3)), np.zeros((1, FORCE + 1))
     first = int(states['clock']['cycle'].item())
     time_s = cycles * wave.period_s - float(states['clock']['ramp_s'].item())
     while int(states['clock']['cycle'].item()) < first + cycles:
