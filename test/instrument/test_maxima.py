@@ -188,7 +188,9 @@ def test_a_voltage_in_each_sample_is_followed_or_held():
 @pytest.mark.parametrize('stage', STANDS)
 def test_a_target_is_taken_up_to_the_limit_that_the_panel_shows(stage):
     stand = STANDS[stage].updated({'load_cell.contact': 'absent'})
-    low, high = (getattr(stand.stand, name.partition('.')[2]) for name in LIMITS['position', 'x'])
+    low, high = (
+        getattr(stand.stand, str(name).partition('.')[2]) for name in LIMITS['position', 'x']
+    )
     doors = (
         lambda x_m: Request('position', (x_m, 0.0, 0.0)),
         lambda x_m: Request('joint', joints=Joints((), (x_m,))),
