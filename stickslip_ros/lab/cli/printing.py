@@ -56,7 +56,7 @@ def _print_table(section: Section) -> None:
     try:
         from rich import box, console, table, text  # noqa: PLC0415 - a robot has none
     except ImportError:
-        print(*('  '.join(row) for row in [section.header, *rows]), sep='\n')
+        print(*('  '.join(map(str, row)) for row in [section.header, *rows]), sep='\n')
         return
     shown = table.Table(
         box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, show_header=bool(section.header)
