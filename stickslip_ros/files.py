@@ -8,7 +8,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from stickslip_ros.budget import TABLE_BYTES, YAML_CHARACTERS, Limit, OverBudget
+from stickslip_ros.budget import TABLE_BYTES, YAML_CHARACTERS, Limit
 from stickslip_ros.errors import RecordingError
 
 
@@ -24,10 +24,8 @@ def read_bytes(path: Path, hint: str, length: int = -1, limit: Limit = TABLE_BYT
     try:
         with readable(path).open('rb') as file:
             if length < 0:
-                limit.check(os.fstat(file.fileno()).st_size)
+                limit.check(os.fstat(file.fileno()).st_size, path)
             return file.read(length)
-    except OverBudget as error:
-        raise error.of(path) from None
     except OSError as error:
         raise RecordingError(path, f'cannot be read ({error.strerror})', hint) from None
 

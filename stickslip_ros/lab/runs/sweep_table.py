@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import stickslip_ros
-from stickslip_ros.budget import OverBudget, load_json
+from stickslip_ros.budget import load_json
 from stickslip_ros.errors import RecordingError, UnknownName, WrongKind
 from stickslip_ros.extras import load_extra
 from stickslip_ros.files import prepare_output, read_bytes, replacing
@@ -124,8 +124,6 @@ def read_parquet(path: Path, hint: str) -> Any:
     try:
         check_parquet(path)
         return parquet.read_table(path)
-    except OverBudget as error:
-        raise error.of(path) from None
     except (OSError, ValueError) as error:  # pyarrow's errors are both
         problem = f'cannot be read as a Parquet file ({str(error).splitlines()[0]})'
         raise RecordingError(path, problem, hint) from None
