@@ -9,7 +9,6 @@ from typing import Any, Final, NamedTuple
 from stickslip_ros.errors import RecordingError
 
 PER_BYTE: Final = 4  # of a packed file, beyond what is free: so a small one costs little
-_MESSAGE: Final = 'a message'
 
 
 class Limit(NamedTuple):
@@ -26,7 +25,7 @@ class Limit(NamedTuple):
             return self.most
         return min(self.most, self.free + PER_BYTE * stored_bytes)
 
-    def check(self, count: int, path: object = _MESSAGE, stored_bytes: int | None = None) -> None:
+    def check(self, count: int, path: Any = 'a message', stored_bytes: int | None = None) -> None:
         """Refuse a count above the limit."""
         if count > (most := self.allowed(stored_bytes)):
             problem = f'it asks for {count} {self.what}, above the limit of {most}'
@@ -55,10 +54,9 @@ NUMBERS_MOST = Limit('numbers of a table', 20_000_000, _AS_CSV, 2_000_000)
 CELLS_MOST = Limit('cells of a text', 1 << 40, 'take empty columns away', 2_000_000)
 TABLE_BYTES = Limit('unpacked bytes of a table or another file', 400_000_000, _AS_CSV)
 TAGS = Limit('tags in a workbook', 25_000_000, _AS_CSV, 2_000_000)
-FILE_LIMITS: Final = [each for each in globals().values() if isinstance(each, Limit)]
 
 
-def load_json(text: str | bytes, path: object = _MESSAGE, **options: Any) -> Any:
+def load_json(text: str | bytes, path: object = 'a message', **options: Any) -> Any:
     """Return the value of JSON; ValueError if it is none, RecordingError if it is too large."""
     data = text.encode(errors='surrogatepass') if isinstance(text, str) else text
     JSON_BYTES.check(len(data), path)

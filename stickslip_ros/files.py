@@ -63,10 +63,8 @@ def prepare_output(path: Path, *, is_new: bool = False, endings: tuple[str, ...]
     """Check name and folder of a file to be written; ``is_new``: it must not exist."""
     if endings and path.suffix.lower() not in endings:
         problem = f'is not a name that ends with {endings[0]}'
-        hint = (
-            'end it so; stickslip export makes tables' if endings == RUN_ENDINGS else 'end it so'
-        )
-        raise RecordingError(path, problem, hint)
+        more = '; stickslip export makes tables' * (endings == RUN_ENDINGS)
+        raise RecordingError(path, problem, f'end its name so{more}')
     if path.is_dir():
         raise RecordingError(path, 'is a folder', 'choose another name')
     if is_new and path.exists():

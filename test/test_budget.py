@@ -10,11 +10,12 @@ from pathlib import Path
 import pytest
 
 from stickslip_ros import budget
-from stickslip_ros.budget import FILE_LIMITS, Limit
+from stickslip_ros.budget import Limit
 from stickslip_ros.errors import RecordingError
 
 PAGE = Path(__file__).parents[1] / 'SECURITY.md'
 STORED_BYTES = 1000
+FILE_LIMITS = [each for each in vars(budget).values() if isinstance(each, Limit)]
 
 
 def row_of(limit: Limit) -> str:

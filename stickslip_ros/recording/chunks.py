@@ -286,13 +286,12 @@ class ChunkReader(SeekingReader):
 
     def _read(self, index: ChunkIndex, wanted: set[int] | None) -> ChunkMessages:
         """Return the messages of a chunk, or those of a file without chunks."""
-        stored_bytes = None
         if index is WHOLE_FILE:
             size = self._summary_start - len(MAGIC)
             if size > CHUNK_MAX_BYTES:
                 raise ValueError(f'{size} bytes without chunks are above {CHUNK_MAX_BYTES}')
             self._stream.seek(len(MAGIC))
-            data = self._stream.read(size)
+            data, stored_bytes = self._stream.read(size), None
         else:
             self._stream.seek(index.chunk_start_offset + RECORD_HEAD.size)
             chunk = Chunk.read(ReadDataStream(self._stream))

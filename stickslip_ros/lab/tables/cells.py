@@ -99,7 +99,7 @@ def _chunks(
     if isinstance(source, pd.DataFrame):
         yield line, source
         return
-    size_bytes, cells = len(source) if isinstance(source, bytes) else source.stat().st_size, 0
+    size_bytes = len(source) if isinstance(source, bytes) else source.stat().st_size
     try:
         stream = io.BytesIO(source) if isinstance(source, bytes) else source.open('rb')
         with io.TextIOWrapper(stream, layout.encoding) as text:
@@ -119,8 +119,7 @@ def _chunks(
                 chunksize=max(1, CHUNK_CELLS // len(layout.columns)),
                 dtype=dict.fromkeys(texts, str),
             ):
-                cells += chunk.size
-                CELLS_MOST.check(cells, origin, size_bytes)
+                CELLS_MOST.check((line + len(chunk)) * chunk.shape[1], origin, size_bytes)
                 yield line, chunk
                 line += len(chunk)
     except pd.errors.ParserError as error:

@@ -7,7 +7,6 @@ import csv
 import io
 import logging
 import math
-import re
 import struct
 import warnings
 import zipfile
@@ -36,8 +35,6 @@ DATA_FRAME = 'DataFrame'  # name of a table without a file
 Columns = Iterable[tuple[str, str, Any]]  # name, unit and numbers of each column
 Sources = Iterator[tuple[str, Path | bytes]]  # origin; text or path
 BLOCK_BYTES = 1 << 20
-NO_WORKBOOK = re.compile(rb'<!DOCTYPE|<\?xml[^>]*encoding\s*=\s*.(?!utf)', re.IGNORECASE)
-"""What may declare entities, which unpack to any length, or hide them and tags."""
 EMPTY_ROW = 48  # cells that an empty row counts as; a sheet has at most a million rows
 EXCEL_ERRORS = frozenset(('#NULL!', '#DIV/0!', '#VALUE!', '#REF!', '#NAME?', '#NUM!', '#N/A'))
 MATLAB_HDF5, MATLAB_HEAD_BYTES, MATLAB_ORDERS = b'MATLAB 7.3', 128, {b'IM': '<', b'MI': '>'}
@@ -119,9 +116,9 @@ def read_sheets(path: Path) -> Sources:
                     tags, size_bytes = tags + block.count(b'<'), size_bytes + len(block)
                     TABLE_BYTES.check(size_bytes, path)
                     TAGS.check(tags, path, stored_bytes)
-                    end = (end[-9:] + block).replace(b'\0', b'')  # of wide characters
-                    if NO_WORKBOOK.search(end):
-                        raise ValueError(f'{part.filename} has a DOCTYPE, or is not UTF')
+                    end = (end[-8:] + block).replace(b'\0', b'')  # of wide characters
+                    if b'<!DOCTYPE' in end:  # its entities unpack to any length
+                        raise ValueError(f'{part.filename} has a DOCTYPE, as no workbook needs')
     with closing(openpyxl.load_workbook(path, read_only=True, data_only=True)) as book:
         cells = size_bytes = 0
         for sheet in book.worksheets:
