@@ -229,11 +229,6 @@ class _Cursor:
         """Take an unsigned word."""
         return int.from_bytes(self._claim(4, 4), 'little')
 
-    def few(self, limit: Limit) -> int:
-        """Take a count within a limit."""
-        limit.check(count := self.uint32())
-        return count
-
     def text(self, limit: Limit = CHUNK_BYTES) -> str:
         """Take a string; some writers leave out the closing zero of an empty string."""
         encoded = bytes(self._claim(self.uint32(), 1))
@@ -261,7 +256,7 @@ class _Cursor:
 
     def array(self) -> m.ArrayMessage:
         """Take a ``std_msgs/msg/Float64MultiArray``; its numbers are a copy, aligned, writable."""
-        count = self.few(AXES)
+        AXES.check(count := self.uint32())
         axes = [(self.text(LABEL_MOST), self.uint32(), self.uint32()) for _ in range(count)]
         labels, sizes, strides = zip(*axes, strict=True) if axes else ((), (), ())
         offset, count = self.uint32(), self.uint32()
@@ -278,7 +273,8 @@ class _Cursor:
         """Take a ``sensor_msgs/msg/JointState``."""
         stamp_ns = self.int32() * NS_PER_S + self.uint32()
         frame_id = self.text(LABEL_MOST)
-        names = tuple(self.text(LABEL_MOST) for _ in range(self.few(AXES)))
+        AXES.check(count := self.uint32())
+        names = tuple(self.text(LABEL_MOST) for _ in range(count))
         arrays = [self.float64s(self.uint32()) for _ in m.JOINT_UNITS]
         message = m.JointMessage(stamp_ns, frame_id, names, *arrays)
         if () in message.arrays:

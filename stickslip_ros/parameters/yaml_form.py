@@ -174,9 +174,7 @@ def _flatten(node: object, prefix: str, origin: str) -> Iterator[tuple[str, obje
             yield f'{prefix}{key}', value
 
 
-def read_yaml(
-    text: str, origin: str, hint: str, values: budget.Limit = budget.YAML_VALUES
-) -> object:
+def read_yaml(text: str, origin: str, hint: str, limit: Any = budget.YAML_VALUES) -> object:
     """
     Read a YAML document; messages name its ``origin`` and give the ``hint``.
 
@@ -189,7 +187,7 @@ def read_yaml(
     """
     try:
         budget.YAML_CHARACTERS.check(len(text), origin)
-        _check_events(text, origin, values)
+        _check_events(text, origin, limit)
         loader = _Loader(text)
         loader.origin = origin
         return loader.get_single_data()

@@ -250,8 +250,9 @@ def _elements(content: bytes, order: str) -> Iterator[tuple[int, bytes]]:
 
 def read_tdms(path: Path) -> 'list[DataFrame]':
     """Return the channels, and their time if the sampling interval is given."""
-    logging.getLogger('nptdms').setLevel(logging.CRITICAL)  # it tells damages in many lines
-    with load_extra(f'a table {path.suffix}', 'nptdms').TdmsFile.open(path) as tdms:
+    nptdms = load_extra(f'a table {path.suffix}', 'nptdms')
+    nptdms.log.log_manager.set_level(logging.CRITICAL)  # it tells damages in many lines
+    with nptdms.TdmsFile.open(path) as tdms:
         if tdms.file_status.incomplete_final_segment:
             raise ValueError('it was cut off')
         channels = [each for group in tdms.groups() for each in group.channels() if len(each)]
