@@ -1,42 +1,22 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""
-What a foreign file may cost; each reader asks here before it spends memory or time.
-
-SECURITY.md has the same table. What a file packs may also not exceed a small amount, and four
-more for each of its bytes: so a small file costs little.
-
-"""
+"""What a foreign file may cost, as SECURITY.md tells; each reader asks before it spends."""
 
 import json
-from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from stickslip_ros.errors import RecordingError, StickSlipError
+from stickslip_ros.errors import RecordingError
 
-PER_BYTE: Final = 4
-_MANY: Final = 'take a part of it'
-
-
-class OverBudget(StickSlipError, ValueError):
-    """A file asks for more than its limit."""
-
-    def __init__(self, problem: str, hint: str) -> None:
-        super().__init__(f'{problem}; {hint}')
-        self._said = problem, hint
-
-    def of(self, path: object) -> RecordingError:
-        """Return the refusal of a file."""
-        return RecordingError(path, *self._said)
+PER_BYTE: Final = 4  # of a packed file, beyond what is free: so a small one costs little
 
 
 class Limit(NamedTuple):
-    """The most that a file may ask for."""
+    """The most that a file, or a message, may ask for."""
 
     what: str
     most: int
-    hint: str = _MANY
+    hint: str = 'take a part of it'
     free: int | None = None  # of packed content: whatever the size of the file
 
     def allowed(self, stored_bytes: int | None) -> int:
@@ -45,25 +25,21 @@ class Limit(NamedTuple):
             return self.most
         return min(self.most, self.free + PER_BYTE * stored_bytes)
 
-    def check(self, count: int, stored_bytes: int | None = None) -> None:
+    def check(self, count: int, path: Any = 'a message', stored_bytes: int | None = None) -> None:
         """Refuse a count above the limit."""
         if count > (most := self.allowed(stored_bytes)):
-            raise OverBudget(
-                f'it asks for {count} {self.what}, above the limit of {most}', self.hint
-            )
+            problem = f'it asks for {count} {self.what}, above the limit of {most}'
+            raise RecordingError(path, problem, self.hint)
 
 
 _AS_CSV: Final = 'leave some out, or save it as CSV'
 CHUNK_BYTES = Limit('bytes of a chunk, a message, or of all open chunks', 1 << 30)
 RECORDS = Limit('records in a chunk', 1 << 26, 'unpack it with "mcap decompress"', 1000)
 INDEX_BYTES = Limit('bytes of a summary', 1 << 26, 'split the recording')
-EXTRA_BYTES = Limit('bytes of attachments or metadata', 1 << 28, 'copy it with "mcap filter"')
 NAMES_MOST = Limit('topics, types, entries, columns or sheets', 4096, 'leave some out')
 LOSSES = Limit('damaged places to recover around', 4096, 'take another copy of the file')
 NAME_CHARACTERS = Limit('characters of a topic or type', 1000, 'rename it')
-DEFINITION_CHARACTERS = Limit(
-    'characters of a definition of a message', 4_000_000, 'record another topic'
-)
+DEFINITION_MOST = Limit('characters of a definition of a message', 4_000_000, 'take another topic')
 SKIPPED = Limit('texts before a number of a message', 20_000, 'name another field')
 LABEL_MOST = Limit('characters of a label, a frame or a joint', 10_000, 'send shorter ones')
 AXES = Limit('axes or joints of a message', 4096, 'send fewer')
@@ -78,20 +54,14 @@ NUMBERS_MOST = Limit('numbers of a table', 20_000_000, _AS_CSV, 2_000_000)
 CELLS_MOST = Limit('cells of a text', 1 << 40, 'take empty columns away', 2_000_000)
 TABLE_BYTES = Limit('unpacked bytes of a table or another file', 400_000_000, _AS_CSV)
 TAGS = Limit('tags in a workbook', 25_000_000, _AS_CSV, 2_000_000)
-FILE_LIMITS: Final = [each for each in globals().values() if isinstance(each, Limit)]
 
 
-def load_json(text: str | bytes, **options: Any) -> Any:
-    """Return the value of JSON of a foreign file; ValueError if it is none, or too large."""
+def load_json(text: str | bytes, path: object = 'a message', **options: Any) -> Any:
+    """Return the value of JSON; ValueError if it is none, RecordingError if it is too large."""
     data = text.encode(errors='surrogatepass') if isinstance(text, str) else text
-    JSON_BYTES.check(len(data))
-    JSON_PARTS.check(data.count(b'[') + data.count(b'{'))
+    JSON_BYTES.check(len(data), path)
+    JSON_PARTS.check(data.count(b'[') + data.count(b'{'), path)
     try:
         return json.loads(data, **options)
     except RecursionError:
         raise ValueError('it is nested too deep') from None
-
-
-def size_of(path: str | Path) -> int:
-    """Return the bytes of a file, of which more than these cannot be packed."""
-    return Path(path).stat().st_size

@@ -7,11 +7,6 @@ import re
 
 QUOTED, PROBLEM, MESSAGE = 60, 300, 2000
 """Longest quoted value, problem (which may quote a file) and message, characters."""
-_HIDDEN = re.compile(
-    r'[\x00-\x08\x0b-\x1f\x7f-\x9f\xad\u061c\u180e\u200b-\u200f\u2028-\u202e\u2060-\u206f]'
-    r'|[\ufeff\ufff9-\ufffb\ud800-\udfff\U000e0000-\U000e0fff]'
-)
-"""Characters that command a terminal, turn or hide a text, or cannot be written."""
 
 
 class StickSlipError(Exception):
@@ -23,7 +18,9 @@ class StickSlipError(Exception):
 
 def printable(text: str) -> str:
     """Return a text, perhaps of a foreign file, with escapes for characters that are not seen."""
-    return _HIDDEN.sub(lambda found: found[0].encode('unicode_escape').decode(), text)
+    return re.sub(
+        r'[^\n\t -~]', lambda one: one[0] if one[0].isprintable() else ascii(one[0])[1:-1], text
+    )
 
 
 def shortened(text: str) -> str:

@@ -8,7 +8,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from stickslip_ros.budget import TABLE_BYTES, YAML_CHARACTERS, Limit, OverBudget
+from stickslip_ros.budget import TABLE_BYTES, YAML_CHARACTERS, Limit
 from stickslip_ros.errors import RecordingError
 
 
@@ -24,10 +24,8 @@ def read_bytes(path: Path, hint: str, length: int = -1, limit: Limit = TABLE_BYT
     try:
         with readable(path).open('rb') as file:
             if length < 0:
-                limit.check(os.fstat(file.fileno()).st_size)
+                limit.check(os.fstat(file.fileno()).st_size, path)
             return file.read(length)
-    except OverBudget as error:
-        raise error.of(path) from None
     except OSError as error:
         raise RecordingError(path, f'cannot be read ({error.strerror})', hint) from None
 
@@ -65,10 +63,8 @@ def prepare_output(path: Path, *, is_new: bool = False, endings: tuple[str, ...]
     """Check name and folder of a file to be written; ``is_new``: it must not exist."""
     if endings and path.suffix.lower() not in endings:
         problem = f'is not a name that ends with {endings[0]}'
-        hint = (
-            'end it so; stickslip export makes tables' if endings == RUN_ENDINGS else 'end it so'
-        )
-        raise RecordingError(path, problem, hint)
+        more = '; stickslip export makes tables' * (endings == RUN_ENDINGS)
+        raise RecordingError(path, problem, f'end its name so{more}')
     if path.is_dir():
         raise RecordingError(path, 'is a folder', 'choose another name')
     if is_new and path.exists():

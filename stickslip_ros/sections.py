@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterable, Sequence
 from html import escape
 from typing import Any, NamedTuple
 
-from stickslip_ros.errors import printable
 from stickslip_ros.units import FACTORS, display_unit, unit_of
 
 
@@ -84,10 +83,5 @@ def _row(cells: Sequence[object], kind: str) -> str:
 
 
 def _text(cell: object) -> str:
-    text = f'{cell:.6g}' if isinstance(cell, float) else str(cell)
-    return escaped(text).replace('\n', '<br>')
-
-
-def escaped(text: str) -> str:
-    """Return a text for HTML."""
-    return escape(printable(text))
+    text = f'{cell:.6g}' if isinstance(cell, float) else str('-' if cell is None else cell)
+    return escape(text).replace('\n', '<br>')

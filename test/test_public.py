@@ -304,9 +304,12 @@ def test_notebooks_show_tables_and_no_markup_of_names(run: Run):
     [
         ("run.plot('position_m')", "start_s 'position_m' is not a number in us, ms or s"),
         ('run.position_m', r"did you mean run.frame\['position_m'\]"),
-        ("run.save('x.docx')", r'ends with \.mcap; end it so'),
-        ("simulate(voltage_v=300.0, steps=1, record='x.docx')", r'ends with \.mcap; end it so'),
-        ("compare(run, run).save('x.docx')", r'ends with \.html; end it so'),
+        ("run.save('x.docx')", r'ends with \.mcap; end its name so'),
+        (
+            "simulate(voltage_v=300.0, steps=1, record='x.docx')",
+            r'ends with \.mcap; end its name so',
+        ),
+        ("compare(run, run).save('x.docx')", r'ends with \.html; end its name so'),
         ("run.table(every='x')", 'give an integer'),
     ],
 )

@@ -20,7 +20,7 @@ from typing import Final
 import numpy as np
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.budget import AXES, LABEL_MOST, OverBudget
+from stickslip_ros.budget import AXES, CHUNK_BYTES, LABEL_MOST, Limit
 from stickslip_ros.errors import RecordingError, UnknownName, WrongKind
 from stickslip_ros.interface import messages as m
 from stickslip_ros.message_types import FLOAT64, FLOAT64_ARRAY, INT32, JOINT_STATE, STRING, UINT32
@@ -162,8 +162,6 @@ def unpack(type_name: str, data: bytes) -> m.Message:
         cursor = _Cursor(data)
         message = read(cursor)
         cursor.check_end()
-    except OverBudget as error:
-        raise error.of(type_name) from None
     except ValueError as error:
         raise RecordingError(
             type_name,
@@ -231,26 +229,15 @@ class _Cursor:
         """Take an unsigned word."""
         return int.from_bytes(self._claim(4, 4), 'little')
 
-    def text(self) -> str:
+    def text(self, limit: Limit = CHUNK_BYTES) -> str:
         """Take a string; some writers leave out the closing zero of an empty string."""
         encoded = bytes(self._claim(self.uint32(), 1))
+        limit.check(len(encoded) - 1)
         if encoded[-1:] not in (b'', b'\0'):
             raise ValueError('a text in them has no closing zero')
         if b'\0' in encoded[:-1]:
             raise ValueError('a text in them has a zero inside')
         return encoded[:-1].decode()
-
-    def label(self) -> str:
-        """Take a string that names something."""
-        text = self.text()
-        LABEL_MOST.check(len(text))
-        return text
-
-    def count(self) -> int:
-        """Take a number of axes or joints."""
-        count = self.uint32()
-        AXES.check(count)
-        return count
 
     def float64(self) -> float:
         """Take a number."""
@@ -265,11 +252,12 @@ class _Cursor:
     def stamped(self, count: int) -> m.StampedMessage:
         """Take a ``std_msgs/msg/Header`` and `count` numbers."""
         stamp_ns = self.int32() * NS_PER_S + self.uint32()
-        return m.StampedMessage(stamp_ns, self.label(), self.float64s(count))
+        return m.StampedMessage(stamp_ns, self.text(LABEL_MOST), self.float64s(count))
 
     def array(self) -> m.ArrayMessage:
         """Take a ``std_msgs/msg/Float64MultiArray``; its numbers are a copy, aligned, writable."""
-        axes = [(self.label(), self.uint32(), self.uint32()) for _ in range(self.count())]
+        AXES.check(count := self.uint32())
+        axes = [(self.text(LABEL_MOST), self.uint32(), self.uint32()) for _ in range(count)]
         labels, sizes, strides = zip(*axes, strict=True) if axes else ((), (), ())
         offset, count = self.uint32(), self.uint32()
         if count:
@@ -284,7 +272,9 @@ class _Cursor:
     def joints(self) -> m.JointMessage:
         """Take a ``sensor_msgs/msg/JointState``."""
         stamp_ns = self.int32() * NS_PER_S + self.uint32()
-        frame_id, names = self.label(), tuple(self.label() for _ in range(self.count()))
+        frame_id = self.text(LABEL_MOST)
+        AXES.check(count := self.uint32())
+        names = tuple(self.text(LABEL_MOST) for _ in range(count))
         arrays = [self.float64s(self.uint32()) for _ in m.JOINT_UNITS]
         message = m.JointMessage(stamp_ns, frame_id, names, *arrays)
         if () in message.arrays:

@@ -4,30 +4,22 @@
 """
 Write parameters as a ROS parameter file with units and sources, and read them back.
 
-YAML that can be misunderstood is refused: repeated keys, numbers of base 60, aliases; so is what
-costs much.
+YAML that can be misunderstood is refused: repeated keys, numbers of base 60, aliases.
 
 """
 
 import json
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-from stickslip_ros.budget import (
-    NUMBER_CHARACTERS,
-    PARAMETER_VALUES,
-    YAML_CHARACTERS,
-    YAML_DEPTH,
-    YAML_VALUES,
-    Limit,
-    OverBudget,
-)
-from stickslip_ros.errors import RecordingError, StickSlipError, UnknownName, WrongKind, quoted
+from stickslip_ros import budget
+from stickslip_ros.errors import RecordingError, UnknownName, WrongKind, quoted
 from stickslip_ros.files import read_text
 from stickslip_ros.parameters.arguments import reading
 from stickslip_ros.parameters.declaration import Scalar, Spec
@@ -110,7 +102,7 @@ def load_yaml(*paths: str | Path) -> Parameters:
 def load_values(path: Path) -> dict[str, object]:
     """Return the values of a ROS parameter file by name, unchecked; refuses like ``load_yaml``."""
     text = read_text(path, 'check the path', 'give a ROS parameter file')
-    document = read_yaml(text, str(path), _HINT, PARAMETER_VALUES)
+    document = read_yaml(text, str(path), _HINT, budget.PARAMETER_VALUES)
     if document is None:
         raise RecordingError(path, 'names no parameter', _HINT)
     return _values(document, str(path))
@@ -182,7 +174,7 @@ def _flatten(node: object, prefix: str, origin: str) -> Iterator[tuple[str, obje
             yield f'{prefix}{key}', value
 
 
-def read_yaml(text: str, origin: str, hint: str, values: Limit = YAML_VALUES) -> object:
+def read_yaml(text: str, origin: str, hint: str, limit: Any = budget.YAML_VALUES) -> object:
     """
     Read a YAML document; messages name its ``origin`` and give the ``hint``.
 
@@ -194,45 +186,36 @@ def read_yaml(text: str, origin: str, hint: str, values: Limit = YAML_VALUES) ->
 
     """
     try:
-        YAML_CHARACTERS.check(len(text))
-        _check_events(text, origin, values)
+        budget.YAML_CHARACTERS.check(len(text), origin)
+        _check_events(text, origin, limit)
         loader = _Loader(text)
         loader.origin = origin
         return loader.get_single_data()
-    except OverBudget as error:
-        raise error.of(origin) from None
-    except StickSlipError:
-        raise
-    except Exception as error:  # noqa: BLE001 - tags of content that is not theirs raise any
+    except (yaml.YAMLError, ValueError, TypeError, LookupError, AttributeError) as error:
         told = ' '.join(str(error).split()) or type(error).__name__
-        is_yaml = isinstance(error, yaml.YAMLError)
-        problem = f'is not YAML ({told})' if is_yaml else f'has a value unlike its tag ({told})'
-        raise RecordingError(origin, problem, hint) from None
+        kind = 'is not YAML' if isinstance(error, yaml.YAMLError) else 'has a value unlike its tag'
+        raise RecordingError(origin, f'{kind} ({told})', hint) from None
 
 
 def check_parameter_file(path: Path) -> None:
     """Refuse a file on which ROS 2 would work for minutes; it judges the rest."""
-    try:
-        _check_events(read_text(path, 'check the path', _HINT), str(path), PARAMETER_VALUES)
-    except OverBudget as error:
-        raise error.of(path) from None
-    except yaml.YAMLError:
-        return
+    text = read_text(path, 'check the path', _HINT)
+    with suppress(yaml.YAMLError):
+        _check_events(text, str(path), budget.PARAMETER_VALUES)
 
 
-def _check_events(text: str, origin: str, limit: Limit) -> None:
+def _check_events(text: str, origin: str, limit: budget.Limit) -> None:
     """Refuse an alias, many values, deep ones and long numbers, before anything is built."""
     values = depth = 0
     for event in yaml.parse(text, _BASE):
         if isinstance(event, yaml.AliasEvent):
-            _refuse(
-                origin, event, f'has the alias *{event.anchor}', 'write out what it stands for'
-            )
+            problem = f'has the alias *{event.anchor}'
+            _refuse(origin, event, problem, 'write out what it stands for')
         values += isinstance(event, yaml.NodeEvent)
         depth += isinstance(event, yaml.CollectionStartEvent)
         depth -= isinstance(event, yaml.CollectionEndEvent)
-        limit.check(values)
-        YAML_DEPTH.check(depth)
+        limit.check(values, origin)
+        budget.YAML_DEPTH.check(depth, origin)
 
 
 def _refuse(origin: str, place: Any, problem: str, hint: str) -> None:
@@ -254,7 +237,7 @@ class _Loader(_BASE):  # type: ignore[misc]
         return super().construct_mapping(node, deep)
 
     def construct_number(self, node: Any) -> Any:
-        NUMBER_CHARACTERS.check(len(node.value))
+        budget.NUMBER_CHARACTERS.check(len(node.value), self.origin)
         number = super().yaml_constructors[node.tag](self, node)
         if ':' in node.value:
             problem = f'YAML reads {node.value} as {number}, in base 60'

@@ -6,7 +6,7 @@
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
-from itertools import islice
+from itertools import count, islice
 from pathlib import Path
 from typing import Any, Final
 
@@ -15,7 +15,7 @@ from mcap.records import Channel, Schema
 from numpy.typing import NDArray
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.budget import SKIPPED, OverBudget, load_json
+from stickslip_ros.budget import DEFINITION_MOST, SKIPPED, load_json
 from stickslip_ros.errors import RecordingError, UnknownName, quoted
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.chunks import (
@@ -108,10 +108,9 @@ class Field:
         if not schema or (channel.message_encoding, schema.encoding) != ('cdr', 'ros2msg'):
             problem = f'has no definition of {channel.topic} that ROS 2 writes'
             raise RecordingError(file, problem, 'record it with ros2 bag record, or as JSON')
+        DEFINITION_MOST.check(len(schema.data), file)
         try:
             kind = Definitions(schema.name, schema.data.decode()).struct(schema.name)
-        except OverBudget:
-            raise
         except ValueError as error:
             problem = f'has a definition of {channel.topic} that cannot be read: {error}'
             hint = 'source the ROS 2 workspace that has it, or record it anew'
@@ -192,20 +191,17 @@ class JsonField(Field):
             stop_if_asked()
             message, found = piece.message(place).data, None
             try:
-                found = message = load_json(message)
+                found = message = load_json(message, self._file)
                 for part in self._path:
                     found = found[part]
                 values[at] = np.nan if found is None else float(found + 0)  # no text
             except (LookupError, TypeError):
                 raise self._unknown(islice(_leaves_in(message), LEAVES)) from None
-            except OverBudget:
-                raise
             except (ValueError, OverflowError):
                 problem = f'has a message on {self._topic} that is not JSON'
                 raise RecordingError(self._file, problem, 'name another topic') from None
             stamps.append(_stamp_in(message) if self._by_stamp else (0, 0))
-        texts = (np.array(each, object) for each in zip(*stamps, strict=True))
-        stamps_ns = self._to_ns(*texts)
+        stamps_ns = self._to_ns(*np.array(stamps, object).T)
         return np.where(stamps_ns == 0, times_ns, stamps_ns), values
 
 
@@ -239,7 +235,7 @@ class Bodies:
 
     def __init__(self, data: bytes, starts: Places, ends: Places, order: str) -> None:
         self._data, self._starts, self._sizes, self._order = data, starts, ends - starts, order
-        self._skipped = [0]  # texts; arrays of them count too
+        self._texts = count(1)  # that were skipped; those in arrays too
         self._at = np.zeros_like(starts)
 
     def number(self, before: Sequence[Kind | int], dtype: str) -> NDArray[Any]:
@@ -277,8 +273,7 @@ class Bodies:
 
     def _length(self) -> Places:
         stop_if_asked()  # each takes a step for all messages
-        self._skipped[0] += 1
-        SKIPPED.check(self._skipped[0])
+        SKIPPED.check(next(self._texts))
         return self._read('u4').astype(np.int64)
 
     def _skip_each(self, element: Kind, counts: Places) -> None:
@@ -293,7 +288,7 @@ class Bodies:
             more = counts > number
             starts, sizes = self._starts[more], self._sizes[more]
             part = Bodies(self._data, starts, starts + sizes, self._order)
-            part._at, part._skipped = self._at[more], self._skipped
+            part._at, part._texts = self._at[more], self._texts
             part._skip(element)
             self._at[more] = part._at
 

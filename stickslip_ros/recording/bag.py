@@ -160,9 +160,8 @@ def bag_parts(path: Path) -> list[Path]:
         raise RecordingError(
             path, f'{missing[0] if missing else "its list of files"} is missing', 'put it back'
         )
-    [(name, times)] = Counter(names).most_common(1)
-    if times > 1:
-        problem = f'its {METADATA_FILE} lists {name} {times} times'
+    if twice := [each for each, count in Counter(names).items() if count > 1]:
+        problem = f'its {METADATA_FILE} lists {twice[0]} {names.count(twice[0])} times'
         raise RecordingError(path, problem, 'list each file once')
     return [path / name for name in names]
 

@@ -9,10 +9,10 @@ import struct
 import zlib
 from array import array
 from collections import Counter
-from collections.abc import Collection, Iterator, Set
+from collections.abc import Collection, Iterator
 from functools import lru_cache
 from io import BytesIO
-from itertools import chain, pairwise
+from itertools import pairwise
 from typing import Any, BinaryIO, Final, NamedTuple
 
 import numpy as np
@@ -22,13 +22,11 @@ from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.reader import SeekingReader
 from mcap.records import (
-    Attachment,
     AttachmentIndex,
     Channel,
     Chunk,
     ChunkIndex,
     Message,
-    Metadata,
     MetadataIndex,
     Schema,
     Statistics,
@@ -37,20 +35,13 @@ from mcap.stream_reader import StreamReader
 from mcap.summary import Summary
 from numpy.typing import NDArray
 
-from stickslip_ros.budget import (
-    CHUNK_BYTES,
-    EXTRA_BYTES,
-    INDEX_BYTES,
-    NAME_CHARACTERS,
-    NAMES_MOST,
-    RECORDS,
-)
+from stickslip_ros import budget
 from stickslip_ros.errors import Miscounted
 from stickslip_ros.recording.layout import TIME_MAX_NS
 
 Places = NDArray[np.int64]
 
-CHUNK_MAX_BYTES: Final = CHUNK_BYTES.most
+CHUNK_MAX_BYTES: Final = budget.CHUNK_BYTES.most
 ALL_TIMES_NS: Final = 0, (1 << 64) - 1  # log times, ns; those above TIME_MAX_NS are refused
 RECORD_HEAD: Final = struct.Struct('<BQ')  # opcode and length
 MESSAGE_HEAD: Final = struct.Struct('<HIQQ')  # channel, sequence number, log and publish time
@@ -127,14 +118,13 @@ def unpack_chunk(chunk: Chunk) -> bytes:
 
 
 def find_messages(
-    data: bytes, wanted: Collection[int] | None = None, stored_bytes: int | None = None
+    data: bytes, wanted: Collection[int] | None = None, packed: tuple[object, Any] = ('', None)
 ) -> ChunkMessages:
     """Return the messages of some channels, or of all; ValueError if the data are no records."""
     starts, described, at, end = array('q'), array('q'), 0, len(data)
-    most = RECORDS.allowed(stored_bytes)
-    for _ in range(most + 1):
-        if at >= end:
-            break
+    records, most = 0, budget.RECORDS.allowed(packed[1])
+    while at < end and records <= most:
+        records += 1
         opcode, length = RECORD_HEAD.unpack_from(data, at)
         at += RECORD_HEAD.size
         if opcode == Opcode.CHUNK:
@@ -146,8 +136,7 @@ def find_messages(
         elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
             described.append(at)
         at += length
-    else:
-        RECORDS.check(most + 1, stored_bytes)
+    budget.RECORDS.check(records, *packed)
     if at != end:
         raise ValueError('a record is longer than its chunk')
     places, described_at = np.array(starts, np.int64), np.array(described, np.int64)
@@ -183,13 +172,15 @@ class ChunkReader(SeekingReader):
     def get_summary(self) -> Summary:
         """Return the summary at the end of the file."""
         if self._summary is None:
-            INDEX_BYTES.check(self._stream.seek(0, os.SEEK_END) - self._summary_start)
+            size_bytes = self._stream.seek(0, os.SEEK_END) - self._summary_start
+            budget.INDEX_BYTES.check(size_bytes, self._stream.name)
             self._stream.seek(self._summary_start)
             data = self._stream.read()
             checked, behind = data[: -_CRC_BYTES - len(MAGIC)], data[-_CRC_BYTES - len(MAGIC) :]
             if int.from_bytes(behind[:_CRC_BYTES], 'little') not in {0, zlib.crc32(checked)}:
                 raise ValueError('the checksum of its summary is wrong')
             self._summary = _summary_of(data)
+            check_names(self._stream.name, self._summary)
         return self._summary
 
     def check(self) -> None:
@@ -220,14 +211,6 @@ class ChunkReader(SeekingReader):
             problem += f'{statistics.message_count}, others of {", ".join(differ)}'
             raise Miscounted(self._stream.name, problem, _COUNT_ANEW)
 
-    def extras(self) -> Iterator[Metadata | Attachment]:
-        """Give metadata, then attachments, of which a file may list one many times."""
-        held, found = 0, chain[Any](self.iter_metadata(), self.iter_attachments())
-        for each in found:
-            texts = [*chain(*each.metadata.items())] if isinstance(each, Metadata) else [each.data]
-            EXTRA_BYTES.check(held := held + sum(map(len, texts)))
-            yield each
-
     def pieces(
         self, topics: Collection[str] | None = None, window_ns: tuple[int, int] = ALL_TIMES_NS
     ) -> Iterator[ChunkMessages]:
@@ -236,22 +219,14 @@ class ChunkReader(SeekingReader):
         for index in indexes:
             yield self._read(index, wanted)
 
-    def ends(self, topics: Set[str]) -> dict[str, list[Message]]:
-        """Give the first and the last message of topics, in the order of the file."""
-        channels, ends = self.get_summary().channels, list[dict[str, Message]]()
-        for step in (1, -1):
-            found: dict[str, Message] = {}
-            for index in self._select(topics, ALL_TIMES_NS)[0][::step]:
-                here = {channels[key].topic for key in index.message_index_offsets}
-                left = topics - found.keys()
-                if left and (not here or here & left):
-                    piece = self._read(index, self._select(left, ALL_TIMES_NS)[1])
-                    keys, places = np.unique(piece.channels[::step], return_index=True)
-                    for at, key in sorted(zip(places.tolist(), keys.tolist(), strict=True)):
-                        message = piece.message(at if step > 0 else len(piece.starts) - 1 - at)
-                        found.setdefault(channels[key].topic, message)
-            ends.append(found)
-        return {topic: [ends[0][topic], ends[1][topic]] for topic in ends[0]}
+    def ends(self, topic: str) -> list[Message]:
+        """Give the first and the last message of a topic, in the order of the file."""
+        indexes, wanted = self._select([topic], ALL_TIMES_NS)
+        found = []
+        for place, order in ((0, indexes), (-1, indexes[::-1])):
+            pieces = (self._read(index, wanted) for index in order)
+            found += next(([each.message(place)] for each in pieces if len(each.starts)), [])
+        return found
 
     def messages(
         self,
@@ -282,8 +257,8 @@ class ChunkReader(SeekingReader):
         piece = self._read(index, wanted)
         self._opened_bytes += len(piece.data)
         if self._opened_bytes > CHUNK_MAX_BYTES:
-            size_bytes = self._opened_bytes
-            raise ValueError(f'{size_bytes} bytes in chunks of one time: above {CHUNK_MAX_BYTES}')
+            problem = f'{self._opened_bytes} bytes in chunks of one time: above {CHUNK_MAX_BYTES}'
+            raise ValueError(problem)
         for place in np.argsort(piece.times_ns, kind='stable').tolist():
             yield int(piece.times_ns[place]), index.chunk_start_offset, place, piece
         self._opened_bytes -= len(piece.data)
@@ -311,18 +286,17 @@ class ChunkReader(SeekingReader):
 
     def _read(self, index: ChunkIndex, wanted: set[int] | None) -> ChunkMessages:
         """Return the messages of a chunk, or those of a file without chunks."""
-        stored_bytes = None
         if index is WHOLE_FILE:
             size = self._summary_start - len(MAGIC)
             if size > CHUNK_MAX_BYTES:
                 raise ValueError(f'{size} bytes without chunks are above {CHUNK_MAX_BYTES}')
             self._stream.seek(len(MAGIC))
-            data = self._stream.read(size)
+            data, stored_bytes = self._stream.read(size), None
         else:
             self._stream.seek(index.chunk_start_offset + RECORD_HEAD.size)
             chunk = Chunk.read(ReadDataStream(self._stream))
             data, stored_bytes = unpack_chunk(chunk), len(chunk.data)
-        piece = find_messages(data, wanted, stored_bytes)
+        piece = find_messages(data, wanted, (self._stream.name, stored_bytes))
         if index is WHOLE_FILE:
             return piece
         first_ns, last_ns = index.message_start_time, index.message_end_time
@@ -363,11 +337,6 @@ def _summary_of(data: bytes) -> Summary:
             summary.attachment_indexes.append(each)
         elif isinstance(each, MetadataIndex):
             summary.metadata_indexes.append(each)
-    for names in (summary.schemas.values(), summary.channels.values()):
-        NAMES_MOST.check(len(names))
-    texts = [each.name for each in summary.schemas.values()]
-    texts += [each.topic for each in summary.channels.values()]
-    NAME_CHARACTERS.check(max(map(len, texts), default=0))
     summary.chunk_indexes.sort(key=lambda each: each.chunk_start_offset)
     for one, other in pairwise(summary.chunk_indexes):
         if other.chunk_start_offset < one.chunk_start_offset + one.chunk_length:
@@ -379,6 +348,15 @@ def _summary_of(data: bytes) -> Summary:
     if summary.statistics and summary.statistics.chunk_count != listed:
         raise ValueError(f'its index lists {listed} of {summary.statistics.chunk_count} chunks')
     return summary
+
+
+def check_names(path: object, summary: Summary) -> None:
+    """Refuse too many or too long names of what is in a file; it may list one thing twice."""
+    kinds = [each.name for each in summary.schemas.values()]
+    topics = [each.topic for each in summary.channels.values()]
+    extras = len(summary.metadata_indexes) + len(summary.attachment_indexes)
+    budget.NAMES_MOST.check(max(len(kinds), len(topics), extras), path)
+    budget.NAME_CHARACTERS.check(max(map(len, kinds + topics), default=0), path)
 
 
 def _counts_in(index: ChunkIndex) -> Counter[int] | None:

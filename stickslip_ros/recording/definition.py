@@ -20,7 +20,6 @@ from functools import cache
 from pathlib import Path
 from typing import Final, TypeAlias
 
-from stickslip_ros.budget import DEFINITION_CHARACTERS
 from stickslip_ros.errors import quoted
 from stickslip_ros.interface.schemas import FIELDS
 
@@ -100,7 +99,6 @@ class Definitions:
     def __init__(self, name: str, text: str) -> None:
         self._lines: dict[str, list[str]] = {}
         self._known: dict[str, Struct] = {}
-        DEFINITION_CHARACTERS.check(len(text))
         self._add(_short(name), text or _installed_text(_short(name)))
 
     def _add(self, name: str, text: str) -> None:

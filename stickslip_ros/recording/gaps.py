@@ -9,13 +9,7 @@ from stickslip_ros.units import NANO
 
 
 def gaps_of(recording: Recording) -> list[str]:
-    """
-    Return the loss of each topic in words.
-
-    Sequence numbers prove a loss between two messages. Losses before the first and after the last
-    one are counted by the recorder alone.
-
-    """
+    """Return the loss of each topic in words; one beyond its ends is known to the recorder."""
     closing, origin_ns = recording.metadata.get(CLOSING_RECORD, {}), recording.time_origin_ns
     counts = {}
     for each in recording.channels:
@@ -35,7 +29,6 @@ def gaps_of(recording: Recording) -> list[str]:
         if counts[topic] > (each.gaps or 0):  # beyond the ends
             has_first = each.messages and not each.first_sequence
             first_s, last_s = first_s if has_first else begin_s, end_s
-        told.append(
-            f'lacks {counts[topic]} messages of {topic} between {first_s:.9g} s and {last_s:.9g} s'
-        )
+        span = f'between {first_s:.9g} s and {last_s:.9g} s'
+        told.append(f'lacks {counts[topic]} messages of {topic} {span}')
     return told

@@ -15,7 +15,6 @@ from typing import BinaryIO, Final
 import zstandard
 from mcap.exceptions import McapError
 
-from stickslip_ros.budget import OverBudget
 from stickslip_ros.errors import RecordingError, StickSlipError
 from stickslip_ros.files import read_bytes, readable
 from stickslip_ros.process.stopping import stop_if_asked
@@ -96,8 +95,6 @@ def open_whole(path: Path) -> Iterator[ChunkReader]:
             else:
                 refuse_foreign(path, begin)
                 yield ChunkReader(stream, _summary_start(path, stream))
-        except OverBudget as error:
-            raise error.of(path) from None
         except StickSlipError:
             raise
         except DAMAGE as error:

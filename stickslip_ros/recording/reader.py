@@ -17,7 +17,6 @@ from typing import Final
 
 import numpy as np
 from mcap.records import Message as Stored
-from mcap.records import Metadata
 
 from stickslip_ros.budget import NAMES_MOST, load_json
 from stickslip_ros.errors import RecordingError, UnknownName
@@ -58,6 +57,7 @@ TRACE_ROWS_MAX: Final = 10_000_000
 """Largest number of trace rows read without a window: 200 s at 50 kHz, 0.4 GB."""
 MESSAGE_S: Final = 10.0
 """Mean time between messages, s, above which some of their times are probably wrong."""
+TOPICS_MOST: Final = 100  # of a recording whose messages are counted by its summary
 ALL_S: Final = -math.inf, math.inf
 Described = dict[str, dict[str, str]]  # metadata of a file
 FRONTS: Final = {POINT_STAMPED: 'point.', WRENCH_STAMPED: 'wrench.'}
@@ -79,12 +79,6 @@ class ChannelSummary:
 
     def __post_init__(self) -> None:
         self._sequence: int | None = None
-        self._lost, self.is_numbered = 0, False
-
-    @property
-    def missing(self) -> int | str:
-        """Lost messages; a dash if unknown, as rosbag2 numbers none."""
-        return '-' if self.gaps is None else self.gaps
 
     @property
     def rate_hz(self) -> float:
@@ -102,8 +96,8 @@ class ChannelSummary:
             self.add(each.log_time - origin_ns, each.sequence)
         between = new - len(ends[:new])
         self.messages += between
-        self._lost -= between
-        self._tell_gaps()
+        if self.gaps is not None:
+            self.gaps -= between
 
     def add(self, time_ns: int, sequence: int) -> None:
         """Count a message; numbers that repeat or run backwards leave no gap."""
@@ -112,14 +106,10 @@ class ChannelSummary:
         if self._sequence is None:
             self.first_sequence, self._sequence = sequence, sequence - 1
         step = (sequence - self._sequence) % _SEQUENCE_NUMBERS
-        self._lost += step - 1 if 0 < step < _SEQUENCE_NUMBERS // 2 else 0
-        self.is_numbered |= step != 0 and (self.messages > 0 or sequence > 0)
+        lost = (self.gaps or 0) + (step - 1 if 0 < step < _SEQUENCE_NUMBERS // 2 else 0)
+        self.gaps = lost if sequence or self._sequence else lost or None
         self.messages += 1
         self._sequence = sequence
-        self._tell_gaps()
-
-    def _tell_gaps(self) -> None:
-        self.gaps = self._lost if self.is_numbered or self.messages == 1 else None
 
 
 class Recording:
@@ -207,13 +197,12 @@ class Recording:
                 count = counts.get(channel.topic, 0) + said.get(channel.id, 0)
                 counts[channel.topic] = count
             self._counts.append(counts if said else {})
-            own = Described()
-            for each in reader.extras():
-                if isinstance(each, Metadata):
-                    own[each.name] = dict(each.metadata)
-                elif file == self.files[0]:
-                    self.attachments[each.name] = each.media_type, each.data
-            NAMES_MOST.check(max(len(self.types), len(own), *map(len, own.values())))
+            own = {each.name: dict(each.metadata) for each in reader.iter_metadata()}
+            if file == self.files[0]:
+                self.attachments = {
+                    each.name: (each.media_type, each.data) for each in reader.iter_attachments()
+                }
+            NAMES_MOST.check(max(len(self.types), len(own), *map(len, own.values())), file)
         return own
 
     @cached_property
@@ -305,25 +294,26 @@ class Recording:
         """
         Content of each topic, in the order of the file.
 
-        For a run of this package the first and the last message are enough; another recording
-        takes one pass over all messages.
+        For a run of this package the first and the last message are enough; another recording,
+        or one of many topics, takes one pass over all messages.
 
         """
         summaries = {topic: ChannelSummary(topic, kind) for topic, kind in self.types.items()}
-        if not (self.is_ours and all(self._counts)):
+        if not (self.is_ours and all(self._counts) and len(summaries) < TOPICS_MOST):
+            is_numbered = self.is_ours
             for topic, message in self.records():
                 time_ns = message.log_time - self.time_origin_ns
                 summaries[topic].add(time_ns, message.sequence)
-            found = list(summaries.values())
-            if not self.is_ours and not any(each.is_numbered for each in found):
-                for each in found:  # nor is a single message then the first
-                    each.gaps = None if each.messages else 0
-            return found
+                is_numbered |= message.sequence > 0
+            for each in summaries.values():
+                if each.messages and not is_numbered:  # a single 0 is no number either
+                    each.gaps = None
+            return list(summaries.values())
         for file, counts in zip(self.files, self._counts, strict=True):
             with open_whole(file) as reader:
-                ends = reader.ends({topic for topic, count in counts.items() if count})
-            for topic, pair in ends.items():
-                summaries[topic].add_all(counts[topic], *pair, origin_ns=self.time_origin_ns)
+                for topic, count in counts.items():
+                    if ends := reader.ends(topic) if count else []:
+                        summaries[topic].add_all(count, *ends, origin_ns=self.time_origin_ns)
         return list(summaries.values())
 
     def messages(self, topics: Iterable[str] | None = None) -> Iterator[tuple[str, int, Message]]:

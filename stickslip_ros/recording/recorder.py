@@ -132,10 +132,9 @@ class Recorder:
     @property
     def losses(self) -> str:
         """Number of lost messages in words, with their topics."""
-        lost = [
-            f'{n} of {topic}' for topic, n in zip(self._topics, self._dropped, strict=True) if n
-        ]
-        return f'{self.dropped} dropped{": " * bool(lost)}{", ".join(lost)}'
+        pairs = zip(self._topics, self._dropped, strict=True)
+        lost = ', '.join(f'{count} of {topic}' for topic, count in pairs if count)
+        return f'{self.dropped} dropped{": " * bool(lost)}{lost}'
 
     @property
     def queued(self) -> int:

@@ -6,12 +6,12 @@
 import json
 import os
 import shutil
-from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from io import BytesIO
+from itertools import chain
 from pathlib import Path
-from typing import BinaryIO, Final
+from typing import Any, BinaryIO, Final
 
 import numpy as np
 from mcap import records as r
@@ -21,7 +21,7 @@ from mcap.stream_reader import StreamReader
 from mcap.summary import Summary
 from mcap.writer import Writer
 
-from stickslip_ros.budget import LOSSES, NAME_CHARACTERS, NAMES_MOST, OverBudget
+from stickslip_ros.budget import LOSSES, NAMES_MOST
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.files import check_folder, make_folder, prepare_output, readable, replacing
 from stickslip_ros.process.stopping import stop_if_asked
@@ -92,42 +92,31 @@ def recover(path: Path, output: Path | None = None) -> tuple[list[Recovery], Pat
     copy = Layout.plan(output or path.with_name(name), bag=is_bag, split=bool(parts))
     copy.refuse_existing()
     check_folder(copy.path.parent)
-    recoveries, made = list[Recovery](), not copy.folder.exists()
     try:
-        for number, each in enumerate(parts or [path]):
-            recoveries.append(recover_file(each, copy.part(number), is_part=bool(parts)))
-        return recoveries, _complete(recoveries, path, parts, copy, is_bag=is_bag)
-    except BaseException:
-        for number in range(len(parts)):
-            copy.part(number).unlink(missing_ok=True)
-        if made and copy.folder.exists():
-            copy.folder.rmdir()
-        raise
-
-
-def _complete(
-    recoveries: Sequence[Recovery],
-    path: Path,
-    parts: Sequence[Path],
-    copy: Layout,
-    *,
-    is_bag: bool,
-) -> Path | None:
-    """Copy the whole parts beside the recovered ones, and describe a bag; return what was made."""
-    if all(each.is_whole for each in recoveries):
+        recoveries = [
+            recover_file(each, copy.part(number), is_part=bool(parts))
+            for number, each in enumerate(parts or [path])
+        ]
+        if all(each.is_whole for each in recoveries):
+            if is_bag:
+                try:
+                    bag_parts(path)
+                except RecordingError:
+                    return recoveries, write_metadata(path, parts)
+            return recoveries, None
+        for number, each in enumerate(recoveries):
+            if each.is_whole:
+                with replacing(copy.part(number)) as new:
+                    shutil.copyfile(each.source, new)
         if is_bag:
-            try:
-                bag_parts(path)
-            except RecordingError:
-                return write_metadata(path, parts)
-        return None
-    for number, each in enumerate(recoveries):
-        if each.is_whole:
-            with replacing(copy.part(number)) as new:
-                shutil.copyfile(each.source, new)
-    if is_bag:
-        write_metadata(copy.folder, copy.parts())
-    return copy.path
+            write_metadata(copy.folder, copy.parts())
+    except BaseException:  # a part of a copy is none
+        for part in copy.parts() if copy.numbered else []:
+            part.unlink()
+        if copy.bag:
+            shutil.rmtree(copy.folder, ignore_errors=True)
+        raise
+    return recoveries, copy.path
 
 
 def recover_file(source: Path, output: Path, *, is_part: bool = False) -> Recovery:
@@ -149,8 +138,6 @@ def recover_file(source: Path, output: Path, *, is_part: bool = False) -> Recove
                 target.flush()
                 os.fsync(target.fileno())
             return result
-    except OverBudget as error:
-        raise error.of(source) from None
     except OSError as error:
         problem = f'it cannot be read ({error.strerror})'
         raise RecordingError(source, problem, 'name an MCAP file or a bag directory') from error
@@ -163,7 +150,7 @@ def _check(path: Path, result: Recovery) -> Summary:
         with open_whole(path) as reader:
             summary = reader.get_summary()
             reader.check()
-            for _ in reader.extras():
+            for _ in chain[Any](reader.iter_metadata(), reader.iter_attachments()):
                 pass
             result.messages = sum(len(piece.starts) for piece in reader.pieces())
             result.is_whole = True
@@ -180,7 +167,7 @@ def _copy(stream: BinaryIO, target: BinaryIO, result: Recovery, summary: Summary
         header = _parse(_content(stream, at, size))
     writer = Writer(target, enable_data_crcs=True)
     writer.start(header.profile if isinstance(header, r.Header) else PROFILE)
-    copy = _Copy(writer)
+    copy = _Copy(writer, result.source)
     for each in (*summary.schemas.values(), *summary.channels.values()):
         copy.add(each)
     while at < size:
@@ -201,9 +188,7 @@ def _copy(stream: BinaryIO, target: BinaryIO, result: Recovery, summary: Summary
                 times_ns = [record.message_start_time, record.message_end_time]
             span_ns = (each - copy.origin_ns for each in times_ns)
             result.losses.append(Loss(at, len(content) or size - at, why, *span_ns))
-            if isinstance(error, OverBudget) and not isinstance(record, r.Chunk):
-                raise
-            LOSSES.check(len(result.losses))
+            LOSSES.check(len(result.losses), result.source)
         at += len(content) or size
     result.topics = [each for _, each in copy.channels.values()]
     result.unchecked = copy.unchecked
@@ -264,8 +249,8 @@ def _parse(content: bytes) -> r.McapRecord:
 class _Copy:
     """Adds records of a file to a new one, which gives its own numbers to schemas and channels."""
 
-    def __init__(self, writer: Writer) -> None:
-        self._writer = writer
+    def __init__(self, writer: Writer, path: str) -> None:
+        self._writer, self._path = writer, path
         self._schemas: dict[int, tuple[int, str]] = {}  # number in the copy, and name
         self.channels: dict[int, tuple[int, ChannelSummary]] = {}
         self.origin_ns = self.unchecked = 0
@@ -274,7 +259,8 @@ class _Copy:
         """Write a record; of two descriptions of one thing the first one counts."""
         match record:
             case r.Chunk():
-                piece = find_messages(unpack_chunk(record), None, len(record.data))
+                packed = self._path, len(record.data)
+                piece = find_messages(unpack_chunk(record), None, packed)
                 for each in piece.descriptions():
                     self.add(_parse(each))
                 if unknown := {*map(int, np.unique(piece.channels))} - self.channels.keys():
@@ -294,8 +280,7 @@ class _Copy:
                 self._schemas[record.id] = number, record.name
             case r.Channel() if record.id not in self.channels:
                 schema, name = self._schemas.get(record.schema_id, (0, ''))
-                NAMES_MOST.check(len(self.channels) + 1)
-                NAME_CHARACTERS.check(max(len(record.topic), len(name)))
+                NAMES_MOST.check(len(self.channels) + 1, self._path)
                 said = record.topic, record.message_encoding, schema, record.metadata
                 summary = ChannelSummary(record.topic, name)
                 self.channels[record.id] = self._writer.register_channel(*said), summary

@@ -110,12 +110,7 @@ class Doubling:
 
 
 class LagLog:
-    """
-    The log of a lag: a line when it begins, has doubled, is being made up, is made up.
-
-    Of many lags the first, second, fourth and so on are logged; of those given up, a doubled sum.
-
-    """
+    """The log of a lag: a line when it begins, has doubled, is being made up, is made up."""
 
     def __init__(self) -> None:
         self._told_s = self._most_s = self._fastest = self._given_up_s = 0.0
@@ -125,7 +120,7 @@ class LagLog:
         """Return whether to warn with the status, and what to say when the lag is made up."""
         pace, late_s, fast = report.real_time_factor, _lag_s(report), wanted / FACTOR_SHARE
         self._lags += self._most_s <= STAMPS_OFF_MAX_S < late_s
-        is_due = self._lags.bit_count() == 1
+        is_due = self._lags.bit_count() == 1  # of many lags the first, second, fourth and so on
         hurries = report.lag_s > STAMPS_OFF_MAX_S and pace > fast >= self._fastest
         warns = is_due and (hurries or late_s > max(STAMPS_OFF_MAX_S, 2.0 * self._told_s))
         if warns:

@@ -16,6 +16,7 @@ from mcap.writer import CompressionType
 from mcap_records import WITHOUT_INDEX, foreign, foreign_numbers
 from written_messages import written
 
+from stickslip_ros.budget import NAMES_MOST
 from stickslip_ros.errors import RecordingError, StickSlipError, UnknownName, WrongKind
 from stickslip_ros.interface import cdr
 from stickslip_ros.interface.channels import Channel, Qos
@@ -26,6 +27,7 @@ from stickslip_ros.message_types import (
     POINT_STAMPED,
     WRENCH_STAMPED,
 )
+from stickslip_ros.recording import reader
 from stickslip_ros.recording.layout import FileForm
 from stickslip_ros.recording.reader import ChannelSummary, Recording
 from stickslip_ros.recording.recorder import Recorder
@@ -200,6 +202,26 @@ def test_a_file_without_chunks_is_read_in_the_order_of_time(tmp_path: Path):
     recording = Recording(path)
     assert [at for _, at, _ in recording.messages()] == [5, 7]
     assert (recording.channels[0].first_ns, recording.channels[0].last_ns) == (5, 7)
+
+
+def test_a_run_of_many_topics_is_counted_message_by_message_to_the_same_end(
+    recorded: Path, monkeypatch: pytest.MonkeyPatch
+):
+    by_summary = Recording(recorded).channels
+    assert len(by_summary) < reader.TOPICS_MOST
+    monkeypatch.setattr(reader, 'TOPICS_MOST', len(by_summary))
+    assert Recording(recorded).channels == by_summary
+
+
+def test_more_records_of_metadata_than_names_are_allowed_are_not_read(tmp_path: Path):
+    writer = foreign(tmp_path / 'run.mcap')
+    for number in range(NAMES_MOST.most + 1):
+        writer.add_metadata(f'{number}', {})
+    writer.finish()
+    with pytest.raises(
+        RecordingError, match=r'run\.mcap: it asks for 4097 topics, types, entries'
+    ):
+        Recording(tmp_path / 'run.mcap')
 
 
 @pytest.mark.parametrize(

@@ -52,7 +52,7 @@ def print_json(content: Any) -> None:
 
 def _print_table(section: Section) -> None:
     """Print rows as a table: names and sentences to the left, numbers to the right."""
-    rows = [[shortened(str(cell)) for cell in row] for row in section.rows]
+    rows = [[shortened(str('-' if e is None else e)) for e in row] for row in section.rows]
     try:
         from rich import box, console, table, text  # noqa: PLC0415 - a robot has none
     except ImportError:

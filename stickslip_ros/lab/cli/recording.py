@@ -93,7 +93,7 @@ def _recover_parts(recovery: Recovery) -> Iterator[Section | str]:
         yield f'{recovery.source} is whole: {recovery.messages} messages'
         return
     topics = [
-        (each.topic, each.messages, *_seconds(each.first_ns, each.last_ns), each.missing)
+        (each.topic, each.messages, *_seconds(each.first_ns, each.last_ns), each.gaps)
         for each in recovery.topics
     ]
     header = ('topic', 'messages', 'first (s)', 'last (s)', 'missing')

@@ -79,7 +79,7 @@ def sections_of(recording: Recording) -> Iterator[Section]:
     for each in recording.channels:
         rate = f'{each.rate_hz:.1f}' if each.rate_hz else '-'
         name = each.type_name.rpartition('/')[2]
-        rows.append((each.topic, name, each.messages, rate, each.missing))
+        rows.append((each.topic, name, each.messages, rate, each.gaps))
     header = 'topic', 'type', 'messages', 'rate (Hz)', 'missing'
     yield Section(recording.origin, rows, header, [*recording.notes, *gaps_of(recording)])
     if run := recording.metadata.get(RUN_RECORD):

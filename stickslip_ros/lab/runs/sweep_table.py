@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import stickslip_ros
-from stickslip_ros.budget import OverBudget, load_json
+from stickslip_ros.budget import load_json
 from stickslip_ros.errors import RecordingError, UnknownName, WrongKind
 from stickslip_ros.extras import load_extra
 from stickslip_ros.files import prepare_output, read_bytes, replacing
@@ -64,9 +64,6 @@ def write_table(rows: Sequence[Row], path: Path, parameters: Parameters) -> None
             writer.writerows(rows)
 
 
-_HEAD = 1 << 20  # characters above and in the header
-
-
 def is_sweep(path: 'Path | DataFrame') -> bool:
     """Return whether a table is a sweep, by its header."""
     if not isinstance(path, Path):
@@ -75,7 +72,7 @@ def is_sweep(path: 'Path | DataFrame') -> bool:
         return STOP_RULE in read_parquet(path, _REWRITE).column_names
     try:
         with path.open(newline='', encoding='utf-8') as file:
-            head = io.StringIO(file.read(_HEAD), newline='')
+            head = io.StringIO(file.read(1 << 20), newline='')  # the header, and what is above it
             below = (line for line in head if not line.startswith(_COMMENT))
             return STOP_RULE in next(csv.reader(below), [])
     except (UnicodeDecodeError, csv.Error):
@@ -124,8 +121,6 @@ def read_parquet(path: Path, hint: str) -> Any:
     try:
         check_parquet(path)
         return parquet.read_table(path)
-    except OverBudget as error:
-        raise error.of(path) from None
     except (OSError, ValueError) as error:  # pyarrow's errors are both
         problem = f'cannot be read as a Parquet file ({str(error).splitlines()[0]})'
         raise RecordingError(path, problem, hint) from None

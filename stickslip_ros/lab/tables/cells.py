@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.budget import CELLS_MOST, OverBudget, size_of
+from stickslip_ros.budget import CELLS_MOST
 from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind, quoted
 from stickslip_ros.lab.tables.columns import ROW
 from stickslip_ros.lab.tables.layout import BEYOND, EMPTY, OVER_RANGE, TextForm, to_number
@@ -99,7 +99,7 @@ def _chunks(
     if isinstance(source, pd.DataFrame):
         yield line, source
         return
-    size_bytes, cells = len(source) if isinstance(source, bytes) else size_of(source), 0
+    size_bytes = len(source) if isinstance(source, bytes) else source.stat().st_size
     try:
         stream = io.BytesIO(source) if isinstance(source, bytes) else source.open('rb')
         with io.TextIOWrapper(stream, layout.encoding) as text:
@@ -119,12 +119,9 @@ def _chunks(
                 chunksize=max(1, CHUNK_CELLS // len(layout.columns)),
                 dtype=dict.fromkeys(texts, str),
             ):
-                cells += chunk.size
-                CELLS_MOST.check(cells, size_bytes)
+                CELLS_MOST.check((line + len(chunk)) * chunk.shape[1], origin, size_bytes)
                 yield line, chunk
                 line += len(chunk)
-    except OverBudget as error:
-        raise error.of(origin) from None
     except pd.errors.ParserError as error:
         where, problem = f'{origin}: below line {layout.first}', f'is no table ({error})'
         hint = 'save it again as CSV, with quotations that end'

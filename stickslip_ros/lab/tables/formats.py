@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip_ros.budget import NAMES_MOST, NUMBERS_MOST, TABLE_BYTES, TAGS, OverBudget, size_of
+from stickslip_ros.budget import NAMES_MOST, NUMBERS_MOST, TABLE_BYTES, TAGS
 from stickslip_ros.errors import RecordingError, StickSlipError, WrongKind
 from stickslip_ros.extras import load_extra
 from stickslip_ros.files import read_bytes, readable
@@ -35,8 +35,6 @@ DATA_FRAME = 'DataFrame'  # name of a table without a file
 Columns = Iterable[tuple[str, str, Any]]  # name, unit and numbers of each column
 Sources = Iterator[tuple[str, Path | bytes]]  # origin; text or path
 BLOCK_BYTES = 1 << 20
-DOCTYPES = ['<!DOCTYPE'.encode(each) for each in ('utf-8', 'utf-16-le', 'utf-16-be')]
-"""Start of what may declare entities, which unpack to any length."""
 EMPTY_ROW = 48  # cells that an empty row counts as; a sheet has at most a million rows
 EXCEL_ERRORS = frozenset(('#NULL!', '#DIV/0!', '#VALUE!', '#REF!', '#NAME?', '#NUM!', '#N/A'))
 MATLAB_HDF5, MATLAB_HEAD_BYTES, MATLAB_ORDERS = b'MATLAB 7.3', 128, {b'IM': '<', b'MI': '>'}
@@ -72,8 +70,6 @@ def tables_in(path: 'Path | DataFrame', *, is_named: bool = False) -> Sources:
             yield from read_sheets(readable(path))
             return
         tables = READERS[suffix](readable(path))
-    except OverBudget as error:
-        raise error.of(path) from None
     except StickSlipError:
         raise
     except Exception as error:  # noqa: BLE001 - six libraries have many exceptions
@@ -110,20 +106,19 @@ def read_sheets(path: Path) -> Sources:
     """Yield the cells of each sheet as CSV."""
     openpyxl = load_extra(f'a table {path.suffix}', 'openpyxl')
     warnings.filterwarnings('ignore', module='openpyxl')
-    tags = size_bytes = 0
-    stored_bytes = size_of(path)
+    tags, size_bytes, stored_bytes = 0, 0, path.stat().st_size
     with zipfile.ZipFile(path) as archive:
-        NAMES_MOST.check(len(archive.infolist()))
+        NAMES_MOST.check(len(archive.infolist()), path)
         for part in archive.infolist():
             with archive.open(part) as stream:
                 end = b''
                 while block := stream.read(BLOCK_BYTES):
                     tags, size_bytes = tags + block.count(b'<'), size_bytes + len(block)
-                    TABLE_BYTES.check(size_bytes)
-                    TAGS.check(tags, stored_bytes)
-                    if any(each in end + block for each in DOCTYPES):
+                    TABLE_BYTES.check(size_bytes, path)
+                    TAGS.check(tags, path, stored_bytes)
+                    end = (end[-8:] + block).replace(b'\0', b'')  # of wide characters
+                    if b'<!DOCTYPE' in end:  # its entities unpack to any length
                         raise ValueError(f'{part.filename} has a DOCTYPE, as no workbook needs')
-                    end = block[-len(DOCTYPES[-1]) :]
     with closing(openpyxl.load_workbook(path, read_only=True, data_only=True)) as book:
         cells = size_bytes = 0
         for sheet in book.worksheets:
@@ -132,9 +127,9 @@ def read_sheets(path: Path) -> Sources:
             sheet.reset_dimensions()  # some programs write wrong ones
             for row in sheet.iter_rows(values_only=True):
                 cells += len(row) or EMPTY_ROW
-                NUMBERS_MOST.check(cells, stored_bytes)
+                NUMBERS_MOST.check(cells, path, stored_bytes)
                 size_bytes += sum(len(each) for each in row if isinstance(each, str))
-                TABLE_BYTES.check(size_bytes)  # many cells may share a text
+                TABLE_BYTES.check(size_bytes, path)  # many cells may share a text
                 writer.writerow(None if each in EXCEL_ERRORS else each for each in row)
             origin = f'{path}, sheet {sheet.title}' if len(book.worksheets) > 1 else str(path)
             yield origin, text.getvalue().encode()
@@ -144,11 +139,11 @@ def check_parquet(path: Path) -> Any:
     """Return the metadata of a Parquet file whose size is within the limits."""
     parquet = load_extra(f'a table {path.suffix}', 'pyarrow.parquet')
     metadata = parquet.read_metadata(path)
-    NAMES_MOST.check(metadata.num_columns)
+    NAMES_MOST.check(metadata.num_columns, path)
     groups = [metadata.row_group(at) for at in range(metadata.num_row_groups)]
     columns = [each.column(at) for each in groups for at in range(each.num_columns)]
-    NUMBERS_MOST.check(sum(each.num_values for each in columns), size_of(path))
-    TABLE_BYTES.check(sum(each.total_byte_size for each in groups))
+    NUMBERS_MOST.check(sum(each.num_values for each in columns), path, path.stat().st_size)
+    TABLE_BYTES.check(sum(each.total_byte_size for each in groups), path)
     return metadata
 
 
@@ -172,7 +167,7 @@ def read_hdf5(path: Path) -> 'list[DataFrame]':
             if each.external or each.is_virtual:
                 raise ValueError(f'{name} stands in another file; copy it into this one')
             found.append(each)
-            NAMES_MOST.check(len(found))
+            NAMES_MOST.check(len(found), path)
 
     def unit_of(each: Any) -> str:
         unit = each.attrs.get('units', each.attrs.get('unit', ''))
@@ -182,20 +177,21 @@ def read_hdf5(path: Path) -> 'list[DataFrame]':
     with h5py.File(path) as file:
         file.visititems(take)
         numbers = sum(max(each.size, math.prod(each.chunks or ())) for each in found)
-        NUMBERS_MOST.check(numbers, size_of(path))
-        return _joined((each.name.rpartition('/')[2], unit_of(each), each[()]) for each in found)
+        NUMBERS_MOST.check(numbers, path, path.stat().st_size)
+        columns = ((each.name.rpartition('/')[2], unit_of(each), each[()]) for each in found)
+        return _joined(path, columns)
 
 
 def read_numpy(path: Path) -> 'list[DataFrame]':
     """Return the vectors of an archive of numpy."""
     with zipfile.ZipFile(path) as archive:
-        NAMES_MOST.check(len(archive.infolist()))
+        NAMES_MOST.check(len(archive.infolist()), path)
         unpacked_bytes = sum(each.file_size for each in archive.infolist())
-        TABLE_BYTES.check(unpacked_bytes)
-        NUMBERS_MOST.check(unpacked_bytes // 8, size_of(path))
+        TABLE_BYTES.check(unpacked_bytes, path)
+        NUMBERS_MOST.check(unpacked_bytes // 8, path, path.stat().st_size)
     with np.load(path, allow_pickle=False) as found:
         columns = [(name, found[name]) for name in found.files]
-    return _joined((name, '', each) for name, each in columns if each.dtype.kind in 'fiu')
+    return _joined(path, ((n, '', each) for n, each in columns if each.dtype.kind in 'fiu'))
 
 
 def read_matlab(path: Path) -> 'list[DataFrame]':
@@ -209,20 +205,22 @@ def read_matlab(path: Path) -> 'list[DataFrame]':
         from scipy.io import loadmat
 
         found = loadmat(io.BytesIO(content)).items()
-        return _joined((name, '', each) for name, each in found if each.dtype.kind in 'fiu')
-    return _joined(_matlab_vectors(content[MATLAB_HEAD_BYTES:], MATLAB_ORDERS[head[-2:]]))
+        columns = [(name, '', each) for name, each in found if each.dtype.kind in 'fiu']
+        return _joined(path, columns)
+    order = MATLAB_ORDERS[head[-2:]]
+    return _joined(path, _matlab_vectors(path, content[MATLAB_HEAD_BYTES:], order))
 
 
-def _matlab_vectors(content: bytes, order: str) -> Columns:
+def _matlab_vectors(path: Path, content: bytes, order: str) -> Columns:
     """Yield real vectors of version 5, as scipy crashes on damaged files."""
     room = TABLE_BYTES.most
     for count, (kind, data) in enumerate(_elements(content, order)):
-        NAMES_MOST.check(count)
+        NAMES_MOST.check(count, path)
         if kind == MATLAB_PACKED:
             unpacked = zlib.decompressobj().decompress(data, room + 1)
             room -= len(unpacked)
-            TABLE_BYTES.check(TABLE_BYTES.most - room)
-            NUMBERS_MOST.check((TABLE_BYTES.most - room) // 8, len(content))
+            TABLE_BYTES.check(TABLE_BYTES.most - room, path)
+            NUMBERS_MOST.check((TABLE_BYTES.most - room) // 8, path, len(content))
             kind, data = next(_elements(unpacked, order))  # noqa: PLW2901
         if kind != MATLAB_MATRIX:
             continue
@@ -252,24 +250,24 @@ def _elements(content: bytes, order: str) -> Iterator[tuple[int, bytes]]:
 
 def read_tdms(path: Path) -> 'list[DataFrame]':
     """Return the channels, and their time if the sampling interval is given."""
-    logging.getLogger('nptdms').setLevel(logging.CRITICAL)  # it tells damages in many lines
-    with load_extra(f'a table {path.suffix}', 'nptdms').TdmsFile.open(path) as tdms:
+    nptdms = load_extra(f'a table {path.suffix}', 'nptdms')
+    nptdms.log.log_manager.set_level(logging.CRITICAL)  # it tells damages in many lines
+    with nptdms.TdmsFile.open(path) as tdms:
         if tdms.file_status.incomplete_final_segment:
             raise ValueError('it was cut off')
         channels = [each for group in tdms.groups() for each in group.channels() if len(each)]
-        NAMES_MOST.check(len(channels))
-        NUMBERS_MOST.check(sum(map(len, channels)), size_of(path))
+        NUMBERS_MOST.check(sum(map(len, channels)), path, path.stat().st_size)
         columns = [(e.name, e.properties.get('unit_string', ''), e[:]) for e in channels]
         if channels and 'wf_increment' in channels[0].properties:
             columns.insert(0, ('time', 's', channels[0].time_track()))
-    return _joined(columns)
+    return _joined(path, columns)
 
 
 def _is_vector(shape: Sequence[int]) -> bool:
     return 1 < math.prod(shape) == max(shape)
 
 
-def _joined(columns: Columns) -> 'list[DataFrame]':
+def _joined(path: Path, columns: Columns) -> 'list[DataFrame]':
     """Join the vectors of each length to a table; refuse two of a name."""
     import pandas as pd
 
@@ -283,8 +281,8 @@ def _joined(columns: Columns) -> 'list[DataFrame]':
                 raise ValueError(f'it has two vectors {header}; rename one')
             names.add(header)
             by_length.setdefault(len(flat), {})[header] = flat
-    NAMES_MOST.check(len(names))
-    NUMBERS_MOST.check(sum(count * len(each) for count, each in by_length.items()))
+    NAMES_MOST.check(len(names), path)
+    NUMBERS_MOST.check(sum(count * len(each) for count, each in by_length.items()), path)
     if not by_length:
         raise ValueError('it has no vector of numbers')
     return [pd.DataFrame(each) for each in by_length.values()]

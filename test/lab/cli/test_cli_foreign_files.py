@@ -14,10 +14,12 @@ from contextlib import closing
 from pathlib import Path
 
 import h5py
+import numpy as np
 import pandas as pd
 import pytest
 from mcap.writer import Writer
 from mcap_records import foreign_numbers
+from nptdms import ChannelObject, TdmsWriter
 from processes import run_process
 
 from stickslip_ros.lab.cli.main import main
@@ -100,6 +102,13 @@ def workbook(encoding: str) -> Callable[[Path], list[str]]:
     return write
 
 
+def cut_tdms(folder: Path) -> list[str]:
+    with TdmsWriter(folder / 'a.tdms') as writer:
+        writer.write_segment([ChannelObject('g', 'time_s', np.arange(40.0))])
+    os.truncate(folder / 'a.tdms', (folder / 'a.tdms').stat().st_size - 9)
+    return ['import', str(folder / 'a.tdms'), '-o', str(folder / 'o.csv')]
+
+
 STAMPS = (
     [{'sec': [1, 2], 'nanosec': [3]}, {'sec': [1], 'nanosec': 3}],
     [{'sec': {}, 'nanosec': 3}],
@@ -144,6 +153,7 @@ IN_A_PROCESS = {
     '300,000 topics': (database(BAG + MANY_TOPICS.format(300_000)), 'above the limit of 4096'),
     'an entity': (workbook('utf-8'), 'has a DOCTYPE'),
     'a wide entity': (workbook('utf-16'), 'has a DOCTYPE'),
+    'a library that logs': (cut_tdms, 'it was cut off'),
 }  # fmt: skip
 
 
