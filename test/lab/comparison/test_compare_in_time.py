@@ -267,8 +267,8 @@ def test_a_single_sample_gives_no_lag(tmp_path):
         compared(tmp_path / 'a.csv', tmp_path / 'b.csv', align=True)
 
 
-LATE_S = np.array([0.061, 0.059, 0.061, 0.0605])  # bursts of a second playback of one bag
-LEAST_S, MOST_S = LATE_S.min(), LATE_S.max()
+BURSTS_LATE_S = np.array([0.061, 0.059, 0.061, 0.0605])  # bursts of a second playback of one bag
+LEAST_S, MOST_S = float(BURSTS_LATE_S.min()), float(BURSTS_LATE_S.max())
 
 
 def playback(late_s, rate_hz, quantities, runner_moves=1.0):
@@ -295,12 +295,12 @@ def playback(late_s, rate_hz, quantities, runner_moves=1.0):
 def test_of_like_peaks_of_the_voltage_the_runner_says_which(rate_hz, sign):
     both = [
         playback(late_s, rate_hz, ('voltage_v', 'position_m'))
-        for late_s in (0.0 * LATE_S, LATE_S)[:: int(sign)]
+        for late_s in (0.0 * BURSTS_LATE_S, BURSTS_LATE_S)[:: int(sign)]
     ]
     found = align(*both)
     assert found.decided_by == 'position_m'
     assert -MOST_S - 0.0015 < sign * found.shift_s < -LEAST_S + 0.0015
-    assert abs(sign * found.shift_s + LATE_S.mean()) < found.error_s < 0.003
+    assert abs(sign * found.shift_s + BURSTS_LATE_S.mean()) < found.error_s < 0.003
 
 
 @pytest.mark.parametrize('sign', [1.0, -1.0])
@@ -313,8 +313,8 @@ def test_the_error_of_a_shift_is_the_distance_of_its_farthest_rival(
 ):
     both = [
         playback(late_s, 2000.0, quantities, runner_moves)
-        for late_s in (0.0 * LATE_S, LATE_S)[:: int(sign)]
+        for late_s in (0.0 * BURSTS_LATE_S, BURSTS_LATE_S)[:: int(sign)]
     ]
     found = align(*both)
-    assert abs(sign * found.shift_s + LATE_S.mean()) < found.error_s
+    assert abs(sign * found.shift_s + BURSTS_LATE_S.mean()) < found.error_s
     assert found.error_s < 0.5
