@@ -3,14 +3,13 @@
 
 """Read the arguments of public functions as a shell reads options; refuse with the right call."""
 
+import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from functools import partial, wraps
 from inspect import Signature, signature
 from types import NoneType, UnionType
 from typing import Any, TypeVar, Union, get_args, get_origin
-
-from numpy.typing import ArrayLike
 
 from stickslip_ros.errors import WrongKind, WrongUse
 from stickslip_ros.parameters.declaration import CONVERTERS, Checked
@@ -68,7 +67,8 @@ def _meant(name: str, form: Signature, given: Sequence[Any], named: Mapping[str,
 def _reader_of(annotation: Any) -> Any:
     """Return a function of name, value and unit that reads a value; None if every value passes."""
     kinds = _alternatives(annotation)
-    if {*kinds} >= {*_alternatives(ArrayLike)}:
+    numpy = sys.modules.get('numpy.typing')  # a completion does without
+    if numpy and {*kinds} >= {*_alternatives(numpy.ArrayLike)}:
         return _to_numbers
     parts, is_one = get_args(kinds[0]), {*kinds[1:]} <= {NoneType}
     if is_one and kinds[0] in CONVERTERS:
