@@ -7,12 +7,12 @@ from collections.abc import Callable, Sequence
 from typing import Any, Literal, Union
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 from numpy.typing import ArrayLike
 from typing_extensions import TypeAliasType
 
 from stickslip_ros.errors import WrongKind
-from stickslip_ros.parameters import arguments
 from stickslip_ros.parameters.arguments import reading
 
 ALIAS: Any = TypeAliasType('ALIAS', ArrayLike)
@@ -34,7 +34,7 @@ def function(annotation: Any) -> Callable[..., Any]:
 def test_numbers_are_read_whether_numpy_calls_them_a_union_or_an_alias(
     numbers: Any, others: tuple[Any, ...], monkeypatch: pytest.MonkeyPatch
 ):
-    monkeypatch.setattr(arguments, 'ArrayLike', numbers)
+    monkeypatch.setattr(npt, 'ArrayLike', numbers)
     identity = function(Union.__getitem__((numbers, *others)))
     assert identity(['1mV', 2.0]) == [1e-3, 2.0]
     assert identity(np.array([[1.0, 2.0]])) == [[1.0, 2.0]]

@@ -152,7 +152,7 @@ def align(a: TimeRun, b: TimeRun) -> Alignment:
     found = list[Alignment]()
     if _VOLTAGE in changing:
         one, other = changing[_VOLTAGE]
-        clock = clock_shift(one.time_s, one.value, other.time_s, other.value)
+        clock = clock_shift(one.time_s, one.value, other.time_s, other.value, sampled=True)
         if clock.coefficient >= TRUSTED:
             number, error_s = clock.coefficient, clock.error_s
             told = _VOLTAGE, tuple(clock.doubts())
