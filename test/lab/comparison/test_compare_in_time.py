@@ -336,7 +336,7 @@ def sampled_bursts(wave, per_cycle, late_s, seed):
     for start_s, cycles in BURSTS:
         place = (time_s - start_s - late_s) / (0.001 * per_cycle)
         value += np.where((place >= 0.0) & (place < cycles), 150.0 * WAVES[wave](place), 0.0)
-    series = {'voltage_v': Series(time_s, value, 'V', 'bursts')}
+    series = {'voltage_v': Series(time_s.astype(float), value.astype(float), 'V', 'bursts')}
     return TimeRun(Side('bursts', 'over time', len(time_s), {}, None), series)
 
 
