@@ -105,10 +105,10 @@ same: $(VENV)/kernels.stamp $(VENV)/tests.stamp ## record the same runs on a com
 	$(BIN)/python scripts/same_bytes.py $(ARGS)
 
 # One list: `make lint` types all of these, and each is a hook of .pre-commit-config.yaml.
-LINT := lint-style lint-format lint-types lint-imports lint-manifest lint-headers
+LINT := lint-style lint-format lint-types lint-examples lint-imports lint-manifest lint-headers
 .PHONY: $(LINT)
 
-lint: $(LINT) ## style, format, types, import contracts and package.xml
+lint: $(LINT) ## style, format, types (of the examples of docs too), import contracts and package.xml
 
 lint-style: $(VENV)/tests.stamp
 	$(BIN)/ruff check .
@@ -119,6 +119,9 @@ lint-format: $(VENV)/tests.stamp
 lint-types: $(VENV)/tests.stamp
 	$(BIN)/mypy
 	$(BIN)/mypy --explicit-package-bases test/*/conftest.py test/lab/*/conftest.py
+
+lint-examples: $(VENV)/tests.stamp
+	$(BIN)/python scripts/check_examples.py
 
 lint-imports: $(VENV)/tests.stamp
 	$(BIN)/lint-imports

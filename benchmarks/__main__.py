@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from benchmarks import fit, paper, report, speed, start, sweeps, twin
+from benchmarks import fit, memory, paper, report, speed, start, sweeps, twin
 from benchmarks.node import axes, cpu, lockstep, recording
 from benchmarks.outcome import Outcome
 from benchmarks.sizes import FULL, TINY, Sizes
@@ -22,6 +22,7 @@ BENCHMARKS: dict[str, Callable[[Sizes], Outcome]] = {
     'fit': fit.run,
     'twin': twin.run,
     'start': start.run,
+    'memory': memory.run,
     'node-cpu': cpu.run_cpu,
     'node-lateness': cpu.run_lateness,
     'node-lockstep': lockstep.run,

@@ -28,6 +28,7 @@ class Sizes:
     settle_s: float = 0.4  # before such a turn is measured
     turn_s: float = 2.0
     lockstep_s: float = 0.5  # of a turn of round trips
+    recorded_s: tuple[float, float] = (20.0, 60.0)  # recordings whose memory is measured
 
 
 FULL = Sizes()
@@ -45,4 +46,5 @@ TINY = Sizes(
     settle_s=0.05,
     turn_s=0.2,
     lockstep_s=0.1,
+    recorded_s=(0.1, 0.3),
 )

@@ -6,6 +6,8 @@
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
+from benchmarks.memory import VERBS
+
 Row = Mapping[str, Any]
 
 
@@ -86,6 +88,9 @@ WISHES = (
     Wish('fit it each 10 s', 'twin', {'program': 'Twin.fit'}, 'cpu_s_per_s',
          'processor seconds a second', {'program': 'Bench.update'},
          'the bench of a drive', lambda us, _: us['ratio']),
+    *(Wish(f'memory of `{verb}`, 60 s', 'memory', {'verb': verb, 'recorded_s': 60.0}, 'peak_mb',
+           'MB', {'verb': verb, 'recorded_s': 20.0}, 'that of 20 s', lambda us, _: us['ratio'])
+      for verb in VERBS),
 )  # fmt: skip
 
 

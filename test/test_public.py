@@ -3,9 +3,12 @@
 
 """The public Python interface: its names, its documentation, and what they give."""
 
+import ast
 import json
 import re
 import sys
+from collections.abc import Iterator
+from inspect import Signature, signature
 from pathlib import Path
 from typing import Any
 
@@ -23,23 +26,26 @@ from stickslip_ros import (
     Free,
     Parameters,
     Run,
+    SpringContact,
     StickSlipError,
     compare,
     fit,
     open_run,
     presliding,
+    run_drive,
     simulate,
     sweep,
 )
 from stickslip_ros.interface.cdr import pack_float64, pack_stamped
 from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.lab.cli.main import main
-from stickslip_ros.lab.runs.sawtooth_run import run_drive
 from stickslip_ros.message_types import FLOAT64, WRENCH_STAMPED
 from stickslip_ros.recording.recorder import Recorder
+from stickslip_ros.units import unit_of
 
 PUBLIC = vars(stickslip_ros)['PUBLIC']
 ROOT = Path(stickslip_ros.__file__).parent
+STUB = ast.parse((ROOT / '__init__.pyi').read_text())
 PAGE = ROOT.parent / 'docs' / 'reference' / 'python.md'
 REFERENCE = PAGE.with_name('api.md')
 AMPLITUDE_M, FREQUENCY_HZ, STEPS = 113.76725643485543e-9, 1153.3955451232346, 8
@@ -51,16 +57,83 @@ def run() -> Run:
     return simulate(Parameters(), amplitude_m=AMPLITUDE_M, frequency_hz=FREQUENCY_HZ, steps=STEPS)
 
 
+def typed_names() -> list[str]:
+    """Return the public names of the stub, imported under their name or declared."""
+    imported = [
+        each for line in STUB.body if isinstance(line, ast.ImportFrom) for each in line.names
+    ]
+    declared = [each for each in STUB.body if isinstance(each, ast.ClassDef | ast.FunctionDef)]
+    return [each.name for each in imported if each.asname == each.name] + [
+        each.name for each in declared
+    ]
+
+
+def reading_calls() -> Iterator[tuple[str, Signature]]:
+    """Yield the public functions and methods that read their arguments, by name in the stub."""
+    for name in PUBLIC:
+        public = getattr(stickslip_ros, name)
+        calls = {name: public} if not isinstance(public, type) else {
+            f'{name}.{each}': call for each, call in vars(public).items()
+        }  # fmt: skip
+        for each, call in calls.items():
+            if getattr(call, 'is_reading', False):
+                yield each, signature(call)
+
+
 def test_types_and_documentation_name_what_is_public():
-    typed = re.findall(r' as (\w+)', (ROOT / '__init__.pyi').read_text())
     rows = [line.split('|') for line in PAGE.read_text().splitlines() if line.startswith('| `')]
     listed = re.findall(r'`(\w+)', ''.join(row[1] for row in rows))
     explained = re.findall(r'`(\w+)`', ''.join(row[2] for row in rows))
-    assert sorted(typed) == sorted(PUBLIC)
+    assert sorted(typed_names()) == sorted(PUBLIC)
     assert set(listed) <= set(PUBLIC) <= {*listed, *explained}
     assert vars(stickslip_ros)['__all__'] == [*PUBLIC]
     assert {*dir(stickslip_ros)} == {*PUBLIC, '__version__'}
     assert sorted(re.findall(r'auto\w+:: (\w+)', REFERENCE.read_text())) == sorted(PUBLIC)
+
+
+def is_typed(name: str, annotation: str) -> bool:
+    """Return whether an argument is a quantity, with the unit of its name, that may be typed."""
+    return bool(unit_of(name)) and 'float' in annotation and 'numpy' not in annotation
+
+
+def test_the_types_of_public_calls_take_typed_quantities_and_mappings_where_the_calls_do():
+    declared = {each.name: each for each in STUB.body if isinstance(each, ast.FunctionDef)}
+    for group in (each for each in STUB.body if isinstance(each, ast.ClassDef)):
+        methods = [each for each in group.body if isinstance(each, ast.FunctionDef)]
+        declared |= {f'{group.name}.{each.name}': each for each in methods}
+    seen = set()
+    for name, form in reading_calls():
+        kinds = {each: str(argument.annotation) for each, argument in form.parameters.items()}
+        quantities = {each for each, kind in kinds.items() if is_typed(each, kind)}
+        stands = {each for each, kind in kinds.items() if re.search(r'\bParameters\b', kind)}
+        if name not in declared:
+            assert not quantities | stands, f'{name} has no types of its own'
+            continue
+        seen.add(name)
+        arguments = declared[name].args
+        several = [arguments.vararg] if arguments.vararg else []
+        given = [*arguments.args, *several, *arguments.kwonlyargs]
+        types = {each.arg: ast.unparse(each.annotation or ast.Name('')) for each in given}
+        assert [*types] == [*form.parameters], name
+        assert {each for each in types if '_Quantit' in types[each]} - {'values'} == quantities
+        assert {each for each in types if '_Stand' in types[each]} == stands, name
+        texts = [each and ast.unparse(each) for each in arguments.kw_defaults]
+        texts = [*map(ast.unparse, arguments.defaults), *filter(None, texts)]
+        defaults = [each.default for each in form.parameters.values()]
+        own = [each for each in defaults if each is not Signature.empty]
+        assert len(texts) == len(own), name
+        for text, default in zip(texts, own, strict=True):
+            assert text == '...' or ast.literal_eval(text) == default, name
+    assert seen == {*declared}
+
+
+def test_typed_quantities_and_a_mapping_are_a_call_that_a_type_checker_takes():
+    given: dict[str, object] = {'stand.preload': 0.25}
+    run = simulate(given, amplitude_m='60nm', frequency_hz='500Hz', steps=2, record=False)
+    assert run.result.amplitude_m == pytest.approx(60e-9)
+    assert run_drive(given, '60nm', '0.5kHz', 2, load_n='1mN').preload_n == 0.25
+    assert SpringContact(given, '200mN').move(5e-9, 0.1) > 0.0
+    assert CompareOptions(window_s=('1ms', '3ms'), shift_s='1us').window_s == (1e-3, 3e-3)
 
 
 @pytest.mark.parametrize('name', PUBLIC)

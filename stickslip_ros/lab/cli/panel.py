@@ -24,6 +24,7 @@ def panel_verb(arguments: argparse.Namespace) -> Answer:
     """Serve the panel of a recording or of a drive until Ctrl-C."""
     load_extra('the panel', 'tornado')
     from stickslip_ros.lab.panel.controls import lamps, sheet
+    from stickslip_ros.lab.panel.model import Source
     from stickslip_ros.lab.panel.server import serve
 
     def say(address: str) -> None:
@@ -33,8 +34,8 @@ def panel_verb(arguments: argparse.Namespace) -> Answer:
     if hasattr(os, 'nice'):
         os.nice(NICENESS)
     file: Path | None = arguments.file
-    source: Any
-    beside: list[Any] = []
+    source: Source
+    beside: list[tuple[Source, Any]] = []
     if file is None:
         from stickslip_ros.lab.panel.link import Link
 
@@ -45,7 +46,7 @@ def panel_verb(arguments: argparse.Namespace) -> Answer:
             raise StickSlipError('--beside is without effect on a recording; leave it out')
         from stickslip_ros.lab.panel.player import Player
 
-        source = Player(file, arguments.headers or {}, arguments.window_s)
-        first = {'kind': 'recording', **lamps(), 'run': source.overview()}
+        source = player = Player(file, arguments.headers or {}, arguments.window_s)
+        first = {'kind': 'recording', **lamps(), 'run': player.overview()}
     serve(source, first, arguments.port, say, beside)
     return Answer(None)

@@ -52,17 +52,18 @@ def print_json(content: Any) -> None:
 
 def _print_table(section: Section) -> None:
     """Print rows as a table: names and sentences to the left, numbers to the right."""
+    header = [str(each) for each in section.header]
     rows = [[shortened(str('-' if e is None else e)) for e in row] for row in section.rows]
     try:
         from rich import box, console, table, text  # noqa: PLC0415 - a robot has none
     except ImportError:
-        print(*('  '.join(map(str, row)) for row in [section.header, *rows]), sep='\n')
+        print(*('  '.join(row) for row in [header, *rows]), sep='\n')
         return
     shown = table.Table(
-        box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, show_header=bool(section.header)
+        box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, show_header=bool(header)
     )
-    for column in range(max(len(row) for row in [section.header, *rows])):
-        name = str(section.header[column]) if section.header else ''
+    for column in range(max(len(row) for row in [header, *rows])):
+        name = header[column] if header else ''
         longest = max(len(row[column]) for row in rows if column < len(row))
         is_number = column > 0 and longest <= _NUMBER_MAX
         is_name = column == 0 and longest <= _NUMBER_MAX  # others wrap before it

@@ -31,6 +31,9 @@ of a share of the way are rests, of which the median knows nothing."""
 _RIVAL, _EQUAL, _EXACT, _COARSE = 4.0, 1.1, 1e-6, 0.01
 """Most unexplained variance of a rival and of an equal, relative to the best shift's, which counts
 as no less than that of exact records, or of the coarse search."""
+_TURNS, _FAST, _SPARSE = 0.3, 0.25, 0.1
+"""Least correlation of each way between samples with minus the next, and least square of a way per
+variance, of fewer than about four samples a cycle; these leave so much unexplained between."""
 _PARTS, _STEADY = 10, 5.0
 """Parts of a record that are shifted alone; the largest of their shifts, in their standard errors,
 that noise makes. Beyond it the clock wanders, so that more samples make its shift no surer."""
@@ -64,7 +67,12 @@ class ClockShift:
 
 
 def clock_shift(
-    times_a_s: ArrayLike, a: ArrayLike, times_b_s: ArrayLike, b: ArrayLike
+    times_a_s: ArrayLike,
+    a: ArrayLike,
+    times_b_s: ArrayLike,
+    b: ArrayLike,
+    *,
+    sampled: bool = False,
 ) -> ClockShift:
     """
     Return the shift of samples B, shapes (m,), to a course A, shapes (n,), of the same quantity.
@@ -73,7 +81,8 @@ def clock_shift(
     samples. Gain and zero of B are free. The coarse shifts are peaks of Pearson's coefficient over
     the overlap. At each, with e(t) = B - g A(t + d) - z, least squares in g, z and d give
     d = sum(e A')/sum(A'^2), the slope A' freed of A and of its mean. Outliers by the median of |e|
-    are left out. Raises OutOfRange if A or B is constant or has fewer than four samples.
+    are left out. Raises OutOfRange if A or B is constant or has fewer than four samples. The lines
+    between the samples of a sampled A add to the error.
 
     """
     (ta, ya), (tb, yb) = (
@@ -96,11 +105,25 @@ def clock_shift(
     apart_s = float(np.median(np.diff(tb)))
     others = [each for each in found[1:] if abs(each[1] - shift_s) > apart_s]
     rival, rival_s = others[0][:2] if others else (0.0, math.nan)
-    if as_good(rival, coefficient):
+    sparse, between = sparseness(ya) if sampled else (False, 0.0)
+    if sparse or as_good(rival, coefficient):
         alike_s = [each[1] for each in found if as_good(each[0], coefficient)]
-        alike_s += [*shifts_s[as_good(scores, scores.max(), _COARSE, _EQUAL)]]
+        limits = (_SPARSE, _RIVAL) if sparse else (_COARSE, _EQUAL)
+        alike_s += [*shifts_s[as_good(scores, scores.max(), *limits)]]
         error_s += farthest_s(alike_s, shift_s)
+    error_s += between * float(np.median(np.diff(ta)))
     return ClockShift(shift_s, error_s, coefficient, rival_s, rival, off + int(lone.sum()))
+
+
+def sparseness(values: Array) -> tuple[bool, float]:
+    """Return whether samples turn at almost each, and a typical error between them, in samples."""
+    ways = np.diff(values)
+    steep, square = np.abs(ways), float(np.mean(ways**2))
+    turns = float(np.mean(ways[1:] * ways[:-1])) < -_TURNS * square
+    moves = steep[1:] > weighted_quantile(steep, steep, RAMPS) / FALLS
+    bend = float(np.median(np.abs(np.diff(ways))[moves])) / 8.0 if moves.any() else 0.0
+    between = bend / float(np.median(steep[1:][moves])) if bend else 0.0
+    return turns and square > _FAST * float(np.var(values)), between
 
 
 def as_good(scores: Any, best: float, least: float = _EXACT, most: float = _RIVAL) -> Any:

@@ -152,7 +152,7 @@ def align(a: TimeRun, b: TimeRun) -> Alignment:
     found = list[Alignment]()
     if _VOLTAGE in changing:
         one, other = changing[_VOLTAGE]
-        clock = clock_shift(one.time_s, one.value, other.time_s, other.value)
+        clock = clock_shift(one.time_s, one.value, other.time_s, other.value, sampled=True)
         if clock.coefficient >= TRUSTED:
             number, error_s = clock.coefficient, clock.error_s
             told = _VOLTAGE, tuple(clock.doubts())
@@ -196,13 +196,15 @@ def compare(a: TimeRun, b: TimeRun, *, offset: bool = False) -> tuple[Compared, 
         if not usable.any():
             problem = f'has no numbers at common times in {a.side.origin} and {b.side.origin}'
             raise Incomparable(name, problem, 'compare another run')
-        time_s = inside.time_s[usable]
+        chosen = slice(None) if usable.all() else usable  # a copy of a long record takes room
+        time_s = inside.time_s[chosen]
         known = [run.series[each] for run in (a, b) if (each := sigma_name(name)) in run.series]
         terms = [np.interp(time_s, each.time_s, each.value) for each in known]
         sigma = np.sqrt(np.sum(np.square(terms), axis=0)) if terms else None
-        of_a, of_b = inside.value[usable], values_b[usable]
+        of_a, of_b = inside.value[chosen], values_b[chosen]
         moved = float(np.median(of_a - of_b)) if offset and name == _POSITION else 0.0
-        part = Part({}, TIME_COLUMN, time_s, of_a, of_b + moved, sigma)
+        of_b += moved  # interpolated, so that it is nobody else's
+        part = Part({}, TIME_COLUMN, time_s, of_a, of_b, sigma)
         found.append(Compared(name, (part,), len(inside) - len(time_s), moved))
     return tuple(found)
 
@@ -242,6 +244,8 @@ def steps_of(run: TimeRun) -> StepStatistics | None:
 
 def _finite(series: Series) -> Series:
     known = np.isfinite(series.value)
+    if known.all():
+        return series
     return replace(series, time_s=series.time_s[known], value=series.value[known])
 
 

@@ -33,7 +33,7 @@ SAMPLE_COLUMNS = ('t', 'voltage', 'foot', *(each.reading for each in SENSORS))
 POSITION_READING = SAMPLE_COLUMNS.index('position')
 
 
-TABLES = {
+_TABLES = {
     'oscilloscope': {'position_m': POSITION_READING, 'foot_m': FOOT, 'voltage_v': VOLTAGE},
     'history': {each.quantity: SAMPLE_COLUMNS.index(each.reading) for each in SENSORS},
 }
@@ -126,7 +126,7 @@ def table_within(plot: str, rows: Array, origin_s: float, start_s: float, end_s:
     times_s = rows[:, TIME] - origin_s
     rows = rows[slice(*np.searchsorted(times_s, (start_s - _SLACK_S, end_s + _SLACK_S)))]
     shown = {'time_s': rows[:, TIME] - origin_s}
-    return table_of(shown | {name: rows[:, at] for name, at in TABLES[plot].items()})
+    return table_of(shown | {name: rows[:, at] for name, at in _TABLES[plot].items()})
 
 
 def curve_of(x: Array, y: Array, base: float | None = None) -> PanelCurve:

@@ -86,6 +86,7 @@ class Link:
         self._diagnostics = self._node.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self.state, self.frame = self.model.state, self.model.frame
         self.twin_frame, self.drawing = self.model.twin_frame, self.model.drawing
+        self.table = self.model.table
         self._wishes: SimpleQueue[Mapping[str, Any]] = SimpleQueue()
         self._wake = self._node.create_guard_condition(self._do_wishes)
         self._acts: dict[str, Callable[[Mapping[str, Any]], None]] = {

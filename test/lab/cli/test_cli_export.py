@@ -3,7 +3,9 @@
 
 """``stickslip export``: tables that pandas reads without us."""
 
+import gc
 import sys
+import weakref
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -18,10 +20,12 @@ from stickslip_ros import open_run
 from stickslip_ros.interface.cdr import pack_float64
 from stickslip_ros.lab.cli.main import main
 from stickslip_ros.lab.runs import recorded
+from stickslip_ros.lab.runs.recorded_run import frame_of
 from stickslip_ros.lab.runs.run_result import SawtoothRun
 from stickslip_ros.message_types import FLOAT64
 
 Run = tuple[SawtoothRun, Path]
+KEPT_MOST = 2  # earlier tables: the first, which names the columns, and the last
 READERS: dict[str, Callable[..., Any]] = {
     '.csv': partial(pd.read_csv, float_precision='round_trip'),
     '.parquet': pd.read_parquet,
@@ -91,6 +95,30 @@ def test_a_long_recording_is_written_stretch_by_stretch_as_a_short_one(
         frames.append(READERS[suffix](table))
     short, long = frames
     pd.testing.assert_frame_equal(short, long, rtol=1e-13 if '--rate' in words else 1e-15)
+
+
+@pytest.mark.parametrize('suffix', ['.csv', '.parquet'])
+def test_no_stretch_outlives_its_writing_even_without_a_collection(
+    suffix: str, recorded_run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    path = rewritten(recorded_run[1], tmp_path / 'run.mcap', chunk_size=3000)
+    monkeypatch.setattr(recorded, 'STRETCH_BYTES', 5000)
+    frames, alive = list[weakref.ref[pd.DataFrame]](), list[int]()
+
+    def counted(*given: Any) -> pd.DataFrame:
+        alive.append(sum(each() is not None for each in frames))
+        made = frame_of(*given)
+        frames.append(weakref.ref(made))
+        return made
+
+    monkeypatch.setattr('stickslip_ros.lab.cli.export.frame_of', counted)
+    gc.disable()
+    try:
+        assert main(['export', str(path), '-o', str(tmp_path / f'run{suffix}')]) == 0
+    finally:
+        gc.enable()
+    assert len(alive) > KEPT_MOST + 1
+    assert max(alive) <= KEPT_MOST
 
 
 def test_a_table_has_the_same_numbers_with_and_without_pyarrow(

@@ -267,8 +267,8 @@ def test_a_single_sample_gives_no_lag(tmp_path):
         compared(tmp_path / 'a.csv', tmp_path / 'b.csv', align=True)
 
 
-LATE_S = np.array([0.061, 0.059, 0.061, 0.0605])  # bursts of a second playback of one bag
-LEAST_S, MOST_S = LATE_S.min(), LATE_S.max()
+BURSTS_LATE_S = np.array([0.061, 0.059, 0.061, 0.0605])  # bursts of a second playback of one bag
+LEAST_S, MOST_S = float(BURSTS_LATE_S.min()), float(BURSTS_LATE_S.max())
 
 
 def playback(late_s, rate_hz, quantities, runner_moves=1.0):
@@ -295,12 +295,12 @@ def playback(late_s, rate_hz, quantities, runner_moves=1.0):
 def test_of_like_peaks_of_the_voltage_the_runner_says_which(rate_hz, sign):
     both = [
         playback(late_s, rate_hz, ('voltage_v', 'position_m'))
-        for late_s in (0.0 * LATE_S, LATE_S)[:: int(sign)]
+        for late_s in (0.0 * BURSTS_LATE_S, BURSTS_LATE_S)[:: int(sign)]
     ]
     found = align(*both)
     assert found.decided_by == 'position_m'
     assert -MOST_S - 0.0015 < sign * found.shift_s < -LEAST_S + 0.0015
-    assert abs(sign * found.shift_s + LATE_S.mean()) < found.error_s < 0.003
+    assert abs(sign * found.shift_s + BURSTS_LATE_S.mean()) < found.error_s < 0.003
 
 
 @pytest.mark.parametrize('sign', [1.0, -1.0])
@@ -313,8 +313,39 @@ def test_the_error_of_a_shift_is_the_distance_of_its_farthest_rival(
 ):
     both = [
         playback(late_s, 2000.0, quantities, runner_moves)
-        for late_s in (0.0 * LATE_S, LATE_S)[:: int(sign)]
+        for late_s in (0.0 * BURSTS_LATE_S, BURSTS_LATE_S)[:: int(sign)]
     ]
     found = align(*both)
-    assert abs(sign * found.shift_s + LATE_S.mean()) < found.error_s
+    assert abs(sign * found.shift_s + BURSTS_LATE_S.mean()) < found.error_s
     assert found.error_s < 0.5
+
+
+WAVES = {
+    'sine': lambda place: np.sin(2.0 * np.pi * place),
+    'triangle': lambda place: 4.0 * np.abs(place % 1.0 - 0.5) - 1.0,
+    'saw-tooth': lambda place: 2.0 * (place % 1.0) - 1.0,
+}
+DEVIATIONS = 5.0  # of a shift from the true one, in its standard errors
+BURSTS = ((0.2, 80), (0.7, 60), (1.2, 100))  # starts, s, and cycles
+
+
+def sampled_bursts(wave, per_cycle, late_s, seed):
+    """Return the voltage of three bursts, so many samples a cycle, 1 ms apart, with noise."""
+    time_s = np.arange(0.0003, 2.0, 0.001)
+    value = 0.02 * np.random.default_rng(seed).standard_normal(len(time_s))
+    for start_s, cycles in BURSTS:
+        place = (time_s - start_s - late_s) / (0.001 * per_cycle)
+        value += np.where((place >= 0.0) & (place < cycles), 150.0 * WAVES[wave](place), 0.0)
+    series = {'voltage_v': Series(time_s.astype(float), value.astype(float), 'V', 'bursts')}
+    return TimeRun(Side('bursts', 'over time', len(time_s), {}, None), series)
+
+
+@pytest.mark.parametrize('wave', WAVES)
+@pytest.mark.parametrize('per_cycle', [2.2, 2.5, 2.8, 3.3, 4.0, 5.0, 8.0])
+@pytest.mark.parametrize('late_s', [0.0003, 0.00052, 0.0173])
+def test_the_error_of_a_shift_is_no_less_than_few_samples_a_cycle_can_show(
+    wave, per_cycle, late_s
+):
+    both = [sampled_bursts(wave, per_cycle, *each) for each in ((0.0, 1), (late_s, 2))]
+    found = align(*both)
+    assert abs(found.shift_s + late_s) < DEVIATIONS * found.error_s

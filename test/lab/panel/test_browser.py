@@ -13,6 +13,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 pytest.importorskip('playwright', reason='no Playwright: pip install playwright')
@@ -23,6 +24,7 @@ from playwright.sync_api import Locator, Page, expect
 from waiting import wait_until
 
 from stickslip_ros.lab.cli.panel import NICENESS
+from stickslip_ros.lab.tables.experiment import parse_experiment
 from stickslip_ros.process.signals import STOPPED
 from stickslip_ros.testing import Operator, open_context
 
@@ -121,6 +123,10 @@ def test_the_drive_does_what_the_page_commands_and_the_page_shows_it(
     send(page, 'Sawtooth backwards', 'sawtooth')
     expect(page.locator('#trigger')).to_have_text(re.compile(r'^fall at [\d.]+ s, 500\.0 Hz$'))
     expect(lamp(page, 'MOVING')).to_be_visible()
+    with page.expect_download() as saved:
+        page.locator('#scope-tools').get_by_role('button', name='CSV').click()
+    table = parse_experiment(Path(saved.value.path()).read_bytes(), 'scope.csv').columns
+    assert np.ptp(table['voltage_v']) > 200.0
     page.keyboard.press('Escape')
     expect(note(page, 'sawtooth')).to_contain_text('ABORTED')
     expect(lamp(page, 'MOVING')).to_have_count(0)

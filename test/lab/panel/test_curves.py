@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as of_numpy
 
+from stickslip_ros.arrays import Array
 from stickslip_ros.drive.records import VOLTAGE
 from stickslip_ros.lab.drawing.film import steep_edges
 from stickslip_ros.lab.panel.curves import (
@@ -107,7 +108,7 @@ def assert_draws(curve, x, y):
 @given(SAMPLES, st.integers(0, 2**32 - 1))
 def test_every_drawn_point_is_a_sample_in_its_order_and_no_extreme_is_lost(y, seed):
     random = np.random.default_rng(seed)
-    x = np.cumsum(random.integers(1, 20, len(y))) * 2e-5
+    x = 2e-5 * np.cumsum(random.integers(1, 20, len(y))).astype(float)
     other = random.permutation(y)
     curves = curves_of(x, {'one': (y, 0.0), 'other': (other, 0.0)})
     for name, values in (('one', y), ('other', other)):
@@ -116,8 +117,8 @@ def test_every_drawn_point_is_a_sample_in_its_order_and_no_extreme_is_lost(y, se
 
 
 def test_a_clean_sawtooth_of_many_samples_falls_once_a_cycle():
-    time_s = np.arange(1600) * 20e-6
-    voltage_v = 300.0 * np.mod(time_s + 0.00165, 0.01) / 0.01
+    time_s = (20e-6 * np.arange(1600)).astype(float)
+    voltage_v: Array = 300.0 * np.mod(time_s + 0.00165, 0.01) / 0.01
     changes = np.diff(curve_of(time_s, voltage_v, 0.0).y)
     assert (changes > 100.0).sum() == 0
     assert (changes < -100.0).sum() == 3
