@@ -42,7 +42,7 @@ print(cache_folders().write, twice.stats.cache_hits)
 def run_there(request, tmp_path):
     """Give a function that runs a process on such a system; its home holds the package."""
     here = {'MPLCONFIGDIR': str(tmp_path), 'XDG_CACHE_HOME': str(tmp_path / 'cache')}
-    path = os.pathsep.join((str(SYSTEMS / request.param), str(ROOT)))
+    path = f'{SYSTEMS / request.param}{os.pathsep}{ROOT}'
 
     def run(*words, home=ROOT, **named):
         environment = os.environ | here | {'PYTHONPATH': path, 'HOME': str(home)} | named
