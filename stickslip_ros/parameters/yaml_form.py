@@ -19,7 +19,7 @@ from typing import Any
 import yaml
 
 from stickslip_ros import budget
-from stickslip_ros.errors import RecordingError, UnknownName, WrongKind, quoted
+from stickslip_ros.errors import RecordingError, StickSlipError, UnknownName, WrongKind, quoted
 from stickslip_ros.files import read_text
 from stickslip_ros.parameters.arguments import reading
 from stickslip_ros.parameters.declaration import Scalar, Spec
@@ -191,10 +191,10 @@ def read_yaml(text: str, origin: str, hint: str, limit: Any = budget.YAML_VALUES
         loader = _Loader(text)
         loader.origin = origin
         return loader.get_single_data()
-    except (yaml.YAMLError, ValueError, TypeError, LookupError, AttributeError) as error:
-        told = ' '.join(str(error).split()) or type(error).__name__
-        kind = 'is not YAML' if isinstance(error, yaml.YAMLError) else 'has a value unlike its tag'
-        raise RecordingError(origin, f'{kind} ({told})', hint) from None
+    except yaml.YAMLError as error:
+        raise RecordingError(
+            origin, f'is not YAML ({" ".join(str(error).split())})', hint
+        ) from None
 
 
 def check_parameter_file(path: Path) -> None:
@@ -229,12 +229,22 @@ class _Loader(_BASE):  # type: ignore[misc]
 
     def construct_mapping(self, node: Any, deep: bool = False) -> Any:
         first: dict[str, Any] = {}
-        for key in (key for key, _ in node.value if isinstance(key, yaml.ScalarNode)):
+        pairs = node.value if isinstance(node, yaml.MappingNode) else ()
+        for key in (key for key, _ in pairs if isinstance(key, yaml.ScalarNode)):
             same = first.setdefault(key.value, key)
             if same is not key:
                 problem = f'{quoted(key.value)} is already in line {same.start_mark.line + 1}'
                 _refuse(self.origin, key, problem, 'keep one of the two')
         return super().construct_mapping(node, deep)
+
+    def construct_object(self, node: Any, deep: bool = False) -> Any:
+        try:
+            return super().construct_object(node, deep)
+        except (ValueError, TypeError, LookupError, AttributeError) as error:
+            if isinstance(error, StickSlipError):
+                raise
+            problem = f'{quoted(node.value)} is not of its kind, {node.tag.rpartition(":")[2]}'
+            _refuse(self.origin, node, problem, 'correct it')
 
     def construct_number(self, node: Any) -> Any:
         budget.NUMBER_CHARACTERS.check(len(node.value), self.origin)
