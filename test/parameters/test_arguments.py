@@ -4,7 +4,9 @@
 """Arguments are read by their types: an alias is the type that it stands for."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, Literal, Union
+from functools import reduce
+from operator import or_
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -34,7 +36,7 @@ def test_numbers_are_read_whether_numpy_calls_them_a_union_or_an_alias(
     numbers: Any, others: tuple[Any, ...], monkeypatch: pytest.MonkeyPatch
 ):
     monkeypatch.setattr('numpy.typing.ArrayLike', numbers)
-    identity = function(Union.__getitem__((numbers, *others)))
+    identity = function(reduce(or_, others, numbers))
     assert identity(['1mV', 2.0]) == [1e-3, 2.0]
     assert identity(np.array([[1.0, 2.0]])) == [[1.0, 2.0]]
     with pytest.raises(WrongKind, match=r'value_v <\w+>|value_v'):
