@@ -86,7 +86,8 @@ PASSES_PER_STEP = 1_000
 PASSES_PER_CROSSING = 50
 """Further passes allowed for each presliding range and each sim.dt/CROSSING_S of it that the
 feet may cross; 1.3 were needed."""
-PASSES_MAX = 1e15
+CROSSING_PASSES_MAX = 1e8
+"""Most of these: a drive whose time stands still gives up within seconds."""
 PASSES_PER_ROW = 4
 """Further passes allowed for each row of a waveform's table, and for each corner that a delayed
 actuator may meet; 2 are needed."""
@@ -440,8 +441,8 @@ def allow_passes(plant: Record, state: Record, wave: Wave, duration_s: float) ->
         crossings = plant.gain_m_per_v * way_v / plant.presliding_m
         passes = PASSES_MIN + PASSES_PER_STEP * duration_s / plant.dt_s
         passes += PASSES_PER_ROW * (rows + plant.delayed * CORNERS)
-        passes += PASSES_PER_CROSSING * crossings * CROSSING_S / plant.dt_s
-        state.passes_left = int(min(passes, PASSES_MAX))
+        crossing_passes = PASSES_PER_CROSSING * crossings * CROSSING_S / plant.dt_s
+        state.passes_left = int(min(passes, 1e15) + min(crossing_passes, CROSSING_PASSES_MAX))
 
 
 def check_motion(states: Record, load_n: float) -> None:
