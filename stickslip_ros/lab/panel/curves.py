@@ -102,7 +102,7 @@ class BinHistory:
             for row, values in zip(SENSORS, rows[:, FIRST_READING:].T, strict=True)
             if not row.switch or not np.isnan(values).all()
         }
-        return curves_of(rows[:, TIME] - end_s, shown)
+        return thinned_curves(rows[:, TIME] - end_s, shown)
 
 
 class PanelCurve(NamedTuple):
@@ -131,10 +131,12 @@ def table_within(plot: str, rows: Array, origin_s: float, start_s: float, end_s:
 
 def curve_of(x: Array, y: Array, base: float | None = None) -> PanelCurve:
     """Return one curve."""
-    return curves_of(x, {'': (y, base)})['']
+    return thinned_curves(x, {'': (y, base)})['']
 
 
-def curves_of(x: Array, shown: Mapping[str, tuple[Array, float | None]]) -> dict[str, PanelCurve]:
+def thinned_curves(
+    x: Array, shown: Mapping[str, tuple[Array, float | None]]
+) -> dict[str, PanelCurve]:
     """Thin curves of common samples, in rising time, to the ends and extremes of BINS."""
     bases = {
         name: next(iter(y[np.isfinite(y)][:1].tolist()), 0.0) if base is None else base
@@ -238,4 +240,4 @@ def _shown(samples: Array, shown: slice, trigger: int) -> Picture:
         'foot': (part[:, FOOT], foot_m),
         'runner': (part[:, POSITION_READING], runner_m),
     }
-    return Picture(float(x[0]), float(x[-1]), at_s, 0.0, curves_of(x, drawn))
+    return Picture(float(x[0]), float(x[-1]), at_s, 0.0, thinned_curves(x, drawn))

@@ -13,7 +13,7 @@ import numpy as np
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.interface.requests import INT32_MAX
-from stickslip_ros.lab.panel.curves import DRAWN_MAX, PanelCurve, curve_of, curves_of
+from stickslip_ros.lab.panel.curves import DRAWN_MAX, PanelCurve, curve_of, thinned_curves
 from stickslip_ros.parameters import specs
 from stickslip_ros.units import NS_PER_S
 
@@ -79,7 +79,7 @@ class TwinView:
         numbers: dict[str, Any] = {'window': self._window, 'fits': []}
         window = self.columns()
         shown = {f'twin_{name[:-2]}': (each, 0.0) for name, each in window.items()}
-        curves = curves_of(shown.pop('twin_time')[0], shown) if window else {}
+        curves = thinned_curves(shown.pop('twin_time')[0], shown) if window else {}
         numbers['length_s'] = max((float(each.x[-1]) for each in curves.values()), default=0.0)
         if not self._fits:
             return numbers, curves

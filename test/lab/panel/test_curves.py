@@ -23,8 +23,8 @@ from stickslip_ros.lab.panel.curves import (
     SampleRing,
     Scope,
     curve_of,
-    curves_of,
     table_within,
+    thinned_curves,
 )
 
 RATE_HZ = 50e3
@@ -110,7 +110,7 @@ def test_every_drawn_point_is_a_sample_in_its_order_and_no_extreme_is_lost(y, se
     random = np.random.default_rng(seed)
     x = 2e-5 * np.cumsum(random.integers(1, 20, len(y))).astype(float)
     other = random.permutation(y)
-    curves = curves_of(x, {'one': (y, 0.0), 'other': (other, 0.0)})
+    curves = thinned_curves(x, {'one': (y, 0.0), 'other': (other, 0.0)})
     for name, values in (('one', y), ('other', other)):
         assert_draws(curves[name], x, values)
     assert curves['one'].x is curves['other'].x  # the page draws a lane over one x
