@@ -72,7 +72,7 @@ test-ros: $(VENV)/kernels.stamp $(VENV)/tests.stamp ## run the tests that may di
 # The packages of Ubuntu 24.04 in place of the lock, for the tests that start no launch file.
 APT := requirements/apt.txt
 WITHOUT_LAUNCH := $(addprefix test/,contact drive instrument interface kernels parameters recording runtime \
-	lab/comparison lab/fitting lab/runs lab/tables ros test_public.py test_public_calls.py) \
+	lab/comparison lab/fitting lab/runs lab/readers ros test_public.py test_public_calls.py) \
 	--ignore=test/lab/runs/test_batch.py --ignore=test/ros/test_docs_doors.py
 
 test-apt: $(VENV)/kernels.stamp $(VENV)/tests.stamp

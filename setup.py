@@ -95,7 +95,7 @@ setup(
     package_data={
         NAME: ['py.typed', '*.pyi'],
         f'{NAME}.lab.panel': ['page/*'],
-        f'{NAME}.lab.runs': ['*.css', '*.mplstyle'],
+        f'{NAME}.lab.figures': ['*.css', '*.mplstyle'],
         f'{NAME}.lab.validation': ['*.csv'],
     },
     data_files=data_files,

@@ -45,7 +45,7 @@ PORTABLE = {  # what stickslip_ros/kernels/cache.py looks for
 PYTHONS = '3.10', '3.11', '3.12', '3.13', '3.14'
 SHIPPED = (
     'stickslip_ros/py.typed',
-    'stickslip_ros/lab/runs/page.css',
+    'stickslip_ros/lab/figures/page.css',
     'stickslip_ros/lab/panel/page/panel.js',
     'stickslip_ros/lab/validation/foreign.csv',
     'stickslip_ros/lab/validation/references.csv',
@@ -73,7 +73,7 @@ WITH_ROS = '../lib/stickslip_ros/drive --help', 'stickslip demo -o demo'
 OF_A_ROBOT = 'python robot.py', 'stickslip info drive.mcap', 'stickslip replay drive.mcap'
 LAB = {'matplotlib', 'pandas', 'rich', 'scipy'}
 EXTRAS = 'design,formats,jazzy,lab,panel,parquet,units'
-TRIED = 'test/test_public_calls.py', 'test/test_public.py', 'test/lab/tables'
+TRIED = 'test/test_public_calls.py', 'test/test_public.py', 'test/lab/readers'
 """Tests of the public names, of what a notebook shows of them, of verbs and of tables."""
 SHOWN = 'numpy==', 'numba==', 'pandas==', 'scipy==', 'matplotlib==', 'pyarrow=='
 OF_THE_SOURCE = 'test/test_public.py::test_types_and_documentation_name_what_is_public'

@@ -30,13 +30,13 @@ from stickslip_ros.lab.fitting.free import FreeParameters, Known
 from stickslip_ros.lab.fitting.report import Fit as Fit
 from stickslip_ros.lab.linear.linearise import LinearDrive as LinearDrive
 from stickslip_ros.lab.linear.swept_sine import MeasuredResponse as MeasuredResponse
+from stickslip_ros.lab.measurements.recorded_run import Run as _Run
+from stickslip_ros.lab.measurements.run_result import DriveRun as DriveRun
+from stickslip_ros.lab.measurements.run_result import SawtoothRun
+from stickslip_ros.lab.readers.formats import Table
+from stickslip_ros.lab.readers.measured import MeasuredTable
 from stickslip_ros.lab.runs.batch import Progress
-from stickslip_ros.lab.runs.recorded_run import Run as _Run
-from stickslip_ros.lab.runs.run_result import DriveRun as DriveRun
-from stickslip_ros.lab.runs.run_result import SawtoothRun
 from stickslip_ros.lab.runs.zero_amplitude import ZeroAmplitude as ZeroAmplitude
-from stickslip_ros.lab.tables.formats import Table
-from stickslip_ros.lab.tables.measured import MeasuredTable
 from stickslip_ros.parameters import Parameters as Parameters
 from stickslip_ros.parameters import Scalar
 from stickslip_ros.parameters import load_yaml as load_yaml

@@ -25,7 +25,7 @@ from held_disk import HeldDisk
 from hypothesis import HealthCheck, settings
 from processes import end_with_parent
 
-from stickslip_ros.lab.runs.run_result import SawtoothRun
+from stickslip_ros.lab.measurements.run_result import SawtoothRun
 from stickslip_ros.lab.runs.sawtooth_run import simulate
 from stickslip_ros.parameters import Parameters
 

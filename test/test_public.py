@@ -203,7 +203,7 @@ def test_the_table_of_a_run_has_every_sample_and_its_unit(run: Run):
 def test_a_table_is_a_stretch_of_the_frame_or_each_so_manieth_row(
     run: Run, monkeypatch: pytest.MonkeyPatch, size_bytes: int, tmp_path: Path
 ):
-    monkeypatch.setattr('stickslip_ros.lab.runs.recorded.STRETCH_BYTES', size_bytes)
+    monkeypatch.setattr('stickslip_ros.lab.measurements.recorded.STRETCH_BYTES', size_bytes)
     run = open_run(rewritten(run.path, tmp_path / 'run.mcap', chunk_size=9000))
     assert_frame_equal(run.table(), run.frame)
     assert_frame_equal(run.table(every=7), run.frame.iloc[::7])

@@ -26,7 +26,7 @@ from test_public_calls import LINES, SERVED
 import stickslip_ros
 from stickslip_ros.extras import LAB
 from stickslip_ros.lab.cli.verbs import VERBS
-from stickslip_ros.lab.runs.run_result import SawtoothRun
+from stickslip_ros.lab.measurements.run_result import SawtoothRun
 
 ROOT = Path(__file__).parents[1]
 REMEDY = (

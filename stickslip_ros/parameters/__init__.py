@@ -34,6 +34,8 @@ from stickslip_ros.parameters.sensors import (
 from stickslip_ros.parameters.tree import (
     TRAVEL,
     Parameters,
+    bare_name,
+    column_name,
     is_fault,
     parse_assignments,
     spec_of,
@@ -75,6 +77,8 @@ __all__ = [
     'Sensor',
     'Spec',
     'StandParameters',
+    'bare_name',
+    'column_name',
     'declared_by',
     'describe',
     'dump_yaml',

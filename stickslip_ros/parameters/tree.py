@@ -197,6 +197,17 @@ def spec_of(name: str) -> Spec:
     return find(_SPECS, name, 'see docs/reference/parameters.md')
 
 
+def column_name(name: str) -> str:
+    """Return a parameter with its unit, ``load_cell.stiffness [N/m]``."""
+    unit = spec_of(name).unit
+    return f'{name} [{unit}]' if unit else name
+
+
+def bare_name(column: str) -> str:
+    """Return the parameter of a column that ``column_name`` named."""
+    return column.partition(' [')[0]
+
+
 def is_fault(name: str) -> bool:
     """Return whether a parameter is a fault that may change while the drive runs."""
     return name.startswith('fault.') and spec_of(name).live

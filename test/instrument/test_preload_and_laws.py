@@ -16,7 +16,7 @@ from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Result, Status
 from stickslip_ros.kernels.kernel import entry_point
-from stickslip_ros.lab.runs.run_result import SawtoothRun
+from stickslip_ros.lab.measurements.run_result import SawtoothRun
 from stickslip_ros.lab.runs.sawtooth_run import simulate, voltage_for
 from stickslip_ros.parameters import Parameters, specs
 

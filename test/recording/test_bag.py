@@ -31,7 +31,7 @@ from stickslip_ros.interface import cdr
 from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.interface.schemas import TYPE_HASHES
 from stickslip_ros.lab.cli.main import main
-from stickslip_ros.lab.tables.experiment import read_experiment
+from stickslip_ros.lab.readers.experiment import read_experiment
 from stickslip_ros.message_types import FLOAT64, POINT_STAMPED, UINT32
 from stickslip_ros.recording.bag import METADATA_FILE
 from stickslip_ros.recording.integrity import is_recording

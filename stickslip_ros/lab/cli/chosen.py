@@ -66,7 +66,7 @@ def chosen_for(owner: Callable[..., Any], arguments: argparse.Namespace) -> dict
 def chosen_look(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return style and width of the figures; refuse an unknown style or kind of picture."""
     # a slow import
-    from stickslip_ros.lab.runs.plotting import check_picture, style_of  # noqa: PLC0415
+    from stickslip_ros.lab.figures.plotting import check_picture, style_of  # noqa: PLC0415
 
     width_m = arguments.width
     if width_m is not None and width_m >= 1.0:

@@ -13,7 +13,7 @@ from stickslip_ros.lab.cli.experiment import shown_tables
 from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.comparison.by_amplitude import MODEL
 from stickslip_ros.lab.comparison.compare import CompareOptions, compare
-from stickslip_ros.lab.runs import plotting
+from stickslip_ros.lab.figures import plotting
 from stickslip_ros.lab.runs.bands import BAND_DRAWS
 
 SECONDS_MAX = 1e12

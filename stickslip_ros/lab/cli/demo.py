@@ -21,7 +21,7 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.files import make_folder
 from stickslip_ros.lab.cli.chosen import chosen_parameters
 from stickslip_ros.lab.cli.printing import CHECK_FAILED, Answer
-from stickslip_ros.lab.runs.run_figure import plot_run
+from stickslip_ros.lab.measurements.run_figure import plot_run
 from stickslip_ros.parameters import NODE_NAME, Parameters, dump_yaml
 from stickslip_ros.process.children import bound_to_parent
 from stickslip_ros.process.stopping import stop_if_asked

@@ -13,9 +13,9 @@ from stickslip_ros.files import prepare_output, read_bytes
 from stickslip_ros.lab.cli.chosen import chosen_for
 from stickslip_ros.lab.cli.options import to_path
 from stickslip_ros.lab.cli.printing import Answer
-from stickslip_ros.lab.tables.experiment import read_experiment, read_joined, write_experiment
-from stickslip_ros.lab.tables.instructions import Reading
-from stickslip_ros.lab.tables.measured import EXPERIMENT_COLUMNS, MeasuredTable
+from stickslip_ros.lab.readers.experiment import read_experiment, read_joined, write_experiment
+from stickslip_ros.lab.readers.instructions import Reading
+from stickslip_ros.lab.readers.measured import EXPERIMENT_COLUMNS, MeasuredTable
 from stickslip_ros.parameters import read_yaml
 
 _CSV = '.csv'

@@ -16,9 +16,9 @@ from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError, Wro
 from stickslip_ros.extras import load_extra
 from stickslip_ros.files import prepare_output, replacing
 from stickslip_ros.lab.cli.printing import Answer
-from stickslip_ros.lab.runs.mapped import mapped_series
-from stickslip_ros.lab.runs.recorded import series_by_stretch, stretches_of
-from stickslip_ros.lab.runs.recorded_run import frame_of
+from stickslip_ros.lab.measurements.mapped import mapped_series
+from stickslip_ros.lab.measurements.recorded import series_by_stretch, stretches_of
+from stickslip_ros.lab.measurements.recorded_run import frame_of
 from stickslip_ros.recording.reader import Recording
 
 if TYPE_CHECKING:

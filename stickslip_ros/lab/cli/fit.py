@@ -11,6 +11,7 @@ from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.lab.cli.chosen import chosen_for, chosen_look, chosen_parameters
 from stickslip_ros.lab.cli.experiment import shown_tables
 from stickslip_ros.lab.cli.printing import CHECK_FAILED, Answer
+from stickslip_ros.lab.figures.plotting import looking, save_figure
 from stickslip_ros.lab.fitting.figure import draw_fit
 from stickslip_ros.lab.fitting.fit import FitOptions, fit
 from stickslip_ros.lab.fitting.free import Free
@@ -20,7 +21,6 @@ from stickslip_ros.lab.fitting.report import (
     check_output,
     write_fit,
 )
-from stickslip_ros.lab.runs.plotting import looking, save_figure
 from stickslip_ros.parameters import parse_assignments, spec_of
 from stickslip_ros.progress import shown_progress
 from stickslip_ros.sections import Section

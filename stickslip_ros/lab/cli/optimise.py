@@ -23,8 +23,8 @@ from stickslip_ros.lab.design.search import (
     optimise,
 )
 from stickslip_ros.lab.design.waves import PeriodicWave, write_wave
+from stickslip_ros.lab.figures.plotting import looking, save_figure
 from stickslip_ros.lab.runs.journal import Journal
-from stickslip_ros.lab.runs.plotting import looking, save_figure
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.parameters.typed import to_si_list
 from stickslip_ros.process.stopping import Stopped

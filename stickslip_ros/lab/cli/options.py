@@ -272,7 +272,7 @@ _FORMS: dict[str, tuple[str, str, Callable[[str], Any] | None]] = {
     'tuple[float, float]': (
         'LENGTH@START',
         ': 2ms@0.3s is 2 ms from 0.3 s on (default: the whole run)',
-        _late('lab.runs.recorded.parse_window'),
+        _late('lab.measurements.recorded.parse_window'),
     ),
     'Mapping[str, str]': ('NAME=HEADER', _EXAMPLES + _REPEATED, None),
     'float | str': ('NAME=VALUE', _REPEATED, None),

@@ -11,7 +11,7 @@ from typing import Any
 from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.cli.chosen import chosen_look
 from stickslip_ros.lab.cli.printing import CHECK_FAILED, Answer
-from stickslip_ros.lab.runs.recorded import recorded_stand, sections_of
+from stickslip_ros.lab.measurements.recorded import recorded_stand, sections_of
 from stickslip_ros.recording.gaps import gaps_of
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recover import Recovery, recover
@@ -45,8 +45,9 @@ def describe_recording(recording: Recording) -> dict[str, Any]:
 def plot_verb(arguments: argparse.Namespace) -> Answer:
     """Draw a recording."""
     # Matplotlib and numba are slow, and the other verbs of this module do not need them.
-    from stickslip_ros.lab.runs import plotting, recorded, run_figure  # noqa: PLC0415
-    from stickslip_ros.lab.runs.recorded_run import Run  # noqa: PLC0415
+    from stickslip_ros.lab.figures import plotting  # noqa: PLC0415
+    from stickslip_ros.lab.measurements import recorded, run_figure  # noqa: PLC0415
+    from stickslip_ros.lab.measurements.recorded_run import Run  # noqa: PLC0415
 
     picture = arguments.output or arguments.file.parent / f'{arguments.file.stem}.png'
     if arguments.output:

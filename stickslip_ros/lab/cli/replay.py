@@ -15,8 +15,8 @@ from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.cli.chosen import chosen_for, chosen_values
 from stickslip_ros.lab.cli.experiment import shown_tables
 from stickslip_ros.lab.cli.printing import CHECK_FAILED, Answer
+from stickslip_ros.lab.readers.instructions import Reading
 from stickslip_ros.lab.runs.replay import Replay, read_drive_input, replay, replay_input
-from stickslip_ros.lab.tables.instructions import Reading
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.progress import shown_progress
 from stickslip_ros.recording.integrity import is_recording

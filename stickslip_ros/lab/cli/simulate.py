@@ -13,14 +13,14 @@ from stickslip_ros.errors import RecordingError, StickSlipError, WrongKind
 from stickslip_ros.files import RUN_ENDINGS, prepare_output
 from stickslip_ros.lab.cli.chosen import chosen_draws, chosen_for, chosen_parameters
 from stickslip_ros.lab.cli.printing import Answer
+from stickslip_ros.lab.measurements.run_result import SawtoothRun
+from stickslip_ros.lab.measurements.sweep_table import STEP_BACK, check_table_path, write_table
 from stickslip_ros.lab.runs.bands import BAND_DRAWS, LEVELS, band_of, bands_over
 from stickslip_ros.lab.runs.courses import Course
 from stickslip_ros.lab.runs.journal import Journal
 from stickslip_ros.lab.runs.replay import read_drive_input
-from stickslip_ros.lab.runs.run_result import SawtoothRun
 from stickslip_ros.lab.runs.sawtooth_run import drive_course, simulate
 from stickslip_ros.lab.runs.sweep import (
-    STEP_BACK,
     Sweep,
     parse_axis,
     parse_floats,
@@ -28,7 +28,6 @@ from stickslip_ros.lab.runs.sweep import (
     run_sweep,
     stop_rule,
 )
-from stickslip_ros.lab.runs.sweep_table import check_table_path, write_table
 from stickslip_ros.lab.runs.zero_amplitude import zero_amplitude
 from stickslip_ros.parameters import AMPLITUDE_SPEC, FREQUENCY_SPEC, Parameters, spec_of
 from stickslip_ros.progress import shown_progress

@@ -6,15 +6,11 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip_ros.errors import RecordingError, StickSlipError
 from stickslip_ros.lab.comparison import by_amplitude, in_time
-from stickslip_ros.lab.comparison.by_amplitude import PointTable
-from stickslip_ros.lab.comparison.in_time import TimeRun
 from stickslip_ros.lab.comparison.report import ComparisonReport
 from stickslip_ros.lab.comparison.result import (
     TIME_COLUMN,
@@ -23,29 +19,27 @@ from stickslip_ros.lab.comparison.result import (
     Incomparable,
 )
 from stickslip_ros.lab.experiments.options import ReadingOptions
-from stickslip_ros.lab.experiments.reading import read_experiments
+from stickslip_ros.lab.experiments.reading import experiment_of
 from stickslip_ros.lab.experiments.sensor import noise_of
+from stickslip_ros.lab.experiments.sensor_clock import LEAD_S
+from stickslip_ros.lab.measurements.measurement import (
+    Measurement,
+    PointTable,
+    TimeRun,
+    attached,
+    measured,
+    of_table,
+)
+from stickslip_ros.lab.measurements.recorded_run import Run, recording_of
+from stickslip_ros.lab.readers.experiment import listed_sources, read_joined
+from stickslip_ros.lab.readers.measured import MeasuredTable
 from stickslip_ros.lab.runs.bands import bands_with_noise
 from stickslip_ros.lab.runs.batch import Progress
-from stickslip_ros.lab.runs.recorded_run import Run, recording_of
-from stickslip_ros.lab.runs.sweep_table import is_sweep
-from stickslip_ros.lab.tables.experiment import (
-    listed_sources,
-    parse_experiment,
-    read_experiment,
-    read_joined,
-)
-from stickslip_ros.lab.tables.formats import DATA_FRAME
-from stickslip_ros.lab.tables.instructions import Reading
-from stickslip_ros.lab.tables.measured import OVER_TIME, MeasuredTable
 from stickslip_ros.parameters import Parameters, reading
 from stickslip_ros.progress import progress_of
-from stickslip_ros.recording.run_file import EXPERIMENT_FILE
 
 if TYPE_CHECKING:
-    from pandas import DataFrame
-
-    from stickslip_ros.lab.tables.formats import Table
+    from stickslip_ros.lab.readers.formats import Table
 
 
 @reading
@@ -107,10 +101,12 @@ def compare(
         if recorded := recording_of(each, {}):
             hint = f'compare it by itself: stickslip compare {recorded[0].path} model'
             raise Incomparable(recorded[0].path, 'is a recording beside other sources', hint)
+    begins_s = LEAD_S if isinstance(b, Parameters) else 0.0  # a model runs from before the window
+    stretch_s = window_s and (window_s[0] - begins_s, window_s[1])
     first = (
-        _load(given[0], reading, window_s)
+        measured(given[0], reading, window_s=None if options.commands is not None else stretch_s)
         if len(given) == 1
-        else by_amplitude.of_experiment(read_joined(given, reading))
+        else of_table(read_joined(given, reading))
     )
     if isinstance(first, PointTable):
         _check_timeless(first, options)
@@ -119,16 +115,18 @@ def compare(
             hint = 'give parameters as B, or leave them out'
             raise Incomparable('draws', 'need the model as B', hint)
         if b is None:
-            return _compared(first, _attached(given[0], reading), options)
+            return _compared(first, attached(first, reading), options)
         [other] = listed_sources(b)
         if window_s is not None and options.shift_s is not None:  # in B's own times
             window_s = window_s[0] - options.shift_s, window_s[1] - options.shift_s
-        return _compared(first, _load(other, reading, window_s, len(given)), options)
-    shown_by: Callable[[Parameters], TimeRun | PointTable]
+        return _compared(
+            first, measured(other, reading, number=len(given), window_s=window_s), options
+        )
+    shown_by: Callable[[Parameters], Measurement]
     if isinstance(first, TimeRun):
         _check_unmoved(first, options)
         options = replace(options, offset=True)
-        [experiment] = read_experiments(given, b, options)
+        experiment = experiment_of(first, b, reading.preload_n(0), options)
         shown_by = partial(in_time.of_model, experiment)
     else:
         if options.commands is not None:
@@ -160,9 +158,7 @@ def _check_timeless(a: PointTable, options: CompareOptions) -> None:
         raise Incomparable(a.side.origin, 'is by amplitude and has no times', hint)
 
 
-def _compared(
-    a: PointTable | TimeRun, b: PointTable | TimeRun, options: CompareOptions
-) -> ComparisonReport:
+def _compared(a: Measurement, b: Measurement, options: CompareOptions) -> ComparisonReport:
     """Compare two runs over time, or two tables by amplitude."""
     if isinstance(a, PointTable) and isinstance(b, PointTable):
         return ComparisonReport(a.side, b.side, a.axis, by_amplitude.compare(a, b))
@@ -212,43 +208,3 @@ def _with_bands(
             parts.append(replace(part, band=bands_with_noise(drawn, part.b, noise)))
         quantities.append(replace(quantity, parts=tuple(parts)))
     return replace(report, quantities=tuple(quantities))
-
-
-def _load(
-    given: Any,  # a path, a DataFrame or a Run
-    reading: Reading,
-    window_s: tuple[float, float] | None,
-    number: int = 0,
-) -> PointTable | TimeRun:
-    """Read a file by its content, not by its name; of a recording only the window."""
-    if recorded := recording_of(given, reading.topics):
-        recording, topics = recorded
-        if window_s is not None:
-            recording = recording.within(*window_s)
-        return in_time.of_recording(recording, topics)
-    if is_sweep(given):
-        return by_amplitude.of_sweep(given)
-    return _of_experiment(read_experiment(given, reading, number=number))
-
-
-def _attached(given: 'Path | DataFrame | Run', reading: Reading) -> PointTable | TimeRun:
-    """Return the experiment attached to a recording."""
-    hint = 'name B, or the word model'
-    path = given if isinstance(given, Path) else DATA_FRAME
-    try:
-        recorded, why = recording_of(given, {}), ''
-    except StickSlipError as error:
-        recorded, why = None, f' ({error})'
-    if recorded is None:
-        raise RecordingError(path, f'has no B and is no recording{why}', hint)
-    recording, path = recorded[0], recorded[0].path
-    if EXPERIMENT_FILE not in recording.attachments:
-        hint = 'give a file or the word model as B'
-        raise RecordingError(path, f'has no attached {EXPERIMENT_FILE}', hint)
-    content = recording.attachments[EXPERIMENT_FILE][1]
-    return _of_experiment(parse_experiment(content, f'{path} {EXPERIMENT_FILE}', reading))
-
-
-def _of_experiment(experiment: MeasuredTable) -> PointTable | TimeRun:
-    is_run = experiment.kind == OVER_TIME
-    return in_time.of_experiment(experiment) if is_run else by_amplitude.of_experiment(experiment)

@@ -12,17 +12,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.lab.comparison.by_amplitude import PRELOAD_COLUMN
 from stickslip_ros.lab.comparison.result import (
-    AMPLITUDE_COLUMN,
     TIME_COLUMN,
-    VOLTAGE_COLUMN,
     Compared,
     Comparison,
     Part,
 )
 from stickslip_ros.lab.comparison.words import place, title
-from stickslip_ros.lab.runs.plotting import (
+from stickslip_ros.lab.figures.plotting import (
     BLACK,
     GREY,
     curve_style,
@@ -31,6 +28,11 @@ from stickslip_ros.lab.runs.plotting import (
     is_narrow,
     new_figure,
     styled,
+)
+from stickslip_ros.lab.measurements.measurement import (
+    AMPLITUDE_COLUMN,
+    PRELOAD_COLUMN,
+    VOLTAGE_COLUMN,
 )
 from stickslip_ros.units import NM, display_unit
 

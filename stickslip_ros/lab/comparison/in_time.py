@@ -3,8 +3,8 @@
 
 """Compare runs quantity by quantity in their common time."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -26,91 +26,27 @@ from stickslip_ros.lab.comparison.result import (
     Compared,
     Incomparable,
     Part,
-    Side,
     StepStatistics,
 )
 from stickslip_ros.lab.experiments.experiment import Experiment, Voltage
 from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.lab.experiments.reading import behind_low_pass
 from stickslip_ros.lab.experiments.sensor_clock import lateness_in
-from stickslip_ros.lab.runs.mapped import mapped_series
-from stickslip_ros.lab.runs.recorded import recorded_series, recorded_stand
+from stickslip_ros.lab.measurements.measurement import Side, TimeRun
+from stickslip_ros.lab.readers.numbers import sigma_name
 from stickslip_ros.lab.runs.sawtooth_run import scatter_of
-from stickslip_ros.lab.tables.measured import MEASURED, OVER_TIME, TIME_COLUMNS, MeasuredTable
-from stickslip_ros.lab.tables.numbers import sigma_name
-from stickslip_ros.parameters import Parameters, Scalar
-from stickslip_ros.recording.reader import Recording
-from stickslip_ros.recording.run_file import PARAMETERS_FILE, RUN_RECORD, TIME_ORIGIN
+from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.series import Series
 
-_RECORDING, _MODEL = 'recording', 'model'
+_MODEL = 'model'
 STANDS_STILL = 0.05  # least range of a model, per range of the readings
 _POSITION, _VOLTAGE = 'position_m', 'voltage_v'
-NOT_COMPARED = {'wall_start', TIME_ORIGIN, 'seed', 'dt_s'}
-"""Metadata that differ by chance or repeat the parameters."""
 RAMPS_MIN = 10  # ramps of a run with steps
 DECIDES = 0.9  # least coefficient of a quantity that decides the shift alone
 PERIOD_SLACK = 0.1  # largest deviation of the period of a ramp from the median, as a share
 _SAMPLES_MAX = 1 << 20
 _ON_GRID = 1e-4  # least unexplained variance of a shift between the samples
 TIED = 1e-9  # largest difference of equal coefficients; the smallest of their lags counts
-
-
-@dataclass(frozen=True, eq=False)
-class TimeRun:
-    """Quantities over time, and uncertainties where known, under the names of experiment files."""
-
-    side: Side
-    series: dict[str, Series]
-    alignment: Alignment | None = None  # to the times of another run
-
-    @property
-    def quantities(self) -> list[str]:
-        """Measured quantities."""
-        return [name for name in MEASURED[OVER_TIME] if name in self.series]
-
-    def within(self, start_s: float, end_s: float) -> 'TimeRun':
-        """Return a part of the run."""
-        series = {name: each.window(start_s, end_s) for name, each in self.series.items()}
-        series = {name: each for name, each in series.items() if len(each)}
-        rows = max(map(len, series.values()), default=0)
-        return replace(self, series=series, side=replace(self.side, rows=rows))
-
-    def moved(self, alignment: Alignment) -> 'TimeRun':
-        """Return the run on the clock of another run."""
-        series = {
-            name: replace(each, time_s=each.time_s + alignment.shift_s)
-            for name, each in self.series.items()
-        }
-        return replace(self, series=series, alignment=alignment)
-
-
-def of_recording(recording: Recording, topics: Mapping[str, str]) -> TimeRun:
-    """Return series and settings of a recording; ``topics`` maps topics of another program."""
-    is_mapped = topics and RUN_RECORD not in recording.metadata
-    series = mapped_series(recording, topics) if is_mapped else recorded_series(recording)
-    run = recording.metadata.get(RUN_RECORD, {})
-    described: dict[str, Scalar] = {key: run[key] for key in run if key not in NOT_COMPARED}
-    changed = None
-    if PARAMETERS_FILE in recording.attachments:
-        parameters = recorded_stand(recording)
-        described |= parameters.flat()
-        changed = parameters.changed()
-    rows = max((len(each) for each in series.values()), default=0)
-    notes = tuple(recording.notes)
-    return TimeRun(Side(recording.origin, _RECORDING, rows, described, changed, notes), series)
-
-
-def of_experiment(experiment: MeasuredTable) -> TimeRun:
-    """Return the run of an experiment over time."""
-    time_s, series = experiment.columns['time_s'], {}
-    for name, values in experiment.columns.items():
-        known, unit = ~np.isnan(values), TIME_COLUMNS[name].unit
-        if name != 'time_s' and known.any():
-            origin = f'{experiment.origin} {name}'
-            series[name] = Series(time_s[known], values[known], unit, origin)
-    side = Side(experiment.origin, OVER_TIME, len(time_s), {}, None, experiment.notes)
-    return TimeRun(side, series)
 
 
 def of_model(experiment: Experiment, stand: Parameters) -> TimeRun:
@@ -134,7 +70,7 @@ def of_model(experiment: Experiment, stand: Parameters) -> TimeRun:
             notes += (f'the range of {each.quantity} of the model is {share:.2g} of that of A',)
     side = Side(_MODEL, _MODEL, rows, described, stand.changed(), notes)
     alignment = Alignment(late_s, 'estimated', decided_by='falls of the voltage')
-    return TimeRun(side, series, alignment if late_s else None)
+    return TimeRun(side, series, alignment=alignment if late_s else None)
 
 
 def align(a: TimeRun, b: TimeRun) -> Alignment:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from stickslip_ros.lab.comparison.result import Compared, Comparison
 from stickslip_ros.lab.comparison.words import sections, sentences
-from stickslip_ros.lab.runs.plottable import Plottable
+from stickslip_ros.lab.figures.plottable import Plottable
 from stickslip_ros.sections import Section
 
 if TYPE_CHECKING:

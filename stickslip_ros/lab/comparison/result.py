@@ -13,12 +13,12 @@ from scipy.special import chdtrc
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import StickSlipError
+from stickslip_ros.lab.measurements.measurement import Side
 from stickslip_ros.parameters import Scalar
 from stickslip_ros.sections import plain
 from stickslip_ros.units import unit_of
 
-AMPLITUDE_COLUMN, VOLTAGE_COLUMN, TIME_COLUMN = 'amplitude_m', 'voltage_v', 'time_s'
-"""Axes of a comparison."""
+TIME_COLUMN = 'time_s'
 FLANK = (0.1, 0.5)  # shares of the largest force between which a force curve is almost straight
 FLANK_POINTS_MIN = 2
 ROUNDING = 1e-12  # largest relative spread of a constant
@@ -195,22 +195,6 @@ class Incomparable(StickSlipError):
 
     def __init__(self, what: object, problem: str, hint: str) -> None:
         super().__init__(f'{what} {problem}; {hint}')
-
-
-@dataclass(frozen=True)
-class Side:
-    """A or B: a file or the model, with its known settings."""
-
-    origin: str  # file, or ``model``
-    kind: str
-    rows: int  # of a table; of a run samples of the finest quantity
-    described: dict[str, Scalar]  # parameters, seed, versions, columns with one value
-    changed: dict[str, Scalar] | None  # parameters that differ from the default; None: unknown
-    notes: tuple[str, ...] = ()
-
-    def to_json(self) -> dict[str, Any]:
-        """Return an object for JSON, without the description."""
-        return {name: value for name, value in vars(self).items() if name != 'described'}
 
 
 @dataclass(frozen=True)

@@ -9,17 +9,20 @@ from typing import Any
 
 import numpy as np
 
-from stickslip_ros.lab.comparison.by_amplitude import FREQUENCY_COLUMN, PRELOAD_COLUMN
 from stickslip_ros.lab.comparison.result import (
-    AMPLITUDE_COLUMN,
     ROUNDING,
     TIME_COLUMN,
     Compared,
     Comparison,
-    Side,
     Threshold,
 )
-from stickslip_ros.lab.tables.numbers import NUMBERS
+from stickslip_ros.lab.measurements.measurement import (
+    AMPLITUDE_COLUMN,
+    FREQUENCY_COLUMN,
+    PRELOAD_COLUMN,
+    Side,
+)
+from stickslip_ros.lab.readers.numbers import NUMBERS
 from stickslip_ros.parameters import SENSORS, Scalar
 from stickslip_ros.sections import Section
 from stickslip_ros.units import MN, NM, display_unit, with_unit

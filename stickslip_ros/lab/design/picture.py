@@ -10,8 +10,8 @@ from stickslip_ros.drive.records import FOOT, POSITION, TIME, VOLTAGE
 from stickslip_ros.lab.design.objectives import COST_MAX, OBJECTIVES
 from stickslip_ros.lab.design.search import COMPARED_SHAPE, SearchResult
 from stickslip_ros.lab.design.steady_cycle import CONTACT_SHARE
+from stickslip_ros.lab.figures.plotting import GREY, curve_style, new_figure, styled
 from stickslip_ros.lab.runs.courses import run_course
-from stickslip_ros.lab.runs.plotting import GREY, curve_style, new_figure, styled
 from stickslip_ros.units import NM, display_unit
 
 

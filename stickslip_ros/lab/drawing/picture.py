@@ -13,7 +13,7 @@ from stickslip_ros.drive.layout import contacts_of
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.lab.drawing.film import FILM_CYCLES, Film, film_of
 from stickslip_ros.lab.drawing.geometry import DIAGONAL, Foot, Geometry, geometry_of
-from stickslip_ros.lab.runs.recorded_run import Run
+from stickslip_ros.lab.measurements.recorded_run import Run
 from stickslip_ros.parameters import Parameters, reading
 from stickslip_ros.units import NM, with_unit
 

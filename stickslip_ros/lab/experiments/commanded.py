@@ -16,7 +16,7 @@ from stickslip_ros.drive.waveform import level, repeats
 from stickslip_ros.errors import RecordingError, StickSlipError
 from stickslip_ros.instrument.commands import check_request
 from stickslip_ros.lab.experiments.experiment import Voltage
-from stickslip_ros.lab.runs.recorded import numbers_of
+from stickslip_ros.lab.measurements.recorded import numbers_of
 from stickslip_ros.parameters import Parameters, Scalar
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.requests import recorded_requests

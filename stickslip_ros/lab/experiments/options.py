@@ -7,12 +7,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from stickslip_ros.lab.tables.instructions import Reading
-from stickslip_ros.lab.tables.measured import MeasuredTable
+from stickslip_ros.lab.readers.instructions import Reading
+from stickslip_ros.lab.readers.measured import MeasuredTable
 from stickslip_ros.parameters import Parameters, ReplaceableDefault
 
 if TYPE_CHECKING:
-    from stickslip_ros.lab.tables.formats import Table
+    from stickslip_ros.lab.readers.formats import Table
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -28,11 +28,11 @@ from stickslip_ros.lab.experiments.experiment import (
     ZeroAmplitudeRuns,
     stroke_m,
 )
+from stickslip_ros.lab.readers.numbers import NUMBERS
 from stickslip_ros.lab.runs.batch import Pool, Progress, run_courses
 from stickslip_ros.lab.runs.courses import Course, bundle_for, run_in_lanes
 from stickslip_ros.lab.runs.sawtooth_run import drive_course
 from stickslip_ros.lab.runs.zero_amplitude import zero_amplitude_course
-from stickslip_ros.lab.tables.numbers import NUMBERS
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import stop_if_asked
 

@@ -30,18 +30,15 @@ from stickslip_ros.lab.experiments.experiment import (
 from stickslip_ros.lab.experiments.options import ReadingOptions
 from stickslip_ros.lab.experiments.sensor import lone_outliers
 from stickslip_ros.lab.experiments.sensor_clock import LEAD_S, check_limits
-from stickslip_ros.lab.runs.mapped import mapped_series
-from stickslip_ros.lab.runs.recorded import recorded_series, recorded_stand
-from stickslip_ros.lab.runs.recorded_run import recording_of
+from stickslip_ros.lab.measurements.measurement import TimeRun, measured
+from stickslip_ros.lab.measurements.recorded import recorded_stand
+from stickslip_ros.lab.readers.experiment import listed_sources, read_experiment
+from stickslip_ros.lab.readers.measured import OVER_TIME, MeasuredTable
+from stickslip_ros.lab.readers.numbers import BACK, NUMBERS, sigma_name
 from stickslip_ros.lab.runs.replay import DriveInput
-from stickslip_ros.lab.runs.sweep import bare_name
 from stickslip_ros.lab.runs.zero_amplitude import WITHOUT_CELL
-from stickslip_ros.lab.tables.experiment import listed_sources, read_experiment
-from stickslip_ros.lab.tables.measured import BY_AMPLITUDE, OVER_TIME, MeasuredTable
-from stickslip_ros.lab.tables.numbers import BACK, NUMBERS, sigma_name
 from stickslip_ros.lab.waveform.recognise import GIVE_COMMANDS, recognise
-from stickslip_ros.parameters import SENSORS, Parameters, ReplaceableDefault, Scalar
-from stickslip_ros.recording.reader import Recording
+from stickslip_ros.parameters import SENSORS, Parameters, ReplaceableDefault, Scalar, bare_name
 from stickslip_ros.recording.run_file import TOPICS_RECORD
 
 _VOLTAGE = 'voltage_v'
@@ -86,19 +83,17 @@ def read_experiments(
         if isinstance(each, Experiment):
             found.append(each)
             continue
-        if recorded := recording_of(each, reading.topics):
-            one = _of_recording(*recorded, stand, reading.preload_n(number), options)
-        else:
-            table = read_experiment(each, reading, number=number)
-            if table.kind == BY_AMPLITUDE:
-                for quantity in NUMBERS:
-                    if quantity in table.columns and not np.any(table.columns[quantity]):
-                        hint = f'check the column {quantity}'
-                        raise RecordingError(table.origin, f'has only 0 as {quantity}', hint)
-                found += of_points(table.origin, table.columns, stand, options)
-                continue
-            one = _of_table(table, stand, reading.preload_n(number), options)
-        found.append(without_outliers(one, options.outliers) if options.outliers else one)
+        window_s = None if options.commands is not None else options.window_s
+        stretch_s = window_s and (window_s[0] - LEAD_S, window_s[1])
+        run = measured(each, reading, number=number, window_s=stretch_s)
+        if isinstance(run, TimeRun):
+            found.append(experiment_of(run, stand, reading.preload_n(number), options))
+            continue
+        for quantity in run.quantities:
+            if not np.any(run.columns[quantity]):
+                hint = f'check the column {quantity}'
+                raise RecordingError(run.side.origin, f'has only 0 as {quantity}', hint)
+        found += of_points(run.side.origin, run.columns, stand, options)
     return [replace(one, slope_deg=one.slope_deg or options.slope_deg) for one in found]
 
 
@@ -136,37 +131,32 @@ def played(given: DriveInput, stand: Parameters) -> Voltage:
     return Voltage(np.column_stack((given.time_s, given.voltage_v)))
 
 
-def _of_recording(
-    recording: Recording,
-    topics: Mapping[str, str],
-    stand: Parameters,
-    preload_n: float | None,
-    options: ReadingOptions,
+def experiment_of(
+    run: TimeRun, stand: Parameters, preload_n: float | None, options: ReadingOptions
 ) -> Experiment:
-    settings, own = dict[str, Scalar](), None
-    if recording.is_ours:
-        own, stretch = recorded_stand(recording), recording
-        if options.window_s is not None and options.commands is None:
-            stretch = recording.within(options.window_s[0] - LEAD_S, options.window_s[1])
-        series = recorded_series(stretch)
-        if own.load_cell.contact == 'absent':  # its force is 0 by definition
-            series.pop('force_n', None)
-        settings = {name: each for name, each in own.flat().items() if name.startswith(_OWN)}
-    elif topics:
-        series = mapped_series(recording, topics)
-    else:
+    """Return the experiment of a measurement over time, without its outliers."""
+    recording, series, own = run.recording, run.series, None
+    if recording is not None and recording.is_ours:
+        own = recorded_stand(recording)
+    elif recording is not None and not run.topics:
         hint = 'map its topics: --map voltage_v=TOPIC.FIELD --map position_m=TOPIC.FIELD'
         raise RecordingError(recording.path, f'holds {", ".join(recording.types)}', hint)
-    shown = [(name, series[name]) for name in OF_TRACES if name in series]
-    seen = [Seen(name, x.value, x.time_s) for name, x in shown if len(x) >= _SAMPLES_MIN]
+    names = [name for name in OF_TRACES if len(series.get(name, ())) >= _SAMPLES_MIN]
+    if own and own.load_cell.contact == 'absent':  # its force is 0 by definition
+        names = [name for name in names if name != 'force_n']
+    settings = (
+        {name: each for name, each in own.flat().items() if name.startswith(_OWN)} if own else {}
+    )
+    seen = [Seen(name, series[name].value, series[name].time_s, run.sigma(name)) for name in names]
     asked_for = None
-    if own and TOPICS_RECORD in recording.metadata:  # a twin records readings of a rig instead
+    if own and recording and TOPICS_RECORD in recording.metadata:  # a twin records a rig instead
         asked_for = partial(commanded, recording, own)
         seen = [_of_own_sensor(each, own) for each in seen]
     voltage = series.get(_VOLTAGE)
     pair = None if voltage is None else (voltage.time_s, voltage.value)
-    given = recording.origin, pair, tuple(seen), stand, preload_n, options
-    return experiment_over_time(*given, settings, asked_for)
+    given = run.side.origin, pair, tuple(seen), stand, preload_n, options
+    one = experiment_over_time(*given, settings, asked_for)
+    return without_outliers(one, options.outliers) if options.outliers else one
 
 
 def _of_own_sensor(seen: Seen, own: Parameters) -> Seen:
@@ -196,22 +186,6 @@ def behind_low_pass(shown: Seen, values: Array) -> Array:
         return values
     gain = low_pass_gain(shown.sensor.undone_hz, 1.0 / shown.apart_s)
     return np.asarray(signal.lfilter((gain,), (1.0, gain - 1.0), values - values[0]) + values[0])
-
-
-def _of_table(
-    table: MeasuredTable, stand: Parameters, preload_n: float | None, options: ReadingOptions
-) -> Experiment:
-    columns, time_s, seen = table.columns, table.columns['time_s'], list[Seen]()
-    for name in OF_TRACES:
-        if name in columns and (known := np.isfinite(columns[name])).sum() >= _SAMPLES_MIN:
-            sigma = columns.get(sigma_name(name))
-            error = None if sigma is None else float(np.nanmedian(sigma))
-            seen.append(Seen(name, columns[name][known], time_s[known], error))
-    pair = None
-    if _VOLTAGE in columns:
-        known = np.isfinite(columns[_VOLTAGE])
-        pair = time_s[known], columns[_VOLTAGE][known]
-    return experiment_over_time(table.origin, pair, tuple(seen), stand, preload_n, options, {})
 
 
 def experiment_over_time(

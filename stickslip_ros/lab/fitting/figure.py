@@ -9,20 +9,22 @@ from pathlib import PurePath
 import numpy as np
 from matplotlib.figure import Figure
 
-from stickslip_ros.lab.comparison.by_amplitude import PRELOAD_COLUMN
 from stickslip_ros.lab.comparison.figure import draw_comparison
 from stickslip_ros.lab.comparison.result import (
-    AMPLITUDE_COLUMN,
     TIME_COLUMN,
-    VOLTAGE_COLUMN,
     Compared,
     Comparison,
     Part,
-    Side,
 )
 from stickslip_ros.lab.experiments.experiment import Voltage
 from stickslip_ros.lab.fitting.result import FitResult
-from stickslip_ros.lab.tables.numbers import NUMBERS
+from stickslip_ros.lab.measurements.measurement import (
+    AMPLITUDE_COLUMN,
+    PRELOAD_COLUMN,
+    VOLTAGE_COLUMN,
+    Side,
+)
+from stickslip_ros.lab.readers.numbers import NUMBERS
 from stickslip_ros.parameters import Scalar
 
 _OF_AXIS = (AMPLITUDE_COLUMN, VOLTAGE_COLUMN, PRELOAD_COLUMN)  # the first that is not 0

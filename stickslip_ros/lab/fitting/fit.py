@@ -39,14 +39,14 @@ from stickslip_ros.lab.fitting.search import (
     settle,
 )
 from stickslip_ros.lab.fitting.statistics import QUANTILE_95, Uncertainty, uncertainty
+from stickslip_ros.lab.readers.measured import MeasuredTable
 from stickslip_ros.lab.runs.batch import Progress, pool_of
-from stickslip_ros.lab.tables.measured import MeasuredTable
 from stickslip_ros.parameters import Parameters, reading
 from stickslip_ros.progress import Show, progress_of
 
 if TYPE_CHECKING:
-    from stickslip_ros.lab.runs.recorded_run import Run
-    from stickslip_ros.lab.tables.formats import Table
+    from stickslip_ros.lab.measurements.recorded_run import Run
+    from stickslip_ros.lab.readers.formats import Table
 
 STARTS_MAX = 1000
 CYCLIC_M = 3e-9  # usual size of a cyclic error

@@ -25,8 +25,8 @@ from stickslip_ros.lab.experiments.experiment import (
 from stickslip_ros.lab.experiments.predict import Prediction, predict_all
 from stickslip_ros.lab.fitting.free import Coordinate, Natural
 from stickslip_ros.lab.fitting.metric import TOO_FAR, Allowance, Metric, metric_of
+from stickslip_ros.lab.readers.numbers import NUMBERS, SHEET_SHARE
 from stickslip_ros.lab.runs.batch import Pool
-from stickslip_ros.lab.tables.numbers import NUMBERS, SHEET_SHARE
 from stickslip_ros.parameters import Parameters, Scalar
 
 _GAIN = 'actuator.gain'

@@ -17,12 +17,12 @@ from stickslip_ros.drive.records import VOLTAGE
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
+from stickslip_ros.lab.figures.plottable import Plottable
 from stickslip_ros.lab.fitting.assumed import APART_MAX, FACTORS_OF_FORCES
 from stickslip_ros.lab.fitting.missing import ODDS_SURE, TELLING_SHARE
 from stickslip_ros.lab.fitting.result import FitResult, Ratio
 from stickslip_ros.lab.fitting.search import APART
 from stickslip_ros.lab.fitting.statistics import Estimate
-from stickslip_ros.lab.runs.plottable import Plottable
 from stickslip_ros.lab.waveform.recognise import LOW_SHARE
 from stickslip_ros.parameters import dump_yaml
 from stickslip_ros.sections import Section, plain

@@ -33,7 +33,7 @@ from stickslip_ros.lab.fitting.statistics import (
     Uncertainty,
     estimates_of,
 )
-from stickslip_ros.lab.tables.numbers import stage_hz
+from stickslip_ros.lab.readers.numbers import stage_hz
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.units import unit_of
 

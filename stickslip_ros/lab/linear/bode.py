@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stickslip_ros.arrays import Array
+from stickslip_ros.lab.figures.plotting import GREY, new_figure, styled
 from stickslip_ros.lab.linear.curves import Complex, curves_of
-from stickslip_ros.lab.runs.plotting import GREY, new_figure, styled
 from stickslip_ros.units import NM
 
 BAND = 0.02, 3.0  # default range of frequencies, in multiples of the resonance

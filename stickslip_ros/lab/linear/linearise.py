@@ -27,9 +27,9 @@ from stickslip_ros.errors import OutOfRange
 from stickslip_ros.extras import load_extra
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.kernels.record import Record
+from stickslip_ros.lab.figures.plottable import Plottable
 from stickslip_ros.lab.linear.curves import Complex
 from stickslip_ros.lab.linear.sampled import StateSpace, read, reduce_order, zero_order_hold
-from stickslip_ros.lab.runs.plottable import Plottable
 from stickslip_ros.parameters import Parameters, reading
 from stickslip_ros.sections import Section, number
 from stickslip_ros.units import MICRO

@@ -18,6 +18,7 @@ from stickslip_ros.drive.waveform import level, table
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.kernels.record import Record
+from stickslip_ros.lab.figures.plottable import Plottable
 from stickslip_ros.lab.linear.curves import curves_of
 from stickslip_ros.lab.linear.linearise import (
     INPUTS,
@@ -27,9 +28,8 @@ from stickslip_ros.lab.linear.linearise import (
     linear_drive,
     smooth,
 )
+from stickslip_ros.lab.measurements.sweep_table import Row
 from stickslip_ros.lab.runs.batch import run_batch
-from stickslip_ros.lab.runs.journal import Row
-from stickslip_ros.lab.runs.plottable import Plottable
 from stickslip_ros.parameters import Parameters, reading
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.progress import shown_progress

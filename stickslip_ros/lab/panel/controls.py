@@ -20,9 +20,9 @@ from stickslip_ros.lab.panel.model import (
     REBUILT,
     SCOPE_CYCLES,
 )
-from stickslip_ros.lab.tables.experiment import read_experiment
-from stickslip_ros.lab.tables.formats import SUFFIXES
-from stickslip_ros.lab.tables.measured import OVER_TIME
+from stickslip_ros.lab.readers.experiment import read_experiment
+from stickslip_ros.lab.readers.formats import SUFFIXES
+from stickslip_ros.lab.readers.measured import OVER_TIME
 from stickslip_ros.message_types import JOINT_STATE, SET_BOOL
 from stickslip_ros.parameters import SENSORS, TRAVEL, is_fault, specs
 from stickslip_ros.units import display_unit

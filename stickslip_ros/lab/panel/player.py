@@ -18,6 +18,8 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.drive.records import TIME
 from stickslip_ros.errors import RecordingError, StickSlipError
 from stickslip_ros.instrument.reports import read_event
+from stickslip_ros.lab.measurements.recorded import RUN_QUANTITIES, timed_messages
+from stickslip_ros.lab.measurements.recorded_run import Run
 from stickslip_ros.lab.panel.curves import (
     KEPT,
     POSITION_READING,
@@ -28,8 +30,6 @@ from stickslip_ros.lab.panel.curves import (
     table_within,
 )
 from stickslip_ros.lab.panel.model import EVENTS_SHOWN, View, drawing_of, packed_frame
-from stickslip_ros.lab.runs.recorded import RUN_QUANTITIES, timed_messages
-from stickslip_ros.lab.runs.recorded_run import Run
 from stickslip_ros.units import NANO
 
 SPEEDS = (*(0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5), 1, 2, 5, 10, 20, 50, 100)

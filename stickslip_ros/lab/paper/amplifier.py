@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 from matplotlib.figure import Figure
 
+from stickslip_ros.lab.measurements.sweep_table import Row
 from stickslip_ros.lab.paper.curves import (
     AMPLITUDE_MAX_M,
     PRELOADS_N,
@@ -21,7 +22,6 @@ from stickslip_ros.lab.paper.curves import (
 )
 from stickslip_ros.lab.paper.figure import PaperFigure, Table, assumed, surface
 from stickslip_ros.lab.runs.courses import Course
-from stickslip_ros.lab.runs.journal import Row
 from stickslip_ros.lab.runs.sawtooth_run import drive_course
 from stickslip_ros.lab.runs.zero_amplitude import onset_course
 from stickslip_ros.parameters import Parameters

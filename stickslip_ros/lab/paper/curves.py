@@ -15,10 +15,7 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.drive.build import friction_limit_n
 from stickslip_ros.drive.layout import contacts_of
 from stickslip_ros.errors import OutOfRange
-from stickslip_ros.lab.paper.figure import Case, PaperFigure, Table, assumed, surface
-from stickslip_ros.lab.runs.courses import Course
-from stickslip_ros.lab.runs.journal import Row
-from stickslip_ros.lab.runs.plotting import (
+from stickslip_ros.lab.figures.plotting import (
     BLACK,
     BLUE,
     GREY,
@@ -27,6 +24,9 @@ from stickslip_ros.lab.runs.plotting import (
     curve_style,
     label_end,
 )
+from stickslip_ros.lab.measurements.sweep_table import Row
+from stickslip_ros.lab.paper.figure import Case, PaperFigure, Table, assumed, surface
+from stickslip_ros.lab.runs.courses import Course
 from stickslip_ros.lab.runs.sawtooth_run import drive_course
 from stickslip_ros.lab.runs.zero_amplitude import ONSET_SHARE, onset_course
 from stickslip_ros.parameters import FeetParameters, Parameters

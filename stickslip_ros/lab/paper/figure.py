@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import RecordingError
+from stickslip_ros.lab.figures.plotting import new_figure, save_figure, styled
+from stickslip_ros.lab.measurements.sweep_table import Row
 from stickslip_ros.lab.runs.courses import Course
-from stickslip_ros.lab.runs.journal import Row
-from stickslip_ros.lab.runs.plotting import new_figure, save_figure, styled
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.units import MICRO
 

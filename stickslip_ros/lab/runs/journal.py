@@ -19,14 +19,14 @@ from pathlib import Path
 import stickslip_ros
 from stickslip_ros.budget import load_json
 from stickslip_ros.errors import RecordingError
-from stickslip_ros.parameters import Parameters, Scalar
+from stickslip_ros.lab.measurements.sweep_table import Row
+from stickslip_ros.parameters import Parameters
 
 try:
     import fcntl
 except ImportError:  # of Windows, where a journal has no lock
     fcntl = None  # type: ignore[assignment]
 
-Row = dict[str, Scalar]  # result of a case: names with units, JSON values
 
 _HINT = 'start again with --fresh, or choose another output'
 

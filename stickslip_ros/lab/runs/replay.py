@@ -7,7 +7,7 @@ import math
 from array import array
 from collections import deque
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +18,11 @@ from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request, TimedRequest, check_request
 from stickslip_ros.interface.topics import recorded_channels
+from stickslip_ros.lab.measurements.measurement import TimeRun, measured
+from stickslip_ros.lab.measurements.recorded import recorded_stand
+from stickslip_ros.lab.readers.instructions import AS_IT_IS, Reading
+from stickslip_ros.lab.readers.measured import OVER_TIME
 from stickslip_ros.lab.runs.batch import Progress
-from stickslip_ros.lab.runs.mapped import mapped_series
-from stickslip_ros.lab.runs.recorded import recorded_stand
-from stickslip_ros.lab.runs.recorded_run import recording_of
-from stickslip_ros.lab.tables.experiment import read_experiment
-from stickslip_ros.lab.tables.instructions import AS_IT_IS, Reading
-from stickslip_ros.lab.tables.measured import OVER_TIME
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.gaps import gaps_of
@@ -198,20 +196,17 @@ def _span(recording: Recording) -> tuple[int, int]:
 
 def read_drive_input(path: Path, stand: Parameters, reading: Reading = AS_IT_IS) -> DriveInput:
     """Read a voltage over time, or a stroke in its place."""
-    topics = {name: text for name, text in reading.topics.items() if name in {_VOLTAGE, _FOOT}}
-    if recorded := recording_of(path, topics):
-        if not topics:
-            hint = f'say which topic is the voltage: --map {_VOLTAGE}=/rig/amplifier.data'
-            raise RecordingError(path, 'gives no voltage to play', hint)
-        found = mapped_series(*recorded)
-        name = _VOLTAGE if _VOLTAGE in found else _FOOT
-        time_s, values = found[name].time_s, found[name].value
-    else:
-        columns = read_experiment(
-            path, reading, kind=OVER_TIME, measured=(_VOLTAGE, _FOOT)
-        ).columns
-        name = _VOLTAGE if _VOLTAGE in columns else _FOOT
-        time_s, values = columns[_TIME], columns[name]
+    topics = {name: text for name, text in reading.headers.items() if not text.startswith('/')}
+    topics |= {name: e for name, e in reading.topics.items() if name in {_VOLTAGE, _FOOT}}
+    given = measured(
+        path, replace(reading, headers=topics), kind=OVER_TIME, wanted=(_VOLTAGE, _FOOT)
+    )
+    assert isinstance(given, TimeRun)
+    name = _VOLTAGE if _VOLTAGE in given.series else _FOOT
+    if name not in given.series or (given.recording and not given.topics):
+        hint = f'say which topic is the voltage: --map {_VOLTAGE}=/rig/amplifier.data'
+        raise RecordingError(path, 'gives no voltage to play', hint)
+    time_s, values = given.series[name].time_s, given.series[name].value
     if len(time_s) < 2:
         raise RecordingError(path, f'has {len(time_s)} rows', 'give at least two')
     if name == _FOOT:

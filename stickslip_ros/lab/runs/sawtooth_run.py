@@ -30,10 +30,10 @@ from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.instrument.reports import Output, Status
 from stickslip_ros.kernels.kernel import in_python
 from stickslip_ros.kernels.record import Record
+from stickslip_ros.lab.measurements.recorded_run import Run
+from stickslip_ros.lab.measurements.run_result import DriveRun, SawtoothRun
 from stickslip_ros.lab.runs.batch import Progress
 from stickslip_ros.lab.runs.courses import Course, cycles_of, run_course
-from stickslip_ros.lab.runs.recorded_run import Run
-from stickslip_ros.lab.runs.run_result import DriveRun, SawtoothRun
 from stickslip_ros.parameters import STROKE_SPEC, Parameters, ReplaceableDefault, reading, spec_of
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.progress import progress_of

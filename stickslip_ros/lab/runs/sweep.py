@@ -15,9 +15,10 @@ import numpy as np
 
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.instrument.commands import Request, check_request
+from stickslip_ros.lab.measurements.sweep_table import STEP_BACK, STOP_RULE, SWEEP_COLUMNS, Row
 from stickslip_ros.lab.runs.batch import Progress, run_courses
 from stickslip_ros.lab.runs.courses import Course, bundle_for
-from stickslip_ros.lab.runs.journal import Journal, JournalIdentity, Row, identify
+from stickslip_ros.lab.runs.journal import Journal, JournalIdentity, identify
 from stickslip_ros.lab.runs.sawtooth_run import (
     STEADY_ERROR,
     STEADY_STEPS_MAX,
@@ -32,6 +33,7 @@ from stickslip_ros.parameters import (
     Parameters,
     Scalar,
     Spec,
+    column_name,
     parse_assignments,
     reading,
     spec_of,
@@ -47,14 +49,6 @@ SPECS = {'amplitude_m': AMPLITUDE_SPEC, 'frequency_hz': FREQUENCY_SPEC}
 """Swept quantities that are not parameters."""
 _COUNT = Spec(int, 2, '', '', 'values of a range', 2, CASES_MAX)
 _EXAMPLE = 'write values with commas, as 0.1,0.5, or start:stop:count, as 0:160nm:33'
-SETTINGS = ('preload_n', 'amplitude_m', 'frequency_hz')
-SWEEP_COLUMNS = (
-    *(*SETTINGS, 'force_mean_n', 'force_net_n', 'force_ramp_start_n', 'step_length_m'),
-    *('energy_loss_per_step_j', 'steady', 'steps', 'energy_residual'),
-)
-"""Columns of a table that come from a run, next to ``STOP_RULE``."""
-STEP_BACK = 'step_back_m'  # size of the step backwards, where it was asked for
-STOP_RULE = 'stop_rule'  # a column of every sweep and of no experiment
 STEADY_RULE = (
     f'mean force of a cycle (free runner: step length) within {STEADY_ERROR:.2%} of its limit, by '
     f'the last {2 * STEADY_WINDOW} steps; {STEADY_STEPS_MIN} to {STEADY_STEPS_MAX} steps'
@@ -294,17 +288,6 @@ def case_course(sweep: Sweep, case: SweepCase) -> Course[Row]:
         run = yield from drive_course(stand, case.amplitude_m, -hertz, steps)
         row[STEP_BACK] = -run.step_length_m
     return row | {STOP_RULE: stop_rule(steps)}
-
-
-def column_name(name: str) -> str:
-    """Return a varied parameter with its unit, ``load_cell.stiffness [N/m]``."""
-    unit = spec_of(name).unit
-    return f'{name} [{unit}]' if unit else name
-
-
-def bare_name(column: str) -> str:
-    """Return the parameter of a column."""
-    return column.partition(' [')[0]
 
 
 def stop_rule(steps: int) -> str:

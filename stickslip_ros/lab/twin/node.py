@@ -24,7 +24,7 @@ from std_srvs.srv import SetBool
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.interface.cdr import unpack
 from stickslip_ros.interface.messages import ArrayMessage
-from stickslip_ros.lab.runs.mapped import parse_map, topic_of
+from stickslip_ros.lab.measurements.mapped import parse_map, topic_of
 from stickslip_ros.lab.twin.settings import TwinParameters
 from stickslip_ros.lab.twin.twin import Twin
 from stickslip_ros.lab.twin.window import RigClock, Windows

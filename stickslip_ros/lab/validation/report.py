@@ -16,8 +16,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stickslip_ros.errors import WrongKind
-from stickslip_ros.lab.runs.page import page_of
-from stickslip_ros.lab.runs.plotting import BLUE, VERMILION, new_figure, styled
+from stickslip_ros.lab.figures.page import page_of
+from stickslip_ros.lab.figures.plotting import BLUE, VERMILION, new_figure, styled
 from stickslip_ros.lab.validation.self_test import CheckedAnswer, failed
 from stickslip_ros.sections import Section
 

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from stickslip_ros.lab.cli.main import build_parser, main
-from stickslip_ros.lab.tables.measured import POINT_COLUMNS, TIME_COLUMNS
+from stickslip_ros.lab.readers.measured import POINT_COLUMNS, TIME_COLUMNS
 from stickslip_ros.parameters import SENSORS
 
 HOWTO = Path(__file__).resolve().parents[3] / 'docs/howto'

@@ -34,7 +34,7 @@ from mcap_records import foreign_numbers, rewritten
 
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.lab.cli.main import main
-from stickslip_ros.lab.runs.run_result import SawtoothRun
+from stickslip_ros.lab.measurements.run_result import SawtoothRun
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.bag import METADATA_ROOT, write_metadata
 from stickslip_ros.recording.chunks import MAGIC
@@ -312,7 +312,7 @@ def test_a_message_of_another_time_is_exported_and_told(
     late: Path, tmp_path: Path, times_ns: tuple[int, ...], capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ):  # fmt: skip
-    monkeypatch.setattr('stickslip_ros.lab.runs.recorded.STRETCH_BYTES', 2 * CHUNK_BYTES)
+    monkeypatch.setattr('stickslip_ros.lab.measurements.recorded.STRETCH_BYTES', 2 * CHUNK_BYTES)
     path = rewritten(late, tmp_path / 'far.mcap', moved(*times_ns), chunk_size=CHUNK_BYTES)
     expected = rows_of_table(late, '--readings')
     capsys.readouterr()
@@ -351,7 +351,7 @@ def test_a_trace_whose_blocks_are_logged_before_their_rows_loses_none_of_them_in
         ]
         return sorted(moved, key=lambda row: row[1].log_time)
 
-    monkeypatch.setattr('stickslip_ros.lab.runs.recorded.STRETCH_BYTES', 2 * CHUNK_BYTES)
+    monkeypatch.setattr('stickslip_ros.lab.measurements.recorded.STRETCH_BYTES', 2 * CHUNK_BYTES)
     path = recorded(tmp_path / 'run.mcap', 100)
     rewritten(path, tmp_path / 'early.mcap', early, chunk_size=CHUNK_BYTES)
     assert len(rows_of_table(path)) == 5000

@@ -12,7 +12,7 @@ import pytest
 from mcap_records import foreign_numbers
 
 from stickslip_ros.lab.cli.main import main
-from stickslip_ros.lab.tables.experiment import read_experiment
+from stickslip_ros.lab.readers.experiment import read_experiment
 
 
 @pytest.fixture

@@ -19,9 +19,9 @@ from mcap_records import foreign, foreign_numbers, rewritten
 from stickslip_ros import open_run
 from stickslip_ros.interface.cdr import pack_float64
 from stickslip_ros.lab.cli.main import main
-from stickslip_ros.lab.runs import recorded
-from stickslip_ros.lab.runs.recorded_run import frame_of
-from stickslip_ros.lab.runs.run_result import SawtoothRun
+from stickslip_ros.lab.measurements import recorded
+from stickslip_ros.lab.measurements.recorded_run import frame_of
+from stickslip_ros.lab.measurements.run_result import SawtoothRun
 from stickslip_ros.message_types import FLOAT64
 
 Run = tuple[SawtoothRun, Path]

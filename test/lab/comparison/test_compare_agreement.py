@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from stickslip_ros.lab.comparison.result import (
-    AMPLITUDE_COLUMN,
     Part,
     agreement_of,
     correlation_of,
     threshold_of,
 )
+from stickslip_ros.lab.measurements.measurement import AMPLITUDE_COLUMN
 
 ROUNDING = 1e-12
 """Relative; sums of a few dozen numbers."""

@@ -12,11 +12,11 @@ import pytest
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.comparison.compare import CompareOptions, compare
 from stickslip_ros.lab.experiments import predict as predict_module
+from stickslip_ros.lab.measurements.sweep_table import write_table
+from stickslip_ros.lab.readers.experiment import read_experiment, read_joined
 from stickslip_ros.lab.runs.batch import Interrupted
 from stickslip_ros.lab.runs.sawtooth_run import run_drive
 from stickslip_ros.lab.runs.sweep import Axis, Sweep, run_sweep
-from stickslip_ros.lab.runs.sweep_table import write_table
-from stickslip_ros.lab.tables.experiment import read_experiment, read_joined
 from stickslip_ros.parameters import Parameters
 
 AMPLITUDES_M = tuple(float(each) for each in np.linspace(0.0, 160e-9, 17))

@@ -13,9 +13,9 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.interface.cdr import pack_stamped
 from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.lab.comparison.compare import CompareOptions, compare
-from stickslip_ros.lab.comparison.in_time import TimeRun, align, estimate_alignment
-from stickslip_ros.lab.comparison.result import Side
-from stickslip_ros.lab.runs.recorded import recorded_series
+from stickslip_ros.lab.comparison.in_time import align, estimate_alignment
+from stickslip_ros.lab.measurements.measurement import Side, TimeRun
+from stickslip_ros.lab.measurements.recorded import recorded_series
 from stickslip_ros.message_types import POINT_STAMPED
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording

@@ -13,8 +13,8 @@ import pytest
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.lab.comparison.compare import CompareOptions, compare
-from stickslip_ros.lab.runs.page import page_of
-from stickslip_ros.lab.runs.plotting import svg_of
+from stickslip_ros.lab.figures.page import page_of
+from stickslip_ros.lab.figures.plotting import svg_of
 from stickslip_ros.parameters import Parameters
 
 NASTY = '<script>alert("1")</script> & \'x\' {{ 7 * 7 }}'

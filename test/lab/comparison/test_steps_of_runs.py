@@ -8,8 +8,8 @@ import pytest
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.lab.comparison.compare import compare
-from stickslip_ros.lab.comparison.in_time import TimeRun, steps_of
-from stickslip_ros.lab.comparison.result import Side
+from stickslip_ros.lab.comparison.in_time import steps_of
+from stickslip_ros.lab.measurements.measurement import Side, TimeRun
 from stickslip_ros.lab.runs.sawtooth_run import simulate
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.series import Series

@@ -24,7 +24,7 @@ from stickslip_ros.lab.fitting.fit import FitOptions, fit
 from stickslip_ros.lab.fitting.free import Free, choose_free
 from stickslip_ros.lab.fitting.metric import Allowance
 from stickslip_ros.lab.fitting.problem import StandardErrors, pose
-from stickslip_ros.lab.runs.recorded import recorded_stand
+from stickslip_ros.lab.measurements.recorded import recorded_stand
 from stickslip_ros.parameters import SENSORS, Parameters, load_yaml
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run import ReportingBench, RunWriter

@@ -27,7 +27,7 @@ from stickslip_ros.lab.fitting.fit import FitOptions, fit
 from stickslip_ros.lab.fitting.free import Free
 from stickslip_ros.lab.fitting.plan import plan
 from stickslip_ros.lab.fitting.report import Fit, as_object
-from stickslip_ros.lab.tables.numbers import stage_hz
+from stickslip_ros.lab.readers.numbers import stage_hz
 from stickslip_ros.parameters import Parameters, Scalar
 
 ROWS = voltage((-60.0, 250.0, 1), (-170.0, 200.0, 1), (280.0, 300.0, 5), (300.0, 600.0, 8))

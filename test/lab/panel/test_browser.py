@@ -24,7 +24,7 @@ from playwright.sync_api import Locator, Page, expect
 from waiting import wait_until
 
 from stickslip_ros.lab.cli.panel import NICENESS
-from stickslip_ros.lab.tables.experiment import parse_experiment
+from stickslip_ros.lab.readers.experiment import parse_experiment
 from stickslip_ros.process.signals import STOPPED
 from stickslip_ros.testing import Operator, open_context
 

@@ -26,12 +26,12 @@ from waiting import GIVE_UP_S, wait_until
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.instrument.reports import Status
+from stickslip_ros.lab.measurements.run_result import SawtoothRun
 from stickslip_ros.lab.panel import player
 from stickslip_ros.lab.panel.controls import lamps, sheet, shown_parameters
 from stickslip_ros.lab.panel.curves import SAMPLE_COLUMNS
 from stickslip_ros.lab.panel.model import ACTIVE, Model
-from stickslip_ros.lab.runs.run_result import SawtoothRun
-from stickslip_ros.lab.tables.experiment import parse_experiment
+from stickslip_ros.lab.readers.experiment import parse_experiment
 from stickslip_ros.parameters import specs
 
 pytestmark = pytest.mark.skipif(

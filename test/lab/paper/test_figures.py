@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName
+from stickslip_ros.lab.figures.plotting import new_figure, styled
 from stickslip_ros.lab.paper.amplifier import BANDWIDTHS_HZ, rounded_stand
 from stickslip_ros.lab.paper.curves import (
     max_presliding_m,
@@ -22,7 +23,6 @@ from stickslip_ros.lab.paper.curves import (
 from stickslip_ros.lab.paper.figure import write_figure
 from stickslip_ros.lab.paper.make import FIGURES, chosen_figures, make_tables
 from stickslip_ros.lab.runs.courses import run_course
-from stickslip_ros.lab.runs.plotting import new_figure, styled
 from stickslip_ros.lab.runs.sawtooth_run import run_drive
 from stickslip_ros.lab.runs.zero_amplitude import force_onset_m
 from stickslip_ros.parameters import Parameters

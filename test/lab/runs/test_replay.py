@@ -19,8 +19,8 @@ from stickslip_ros.interface.cdr import pack_float64
 from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.interface.feed import Packed
 from stickslip_ros.interface.topics import recorded_channels
+from stickslip_ros.lab.readers.instructions import Reading
 from stickslip_ros.lab.runs.replay import DriveInput, read_drive_input, replay, replay_input
-from stickslip_ros.lab.tables.instructions import Reading
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording, compare_data
 from stickslip_ros.recording.recorder import Recorder

@@ -21,8 +21,8 @@ from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError, Wro
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.interface.messages import ArrayMessage
+from stickslip_ros.lab.measurements.run_result import SawtoothRun
 from stickslip_ros.lab.runs.replay import replay
-from stickslip_ros.lab.runs.run_result import SawtoothRun
 from stickslip_ros.lab.runs.sawtooth_run import (
     STEADY_ERROR,
     STEADY_STEPS_MAX,

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from stickslip_ros.lab.comparison.compare import compare
+from stickslip_ros.lab.measurements.recorded_run import open_run
+from stickslip_ros.lab.measurements.run_figure import plot_run
 from stickslip_ros.lab.panel.curves import SAMPLE_COLUMNS
 from stickslip_ros.lab.panel.player import Player, samples_of
-from stickslip_ros.lab.runs.recorded_run import open_run
-from stickslip_ros.lab.runs.run_figure import plot_run
 from stickslip_ros.lab.runs.sawtooth_run import simulate
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording

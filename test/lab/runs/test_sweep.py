@@ -16,6 +16,7 @@ import stickslip_ros
 from stickslip_ros.contact import power_sums, profile
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError, UnknownName, WrongKind
 from stickslip_ros.extras import MissingExtra
+from stickslip_ros.lab.measurements.sweep_table import check_table_path, read_table, write_table
 from stickslip_ros.lab.runs.courses import run_course
 from stickslip_ros.lab.runs.sawtooth_run import run_drive
 from stickslip_ros.lab.runs.sweep import (
@@ -23,14 +24,12 @@ from stickslip_ros.lab.runs.sweep import (
     Sweep,
     SweepCase,
     case_course,
-    column_name,
     parse_axis,
     parse_varied,
     run_sweep,
     stop_rule,
 )
-from stickslip_ros.lab.runs.sweep_table import check_table_path, read_table, write_table
-from stickslip_ros.parameters import AMPLITUDE_SPEC, spec_of
+from stickslip_ros.parameters import AMPLITUDE_SPEC, column_name, spec_of
 
 PRELOAD = spec_of('stand.preload')
 FORCE_ERROR = 0.01

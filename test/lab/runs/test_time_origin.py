@@ -19,14 +19,14 @@ from stickslip_ros.interface.cdr import unpack
 from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.lab.cli.recording import describe_recording
 from stickslip_ros.lab.comparison.compare import compare
-from stickslip_ros.lab.runs.recorded import (
+from stickslip_ros.lab.measurements.recorded import (
     TimeWindow,
     bits_within,
     events_within,
     recorded_series,
 )
+from stickslip_ros.lab.measurements.run_figure import plot_run
 from stickslip_ros.lab.runs.replay import replay
-from stickslip_ros.lab.runs.run_figure import plot_run
 from stickslip_ros.message_types import FLOAT64, JOINT_STATE, POINT_STAMPED, STRING
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording, compare_data

@@ -15,7 +15,11 @@ from stickslip_ros.interface.cdr import unpack
 from stickslip_ros.interface.messages import ArrayMessage
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
 from stickslip_ros.lab.experiments.predict import predict
-from stickslip_ros.lab.runs.recorded import recorded_commands, recorded_series, recorded_stand
+from stickslip_ros.lab.measurements.recorded import (
+    recorded_commands,
+    recorded_series,
+    recorded_stand,
+)
 from stickslip_ros.lab.twin.settings import TwinParameters
 from stickslip_ros.lab.twin.twin import Look, Twin
 from stickslip_ros.lab.twin.window import Window

@@ -14,9 +14,9 @@ import pytest
 from header_files import COUNT, FILES, MICRONS, TIMES_S, VOLTS, columns, of
 
 from stickslip_ros import StickSlipError
-from stickslip_ros.lab.tables.experiment import parse_experiment
-from stickslip_ros.lab.tables.instructions import AS_IT_IS, Reading
-from stickslip_ros.lab.tables.measured import MeasuredTable
+from stickslip_ros.lab.readers.experiment import parse_experiment
+from stickslip_ros.lab.readers.instructions import AS_IT_IS, Reading
+from stickslip_ros.lab.readers.measured import MeasuredTable
 from stickslip_ros.units import quantity
 
 ROUNDING = 1e-12

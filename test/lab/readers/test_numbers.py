@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.lab.tables.experiment import read_experiment, read_joined
-from stickslip_ros.lab.tables.instructions import Reading
-from stickslip_ros.lab.tables.measured import MeasuredTable
-from stickslip_ros.lab.tables.numbers import NUMBERS
+from stickslip_ros.lab.readers.experiment import read_experiment, read_joined
+from stickslip_ros.lab.readers.instructions import Reading
+from stickslip_ros.lab.readers.measured import MeasuredTable
+from stickslip_ros.lab.readers.numbers import NUMBERS
 
 READING = Reading(preloads_n=(0.5,))
 CURVE = 'voltage (V),step size up (nm),step size down (nm)\n20,21,18\n60,196,179\n'

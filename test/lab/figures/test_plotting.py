@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stickslip_ros.errors import RecordingError, UnknownName
-from stickslip_ros.lab.runs.plotting import (
+from stickslip_ros.lab.figures.plotting import (
     UNDATED,
     curve_style,
     decimated,

@@ -14,9 +14,9 @@ from matplotlib.text import Text
 
 from stickslip_ros import CompareOptions, Parameters, StickSlipError, compare, linearise, open_run
 from stickslip_ros.lab.cli.main import main
+from stickslip_ros.lab.figures.plotting import save_figure
 from stickslip_ros.lab.fitting.fit import FitOptions, fit
-from stickslip_ros.lab.runs.plotting import save_figure
-from stickslip_ros.lab.runs.run_result import SawtoothRun
+from stickslip_ros.lab.measurements.run_result import SawtoothRun
 
 Run = tuple[SawtoothRun, Path]
 COLUMN_MM = 85.0

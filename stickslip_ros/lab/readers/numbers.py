@@ -18,7 +18,7 @@ from stickslip_ros.drive.build import friction_limit_n, slew_of
 from stickslip_ros.drive.layout import contacts_of
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.files import read_bytes
-from stickslip_ros.lab.tables.layout import BLANKS, HEAD_BYTES, TextForm, header_of
+from stickslip_ros.lab.readers.layout import BLANKS, HEAD_BYTES, TextForm, header_of
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.units import unit_of
 

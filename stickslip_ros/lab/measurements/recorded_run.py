@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError, WrongUse
 from stickslip_ros.files import RUN_ENDINGS, prepare_output
-from stickslip_ros.lab.runs.recorded import (
+from stickslip_ros.lab.measurements.recorded import (
     RUN_QUANTITIES,
     TimeWindow,
     recorded_series,
@@ -23,7 +23,7 @@ from stickslip_ros.lab.runs.recorded import (
     series_by_stretch,
     stretches_of,
 )
-from stickslip_ros.lab.runs.run_result import SawtoothRun
+from stickslip_ros.lab.measurements.run_result import SawtoothRun
 from stickslip_ros.parameters import Parameters, reading
 from stickslip_ros.recording.integrity import is_recording
 from stickslip_ros.recording.reader import Recording
@@ -106,7 +106,7 @@ class Run(Shown):
     def series(self) -> dict[str, Series]:
         """Quantities over time, by the names of the columns of ``frame``."""
         if self.topics:
-            from stickslip_ros.lab.runs.mapped import mapped_series  # it imports tables
+            from stickslip_ros.lab.measurements.mapped import mapped_series  # it imports tables
 
             return mapped_series(self.recording, self.topics)
         return recorded_series(self.recording)
@@ -193,8 +193,8 @@ class Run(Shown):
         if start_s is not None or end_s is not None:
             window = TimeWindow(start_s or 0.0, float('inf') if end_s is None else end_s)
         # ruff: noqa: PLC0415 - slow imports
-        from stickslip_ros.lab.runs.plotting import looking
-        from stickslip_ros.lab.runs.run_figure import draw_run
+        from stickslip_ros.lab.figures.plotting import looking
+        from stickslip_ros.lab.measurements.run_figure import draw_run
 
         # A short run is read once for all pictures, a long one never as a whole.
         is_held = self.topics or len(stretches_of(self.recording)) == 1

@@ -8,8 +8,8 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind
-from stickslip_ros.lab.tables.measured import TIME_COLUMNS
-from stickslip_ros.lab.tables.units import factor_of, in_si
+from stickslip_ros.lab.readers.measured import TIME_COLUMNS
+from stickslip_ros.lab.readers.units import factor_of, in_si
 from stickslip_ros.recording.any_message import numbers_of
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.series import Series

@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from stickslip_ros.arrays import Array
 from stickslip_ros.budget import CELLS_MOST
 from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind, quoted
-from stickslip_ros.lab.tables.columns import ROW
-from stickslip_ros.lab.tables.layout import BEYOND, EMPTY, OVER_RANGE, TextForm, to_number
-from stickslip_ros.lab.tables.measured import DIRECTED, Column
-from stickslip_ros.lab.tables.numbers import NUMBERS, SIGMA, sigma_name
-from stickslip_ros.lab.tables.remedies import likely_unit, map_hint
-from stickslip_ros.lab.tables.units import in_si
+from stickslip_ros.lab.readers.columns import ROW
+from stickslip_ros.lab.readers.layout import BEYOND, EMPTY, OVER_RANGE, TextForm, to_number
+from stickslip_ros.lab.readers.measured import DIRECTED, Column
+from stickslip_ros.lab.readers.numbers import NUMBERS, SIGMA, sigma_name
+from stickslip_ros.lab.readers.remedies import likely_unit, map_hint
+from stickslip_ros.lab.readers.units import in_si
 from stickslip_ros.parameters import Spec
 from stickslip_ros.process.stopping import stop_if_asked
 

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName
-from stickslip_ros.lab.tables.layout import TextForm
-from stickslip_ros.lab.tables.measured import (
+from stickslip_ros.lab.readers.layout import TextForm
+from stickslip_ros.lab.readers.measured import (
     BY_AMPLITUDE,
     EXPERIMENT_COLUMNS,
     OVER_TIME,

@@ -14,8 +14,8 @@ from itertools import zip_longest
 from typing import NamedTuple
 
 from stickslip_ros.errors import RecordingError
-from stickslip_ros.lab.tables.headers import COMMENT, Cells, read_header, settings_in
-from stickslip_ros.lab.tables.units import split_unit, unit_of_any
+from stickslip_ros.lab.readers.headers import COMMENT, Cells, read_header, settings_in
+from stickslip_ros.lab.readers.units import split_unit, unit_of_any
 
 HEAD_BYTES = 1 << 16  # bytes that determine the layout
 BLANKS = r'\s+'

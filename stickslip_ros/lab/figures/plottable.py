@@ -28,7 +28,7 @@ class Plottable(Shown):
         paper, where a column is 85 mm wide, with 8 pt text.
 
         """
-        from stickslip_ros.lab.runs.plotting import looking
+        from stickslip_ros.lab.figures.plotting import looking
 
         with looking(style, width_mm):
             return self._draw()
@@ -44,7 +44,7 @@ class Plottable(Shown):
             If it cannot be written.
 
         """
-        from stickslip_ros.lab.runs.page import page_of
+        from stickslip_ros.lab.figures.page import page_of
 
         prepare_output(Path(path), endings=PAGE_ENDINGS)
         with replacing(Path(path)) as part:

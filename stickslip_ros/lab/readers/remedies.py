@@ -8,9 +8,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 
 from stickslip_ros.errors import QUOTED, quoted
-from stickslip_ros.lab.tables.layout import Header, TextForm, to_number
-from stickslip_ros.lab.tables.measured import USUAL, plain, recognised
-from stickslip_ros.lab.tables.units import factor_of
+from stickslip_ros.lab.readers.layout import Header, TextForm, to_number
+from stickslip_ros.lab.readers.measured import USUAL, plain, recognised
+from stickslip_ros.lab.readers.units import factor_of
 from stickslip_ros.parameters import Spec
 
 RATE = 'if the rows are evenly spaced in time, give their rate, as --rate 10kHz'

@@ -21,10 +21,10 @@ from nptdms import ChannelObject, TdmsWriter
 from scipy.io import savemat
 
 from stickslip_ros import StickSlipError, budget
-from stickslip_ros.lab.tables import formats
-from stickslip_ros.lab.tables.experiment import read_experiment
-from stickslip_ros.lab.tables.instructions import Reading
-from stickslip_ros.lab.tables.measured import OVER_TIME
+from stickslip_ros.lab.readers import formats
+from stickslip_ros.lab.readers.experiment import read_experiment
+from stickslip_ros.lab.readers.instructions import Reading
+from stickslip_ros.lab.readers.measured import OVER_TIME
 
 TIME_S = np.arange(50) * 1.7e-5
 FORCE_MN = 11.3 * np.sin(2e4 * TIME_S) + 0.123456789

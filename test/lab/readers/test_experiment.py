@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.lab.tables.experiment import parse_experiment, read_experiment
-from stickslip_ros.lab.tables.measured import BY_AMPLITUDE, OVER_TIME, POINT_COLUMNS, TIME_COLUMNS
-from stickslip_ros.lab.tables.numbers import sigma_name
+from stickslip_ros.lab.readers.experiment import parse_experiment, read_experiment
+from stickslip_ros.lab.readers.measured import BY_AMPLITUDE, OVER_TIME, POINT_COLUMNS, TIME_COLUMNS
+from stickslip_ros.lab.readers.numbers import sigma_name
 
 POINTS = 'preload_n,amplitude_m,force_n\n'
 TIMES = 'time_s,position_m\n'

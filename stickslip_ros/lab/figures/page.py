@@ -10,7 +10,7 @@ from pathlib import Path
 
 import stickslip_ros
 from stickslip_ros.errors import printable
-from stickslip_ros.lab.runs.plotting import svg_of
+from stickslip_ros.lab.figures.plotting import svg_of
 from stickslip_ros.sections import Section, html_of
 
 _BEGINNING = """\

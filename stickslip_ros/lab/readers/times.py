@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, quoted
-from stickslip_ros.lab.tables.cells import TIME_DECIMALS, Rows
+from stickslip_ros.lab.readers.cells import TIME_DECIMALS, Rows
 
 _ALIKE = 1e-3  # share by which distances of printed times may differ
 _LOCAL, _SHUFFLED = 0.02, 0.4

@@ -8,10 +8,10 @@ from collections.abc import Mapping
 from itertools import pairwise
 
 from stickslip_ros.errors import RecordingError, quoted
-from stickslip_ros.lab.tables.layout import Header, TextForm
-from stickslip_ros.lab.tables.measured import Column, plain, recognised
-from stickslip_ros.lab.tables.numbers import BACK, NUMBERS, SIGMA
-from stickslip_ros.lab.tables.remedies import (
+from stickslip_ros.lab.readers.layout import Header, TextForm
+from stickslip_ros.lab.readers.measured import Column, plain, recognised
+from stickslip_ros.lab.readers.numbers import BACK, NUMBERS, SIGMA
+from stickslip_ros.lab.readers.remedies import (
     EPOCH,
     SUM,
     by_number,
@@ -20,7 +20,7 @@ from stickslip_ros.lab.tables.remedies import (
     map_hint,
     suggestion,
 )
-from stickslip_ros.lab.tables.units import factor_of, split_unit
+from stickslip_ros.lab.readers.units import factor_of, split_unit
 from stickslip_ros.parameters import Spec
 
 ROW = Header(-1, 'row number', 'row number', '')

@@ -19,7 +19,7 @@ from matplotlib.ticker import EngFormatter
 
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.instrument.reports import Result, Status
-from stickslip_ros.lab.runs.plotting import (
+from stickslip_ros.lab.figures.plotting import (
     BLACK,
     BLUE,
     GREEN,
@@ -37,7 +37,7 @@ from stickslip_ros.lab.runs.plotting import (
     styled,
     write_label,
 )
-from stickslip_ros.lab.runs.recorded import (
+from stickslip_ros.lab.measurements.recorded import (
     RUN_QUANTITIES,
     BitSpan,
     LoggedCommand,

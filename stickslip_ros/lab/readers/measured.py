@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.lab.tables.numbers import BACK, NUMBERS, SHEET_SHARE, sigma_name
-from stickslip_ros.lab.tables.units import factor_of
+from stickslip_ros.lab.readers.numbers import BACK, NUMBERS, SHEET_SHARE, sigma_name
+from stickslip_ros.lab.readers.units import factor_of
 from stickslip_ros.parameters import AMPLITUDE_SPEC, FREQUENCY_SPEC, SENSORS, Spec, spec_of
 from stickslip_ros.units import unit_of
 

@@ -20,8 +20,8 @@ from stickslip_ros.instrument.joints import Joints
 from stickslip_ros.instrument.reports import Event, Result, Status
 from stickslip_ros.interface.cdr import pack_float64, pack_string, pack_uint32
 from stickslip_ros.interface.channels import Channel, Qos
-from stickslip_ros.lab.runs.plotting import style_of
-from stickslip_ros.lab.runs.recorded import (
+from stickslip_ros.lab.figures.plotting import style_of
+from stickslip_ros.lab.measurements.recorded import (
     TimeWindow,
     bits_within,
     check_window,
@@ -31,7 +31,7 @@ from stickslip_ros.lab.runs.recorded import (
     recorded_series,
     topic_name,
 )
-from stickslip_ros.lab.runs.run_figure import (
+from stickslip_ros.lab.measurements.run_figure import (
     COLOURS,
     PIXELS,
     draw_run,
@@ -338,7 +338,7 @@ def test_a_long_recording_is_drawn_stretch_by_stretch_with_the_same_extents(
     path = rewritten(recorded_run[1], tmp_path / 'run.mcap', chunk_size=9000)
     told, drawn = [], []
     for size_bytes in (1 << 30, 20_000):
-        monkeypatch.setattr('stickslip_ros.lab.runs.recorded.STRETCH_BYTES', size_bytes)
+        monkeypatch.setattr('stickslip_ros.lab.measurements.recorded.STRETCH_BYTES', size_bytes)
         figure, plot = draw_run(Recording(path), window)
         told.append(plot)
         drawn.append([line.get_ydata() for axes in figure.axes for line in axes.lines[:1]])

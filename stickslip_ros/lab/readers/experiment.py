@@ -14,12 +14,12 @@ import numpy as np
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import RecordingError, StickSlipError, quoted
 from stickslip_ros.files import read_bytes, replacing
-from stickslip_ros.lab.tables.cells import check_values, read_rows, whole_rows
-from stickslip_ros.lab.tables.columns import Found, columns_named, find_columns, resolve_columns
-from stickslip_ros.lab.tables.formats import tables_in
-from stickslip_ros.lab.tables.instructions import AS_IT_IS, Reading
-from stickslip_ros.lab.tables.layout import HEAD_BYTES, Header, TextForm, layout_of
-from stickslip_ros.lab.tables.measured import (
+from stickslip_ros.lab.readers.cells import check_values, read_rows, whole_rows
+from stickslip_ros.lab.readers.columns import Found, columns_named, find_columns, resolve_columns
+from stickslip_ros.lab.readers.formats import tables_in
+from stickslip_ros.lab.readers.instructions import AS_IT_IS, Reading
+from stickslip_ros.lab.readers.layout import HEAD_BYTES, Header, TextForm, layout_of
+from stickslip_ros.lab.readers.measured import (
     BY_AMPLITUDE,
     EXPERIMENT_COLUMNS,
     MEASURED,
@@ -29,16 +29,16 @@ from stickslip_ros.lab.tables.measured import (
     MeasuredTable,
     recognised,
 )
-from stickslip_ros.lab.tables.numbers import (
+from stickslip_ros.lab.readers.numbers import (
     NUMBERS,
     SIGMA,
     columns_of_sheet,
     completed,
     sigma_name,
 )
-from stickslip_ros.lab.tables.remedies import RATE, epoch_of, listed, suggestion
-from stickslip_ros.lab.tables.times import joined_clocks
-from stickslip_ros.lab.tables.units import factor_of, split_unit
+from stickslip_ros.lab.readers.remedies import RATE, epoch_of, listed, suggestion
+from stickslip_ros.lab.readers.times import joined_clocks
+from stickslip_ros.lab.readers.units import factor_of, split_unit
 from stickslip_ros.units import quantity
 
 if TYPE_CHECKING:

@@ -18,9 +18,9 @@ from rosbags.typesys import Stores, get_typestore
 
 from stickslip_ros import CompareOptions, Parameters, StickSlipError, compare, open_run
 from stickslip_ros.lab.cli.main import main
+from stickslip_ros.lab.measurements.mapped import mapped_series
+from stickslip_ros.lab.measurements.run_result import SawtoothRun
 from stickslip_ros.lab.panel.player import Player
-from stickslip_ros.lab.runs.mapped import mapped_series
-from stickslip_ros.lab.runs.run_result import SawtoothRun
 from stickslip_ros.recording.reader import Recording
 
 STORE = get_typestore(Stores.ROS2_JAZZY)

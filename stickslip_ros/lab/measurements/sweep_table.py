@@ -16,11 +16,9 @@ from stickslip_ros.budget import load_json
 from stickslip_ros.errors import RecordingError, UnknownName, WrongKind
 from stickslip_ros.extras import load_extra
 from stickslip_ros.files import prepare_output, read_bytes, replacing
-from stickslip_ros.lab.runs.journal import Row
-from stickslip_ros.lab.runs.sweep import SETTINGS, STEP_BACK, STOP_RULE, SWEEP_COLUMNS, bare_name
-from stickslip_ros.lab.tables.formats import DATA_FRAME, check_parquet
-from stickslip_ros.lab.tables.measured import POINT_COLUMNS
-from stickslip_ros.parameters import Parameters, Scalar, Spec, spec_of
+from stickslip_ros.lab.readers.formats import DATA_FRAME, check_parquet
+from stickslip_ros.lab.readers.measured import POINT_COLUMNS
+from stickslip_ros.parameters import Parameters, Scalar, Spec, bare_name, spec_of
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -29,6 +27,15 @@ CSV, PARQUET = '.csv', '.parquet'
 _VERSION, _PARAMETERS = 'stickslip_ros.version', 'stickslip_ros.parameters'
 """Metadata in Parquet, comment lines above the header in CSV."""
 _COMMENT = '# '
+Row = dict[str, Scalar]  # result of a case: names with units, JSON values
+SETTINGS = ('preload_n', 'amplitude_m', 'frequency_hz')
+SWEEP_COLUMNS = (
+    *(*SETTINGS, 'force_mean_n', 'force_net_n', 'force_ramp_start_n', 'step_length_m'),
+    *('energy_loss_per_step_j', 'steady', 'steps', 'energy_residual'),
+)
+"""Columns of a table that come from a run, next to ``STOP_RULE``."""
+STEP_BACK = 'step_back_m'  # size of the step backwards, where it was asked for
+STOP_RULE = 'stop_rule'  # a column of every sweep and of no experiment
 _MEASURED = ('force_mean_n', 'step_length_m', 'energy_loss_per_step_j')
 RUN_COLUMNS = {*SWEEP_COLUMNS, STOP_RULE} - {*SETTINGS, *_MEASURED}
 """Columns with details of a run; unknown columns are varied parameters."""

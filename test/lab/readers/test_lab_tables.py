@@ -11,17 +11,17 @@ import numpy as np
 import pytest
 
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.lab.comparison import in_time
-from stickslip_ros.lab.tables.cells import CHUNK_CELLS
-from stickslip_ros.lab.tables.experiment import (
+from stickslip_ros.lab.measurements.measurement import TimeRun, of_table
+from stickslip_ros.lab.readers.cells import CHUNK_CELLS
+from stickslip_ros.lab.readers.experiment import (
     parse_experiment,
     read_experiment,
     read_joined,
     write_experiment,
 )
-from stickslip_ros.lab.tables.instructions import Reading
-from stickslip_ros.lab.tables.measured import MEASURED, OVER_TIME, USUAL, MeasuredTable
-from stickslip_ros.lab.tables.units import factor_of, in_si
+from stickslip_ros.lab.readers.instructions import Reading
+from stickslip_ros.lab.readers.measured import MEASURED, OVER_TIME, USUAL, MeasuredTable
+from stickslip_ros.lab.readers.units import factor_of, in_si
 from stickslip_ros.parameters import SENSORS
 
 ALIKE = {'fuß', 'fuss', 'frequenz'}
@@ -89,7 +89,9 @@ def test_a_point_without_a_number_is_left_out_and_counted(cell: str):
 def test_over_time_each_quantity_has_samples_of_its_own():
     text = b'time_s,force_n,position_m\n0,1,\n1,,1e-9\n2,,\n,5,5\n4,2,#N/A\n'
     experiment = parse_experiment(text, 'a.csv')
-    series = in_time.of_experiment(experiment).series
+    run = of_table(experiment)
+    assert isinstance(run, TimeRun)
+    series = run.series
     assert series['force_n'].time_s.tolist() == [0.0, 4.0]
     assert series['force_n'].value.tolist() == [1.0, 2.0]
     assert series['position_m'].time_s.tolist() == [1.0]

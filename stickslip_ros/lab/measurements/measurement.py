@@ -1,0 +1,278 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""A measurement, read once: quantities over time, or points by amplitude, out of any source."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.errors import RecordingError
+from stickslip_ros.lab.measurements.mapped import mapped_series
+from stickslip_ros.lab.measurements.recorded import recorded_series, recorded_stand
+from stickslip_ros.lab.measurements.recorded_run import recording_of
+from stickslip_ros.lab.measurements.sweep_table import RUN_COLUMNS, STEP_BACK, is_sweep, read_table
+from stickslip_ros.lab.readers.experiment import parse_experiment, read_experiment
+from stickslip_ros.lab.readers.formats import DATA_FRAME
+from stickslip_ros.lab.readers.instructions import AS_IT_IS, Reading
+from stickslip_ros.lab.readers.measured import (
+    BY_AMPLITUDE,
+    MEASURED,
+    OVER_TIME,
+    TIME_COLUMNS,
+    MeasuredTable,
+)
+from stickslip_ros.lab.readers.numbers import NUMBERS, sigma_name
+from stickslip_ros.parameters import Parameters, Scalar, bare_name
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.run_file import (
+    EXPERIMENT_FILE,
+    PARAMETERS_FILE,
+    RUN_RECORD,
+    TIME_ORIGIN,
+)
+from stickslip_ros.recording.series import Series
+
+RECORDING, SWEEP = 'recording', 'sweep'
+"""Kinds of a measurement, next to those of tables."""
+AMPLITUDE_COLUMN, VOLTAGE_COLUMN = 'amplitude_m', 'voltage_v'
+PRELOAD_COLUMN, FREQUENCY_COLUMN, FORCE_COLUMN = 'preload_n', 'frequency_hz', 'force_n'
+NOT_COMPARED = {'wall_start', TIME_ORIGIN, 'seed', 'dt_s'}
+"""Metadata that differ by chance or repeat the parameters."""
+_STROKES = AMPLITUDE_COLUMN, VOLTAGE_COLUMN
+NO_SETTINGS = {each for name in (*_STROKES, *NUMBERS) for each in (name, sigma_name(name))}
+RENAMED = {'force_mean_n': FORCE_COLUMN}
+"""Columns of a sweep with another name in an experiment."""
+SAME = 1e-9  # largest relative difference of equal typed numbers
+
+
+@dataclass(frozen=True)
+class Side:
+    """A or B: a file or the model, with its known settings."""
+
+    origin: str  # file, or ``model``
+    kind: str
+    rows: int  # of a table; of a run samples of the finest quantity
+    described: dict[str, Scalar]  # parameters, seed, versions, columns with one value
+    changed: dict[str, Scalar] | None  # parameters that differ from the default; None: unknown
+    notes: tuple[str, ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        """Return an object for JSON, without the description."""
+        return {name: value for name, value in vars(self).items() if name != 'described'}
+
+
+@dataclass(frozen=True, eq=False)
+class TimeRun:
+    """Quantities over time, and uncertainties where known, under the names of experiment files."""
+
+    side: Side
+    series: dict[str, Series]
+    recording: Recording | None = None  # its source, which knows commands too
+    alignment: Any = None  # to the times of another run
+    topics: Mapping[str, str] = field(default_factory=dict)  # of another program
+
+    def sigma(self, name: str) -> float | None:
+        """Return the typical uncertainty of a quantity, None if unknown."""
+        each = self.series.get(sigma_name(name))
+        return None if each is None else float(np.median(each.value))
+
+    @property
+    def quantities(self) -> list[str]:
+        """Measured quantities."""
+        return [name for name in MEASURED[OVER_TIME] if name in self.series]
+
+    def within(self, start_s: float, end_s: float) -> 'TimeRun':
+        """Return a part of the run."""
+        series = {name: each.window(start_s, end_s) for name, each in self.series.items()}
+        series = {name: each for name, each in series.items() if len(each)}
+        rows = max(map(len, series.values()), default=0)
+        return replace(self, series=series, side=replace(self.side, rows=rows))
+
+    def moved(self, alignment: Any) -> 'TimeRun':
+        """Return the run on the clock of another run."""
+        series = {
+            name: replace(each, time_s=each.time_s + alignment.shift_s)
+            for name, each in self.series.items()
+        }
+        return replace(self, series=series, alignment=alignment)
+
+
+@dataclass(frozen=True, eq=False)
+class PointTable:
+    """Points of force curves: columns under the names of an experiment file."""
+
+    side: Side
+    columns: dict[str, list[Scalar]]
+
+    @property
+    def axis(self) -> str:
+        """Column of the axis: strokes, voltages, or preloads of numbers without these."""
+        return next(each for each in (*_STROKES, PRELOAD_COLUMN) if each in self.columns)
+
+    @property
+    def quantities(self) -> list[str]:
+        """Measured quantities."""
+        return [name for name in NUMBERS if name in self.columns]
+
+    @property
+    def settings(self) -> dict[str, list[Scalar]]:
+        """Preload, frequency if known, and other varied parameters, by column."""
+        return {name: each for name, each in self.columns.items() if name not in NO_SETTINGS}
+
+    def values(self, name: str, rows: Iterable[int]) -> Array:
+        """Return the numbers of a column in some rows."""
+        column = self.columns[name]
+        return np.array([column[row] for row in rows], dtype=np.float64)
+
+    def rows_of(self, name: str, rows: Iterable[int]) -> list[int]:
+        """Return the rows with a number."""
+        return [row for row in rows if not math.isnan(float(self.columns[name][row]))]
+
+    def rows_at(self, at: Mapping[str, Scalar]) -> list[int]:
+        """Return the rows that have these settings, in their order along the axis."""
+        rows = [
+            row
+            for row in range(self.side.rows)
+            if all(is_same(self.columns[name][row], value) for name, value in at.items())
+        ]
+        return sorted(rows, key=self.columns[self.axis].__getitem__)
+
+    def groups(self, names: Sequence[str]) -> list[dict[str, Scalar]]:
+        """Return the different values of some settings, in the order of their appearance."""
+        found: list[dict[str, Scalar]] = []
+        for row in range(self.side.rows):
+            at = {name: self.columns[name][row] for name in names}
+            if not any(all(is_same(at[name], old[name]) for name in names) for old in found):
+                found.append(at)
+        return found
+
+
+Measurement = TimeRun | PointTable
+
+
+def measured(
+    source: Any,  # a path, a DataFrame, a Run or a Recording
+    reading: Reading = AS_IT_IS,
+    *,
+    number: int = 0,
+    window_s: tuple[float, float] | None = None,
+    kind: str | None = None,
+    wanted: Sequence[str] = (),
+) -> Measurement:
+    """Read a source by its content, not by its name; of a recording only the window."""
+    if recorded := recording_of(source, reading.topics):
+        recording, topics = recorded
+        return of_recording(recording.within(*window_s) if window_s else recording, topics)
+    if kind is None and is_sweep(source):
+        return of_sweep(source)
+    return of_table(read_experiment(source, reading, number=number, kind=kind, measured=wanted))
+
+
+def attached(run: Measurement, reading: Reading = AS_IT_IS) -> Measurement:
+    """Return the experiment attached to a recording."""
+    recording = run.recording if isinstance(run, TimeRun) else None
+    if recording is None:
+        problem = 'has no B and is no recording'
+        raise RecordingError(run.side.origin, problem, 'name B, or the word model')
+    if EXPERIMENT_FILE not in recording.attachments:
+        hint = 'give a file or the word model as B'
+        raise RecordingError(recording.path, f'has no attached {EXPERIMENT_FILE}', hint)
+    content = recording.attachments[EXPERIMENT_FILE][1]
+    return of_table(parse_experiment(content, f'{recording.path} {EXPERIMENT_FILE}', reading))
+
+
+def of_recording(recording: Recording, topics: Mapping[str, str]) -> TimeRun:
+    """Return series and settings of a recording; ``topics`` maps topics of another program."""
+    is_mapped = topics and not recording.is_ours
+    series = mapped_series(recording, topics) if is_mapped else recorded_series(recording)
+    run = recording.metadata.get(RUN_RECORD, {})
+    described: dict[str, Scalar] = {key: run[key] for key in run if key not in NOT_COMPARED}
+    stand = recorded_stand(recording) if PARAMETERS_FILE in recording.attachments else None
+    changed = None if stand is None else stand.changed()
+    described |= {} if stand is None else stand.flat()
+    rows = max((len(each) for each in series.values()), default=0)
+    side = Side(recording.origin, RECORDING, rows, described, changed, tuple(recording.notes))
+    return TimeRun(side, series, recording, topics=topics)
+
+
+def of_table(table: MeasuredTable) -> Measurement:
+    """Return the measurement of a table."""
+    if table.kind == BY_AMPLITUDE:
+        columns = {name: each.tolist() for name, each in table.columns.items()}
+        rows, described = len(columns[PRELOAD_COLUMN]), constants(columns)
+        return PointTable(
+            Side(table.origin, BY_AMPLITUDE, rows, described, None, table.notes), columns
+        )
+    time_s, series = table.columns['time_s'], {}
+    for name, values in table.columns.items():
+        known = ~np.isnan(values)
+        if name != 'time_s' and known.any():
+            origin, unit = f'{table.origin} {name}', TIME_COLUMNS[name].unit
+            series[name] = Series(time_s[known], values[known], unit, origin)
+    return TimeRun(Side(table.origin, OVER_TIME, len(time_s), {}, None, table.notes), series)
+
+
+def of_sweep(table: Any) -> PointTable:
+    """Return the points of the table of a sweep."""
+    rows, described = read_table(table)
+    origin = str(table) if isinstance(table, Path) else DATA_FRAME
+    columns = {
+        RENAMED.get(name, name): [row[name] for row in rows]
+        for name in rows[0]
+        if name not in RUN_COLUMNS
+    }
+    # A free runner makes steps and no force; a held runner that is steady the other way round.
+    for name in ('step_length_m', STEP_BACK) if any(columns[FORCE_COLUMN]) else (FORCE_COLUMN,):
+        columns.pop(name, None)
+    return point_table(columns, origin, SWEEP, described, sum(not row['steady'] for row in rows))
+
+
+def point_table(
+    columns: dict[str, list[Scalar]],
+    origin: str,
+    kind: str,
+    described: dict[str, Scalar] | None,
+    unsteady: int,
+) -> PointTable:
+    """Return columns as points, with their known settings; a column replaces a description."""
+    rows = len(columns[PRELOAD_COLUMN])
+    in_columns = {'stand.preload', *map(bare_name, columns)}
+    known = {name: each for name, each in (described or {}).items() if name not in in_columns}
+    default = Parameters().flat()
+    changed = {name: each for name, each in known.items() if default.get(name, each) != each}
+    side = Side(
+        origin=origin,
+        kind=kind,
+        rows=rows,
+        described={**known, **constants(columns)},
+        changed=None if described is None else changed,
+        notes=(f'{unsteady} of {rows} runs were not steady',) if unsteady else (),
+    )
+    return PointTable(side, columns)
+
+
+def is_same(one: Scalar, other: Scalar) -> bool:
+    """Return whether two values are equal apart from the rounding of typed numbers."""
+    if isinstance(one, (bool, str)) or isinstance(other, (bool, str)):
+        return one == other
+    return abs(one - other) <= SAME * max(abs(one), abs(other))
+
+
+def is_constant(column: Sequence[Scalar]) -> bool:
+    """Return whether all values are the same."""
+    return all(is_same(value, column[0]) for value in column)
+
+
+def constants(columns: Mapping[str, Sequence[Scalar]]) -> dict[str, Scalar]:
+    """Return the settings with one value only."""
+    return {
+        bare_name(name): each[0]
+        for name, each in columns.items()
+        if name not in NO_SETTINGS and is_constant(each)
+    }
