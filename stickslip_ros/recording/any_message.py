@@ -60,9 +60,9 @@ def numbers_of(
     by_stamp: bool = True,
     repeats: bool = False,
     window_ns: tuple[int, int] = ALL_TIMES_NS,
-) -> tuple[Places, Array]:
+) -> tuple[Places, Array, Places]:
     """
-    Return the time, ns, and one number of each message of a topic, in the order of time.
+    Return time, ns, one number, and log time, ns, of each message of a topic, in order of time.
 
     The time is the stamp of the header if the message has one and it is requested, else the log
     time. A field is a path such as ``point.x``, ``wrench.force.x``, ``data`` or ``position[0]``.
@@ -71,7 +71,8 @@ def numbers_of(
     definition; UnknownName: no such field, or it is no number.
 
     """
-    found: list[tuple[Places, Array]] = [(np.empty(0, np.int64), np.empty(0))]
+    none = np.empty(0, np.int64)
+    found: list[tuple[Places, Array, Places]] = [(none, np.empty(0), none)]
     last = -1
     for file in files:
         with open_whole(file) as reader:
@@ -91,10 +92,13 @@ def numbers_of(
                         fields[key] = kind(file, channel, schema, field, by_stamp=by_stamp)
                     places = np.flatnonzero(piece.channels[begin:] == key) + begin
                     blocks = (places[at : at + BLOCK] for at in range(0, len(places), BLOCK))
-                    found += [fields[key].read(piece, block) for block in blocks]
-    times_ns, values = map(np.concatenate, zip(*found, strict=True))
+                    found += [
+                        (*fields[key].read(piece, block), piece.times_ns[block])
+                        for block in blocks
+                    ]
+    times_ns, values, logs_ns = map(np.concatenate, zip(*found, strict=True))
     order = np.argsort(times_ns, kind='stable')
-    return times_ns[order], values[order]
+    return times_ns[order], values[order], logs_ns[order]
 
 
 class Field:

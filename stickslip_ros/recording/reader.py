@@ -351,7 +351,7 @@ class Recording:
         else:
             path = FRONTS.get(type_name, '') + quantity.name
             window_ns = self._window_ns(is_open=False)
-            times_ns, values = numbers_of(
+            times_ns, values, _ = numbers_of(
                 self._files_within(window_ns),
                 name,
                 path,

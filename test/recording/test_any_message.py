@@ -155,7 +155,7 @@ def test_numbers_of_any_message_are_those_that_rosbags_and_mcap_ros2_read(
         by_mcap_ros2 = [dict(numbers_in(each[-1])) for each in reader.iter_decoded_messages()]
     in_all = set.intersection(*(set(each) for each in by_rosbags))
     for field in random.sample(sorted(in_all), min(len(in_all), 8)):
-        times_ns, values = numbers_of(recording.files, '/t', field)
+        times_ns, values, _ = numbers_of(recording.files, '/t', field)
         assert times_ns.tolist() == [MS_NS * at for at in range(1, 6)]
         np.testing.assert_array_equal(values, [each[field] for each in by_rosbags], str(types))
         if field in by_mcap_ros2[0]:  # it leaves out the place-holder of a type without fields
@@ -191,14 +191,16 @@ def test_any_name_constant_default_and_bound_is_read(
     text: str, field: str, data: bytes, tmp_path: Path
 ):
     recording = recorded(tmp_path / 'run.mcap', [LITTLE + data] * 2, text)
-    times_ns, values = numbers_of(recording.files, '/t', field)
+    times_ns, values, _ = numbers_of(recording.files, '/t', field)
     assert times_ns.tolist() == [MS_NS, 2 * MS_NS]
     assert values.tolist() == [1.5, 1.5]
 
 
 def test_a_message_is_placed_at_its_stamp_and_one_without_at_the_time_of_the_file(tmp_path: Path):
     rows = [headed(5, 7, 1.5), headed(0, 0, 2.5), headed(3, 0, 3.5)]
-    times_ns, values = numbers_of(recorded(tmp_path / 'run.mcap', rows, HEADED).files, '/t', 'Kp')
+    times_ns, values, _ = numbers_of(
+        recorded(tmp_path / 'run.mcap', rows, HEADED).files, '/t', 'Kp'
+    )
     assert times_ns.tolist() == [2 * MS_NS, 3_000_000_000, 5_000_000_007]
     assert values.tolist() == [2.5, 3.5, 1.5]
 
@@ -228,7 +230,9 @@ def test_a_stamp_of_another_kind_is_not_looked_at(tmp_path: Path):
     """A text times a billion once took 2 GB."""
     text = HEADED.replace('uint32 nanosec', 'string nanosec')
     row = LITTLE + struct.pack('<iI4sIB7xd', 5, 3, b'ab', 1, 0, 1.5)
-    times_ns, values = numbers_of(recorded(tmp_path / 'run.mcap', [row], text).files, '/t', 'Kp')
+    times_ns, values, _ = numbers_of(
+        recorded(tmp_path / 'run.mcap', [row], text).files, '/t', 'Kp'
+    )
     assert (times_ns.tolist(), values.tolist()) == ([MS_NS], [1.5])
 
 
@@ -284,7 +288,7 @@ def test_of_what_takes_no_room_any_number_is_passed_over_at_once(tmp_path: Path)
     """Four thousand million structures without content once were as many steps."""
     text = 'E[] es\nfloat64 x\n===\nMSG: pkg/E\nstring[0] none'
     row = LITTLE + struct.pack('<I4xd', 2**32 - 1, 1.5)
-    _, values = numbers_of(recorded(tmp_path / 'run.mcap', [row], text).files, '/t', 'x')
+    _, values, _ = numbers_of(recorded(tmp_path / 'run.mcap', [row], text).files, '/t', 'x')
     assert values.tolist() == [1.5]
 
 
@@ -321,7 +325,7 @@ def test_numbers_in_json_are_read_at_their_stamps(tmp_path: Path):
         {'x': {'y': [1, -3]}, 'timestamp': '2026-11-26T00:00:00Z'},
     ]
     files = Recording(in_json(tmp_path / 'a.mcap', *messages)).files
-    times_ns, values = numbers_of(files, '/t', 'x.y[1]')
+    times_ns, values, _ = numbers_of(files, '/t', 'x.y[1]')
     assert times_ns.tolist() == [52, 53, 1_000_000_005, 2_000_000_006]
     np.testing.assert_array_equal(values, [1.0, -3.0, 2.5, np.nan])
     assert numbers_of(files, '/t', 'x.y[1]', by_stamp=False)[0].tolist() == [50, 51, 52, 53]

@@ -44,8 +44,9 @@ def export_verb(arguments: argparse.Namespace) -> Answer:
     prepare_output(output)
     recording = Recording(arguments.file)
     window = arguments.window_s
+    of_clocks = list[str]()
     if topics:
-        found = mapped_series(recording, topics)
+        found, of_clocks = mapped_series(recording, topics)
         if window:
             found = {name: each.window(*window) for name, each in found.items()}
         stretches = iter([found])
@@ -72,7 +73,7 @@ def export_verb(arguments: argparse.Namespace) -> Answer:
             rows = _write_excel(frames, file, recording.path)
     columns = [first.index.name, *first.columns]
     line = f'wrote {output}: {rows} rows of {", ".join(columns)}'
-    notes = [] if window else recording.notes
+    notes = [*([] if window else recording.notes), *of_clocks]
     content = {'output': str(output), 'rows': rows, 'columns': columns, 'notes': notes}
     return Answer(content, [line, *notes])
 

@@ -156,6 +156,8 @@ def experiment_of(
     pair = None if voltage is None else (voltage.time_s, voltage.value)
     given = run.side.origin, pair, tuple(seen), stand, preload_n, options
     one = experiment_over_time(*given, settings, asked_for)
+    if run.topics:  # what was found about the clocks of a rig
+        one = replace(one, notes=(*run.side.notes, *one.notes))
     return without_outliers(one, options.outliers) if options.outliers else one
 
 

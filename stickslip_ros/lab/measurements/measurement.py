@@ -38,7 +38,7 @@ from stickslip_ros.recording.run_file import (
 )
 from stickslip_ros.recording.series import Series
 
-RECORDING, SWEEP = 'recording', 'sweep'
+RECORDED, SWEEP = 'recording', 'sweep'
 """Kinds of a measurement, next to those of tables."""
 AMPLITUDE_COLUMN, VOLTAGE_COLUMN = 'amplitude_m', 'voltage_v'
 PRELOAD_COLUMN, FREQUENCY_COLUMN, FORCE_COLUMN = 'preload_n', 'frequency_hz', 'force_n'
@@ -190,14 +190,16 @@ def attached(run: Measurement, reading: Reading = AS_IT_IS) -> Measurement:
 def of_recording(recording: Recording, topics: Mapping[str, str]) -> TimeRun:
     """Return series and settings of a recording; ``topics`` maps topics of another program."""
     is_mapped = topics and not recording.is_ours
-    series = mapped_series(recording, topics) if is_mapped else recorded_series(recording)
+    series, notes = (
+        mapped_series(recording, topics) if is_mapped else (recorded_series(recording), [])
+    )
     run = recording.metadata.get(RUN_RECORD, {})
     described: dict[str, Scalar] = {key: run[key] for key in run if key not in NOT_COMPARED}
     stand = recorded_stand(recording) if PARAMETERS_FILE in recording.attachments else None
     changed = None if stand is None else stand.changed()
     described |= {} if stand is None else stand.flat()
     rows = max((len(each) for each in series.values()), default=0)
-    side = Side(recording.origin, RECORDING, rows, described, changed, tuple(recording.notes))
+    side = Side(recording.origin, RECORDED, rows, described, changed, (*recording.notes, *notes))
     return TimeRun(side, series, recording, topics=topics)
 
 

@@ -108,7 +108,7 @@ class Run(Shown):
         if self.topics:
             from stickslip_ros.lab.measurements.mapped import mapped_series  # it imports tables
 
-            return mapped_series(self.recording, self.topics)
+            return mapped_series(self.recording, self.topics)[0]
         return recorded_series(self.recording)
 
     @reading

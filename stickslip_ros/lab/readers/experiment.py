@@ -15,6 +15,7 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.errors import RecordingError, StickSlipError, quoted
 from stickslip_ros.files import read_bytes, replacing
 from stickslip_ros.lab.readers.cells import check_values, read_rows, whole_rows
+from stickslip_ros.lab.readers.clocks import joined_clocks
 from stickslip_ros.lab.readers.columns import Found, columns_named, find_columns, resolve_columns
 from stickslip_ros.lab.readers.formats import tables_in
 from stickslip_ros.lab.readers.instructions import AS_IT_IS, Reading
@@ -37,7 +38,6 @@ from stickslip_ros.lab.readers.numbers import (
     sigma_name,
 )
 from stickslip_ros.lab.readers.remedies import RATE, epoch_of, listed, suggestion
-from stickslip_ros.lab.readers.times import joined_clocks
 from stickslip_ros.lab.readers.units import factor_of, split_unit
 from stickslip_ros.units import quantity
 

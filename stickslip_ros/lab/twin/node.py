@@ -24,7 +24,7 @@ from std_srvs.srv import SetBool
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.interface.cdr import unpack
 from stickslip_ros.interface.messages import ArrayMessage
-from stickslip_ros.lab.measurements.mapped import parse_map, topic_of
+from stickslip_ros.lab.measurements.mapped import Mapped, parse_map, topic_of
 from stickslip_ros.lab.twin.settings import TwinParameters
 from stickslip_ros.lab.twin.twin import Twin
 from stickslip_ros.lab.twin.window import RigClock, Windows
@@ -86,7 +86,7 @@ class StickSlipTwin(CheckedNode, GuardedNode, LifecycleNode):
         self.create_service(SetBool, '~/set_recording', self._set_recording)
         self._outputs: dict[str, Any] = {}
         self._work: Work | None = None
-        self._mapped: dict[str, tuple[str, float]] = {}
+        self._mapped: dict[str, Mapped] = {}
         self._begin_input()
         if self.stand.autostart and self.trigger_configure() == _SUCCESS:
             self.trigger_activate()
@@ -114,7 +114,8 @@ class StickSlipTwin(CheckedNode, GuardedNode, LifecycleNode):
         result = super().on_activate(state)
         self._begin_input()
         self._work = Work(self.stand, self.settings, self._publish, self._tell)
-        heard = [field for field, _ in self._mapped.values()] or [self.resolve_topic_name('trace')]
+        heard = [each.field for each in self._mapped.values()]
+        heard = heard or [self.resolve_topic_name('trace')]
         names, cell = ', '.join(self.settings.free_names), self.stand.load_cell.contact
         self.get_logger().info(
             f'active: a stand under {self.stand.stand.preload:g} N, load cell {cell}, waits for '
@@ -169,11 +170,11 @@ class StickSlipTwin(CheckedNode, GuardedNode, LifecycleNode):
                 )
             return
         types = dict(self.get_topic_names_and_types())
-        wanted: dict[str, list[tuple[str, str, float]]] = {}
-        for name, (field, factor) in self._mapped.items():
-            topic = topic_of(field, types)
+        wanted: dict[str, list[tuple[str, Mapped]]] = {}
+        for name, each in self._mapped.items():
+            topic = topic_of(each.field, types)
             if topic is not None:
-                wanted.setdefault(topic, []).append((name, field[len(topic) + 1 :], factor))
+                wanted.setdefault(topic, []).append((name, each))
         for topic, named in wanted.items():
             offered = self.get_publishers_info_by_topic(topic)
             if topic in self._heard or not offered:
@@ -185,17 +186,21 @@ class StickSlipTwin(CheckedNode, GuardedNode, LifecycleNode):
             try:
                 package, _, type_name = types[topic][0].split('/')
                 message_type = getattr(import_module(f'{package}.msg'), type_name)
-                fields = [(name, path_of(topic, field), factor) for name, field, factor in named]
-                take: Any = partial(self._take, fields)
+                fields = [
+                    (name, path_of(topic, each.field[len(topic) + 1 :]), each.factor)
+                    for name, each in named
+                ]
+                by_log = any(each.by_log for _, each in named)
+                take: Any = partial(self._take, fields, by_log)
                 self._heard[topic] = self.create_subscription(message_type, topic, take, profile)
             except Exception as error:  # noqa: BLE001 - the type is that of a foreign node
                 why = f'{types[topic][0]} cannot be read: {error}'
                 self._tell(f'{topic}: {why}; source its package')
 
-    def _take(self, fields: Any, message: Any, info: Any) -> None:
+    def _take(self, fields: Any, by_log: bool, message: Any, info: Any) -> None:
         """Take numbers of a message, at its stamp or its send time in the clock of the rig."""
         sent_ns = info['source_timestamp'] or info['received_timestamp']
-        header = getattr(message, 'header', None)
+        header = None if by_log else getattr(message, 'header', None)
         stamp_ns = 0 if header is None else header.stamp.sec * NS_PER_S + header.stamp.nanosec
         if stamp_ns:
             self._rig_clock.learn(stamp_ns, sent_ns)

@@ -19,13 +19,11 @@ import numpy as np
 from stickslip_ros.arrays import Array
 from stickslip_ros.interface.requests import INT32_MAX
 from stickslip_ros.lab.experiments.sensor_clock import LEAD_S
+from stickslip_ros.lab.readers.clocks import APART_S, DRIFT
 from stickslip_ros.parameters import to_nanoseconds
 from stickslip_ros.units import NANO, NS_PER_S
 
 _PAUSE_S = 0.5  # shortest time without samples that counts as a pause, s
-_SET_BACK_S = 1.0
-"""Distance behind the newest stamp that marks another clock, not a late message, s."""
-_CLOCKS_APART = 1e-4  # largest rate difference of two clocks
 _BLOCK_MAX_S = 2.0  # longest time in a block; that of a drive has at most 1 s
 _KEPT_MAX = 1_000_000  # samples of a quantity that wait for the end of a window
 _STAMP_END_NS = (INT32_MAX + 1) * NS_PER_S  # first time beyond those of a header
@@ -66,9 +64,9 @@ class RigClock:
         """Take a stamp, and the send time of its message by the system clock."""
         behind_ns, passed_ns = sent_ns - stamp_ns, max(sent_ns - self._sent_ns, 0)
         before_ns = self._behind_ns
-        if before_ns is None or abs(behind_ns - before_ns) > _SET_BACK_S / NANO:
+        if before_ns is None or abs(behind_ns - before_ns) > APART_S / NANO:
             before_ns = behind_ns
-        self._behind_ns = min(behind_ns, before_ns + _CLOCKS_APART * passed_ns)
+        self._behind_ns = min(behind_ns, before_ns + DRIFT * passed_ns)
         self._sent_ns = sent_ns
 
     def stamp_of(self, sent_ns: int) -> int:
@@ -111,7 +109,7 @@ class Windows:
         first_ns, before_ns = stamps_ns[0], self._came.get(quantity, -1)
         self._came[quantity] = stamps_ns[-1]
         pauses = first_ns > self._last_ns + _PAUSE_S / NANO
-        restarts = first_ns < self._last_ns - _SET_BACK_S / NANO
+        restarts = first_ns < self._last_ns - APART_S / NANO
         if self._last_ns < 0:
             self._begin(first_ns)
         elif pauses or restarts:

@@ -214,5 +214,5 @@ def test_counts_that_are_taken_for_metres_are_refused(tmp_path: Path):
     recording = Recording(foreign_numbers(tmp_path / 'counts.mcap', rows))
     with pytest.raises(StickSlipError, match=r'above the largest position_m, 1 m; give its unit'):
         mapped_series(recording, {'position_m': '/u.data'})
-    read = mapped_series(recording, {'position_m': '/u.data (1.22 nm)'})
+    read, _ = mapped_series(recording, {'position_m': '/u.data (1.22 nm)'})
     assert read['position_m'].value[0] == pytest.approx(2000.0 * 1.22e-9)

@@ -171,7 +171,7 @@ def test_coarse_times_are_spread_within_their_resolution(rows_per_tick: float, r
     table = read(of('time (ms),voltage (V)', ((int(each), 1) for each in rounding(truth))))
     assert np.max(np.abs(1e3 * table.columns['time_s'] - truth)) < 1.0
     [note] = table.gaps
-    assert 'times repeat, as they are printed to 0.001 s; rows are spread evenly' in note
+    assert 'times repeat, in steps of 0.001 s; rows are spread evenly' in note
 
 
 def test_topics_are_no_columns_unless_recordings_are_among_the_sources():

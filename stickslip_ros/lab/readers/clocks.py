@@ -1,0 +1,179 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Clocks: what told the time of each quantity, and whether several quantities share one.
+
+The same rules hold for messages of a bag, columns of a table, and the windows of a twin.
+
+"""
+
+from collections.abc import Sequence
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.errors import OutOfRange, RecordingError, quoted
+from stickslip_ros.lab.readers.cells import TIME_DECIMALS, Rows
+
+STAMP, LOG, COLUMN = 'stamps of its messages', 'log times', 'its own cells'
+"""Kinds of clocks."""
+APART_S = 1.0
+"""Largest distance of two readings of one clock: farther ones are of two clocks."""
+DRIFT = 1e-4  # largest difference of the rates of two clocks
+_DRIFT_MIN_S = 1e-3  # least drift between the ends of a recording that is told
+_ALIKE = 1e-3  # share by which distances of printed times may differ
+_LOCAL, _SHUFFLED = 0.02, 0.4
+"""Rows are sorted if each is off by this share of all, or so many are earlier than the last."""
+
+
+class Clock(NamedTuple):
+    """What told the times of a quantity."""
+
+    source: str  # topic and field, or column
+    kind: str  # STAMP, LOG or COLUMN
+    time_s: Array  # shape (n,)
+    ahead_s: Array | None = None  # of the log times, which all topics share, shape (n,)
+
+
+def check_clocks(clocks: Sequence[Clock], origin: object, remedy: str) -> list[str]:
+    """
+    Return a note for each drift and each step back; refuse clocks that are APART_S apart.
+
+    Messages are apart by what they are ahead of their log times, columns by the time between the
+    last row of one and the first of the other.
+
+    """
+    notes = []
+    for one, other in combinations(clocks, 2):
+        if one.ahead_s is None or other.ahead_s is None:
+            ends = sorted((float(each.time_s[0]), float(each.time_s[-1])) for each in (one, other))
+            apart_s = ends[1][0] - ends[0][1]
+        else:
+            apart_s = abs(float(np.median(one.ahead_s) - np.median(other.ahead_s)))
+        if apart_s > APART_S:
+            problem = (
+                f'has two clocks, {apart_s:.6g} s apart: {one.source} is timed by {one.kind}, '
+                f'{other.source} by {other.kind}; one clock differs by {APART_S:g} s at most'
+            )
+            raise RecordingError(origin, problem, remedy)
+    for each in clocks:
+        if each.ahead_s is None:
+            continue
+        ahead_s = each.ahead_s
+        by_log_s = each.time_s[np.argsort(each.time_s - ahead_s, kind='stable')]
+        back_s = np.diff(by_log_s, prepend=by_log_s[0])
+        if np.min(back_s) < -APART_S:
+            at = int(np.argmin(back_s))
+            problem = f'has a clock that was set back by {-back_s[at]:.6g} s'
+            where = f'before message {at + 1} of {each.source}, timed by {each.kind}'
+            raise RecordingError(origin, f'{problem} {where}', remedy)
+        fourth = len(ahead_s) // 4
+        if fourth:
+            drift_s = float(np.median(ahead_s[-fourth:]) - np.median(ahead_s[:fourth]))
+            lasts_s = float(each.time_s[-1] - each.time_s[0])
+            spread_s = float(np.ptp(np.quantile(ahead_s[:fourth], (0.1, 0.9))))
+            if abs(drift_s) > max(_DRIFT_MIN_S, DRIFT * lasts_s, 2.0 * spread_s):
+                text = (
+                    f'drifts by {1e3 * drift_s:+.3g} ms against the log times in {lasts_s:.3g} s'
+                )
+                notes.append(f'the clock of {each.source} {text}')
+    return notes
+
+
+def spread_blocks(time_s: Array) -> tuple[Array, str]:
+    """
+    Return times where many samples share one, as with simulated time, spread evenly; and a note.
+
+    The samples of an instant fill the time up to the next one. Fewer than half as many times as
+    samples count as shared.
+
+    """
+    starts = np.flatnonzero(np.diff(time_s, prepend=-np.inf))
+    if len(starts) < 2 or 2 * len(starts) > len(time_s):
+        return time_s, ''
+    spread_s, note = _spread(time_s)
+    if note:
+        return spread_s, note
+    sizes = np.diff(np.append(starts, len(time_s)))
+    steps_s = np.diff(time_s[starts]) / sizes[:-1]
+    steps_s = np.minimum(steps_s, 1.5 * np.median(steps_s))  # a pause stays a pause
+    step_of = np.repeat(np.append(steps_s, steps_s[-1]), sizes)
+    place = np.arange(len(time_s)) - np.repeat(starts, sizes)
+    note = f'{len(time_s)} samples have {len(starts)} times; they are spread evenly, '
+    return time_s + place * step_of, f'{note}{np.median(steps_s):.6g} s apart'
+
+
+def joined_clocks(rows: Rows, origin: str, hint: str) -> tuple[dict[str, Array], list[str]]:
+    """
+    Return columns over all times, NaN where unknown, and notes on changed times.
+
+    Values belong to the clock, a column ``time_s``, before them. Raises OutOfRange, with the hint,
+    if the times of a quantity do not increase.
+
+    """
+    names = [each.name for each in rows.columns]
+    clocks = sorted(
+        (each.index, at) for at, each in enumerate(rows.columns) if names[at] == 'time_s'
+    )
+    owners = [max(sum(at < each.index for at, _ in clocks) - 1, 0) for each in rows.columns]
+    found, notes = dict[str, tuple[Array, Array]](), list[str]()
+    for owner, (_, clock) in enumerate(clocks):
+        timed = np.flatnonzero(~np.isnan(rows.numbers[clock]))
+        time_s = rows.numbers[clock][timed]
+        order: NDArray[np.intp] = np.arange(len(timed))
+        members = [at for at, of in enumerate(owners) if of == owner and names[at] != 'time_s']
+        known = {at: ~np.isnan(rows.numbers[at][timed]) for at in members}
+        if any(np.any(np.diff(time_s[each]) <= 0.0) for each in known.values()):
+            time_s, note = _spread(time_s)
+            order, note = (order, note) if note else _sorted(time_s)
+            notes += [f'{quoted(rows.columns[clock].header)}: {note}'] if note else []
+        for at, is_known in known.items():
+            kept = order[is_known[order]]
+            for row in 1 + np.flatnonzero(np.diff(time_s[kept]) <= 0.0):
+                limit = f'not after the {time_s[kept[row - 1]]:.9g} s of the row before'
+                place = f'{origin}: line {rows.lines[timed[kept[row]]]}, column time_s:'
+                raise OutOfRange(place, float(time_s[kept[row]]), 's', limit, hint)
+            found[names[at]] = time_s[kept], rows.numbers[at][timed[kept]]
+    shown = [
+        Clock(f'column {1 + index}', COLUMN, time_s[~np.isnan(time_s)])
+        for index, time_s in ((index, rows.numbers[at]) for index, at in clocks)
+    ]
+    remedy = f'--map time_s="#{1 + clocks[0][0]} (UNIT)" if each row is of one time, else a table'
+    notes += check_clocks([e for e in shown if len(e.time_s)], origin, f'{remedy} of each clock')
+    all_s = np.unique(np.concatenate([time_s for time_s, _ in found.values()]))
+    columns = {'time_s': all_s, **{name: np.full(len(all_s), np.nan) for name in found}}
+    for name, (time_s, values) in found.items():
+        columns[name][np.searchsorted(all_s, time_s)] = values
+    return columns, notes
+
+
+def _sorted(time_s: Array) -> tuple[NDArray[np.intp], str]:
+    """Return the order of rows by time and a note, or that of the file if a clock begins anew."""
+    order, count = np.argsort(time_s, kind='stable'), len(time_s)
+    off, falls = np.argsort(order) - np.arange(count), np.sum(np.diff(time_s) < 0.0)
+    # A clock that begins anew has long runs, which sorting would mix.
+    is_local = np.max(np.abs(off)) <= max(1.0, _LOCAL * count)
+    if falls and (is_local or falls == count - 1 or falls > _SHUFFLED * count):
+        return order, f'{np.sum(off != 0)} rows were not in the order of time, and are sorted'
+    return np.arange(count), ''
+
+
+def _spread(time_s: Array) -> tuple[Array, str]:
+    """Return times spread evenly if they were printed with too few digits."""
+    changes = np.flatnonzero(np.diff(time_s)) + 1
+    sizes, ticks_s = np.diff(changes), np.diff(time_s)[changes - 1]
+    ends = max([*changes[:1], *len(time_s) - changes[-1:]], default=0)
+    # A tick has a row more or less than another by rounding, two by ties.
+    is_even = len(sizes) > 1 < sizes.min() and np.ptp(sizes) <= 1 + (sizes.min() > 3)
+    if not is_even or ends > sizes.max() or np.ptp(ticks_s) > _ALIKE * ticks_s.min():
+        return time_s, ''
+    tick_s, step_s = float(ticks_s[0]), float(np.sum(ticks_s[1:]) / np.sum(sizes))
+    rows_s = step_s * np.arange(len(time_s))
+    begins_s = time_s - rows_s
+    begin_s = max(min(time_s[0], begins_s.min() + 0.5 * tick_s), begins_s.max() - 0.5 * tick_s)
+    note = f'times repeat, in steps of {tick_s:.6g} s; rows are spread evenly, '
+    return np.round(begin_s + rows_s, TIME_DECIMALS), f'{note}{step_s:.6g} s apart'
