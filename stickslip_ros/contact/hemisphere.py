@@ -55,7 +55,7 @@ def presliding(parameters: Parameters, *, normal_force_n: float) -> Presliding:
     """
     contact = parameters.contact
     elasticity = elasticity_of(contact)
-    return mdr.presliding(profile_of(contact), elasticity, contact.friction, normal_force_n)
+    return mdr.solve_presliding(profile_of(contact), elasticity, contact.friction, normal_force_n)
 
 
 def elasticity_of(contact: ContactParameters) -> Elasticity:

@@ -205,7 +205,7 @@ class Presliding:
         return np.maximum(self.indentation.depth_m - used_m, 0.0)
 
 
-def presliding(
+def solve_presliding(
     profile: Profile, elasticity: Elasticity, friction: float, normal_force_n: float
 ) -> Presliding:
     """

@@ -21,7 +21,7 @@ from typing import NamedTuple
 from stickslip_ros.arrays import Array
 from stickslip_ros.contact.virgin import virgin_energy, virgin_force, virgin_stiffness
 from stickslip_ros.kernels.kernel import kernel
-from stickslip_ros.kernels.record import COUNT, FLOAT, Kind, Record, kind, record
+from stickslip_ros.kernels.record import COUNT, FLOAT, Record, RecordKind, kind, record
 
 CAPACITY = 1024
 """Turning points that a stack holds; `push_turn` guards it: it forgets pairs before."""
@@ -32,7 +32,7 @@ U, TURN_FORCE, TURN_ERROR = 0, 1, 2
 """Columns of ``turns``: displacement (m), force (N), known force error (N)."""
 
 
-def memory_kind(capacity: int) -> Kind:
+def memory_kind(capacity: int) -> RecordKind:
     """Return the type of a memory of a number of turning points."""
     return kind(
         u_m=FLOAT,  # Relative displacement of the runner against the feet, m

@@ -29,7 +29,7 @@ from stickslip_ros.contact.mdr import Elasticity
 from stickslip_ros.contact.memory import elongation
 from stickslip_ros.contact.profile import Profile
 from stickslip_ros.kernels.kernel import kernel, noinline_kernel
-from stickslip_ros.kernels.record import COUNT, FLOAT, Kind, Record, kind, record
+from stickslip_ros.kernels.record import COUNT, FLOAT, Record, RecordKind, kind, record
 from stickslip_ros.parameters import FEET_MAX
 
 SPRINGS_IN_ALL = 128
@@ -50,7 +50,7 @@ CLASSES_KEPT = 32
 """Groups whose classes are kept for the next drive; they fit any preload up to the largest."""
 
 
-def bank_kind(springs: int) -> Kind:
+def bank_kind(springs: int) -> RecordKind:
     """Return the type of a bank with room for a number of springs."""
     per_spring = (FLOAT, (springs,))
     return kind(
@@ -77,7 +77,7 @@ def bank_kind(springs: int) -> Kind:
 BANK = bank_kind(SPRINGS_IN_ALL)
 
 
-def springs_kind(springs: int) -> Kind:
+def springs_kind(springs: int) -> RecordKind:
     """Return the type of the state of a number of springs."""
     per_spring = (FLOAT, (springs,))
     return kind(

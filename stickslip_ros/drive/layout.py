@@ -17,7 +17,7 @@ import numpy as np
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.contact.hemisphere import elasticity_of, lines_of, profile_of
-from stickslip_ros.contact.mdr import Presliding, presliding
+from stickslip_ros.contact.mdr import Presliding, solve_presliding
 from stickslip_ros.contact.profile import Profile
 from stickslip_ros.contact.springs import Group
 from stickslip_ros.contact.travel import window_profile
@@ -133,7 +133,7 @@ def contacts_at(
     contacts: list[Presliding] = []
     for group in groups_of(contact, feet, weight_n):
         normal_n = group.share * preload_n + group.weight_n
-        solved = presliding(group.profile, elasticity, contact.friction, normal_n)
+        solved = solve_presliding(group.profile, elasticity, contact.friction, normal_n)
         contacts += [solved] * group.contacts
     return contacts
 

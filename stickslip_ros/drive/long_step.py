@@ -33,7 +33,7 @@ from stickslip_ros.drive.runner import (
 )
 from stickslip_ros.drive.travel import arrest
 from stickslip_ros.kernels.kernel import kernel, on_stack
-from stickslip_ros.kernels.record import COUNT, FLOAT, Kind, Record, kind
+from stickslip_ros.kernels.record import COUNT, FLOAT, Record, RecordKind, kind
 
 LANES = 8
 """Drives computed together: 4 would take the same time, 16 twice the time. `run_in_lanes` guards
@@ -71,7 +71,7 @@ FLOATS = (
 )
 
 
-def lanes_kind(lanes: int) -> Kind:
+def lanes_kind(lanes: int) -> RecordKind:
     """Return the type of the variables of long steps; each field has an element for each lane."""
     floats = dict.fromkeys(FLOATS.split(), (FLOAT, (lanes,)))
     return kind(**dict.fromkeys(_COUNTS.split(), (COUNT, (lanes,))), **floats)

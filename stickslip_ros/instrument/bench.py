@@ -22,7 +22,7 @@ from stickslip_ros.instrument.motion import Motion
 from stickslip_ros.instrument.reports import Event, Identity, Output, Result, Status
 from stickslip_ros.instrument.sensing import Sensing
 from stickslip_ros.instrument.stand import SimulatedStand
-from stickslip_ros.instrument.state_tree import UNCHECKED, read, refusal
+from stickslip_ros.instrument.state_tree import UNCHECKED, read_tree, refusal
 from stickslip_ros.kernels.record import Record
 from stickslip_ros.parameters import FaultParameters, Parameters, Scalar, reading, to_nanoseconds
 from stickslip_ros.units import NANO, with_unit
@@ -179,7 +179,7 @@ class Bench:
             Numbers, texts and arrays to attach; ``state_tree.read`` restores arrays.
 
         """
-        return checkpoint.pack(self.parameters, self, attached or {})
+        return checkpoint.pack_checkpoint(self.parameters, self, attached or {})
 
     @classmethod
     def restore(cls, saved: bytes, changes: Mapping[str, object] | None = None) -> 'Bench':
@@ -201,9 +201,9 @@ class Bench:
             If a parameter is refused.
 
         """
-        parameters, state, attached = checkpoint.unpack(saved)
+        parameters, state, attached = checkpoint.unpack_checkpoint(saved)
         bench = cls(checkpoint.changed_stand(parameters, changes or {}))
-        bench._recall(read(cls.REMEMBERED, state, 'checkpoint'))
+        bench._recall(read_tree(cls.REMEMBERED, state, 'checkpoint'))
         bench.attached = attached
         return bench
 
@@ -211,7 +211,7 @@ class Bench:
         """Restore checked values of a checkpoint, if they are consistent."""
         stand, sensing, motion = (values.pop(name) for name in ('stand', 'sensing', 'motion'))
         vars(self).update(values)
-        read(range(0, _TIME_MAX_NS + 1, self._sample_ns), self.time_ns, 'checkpoint.time_ns')
+        read_tree(range(0, _TIME_MAX_NS + 1, self._sample_ns), self.time_ns, 'checkpoint.time_ns')
         self._events = [replace(each, time_ns=self.time_ns) for each in self._events]
         self._is_faulty = bool(self.faults.names)
         self.stand.recall(stand, self.faults, is_powered=self._is_powered())

@@ -21,7 +21,7 @@ from stickslip_ros.budget import JSON_BYTES, load_json
 from stickslip_ros.drive.records import STATE
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.instrument.sensing import CLASSES
-from stickslip_ros.instrument.state_tree import HINT, plain, read, without_gaps
+from stickslip_ros.instrument.state_tree import HINT, read_tree, to_tree, without_gaps
 from stickslip_ros.parameters import Parameters, specs
 
 FORMAT = 8
@@ -52,15 +52,15 @@ CHANGEABLE_PLANT = frozenset(('amplifier.slew_rate', 'runner.damping', 'runner.m
 """Parameters that may change, because the saved state does not depend on them."""
 
 
-def pack(parameters: Parameters, state: Any, attached: Any) -> bytes:
+def pack_checkpoint(parameters: Parameters, state: Any, attached: Any) -> bytes:
     """Return a checkpoint of parameters, the state of a bench, and an attachment."""
-    content = dict(zip(CONTENT, plain((parameters.flat(), state, attached)), strict=True))
+    content = dict(zip(CONTENT, to_tree((parameters.flat(), state, attached)), strict=True))
     body = zlib.compress(json.dumps(content).encode(), 1)
     head = FORMAT, stickslip_ros.__version__, KINDS_DIGEST, hashlib.sha256(body).hexdigest()
     return json.dumps(dict(zip(HEAD, head, strict=True))).encode() + b'\n' + body
 
 
-def unpack(data: bytes) -> tuple[Parameters, Any, Any]:
+def unpack_checkpoint(data: bytes) -> tuple[Parameters, Any, Any]:
     """
     Return parameters, unchecked state and unchecked attachment of a checkpoint.
 
@@ -95,7 +95,7 @@ def unpack(data: bytes) -> tuple[Parameters, Any, Any]:
         name: GenericAlias(tuple, (spec.kind, ...)) if spec.is_array else spec.kind
         for name, spec in specs().items()
     }
-    values = read(forms, content['parameters'], 'checkpoint.parameters')
+    values = read_tree(forms, content['parameters'], 'checkpoint.parameters')
     return Parameters().updated(values), content['state'], content['attached']
 
 

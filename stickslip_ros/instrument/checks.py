@@ -51,10 +51,10 @@ def check_steps(parameters: Parameters, steps: float) -> Wave | None:
     if not (steps == math.floor(steps) and abs(steps) <= STEPS_MAX):
         limit = f'not a whole number from {-STEPS_MAX} to {STEPS_MAX}'
         raise OutOfRange('steps', steps, '', limit, 'round it; its sign is the direction')
-    return steps_of(parameters, int(steps)) if steps else None
+    return steps_wave(parameters, int(steps)) if steps else None
 
 
-def steps_of(parameters: Parameters, steps: int) -> Wave:
+def steps_wave(parameters: Parameters, steps: int) -> Wave:
     """
     Return a wave of a number of steps at ``step.amplitude`` and ``step.frequency``.
 
@@ -153,14 +153,14 @@ def check_position(parameters: Parameters, x_m: float) -> float:
     return x_m
 
 
-def fastest_m_per_s(parameters: Parameters) -> float:
+def fastest_steps_m_per_s(parameters: Parameters) -> float:
     """Return the largest velocity, of steps as long as the stroke, m/s."""
     return parameters.actuator.gain * parameters.step.amplitude * parameters.step.frequency
 
 
 def check_velocity(parameters: Parameters, name: str, velocity_m_per_s: float) -> float:
     """Refuse a velocity that steps cannot reach; steps must be possible."""
-    fastest = fastest_m_per_s(parameters)
+    fastest = fastest_steps_m_per_s(parameters)
     if abs(velocity_m_per_s) > fastest:
         limit = f'above the largest velocity of steps, {fastest:.4g} m/s'
         hint = 'lower it or raise step.frequency'

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, NamedTuple
 
 from stickslip_ros.drive.records import Wave
 from stickslip_ros.drive.waveform import level
-from stickslip_ros.instrument.checks import steps_of
+from stickslip_ros.instrument.checks import steps_wave
 from stickslip_ros.instrument.position_loop import Level, PositionLoop, Steps, loop_settings
 from stickslip_ros.instrument.reports import Result
 from stickslip_ros.instrument.state_tree import ANY_FLOAT
@@ -255,7 +255,7 @@ class ClosedLoop:
         action = self._loop.update(self._set_point_m, observation.position_m)
         match action:
             case Steps(count):
-                return steps_of(self._parameters, count)
+                return steps_wave(self._parameters, count)
             case Level(voltage_v):
                 return level(voltage_v)
 

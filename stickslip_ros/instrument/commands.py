@@ -293,7 +293,7 @@ def _any(_: Parameters, *numbers: float) -> float | None:
     return numbers[0] if numbers else None
 
 
-def move(bench: Instrument, accepted: Accepted) -> Result | None:
+def start_move(bench: Instrument, accepted: Accepted) -> Result | None:
     """Start a move; without a wave it is done at once."""
     if accepted.value is None:
         return Result.DONE
@@ -311,7 +311,7 @@ def approach(bench: Instrument, accepted: Accepted) -> None:
     bench.motion.approach(accepted.command, Goal(accepted.value), bench.observe_powered())
 
 
-def follow(bench: Instrument, accepted: Accepted) -> None:
+def follow_trajectory(bench: Instrument, accepted: Accepted) -> None:
     """Start a closed-loop move along a trajectory from the present position."""
     now = bench.observe_powered()
     begun = accepted.value.begin(bench.stand.parameters, now.time_ns * NANO, now.position_m)
@@ -331,7 +331,7 @@ def set_load(bench: Instrument, accepted: Accepted) -> Result:
     return Result.DONE
 
 
-def set_preload(bench: Instrument, accepted: Accepted) -> None:
+def ramp_preload(bench: Instrument, accepted: Accepted) -> None:
     """Start a change of the preload."""
     bench.change_preload(accepted.command, accepted.value)
 
@@ -389,16 +389,16 @@ def set_faults(bench: Instrument, accepted: Accepted) -> Result:
 
 # fmt: off
 _ROWS = (
-    Command('voltage', FLOAT64, ('voltage V',), checks.check_voltage, move,
+    Command('voltage', FLOAT64, ('voltage V',), checks.check_voltage, start_move,
             'direct piezo voltage, V (scan mode); the amplifier slews to it'),
     Command('sawtooth', FLOAT64_ARRAY, ('amplitude V', 'frequency Hz', 'steps'),
-            checks.check_sawtooth, move,
+            checks.check_sawtooth, start_move,
             '[amplitude V, frequency Hz (its sign is the direction), steps (0: until stopped)]'),
-    Command('steps', INT32, ('steps',), checks.check_steps, move,
+    Command('steps', INT32, ('steps',), checks.check_steps, start_move,
             'signed number of steps at step.amplitude and step.frequency; 0 does nothing'),
     Command('jog', FLOAT64, ('frequency Hz',), checks.check_jog, jog,
             'signed steps per second; stops after jog.timeout without a new message; 0 stops'),
-    Command('waveform', FLOAT64_ARRAY, ('time s', 'voltage V'), checks.check_waveform, move,
+    Command('waveform', FLOAT64_ARRAY, ('time s', 'voltage V'), checks.check_waveform, start_move,
             'rows of time s, voltage V; times rise from 0, straight lines in between; at most '
             f'{WAVEFORM_ROWS_MAX} rows; played once; the size of a first axis labelled cycle is '
             'another number of plays (0: until stopped)', is_table=True),
@@ -416,7 +416,7 @@ _ROWS = (
             'external force on the runner, N: force.x, positive along +x; all others must be 0; '
             'in frame_id.runner, or no frame',
             frame='runner'),
-    Command('preload', FLOAT64, ('preload N',), checks.check_preload, set_preload,
+    Command('preload', FLOAT64, ('preload N',), checks.check_preload, ramp_preload,
             'preload F_p, N; it changes at stand.preload_rate'),
     Command('stop', TRIGGER, (), _any, stop,
             'end the running move and hold the present voltage'),
@@ -432,7 +432,7 @@ _ROWS = (
     Command('clear_faults', TRIGGER, (), _any, clear_faults,
             'end every fault, by parameter or schedule'),
     Command(TRAJECTORY, '', ('time s', 'position m', 'velocity m/s', 'acceleration m/s2'),
-            check_trajectory, follow,
+            check_trajectory, follow_trajectory,
             'closed loop along a trajectory, by the action', is_table=True),
     Command(FAULT, '', (), checks.check_faults, set_faults,
             'faults by name and value, by parameter or schedule'),

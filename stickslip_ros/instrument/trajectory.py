@@ -12,7 +12,7 @@ import numpy as np
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind
-from stickslip_ros.instrument.checks import check_position, check_velocity, fastest_m_per_s
+from stickslip_ros.instrument.checks import check_position, check_velocity, fastest_steps_m_per_s
 from stickslip_ros.parameters import Parameters, Scalar
 
 POINTS_MAX = 10_000
@@ -153,7 +153,7 @@ def check_trajectory(
         limit = f'not one of {_DEGREES}'
         raise OutOfRange('trajectory degree', trajectory.degree, '', limit, 'take one of these')
     last_m_per_s = abs(trajectory.end.velocity_m_per_s)
-    if trajectory.degree > 1 and last_m_per_s > _REST_SHARE * fastest_m_per_s(parameters):
+    if trajectory.degree > 1 and last_m_per_s > _REST_SHARE * fastest_steps_m_per_s(parameters):
         hint = 'end the trajectory at rest'
         raise OutOfRange('last trajectory velocity', last_m_per_s, 'm/s', 'not 0 m/s', hint)
     places_m, speeds_m_per_s = _sampled(table, trajectory.degree)

@@ -35,7 +35,7 @@ from stickslip_ros.interface.feed import Packed
 from stickslip_ros.interface.topics import COMMAND_TOPICS, Topic
 from stickslip_ros.message_types import FLOAT64, FLOAT64_ARRAY, INT32, JOINT_STATE
 from stickslip_ros.parameters.typed import to_si
-from stickslip_ros.units import NS_PER_S, quantity
+from stickslip_ros.units import NS_PER_S, parse_quantity
 
 _NAME_MAX = 1000
 """Characters of the name of a frame, or of a joint, in a message."""
@@ -194,7 +194,7 @@ def _typed_number(name: str, text: str, unit: str) -> float:
     """Parse a typed number; a number without unit is a count, or a choice of ``0 or 1``."""
     if unit and not unit[0].isdigit():
         return to_si(name, text, unit)
-    number = quantity(text, '')
+    number = parse_quantity(text, '')
     if unit and number not in {0.0, 1.0}:
         raise WrongKind(name, text, unit, 'give 1 for on, 0 for off')
     if number is None or not number.is_integer():

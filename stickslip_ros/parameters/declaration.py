@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind
 from stickslip_ros.parameters.typed import to_si
-from stickslip_ros.units import quantity as typed_quantity
+from stickslip_ros.units import parse_quantity
 
 Scalar = bool | int | float | str
 
@@ -138,7 +138,7 @@ def _to_int(name: str, value: object, unit: str) -> int:
     try:
         return int(str(value))
     except ValueError:
-        amount = typed_quantity(str(value), unit) if unit else None
+        amount = parse_quantity(str(value), unit) if unit else None
         if amount is not None and amount.is_integer():
             return int(amount)
         raise WrongKind(name, value, 'a whole number', 'give an integer such as 42') from None
@@ -175,26 +175,26 @@ def quantity(
     **others: Any,
 ) -> Any:
     """Declare a quantity: a float in an SI unit, with inclusive bounds; others as in Spec."""
-    return declare(Spec(float, default, unit, source, text, *bounds, **others))
+    return declare_field(Spec(float, default, unit, source, text, *bounds, **others))
 
 
 def count(
     default: int, text: str, *, bounds: tuple[int, int], unit: str = '', live: bool = False
 ) -> Any:
     """Declare a whole number with inclusive bounds."""
-    return declare(Spec(int, default, unit, ASSUMED, text, *bounds, live=live))
+    return declare_field(Spec(int, default, unit, ASSUMED, text, *bounds, live=live))
 
 
 def quantities(
     default: tuple[float, ...], unit: str, text: str, *, bounds: tuple[float, float], source: str
 ) -> Any:
     """Declare an array of physical quantities in an SI unit, with inclusive bounds of each."""
-    return declare(Spec(float, default, unit, source, text, *bounds))
+    return declare_field(Spec(float, default, unit, source, text, *bounds))
 
 
 def counts(default: tuple[int, ...], text: str, *, bounds: tuple[int, int], source: str) -> Any:
     """Declare an array of whole numbers with inclusive bounds of each."""
-    return declare(Spec(int, default, '', source, text, *bounds))
+    return declare_field(Spec(int, default, '', source, text, *bounds))
 
 
 def choice(
@@ -206,25 +206,25 @@ def choice(
     live: bool = False,
 ) -> Any:
     """Declare a choice among words."""
-    return declare(Spec(str, default, '', source, text, choices=choices, live=live))
+    return declare_field(Spec(str, default, '', source, text, choices=choices, live=live))
 
 
 def words(default: str, text: str) -> Any:
     """Declare a free text, such as a path."""
-    return declare(Spec(str, default, '', ASSUMED, text))
+    return declare_field(Spec(str, default, '', ASSUMED, text))
 
 
 def switch(default: bool, text: str, *, fixed: bool = False, live: bool = False) -> Any:
     """Declare a switch."""
-    return declare(Spec(bool, default, '', ASSUMED, text, fixed=fixed, live=live))
+    return declare_field(Spec(bool, default, '', ASSUMED, text, fixed=fixed, live=live))
 
 
-def declare(spec: Spec) -> Any:
+def declare_field(spec: Spec) -> Any:
     """Return the dataclass field of a declaration."""
     return dataclasses.field(default=spec.default, metadata={'spec': spec})
 
 
-Group = TypeVar('Group', bound='Checked')
+_Group = TypeVar('_Group', bound='Checked')
 Class = TypeVar('Class', bound=type)
 
 
@@ -256,7 +256,7 @@ class Checked:
                 object.__setattr__(self, field.name, checked)
         self.check_together()
 
-    def with_checked(self: Group, values: Mapping[str, object]) -> Group:
+    def with_checked(self: _Group, values: Mapping[str, object]) -> _Group:
         """Return a copy with other values, each of which is already checked."""
         changed = object.__new__(type(self))
         changed.__dict__.update(self.__dict__, **values)
@@ -295,7 +295,7 @@ def declared_by(group: type[Checked]) -> dict[str, Spec]:
     return found
 
 
-def find(declared: Mapping[str, Spec], name: str, fallback: str) -> Spec:
+def find_spec(declared: Mapping[str, Spec], name: str, fallback: str) -> Spec:
     """
     Return the declaration of a name.
 

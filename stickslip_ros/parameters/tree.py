@@ -16,7 +16,7 @@ from stickslip_ros.parameters.declaration import (
     Checked,
     Spec,
     declared_by,
-    find,
+    find_spec,
     switch,
     with_fields,
 )
@@ -47,7 +47,7 @@ from stickslip_ros.parameters.sensors import (
     LoadCellParameters,
     Sensor,
 )
-from stickslip_ros.sections import Section, Shown
+from stickslip_ros.sections import NotebookView, Section
 from stickslip_ros.units import NS_PER_S
 
 TRAVEL = 'stand.travel_min', 'stand.travel_max'
@@ -60,7 +60,7 @@ _PAPER: tuple[str, ...] = 'none', 'the stand of the paper'
 @with_fields(
     {each.name: (each.group, field(default_factory=each.group)) for each in SENSORS}, 'trace'
 )
-class Parameters(Shown, Checked):
+class Parameters(NotebookView, Checked):
     """All parameters, in groups; ``Parameters()`` is the test stand of the paper."""
 
     autostart: bool = switch(True, 'configure and activate the node without a manager', fixed=True)
@@ -194,7 +194,7 @@ def specs() -> dict[str, Spec]:
 
 def spec_of(name: str) -> Spec:
     """Return the declaration of a parameter; UnknownName suggests the nearest names."""
-    return find(_SPECS, name, 'see docs/reference/parameters.md')
+    return find_spec(_SPECS, name, 'see docs/reference/parameters.md')
 
 
 def is_fault(name: str) -> bool:

@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 
 from stickslip_ros.errors import OutOfRange, WrongKind
-from stickslip_ros.units import TYPED, quantity
+from stickslip_ros.units import TYPED, parse_quantity
 
 EXAMPLES = {
     '': '0.5 or 60e-9',
@@ -30,7 +30,7 @@ def to_si(name: str, text: str, unit: str) -> float:
         If it is not a finite number, or its unit is of another kind.
 
     """
-    number = quantity(text, unit)
+    number = parse_quantity(text, unit)
     if number is None or not math.isfinite(number):
         has_kind = unit and number is None
         expected = f'a number in {TYPED.get(unit, unit)}' if has_kind else 'a finite number'
@@ -49,8 +49,8 @@ def to_si_list(name: str, texts: Sequence[str], unit: str) -> list[float]:
 
     """
     numbers = [to_si(name, text, unit) for text in texts]
-    bare = [text for text in texts if quantity(text, '')]
-    if bare and any(quantity(text, '') is None for text in texts):
+    bare = [text for text in texts if parse_quantity(text, '')]
+    if bare and any(parse_quantity(text, '') is None for text in texts):
         limit = 'without a unit, but others have units'
         raise OutOfRange(name, bare[0], '', limit, f'write all as {_example(unit)}')
     return numbers

@@ -86,7 +86,7 @@ class ChunkMessages(NamedTuple):
         return Message(channel_id, log_time, content, publish_time, sequence)
 
 
-Row = tuple[int, int, int, ChunkMessages | None]
+_MergeRow = tuple[int, int, int, ChunkMessages | None]
 """Log time, chunk and place of a message; nothing where a chunk begins."""
 
 
@@ -238,7 +238,7 @@ class ChunkReader(SeekingReader):
         """Give schema, channel and message, in the order of log times or of the file."""
         summary = self.get_summary()
         indexes, wanted = self._select(topics, window_ns)
-        rows: Iterator[Row]
+        rows: Iterator[_MergeRow]
         if in_time_order:
             rows = heapq.merge(*(self._by_time(index, wanted) for index in indexes))
         else:
@@ -251,7 +251,7 @@ class ChunkReader(SeekingReader):
                 schema = summary.schemas[channel.schema_id] if channel.schema_id else None
                 yield schema, channel, message
 
-    def _by_time(self, index: ChunkIndex, wanted: set[int] | None) -> Iterator[Row]:
+    def _by_time(self, index: ChunkIndex, wanted: set[int] | None) -> Iterator[_MergeRow]:
         """Give the begin of a chunk, which opens it when it is due, and its messages by time."""
         yield *begin_of(index), -1, None
         piece = self._read(index, wanted)

@@ -47,7 +47,7 @@ def deep_queues(*topics: str) -> dict[str, int]:
     return {f'qos_overrides./{topic}.publisher.depth': LISTEN_DEPTH for topic in topics}
 
 
-def settle(
+def run_callbacks(
     executor: SingleThreadedExecutor,
     wait_s: float = 0.0,
     is_ending: Callable[[], bool] = lambda: False,
@@ -168,7 +168,7 @@ class Operator(DriveClient):
 
     def catch_up(self) -> None:
         """Handle all messages that have arrived."""
-        settle(self._executor)
+        run_callbacks(self._executor)
 
     def wait_for_drive(self, timeout_s: float = TIMEOUT_S) -> None:
         """Wait until every topic is connected and the drive reports."""

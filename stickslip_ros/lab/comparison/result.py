@@ -14,7 +14,7 @@ from scipy.special import chdtrc
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.parameters import Scalar
-from stickslip_ros.sections import plain
+from stickslip_ros.sections import as_json
 from stickslip_ros.units import unit_of
 
 AMPLITUDE_COLUMN, VOLTAGE_COLUMN, TIME_COLUMN = 'amplitude_m', 'voltage_v', 'time_s'
@@ -290,7 +290,7 @@ class Comparison:
 
     def to_json(self) -> Any:
         """Return an object for JSON."""
-        return plain(
+        return as_json(
             {
                 'a': self.a.to_json(),
                 'b': self.b.to_json(),

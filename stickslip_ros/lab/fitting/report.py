@@ -25,7 +25,7 @@ from stickslip_ros.lab.fitting.statistics import Estimate
 from stickslip_ros.lab.runs.plottable import Plottable
 from stickslip_ros.lab.waveform.recognise import LOW_SHARE
 from stickslip_ros.parameters import dump_yaml
-from stickslip_ros.sections import Section, plain
+from stickslip_ros.sections import Section, as_json
 from stickslip_ros.units import display_unit
 
 if TYPE_CHECKING:
@@ -225,7 +225,7 @@ _AS_THEY_ARE = (
 def as_object(fit: FitResult) -> Any:
     """Return a fit as an object for JSON: None stands for infinity and not a number."""
     doubt = fit.uncertainty
-    return plain(
+    return as_json(
         {
             'estimates': [
                 {**vars(one), 'is_log': one.is_log, 'scale': fit.scale_of(one.name)}

@@ -31,7 +31,7 @@ from stickslip_ros.lab.linear.curves import Complex
 from stickslip_ros.lab.linear.sampled import StateSpace, read, reduce_order, zero_order_hold
 from stickslip_ros.lab.runs.plottable import Plottable
 from stickslip_ros.parameters import Parameters, reading
-from stickslip_ros.sections import Section, number
+from stickslip_ros.sections import Section, si_row
 from stickslip_ros.units import MICRO
 
 if TYPE_CHECKING:
@@ -103,8 +103,8 @@ class LinearDrive(Plottable):
         """Return operating point, stiffnesses and resonance."""
         title = f'stuck at {self.at_voltage_v:g} V, preload {self.parameters.stand.preload:g} N'
         rows = [
-            number('stiffness of the contacts', self.contact_n_per_m, '.4f', 'N/um'),
-            number('stiffness of load cell and stops', self.cell_n_per_m, '.4f', 'N/um'),
+            si_row('stiffness of the contacts', self.contact_n_per_m, '.4f', 'N/um'),
+            si_row('stiffness of load cell and stops', self.cell_n_per_m, '.4f', 'N/um'),
             ('resonance of the runner', f'{self.resonance_hz:.1f}', 'Hz'),
         ]
         return [Section(title, rows, draw=self._draw)]

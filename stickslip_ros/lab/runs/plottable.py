@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 
 from stickslip_ros.files import PAGE_ENDINGS, prepare_output, replacing
 from stickslip_ros.parameters import reading
-from stickslip_ros.sections import Shown
+from stickslip_ros.sections import NotebookView
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class Plottable(Shown):
+class Plottable(NotebookView):
     """A result with a figure."""
 
     @reading

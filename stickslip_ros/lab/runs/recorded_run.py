@@ -28,7 +28,7 @@ from stickslip_ros.parameters import Parameters, reading
 from stickslip_ros.recording.integrity import is_recording
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.series import Series
-from stickslip_ros.sections import Section, Shown
+from stickslip_ros.sections import NotebookView, Section
 from stickslip_ros.units import with_unit
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 
 @reading
-class Run(Shown):
+class Run(NotebookView):
     """
     A recorded run in a file; a temporary file lives as long as this object.
 
