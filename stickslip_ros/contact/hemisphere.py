@@ -19,13 +19,13 @@ from stickslip_ros.contact.profile import (
 )
 from stickslip_ros.contact.roughness import Spectrum, rough_line, rough_prefactor_1d
 from stickslip_ros.kernels.record import Record
-from stickslip_ros.parameters import ContactParameters, Parameters, reading
+from stickslip_ros.parameters import ContactParameters, Parameters, checked_arguments
 
 PROFILES_KEPT = 64
 """Profiles kept for the next call: a rough line takes milliseconds to build."""
 
 
-@reading
+@checked_arguments
 def presliding(parameters: Parameters, *, normal_force_n: float) -> Presliding:
     """
     Solve one hemisphere under a constant normal force, in closed form.

@@ -24,7 +24,13 @@ from stickslip_ros.instrument.sensing import Sensing
 from stickslip_ros.instrument.stand import SimulatedStand
 from stickslip_ros.instrument.state_tree import UNCHECKED, read_tree, refusal
 from stickslip_ros.kernels.record import Record
-from stickslip_ros.parameters import FaultParameters, Parameters, Scalar, reading, to_nanoseconds
+from stickslip_ros.parameters import (
+    FaultParameters,
+    Parameters,
+    Scalar,
+    checked_arguments,
+    to_nanoseconds,
+)
 from stickslip_ros.units import NANO, with_unit
 
 MOVE_DELAYED, AMPLIFIER_ENABLED = int(Status.MOVE_DELAYED), int(Status.AMPLIFIER_ENABLED)
@@ -64,7 +70,7 @@ RESULTS = {
 """Results of refusals other than INVALID_PARAMETER."""
 
 
-@reading
+@checked_arguments
 class Bench:
     """
     The drive with its sensors, stepped in simulated time.

@@ -37,7 +37,7 @@ from stickslip_ros.message_types import (
     TRIGGER,
     WRENCH_STAMPED,
 )
-from stickslip_ros.parameters import FaultParameters, Parameters, Scalar, reading
+from stickslip_ros.parameters import FaultParameters, Parameters, Scalar, checked_arguments
 from stickslip_ros.parameters.declaration import CONVERTERS
 from stickslip_ros.units import NANO
 
@@ -51,7 +51,7 @@ TRAJECTORY = 'trajectory'
 """Command that takes settings and numbers."""
 
 
-@reading
+@checked_arguments
 @dataclass(frozen=True)
 class Request:
     """

@@ -3,7 +3,7 @@
 
 """Parameters, each declared once with unit, bounds and source."""
 
-from stickslip_ros.parameters.arguments import reading
+from stickslip_ros.parameters.arguments import checked_arguments
 from stickslip_ros.parameters.declaration import (
     AMPLITUDE_SPEC,
     FREQUENCY_SPEC,
@@ -75,6 +75,7 @@ __all__ = [
     'Sensor',
     'Spec',
     'StandParameters',
+    'checked_arguments',
     'declared_by',
     'describe',
     'dump_yaml',
@@ -85,7 +86,6 @@ __all__ = [
     'parse_assignments',
     'parse_yaml',
     'read_yaml',
-    'reading',
     'spec_of',
     'specs',
     'to_nanoseconds',

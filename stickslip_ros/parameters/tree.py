@@ -11,7 +11,7 @@ from operator import attrgetter
 from typing import Any
 
 from stickslip_ros.errors import OutOfRange, WrongKind, WrongUse
-from stickslip_ros.parameters.arguments import PARAMETER_NAMES, reading
+from stickslip_ros.parameters.arguments import PARAMETER_NAMES, checked_arguments
 from stickslip_ros.parameters.declaration import (
     Checked,
     Spec,
@@ -55,7 +55,7 @@ TRAVEL = 'stand.travel_min', 'stand.travel_max'
 _PAPER: tuple[str, ...] = 'none', 'the stand of the paper'
 
 
-@reading
+@checked_arguments
 @dataclass(frozen=True, kw_only=True)
 @with_fields(
     {each.name: (each.group, field(default_factory=each.group)) for each in SENSORS}, 'trace'
@@ -147,7 +147,7 @@ class Parameters(NotebookView, Checked):
         """Return ``{'group.name': value}`` in the order of declaration."""
         return dict(zip(_SPECS, _values_of(self), strict=True))
 
-    @reading
+    @checked_arguments
     def updated(self, values: Mapping[str, object]) -> 'Parameters':
         """
         Return a copy with other values, ``{'stand.preload': 0.25}``; texts are converted.

@@ -21,7 +21,7 @@ import yaml
 from stickslip_ros import budget
 from stickslip_ros.errors import RecordingError, StickSlipError, UnknownName, WrongKind, quoted
 from stickslip_ros.files import read_text
-from stickslip_ros.parameters.arguments import reading
+from stickslip_ros.parameters.arguments import checked_arguments
 from stickslip_ros.parameters.declaration import Scalar, Spec
 from stickslip_ros.parameters.tree import Parameters, specs
 
@@ -82,7 +82,7 @@ def _before_values() -> dict[str, str]:
     return found
 
 
-@reading
+@checked_arguments
 def load_yaml(*paths: str | Path) -> Parameters:
     """
     Read ROS parameter files; later files override earlier ones, and the rest keeps its defaults.

@@ -38,7 +38,7 @@ from stickslip_ros.lab.tables.experiment import (
 from stickslip_ros.lab.tables.formats import DATA_FRAME
 from stickslip_ros.lab.tables.instructions import Reading
 from stickslip_ros.lab.tables.measured import OVER_TIME, MeasuredTable
-from stickslip_ros.parameters import Parameters, reading
+from stickslip_ros.parameters import Parameters, checked_arguments
 from stickslip_ros.progress import progress_of
 from stickslip_ros.recording.run_file import EXPERIMENT_FILE
 
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from stickslip_ros.lab.tables.formats import Table
 
 
-@reading
+@checked_arguments
 @dataclass(frozen=True, kw_only=True)
 class CompareOptions(ReadingOptions):
     """Options of reading two experiments and of matching their times and positions."""
@@ -61,7 +61,7 @@ class CompareOptions(ReadingOptions):
     """Shift the position of B to that of A, as its zero is arbitrary."""
 
 
-@reading
+@checked_arguments
 def compare(
     a: 'Table | Run | Sequence[Table]',
     b: 'Table | Run | Parameters | Mapping[str, object] | None' = None,

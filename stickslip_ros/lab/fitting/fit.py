@@ -41,7 +41,7 @@ from stickslip_ros.lab.fitting.search import (
 from stickslip_ros.lab.fitting.statistics import QUANTILE_95, Uncertainty, uncertainty
 from stickslip_ros.lab.runs.batch import Progress, pool_of
 from stickslip_ros.lab.tables.measured import MeasuredTable
-from stickslip_ros.parameters import Parameters, reading
+from stickslip_ros.parameters import Parameters, checked_arguments
 from stickslip_ros.progress import Show, progress_of
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ STARTS_MAX = 1000
 CYCLIC_M = 3e-9  # usual size of a cyclic error
 
 
-@reading
+@checked_arguments
 @dataclass(frozen=True, kw_only=True)
 class FitOptions(ReadingOptions):
     """Options of reading experiments, weighing them and searching."""
@@ -79,7 +79,7 @@ class FitOptions(ReadingOptions):
         return Allowance(self.shape_m, self.step_share)
 
 
-@reading
+@checked_arguments
 def fit(
     experiments: 'Table | Run | Experiment | Sequence[Table | Run | Experiment]',
     free: FreeParameters,

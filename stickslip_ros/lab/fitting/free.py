@@ -24,7 +24,7 @@ from scipy import optimize
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.layout import contacts_of
 from stickslip_ros.errors import OutOfRange, WrongKind
-from stickslip_ros.parameters import Parameters, Scalar, Spec, reading, spec_of
+from stickslip_ros.parameters import Parameters, Scalar, Spec, checked_arguments, spec_of
 from stickslip_ros.parameters.typed import to_si_list
 
 LOAD = 'stand.load'
@@ -64,7 +64,7 @@ Known: TypeAlias = tuple[float, float]
 """A value and its relative standard error."""
 
 
-@reading
+@checked_arguments
 @dataclass(frozen=True)
 class Free:
     """A parameter that a fit may change. Quantities are numbers in SI units, or typed: ``3g``."""

@@ -30,7 +30,7 @@ from stickslip_ros.lab.linear.linearise import (
 from stickslip_ros.lab.runs.batch import run_batch
 from stickslip_ros.lab.runs.journal import Row
 from stickslip_ros.lab.runs.plottable import Plottable
-from stickslip_ros.parameters import Parameters, reading
+from stickslip_ros.parameters import Parameters, checked_arguments
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.progress import shown_progress
 from stickslip_ros.sections import Section, si_row
@@ -114,7 +114,7 @@ class MeasuredResponse(Plottable):
         return Response(*(a / b - 1.0 for a, b in zip(self.response, expected, strict=True)))
 
 
-@reading
+@checked_arguments
 def measure_response(
     parameters: Parameters,
     frequency_hz: ArrayLike,
