@@ -51,6 +51,10 @@ class Spec:
         True if the value may change while the drive runs.
     below : str
         Remedy of a value below the minimum.
+    typical : float
+        Usual value, in ``unit``, of a part that is off by default; 0: a fit does not try it.
+    from_zero : bool
+        True if 0 is the limit of small values; else 0 means "none" or "derived".
 
     """
 
@@ -65,6 +69,8 @@ class Spec:
     fixed: bool = False
     live: bool = False
     below: str = 'raise it'
+    typical: float = 0.0
+    from_zero: bool = False
 
     @property
     def is_array(self) -> bool:
