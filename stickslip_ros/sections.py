@@ -26,7 +26,6 @@ class NotebookView:
     """Base of results: a notebook shows their sections as HTML."""
 
     def sections(self) -> Iterable[Section]:
-        """Return the sections of the result."""
         raise NotImplementedError
 
     def _repr_html_(self) -> str:

@@ -57,7 +57,6 @@ class Spectrum:
     rolloff_per_m: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse an impossible spectrum."""
         if not 0.0 < self.hurst <= 1.0:
             hint = 'take one such as 0.7'
             raise OutOfRange('Hurst exponent', self.hurst, '', 'outside (0, 1]', hint)

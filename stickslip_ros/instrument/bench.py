@@ -305,7 +305,6 @@ class Bench:
         self.stand.change_preload(preload_n)
 
     def end_move(self, why: str) -> None:
-        """Abort the running move, if any."""
         self.motion.end(Outcome(Result.ABORTED, why), self._observe())
 
     def reset(self, why: str) -> None:
@@ -326,7 +325,6 @@ class Bench:
         self.apply_faults(self.faults)
 
     def change_parameters(self, values: Mapping[str, Scalar]) -> None:
-        """Change live parameters."""
         self.parameters = self.parameters.updated(values)
         self.motion.change_parameters(self.parameters, self._observe())
 
@@ -407,7 +405,6 @@ class Bench:
         return self._last_status
 
     def _end_preloading(self, result: Result, why: str = '') -> None:
-        """Report the end of a preload command, if any."""
         command, self._preloading = self._preloading, None
         if command is not None:
             self._report(command, result, why)

@@ -145,7 +145,6 @@ class ClosedLoop:
         self._blocked_ns = to_nanoseconds(blocked_s)
 
     def recall(self, values: dict[str, Any]) -> None:
-        """Restore values from a checkpoint."""
         self._loop.recall(values.pop('_loop'))
         vars(self).update(values)
 
@@ -155,7 +154,6 @@ class ClosedLoop:
         return self._loop.learned_m
 
     def change_parameters(self, parameters: Parameters) -> None:
-        """Change live parameters."""
         if not (self._parameters.closed_loop.velocity or self.goal.direction or self.holds):
             self._set_point_m = math.nan  # restart from the runner, because it was at the target
         self._parameters = parameters

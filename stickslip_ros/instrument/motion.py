@@ -113,7 +113,6 @@ class Motion:
         self._follow(level(voltage_v))
 
     def recall(self, values: dict[str, Any]) -> None:
-        """Restore values from a checkpoint."""
         loop = values.pop('_loop')
         vars(self).update(values)
         if loop is not None:
@@ -137,7 +136,6 @@ class Motion:
 
     @property
     def status_bits(self) -> int:
-        """Status bits of the moves."""
         bits = int(self._failed)
         loop, running = self._loop, self._running
         if running is None:

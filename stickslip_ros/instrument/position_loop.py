@@ -177,7 +177,6 @@ class PositionLoop:
         self.voltage_v = voltage_v
 
     def reset_attempts(self) -> None:
-        """Reset the attempts for the last target."""
         self._centres = 0
         self._rests = False
 
@@ -200,7 +199,6 @@ class PositionLoop:
         return abs(error_m) <= max(_REACH * room_m, settings.deadband_m)
 
     def _is_near_end(self) -> bool:
-        """Return whether the piezo is near an end of its range."""
         low_v, high_v = self.settings.voltage_min_v, self.settings.voltage_max_v
         return min(self.voltage_v - low_v, high_v - self.voltage_v) < _MARGIN * (high_v - low_v)
 

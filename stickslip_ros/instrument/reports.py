@@ -210,12 +210,10 @@ class Readings(NamedTuple):
 
     @property
     def truth_position_m(self) -> float:
-        """True position of the runner."""
         return float(self.truth[TRUTH.index('position')])
 
     @property
     def truth_force_n(self) -> float:
-        """True force on the load cell."""
         return float(self.truth[TRUTH.index('force')])
 
 

@@ -160,7 +160,6 @@ class SimulatedStand:
         return with_missed_steps(wave, faults.missed_steps, self.parameters.sim.seed)
 
     def start_clock(self) -> None:
-        """Reset the clock for the start of a wave."""
         start_clock(self.states)
 
     def has_arrived(self, wave: Wave) -> bool:

@@ -74,7 +74,6 @@ class Trajectory(NamedTuple):
 
     @property
     def end(self) -> Point:
-        """The last point."""
         return self.points[-1]
 
     def at(self, time_s: float) -> Point:

@@ -118,7 +118,6 @@ class Trust(NamedTuple):
             raise OSError(errno.EPERM, 'others can write to it', str(path))
 
     def accepts(self, path: Path) -> bool:
-        """Return whether a folder is trusted."""
         with suppress(OSError), self.folder(path):
             return True
         return False

@@ -74,7 +74,6 @@ class Spec:
 
     @property
     def is_array(self) -> bool:
-        """Whether the parameter is an array."""
         return isinstance(self.default, tuple)
 
     def check(self, name: str, value: object) -> Any:

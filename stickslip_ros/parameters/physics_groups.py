@@ -340,7 +340,6 @@ class FeetParameters(Checked):
 
     @property
     def groups(self) -> tuple[FootGroup, ...]:
-        """The groups, in the order of the arrays."""
         rows = zip(
             self.count, self.share, self.weight, self.radius, self.gain, self.delay, strict=True
         )
@@ -348,7 +347,6 @@ class FeetParameters(Checked):
 
     @property
     def total(self) -> int:
-        """Number of feet."""
         return sum(self.count)
 
 

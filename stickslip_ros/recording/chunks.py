@@ -78,7 +78,6 @@ class ChunkMessages(NamedTuple):
             yield self.data[start - RECORD_HEAD.size : start + length]
 
     def message(self, place: int) -> Message:
-        """Give a message."""
         start = int(self.starts[place])
         channel_id, sequence, log_time, publish_time = MESSAGE_HEAD.unpack_from(self.data, start)
         _, length = RECORD_HEAD.unpack_from(self.data, start - RECORD_HEAD.size)

@@ -135,7 +135,6 @@ class Handshake:
         return bool(self.state)
 
     def close(self) -> None:
-        """Destroy the client."""
         self._node.destroy_client(self._client)
 
     def _take_answer(self, answer: Any) -> None:
@@ -321,7 +320,6 @@ class LockstepClient(DriveClient):
         super().command(command_topic(name, but='grant').request, value, cycles, tag)
 
     def is_connected(self) -> bool:
-        """Return whether each topic of a drive in lockstep is connected."""
         return super().is_connected() and self._publishers['grant'].get_subscription_count() > 0
 
     def close(self) -> None:

@@ -58,7 +58,6 @@ class Worker(ReportingBench):
 
     @property
     def faults(self) -> Faults:
-        """Present faults."""
         faults = self.bench.faults
         return {name: getattr(faults, name) for name in faults.names}
 

@@ -282,7 +282,6 @@ class Operator(DriveClient):
         return client.call_async(request)
 
     def close(self) -> None:
-        """Leave the stand."""
         end_node(self._executor, self.node)
 
     def _take(self, key: str, message: Any) -> None:

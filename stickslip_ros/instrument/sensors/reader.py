@@ -102,12 +102,10 @@ class Reader:
         self.noise = Noise(self.seed)
 
     def recall(self, values: dict[str, Any]) -> None:
-        """Restore values from a checkpoint."""
         self.memory[:] = values['memory']
         self.noise.recall(values['noise'])
 
     def apply_faults(self, faults: FaultParameters) -> None:
-        """Set the present faults of the sensor."""
         fault = self.record[0].fault
         fault.condition = CONDITIONS[getattr(faults, self._name)]
         fault.offset = getattr(faults, f'{self._name}_offset')
@@ -119,7 +117,6 @@ class Reader:
 
     @property
     def status_bits(self) -> int:
-        """Status bits of the sensor."""
         bits = 0
         for bit, flag in self._alarms:
             bits |= bit * flag.item()

@@ -99,7 +99,6 @@ class Coordinate:
         return max(abs(self.start), TYPICAL.get(self.name, 0.0)) or self.upper - self.lower
 
     def to_coordinate(self, value: float) -> float:
-        """Return the coordinate of a value."""
         return math.log(max(value, TINY)) if self.is_log else value / self.size
 
     def to_value(self, coordinate: float) -> float:
@@ -140,7 +139,6 @@ class Natural:
     free: tuple[Coordinate, ...]
 
     def to(self, z: Array) -> Array:
-        """Return natural coordinates."""
         place = z.copy()
         place[self._numbers(_DAMPING)] *= math.exp(-self._growth(z))
         place[self._numbers(*_PER_STIFFNESS)] -= self._log_stiffness(z)

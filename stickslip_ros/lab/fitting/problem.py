@@ -85,7 +85,6 @@ class Problem:
 
     @cached_property
     def natural(self) -> Natural:
-        """The map to natural coordinates."""
         return Natural(self.parameters.updated(self.settings_of_all), self.free)
 
     @property
@@ -96,7 +95,6 @@ class Problem:
 
     @property
     def start(self) -> Array:
-        """The place of the starting values."""
         return self.place_of([one.start for one in self.free])
 
     @property
@@ -149,7 +147,6 @@ class Problem:
         return list(self.natural.settings(place).values())
 
     def stand(self, place: Array) -> Parameters:
-        """Return the stand of a place."""
         return self.parameters.updated(self.natural.settings(place))
 
     def predicted(self, stands: Sequence[Parameters]) -> list[Predicted]:
@@ -169,7 +166,6 @@ class Problem:
         return self.predicted([self.stand(place)])[0]
 
     def measured_at(self, predicted: Predicted) -> 'Problem':
-        """Return the problem with the metrics of a prediction."""
         metrics = [
             metric_of(
                 each,
@@ -274,7 +270,6 @@ class Problem:
         return problem, not short
 
     def with_twice_the_steps(self, of: Callable[[SawtoothSteps], bool]) -> 'Problem':
-        """Return the problem with twice the steps of some drives."""
         longer = {
             one: drive._replace(steps=2 * drive.steps) for one, drive in self.steps if of(drive)
         }

@@ -82,7 +82,6 @@ class FitResult:
 
     @property
     def found(self) -> Minimum:
-        """The minimum."""
         return self.refined[-1] if self.refined else distinct(self.searches)[0]
 
     @property
@@ -92,7 +91,6 @@ class FitResult:
 
     @cached_property
     def estimates(self) -> tuple[Estimate, ...]:
-        """The free parameters."""
         return estimates_of(self.problem, self.uncertainty)
 
     def draws(self, count: int, seed: int = 1) -> list[Parameters]:
@@ -289,7 +287,6 @@ class FitResult:
 
     @property
     def readings(self) -> int:
-        """Number of readings."""
         return sum(len(each.values) for _, each, _ in self.problem.seen)
 
 
