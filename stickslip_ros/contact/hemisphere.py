@@ -70,10 +70,7 @@ def profile_of(contact: ContactParameters, index: int = 0) -> Profile:
     """
     Return the profile that ``contact.profile`` names; the seed of a rough line adds ``index``.
 
-    Raises
-    ------
-    OutOfRange
-        If a rough line is asked for whose grid does not resolve its cut-offs.
+    Raises OutOfRange if a rough line is asked for whose grid does not resolve its cut-offs.
 
     """
     if contact.profile == 'smooth':
@@ -120,10 +117,7 @@ def rough_line_profile(
     """
     Return a rough parabola g(x) = x^2/R + h(x) (Eq. 14), centred below the sphere.
 
-    Raises
-    ------
-    OutOfRange
-        If the grid does not resolve the spectrum.
+    Raises OutOfRange if the grid does not resolve the spectrum.
 
     """
     spacing_m = length_m / points

@@ -228,28 +228,16 @@ def _sweep(curve: Record, turns: Array, depth: int, allowance_n: float) -> int:
 
 
 class Branch(NamedTuple):
-    """
-    A branch of the force-displacement curve: T = force + sense fold T_v(travel / fold).
+    """A branch of the force-displacement curve: T = force + sense fold T_v(travel / fold)."""
 
-    Attributes
-    ----------
-    origin_m, force_n : float
-        Turning point at its start; force 0 on the virgin curve.
-    sense : float
-        Direction, +1 or -1.
-    fold, unfold : float
-        2 on a Masing branch, 1 on the virgin curve; and the inverse.
-    reach_m : float
-        Travel at which a loop closes and the branch ends.
-
-    """
-
+    # turning point at its start; force 0 on the virgin curve
     origin_m: float
     force_n: float
-    sense: float
+    sense: float  # direction, +1 or -1
+    # 2 on a Masing branch, 1 on the virgin curve; and the inverse
     fold: float
     unfold: float
-    reach_m: float
+    reach_m: float  # travel at which a loop closes and the branch ends
 
 
 @kernel

@@ -66,10 +66,7 @@ class SpringContact:
 
         Springs that lose contact forget their force; springs that come into contact have none.
 
-        Raises
-        ------
-        OutOfRange
-            If the normal force is below 0 or above the largest.
+        Raises OutOfRange if the normal force is below 0 or above the largest.
 
         """
         if not 0.0 <= normal_force_n <= self._largest_n:

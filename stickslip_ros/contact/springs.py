@@ -92,26 +92,12 @@ SPRINGS_STATE = springs_kind(SPRINGS_IN_ALL)
 
 
 class Group(NamedTuple):
-    """
-    Equal contacts.
+    """Equal contacts."""
 
-    Attributes
-    ----------
-    profile : Profile
-        The indenter.
-    contacts : int
-        Number of contacts.
-    share : float
-        Normal force of each per preload.
-    weight_n : float
-        Normal force of each without preload, N.
-
-    """
-
-    profile: Profile
-    contacts: int
-    share: float
-    weight_n: float = 0.0
+    profile: Profile  # the indenter
+    contacts: int  # number of contacts
+    share: float  # normal force of each per preload
+    weight_n: float = 0.0  # normal force of each without preload, N
 
 
 def spring_bank(
@@ -126,10 +112,7 @@ def spring_bank(
 
     A record of BANK has room for SPRINGS_IN_ALL.
 
-    Raises
-    ------
-    OutOfRange
-        If a profile is too short for the largest preload.
+    Raises OutOfRange if a profile is too short for the largest preload.
 
     """
     rows = [_classes(group, elasticity, preload_max_n, springs) for group in groups]

@@ -33,28 +33,16 @@ AHEAD = 1e-9
 
 
 class Stretch(NamedTuple):
-    """
-    The next straight stretch of the voltage.
+    """The next straight stretch of the voltage."""
 
-    Attributes
-    ----------
-    start_v, rate_v_per_s : float
-        Output of the amplifier before its low-pass, and its slope.
-    target_v, slope_v_per_s : float
-        Input of the amplifier, and its slope.
-    caught_s : float
-        Time until a slewing output has caught up; inf if it does not slew.
-    lasts_s : float
-        Time until the next corner.
-
-    """
-
+    # output of the amplifier before its low-pass, and its slope
     start_v: float
     rate_v_per_s: float
+    # input of the amplifier, and its slope
     target_v: float
     slope_v_per_s: float
-    caught_s: float
-    lasts_s: float
+    caught_s: float  # time until a slewing output has caught up; inf if it does not slew
+    lasts_s: float  # time until the next corner
 
 
 @kernel

@@ -81,12 +81,9 @@ def plant_of(parameters: Parameters) -> Record:
     """
     Return the constants of a drive, an array of one record of PLANT.
 
-    Raises
-    ------
-    OutOfRange
-        If frame, load button, stacks or feet that move differently are set under Coulomb's law,
-        which does not define how contacts share a load; if the frame is not heavier than its
-        feet; if travelling roughness has feet of equal motion that are no neighbours.
+    Raises OutOfRange if frame, load button, stacks or feet that move differently are set under
+    Coulomb's law, which does not define how contacts share a load; if the frame is not heavier
+    than its feet; if travelling roughness has feet of equal motion that are no neighbours.
 
     """
     attached = parameters.load_cell.contact == 'attached'

@@ -44,12 +44,8 @@ def start_bench(parameters: Parameters) -> 'Bench':
     """
     Return a bench at rest, or in the state of the file ``sim.checkpoint``.
 
-    Raises
-    ------
-    RecordingError
-        If the file cannot be read.
-    WrongKind
-        If it is no checkpoint of this version, or a parameter differs that must not change.
+    Raises RecordingError if the file cannot be read; WrongKind if it is no checkpoint of this
+    version, or a parameter differs that must not change.
 
     """
     path = parameters.sim.checkpoint
@@ -343,10 +339,7 @@ class Bench:
         """
         Return the present observation of the stand for a move.
 
-        Raises
-        ------
-        AmplifierOff
-            If the amplifier is off.
+        Raises AmplifierOff if the amplifier is off.
 
         """
         if not self._is_powered():

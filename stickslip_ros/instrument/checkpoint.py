@@ -64,12 +64,8 @@ def unpack_checkpoint(data: bytes) -> tuple[Parameters, Any, Any]:
     """
     Return parameters, unchecked state and unchecked attachment of a checkpoint.
 
-    Raises
-    ------
-    WrongKind
-        If it is no checkpoint, is damaged, or its version has another form of the state.
-    StickSlipError
-        If a parameter is refused.
+    Raises WrongKind if it is no checkpoint, is damaged, or its version has another form of the
+    state; StickSlipError if a parameter is refused.
 
     """
     first, _, body = data.partition(b'\n')
@@ -117,10 +113,7 @@ def changed_stand(parameters: Parameters, changes: Mapping[str, object]) -> Para
     """
     Return the parameters of a saved state with changes.
 
-    Raises
-    ------
-    WrongKind
-        If the saved state depends on a changed parameter.
+    Raises WrongKind if the saved state depends on a changed parameter.
 
     """
     stand = parameters.updated(changes)

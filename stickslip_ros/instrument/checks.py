@@ -58,10 +58,7 @@ def steps_wave(parameters: Parameters, steps: int) -> Wave:
     """
     Return a wave of a number of steps at ``step.amplitude`` and ``step.frequency``.
 
-    Raises
-    ------
-    OutOfRange
-        If amplifier or slew rate do not allow them.
+    Raises OutOfRange if amplifier or slew rate do not allow them.
 
     """
     return _stepping(parameters, math.copysign(parameters.step.frequency, steps), abs(steps))

@@ -29,23 +29,11 @@ LEAD_STROKES = 10.0
 
 
 class Goal(NamedTuple):
-    """
-    Goal of a closed loop.
+    """Goal of a closed loop."""
 
-    Attributes
-    ----------
-    position_m : float or None
-        Target, m; None for a velocity.
-    velocity_m_per_s : float
-        Velocity of the set point without a target; 0: rest.
-    trajectory : Trajectory or None
-        Trajectory of the set point to its target, if any.
-
-    """
-
-    position_m: float | None
-    velocity_m_per_s: float = 0.0
-    trajectory: Trajectory | None = None
+    position_m: float | None  # target, m; None for a velocity
+    velocity_m_per_s: float = 0.0  # velocity of the set point without a target; 0: rest
+    trajectory: Trajectory | None = None  # trajectory of the set point to its target, if any
 
     @property
     def direction(self) -> int:
@@ -54,35 +42,15 @@ class Goal(NamedTuple):
 
 
 class Observation(NamedTuple):
-    """
-    State of the stand for moves, at the end of a block.
+    """State of the stand for moves, at the end of a block."""
 
-    Attributes
-    ----------
-    time_ns : int
-        Simulated time.
-    position_m : float
-        Mean position reading of the block, m; NaN without a sensor.
-    reading_m : float or None
-        Last position reading of the block, m; None without a sensor.
-    voltage_v : float
-        Voltage at the piezo.
-    cycles : int
-        Finished ramps of the wave.
-    ramp_s : float
-        Time since the start of its present ramp.
-    arrived : bool
-        Whether the wave is over and the voltage has reached its final value.
-
-    """
-
-    time_ns: int
-    position_m: float
-    reading_m: float | None
-    voltage_v: float
-    cycles: int
-    ramp_s: float
-    arrived: bool
+    time_ns: int  # simulated time
+    position_m: float  # mean position reading of the block, m; NaN without a sensor
+    reading_m: float | None  # last position reading of the block, m; None without a sensor
+    voltage_v: float  # voltage at the piezo
+    cycles: int  # finished ramps of the wave
+    ramp_s: float  # time since the start of its present ramp
+    arrived: bool  # whether the wave is over and the voltage has reached its final value
 
 
 @dataclass(frozen=True)

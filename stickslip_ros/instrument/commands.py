@@ -114,86 +114,45 @@ class TimedRequest(NamedTuple):
 
 
 class Instrument(Protocol):
-    """The part of a ``Bench`` that commands use."""
+    """The part of a ``Bench`` that commands use; a bench imports them, so they cannot import it."""
 
     stand: SimulatedStand
     sensing: Sensing
     motion: Motion
     faults: FaultParameters
 
-    def observe_powered(self) -> Observation:
-        """Return the observation of the stand for a move; AmplifierOff without power."""
-
-    def change_preload(self, command: Identity, preload_n: float) -> None:
-        """Start a change of the preload; the command ends on arrival."""
-
-    def end_move(self, why: str) -> None:
-        """Abort the running move."""
-
-    def reset(self, why: str) -> None:
-        """Return to the state at the start."""
-
-    def enable(self, *, wanted: bool) -> None:
-        """Switch the amplifier on or off."""
-
-    def apply_faults(self, faults: FaultParameters) -> None:
-        """Set the present faults."""
-
-    def change_parameters(self, values: Mapping[str, Scalar]) -> None:
-        """Change live parameters."""
+    def observe_powered(self) -> Observation: ...
+    def change_preload(self, command: Identity, preload_n: float) -> None: ...
+    def end_move(self, why: str) -> None: ...
+    def reset(self, why: str) -> None: ...
+    def enable(self, *, wanted: bool) -> None: ...
+    def apply_faults(self, faults: FaultParameters) -> None: ...
+    def change_parameters(self, values: Mapping[str, Scalar]) -> None: ...
 
 
 class Accepted(NamedTuple):
-    """
-    A checked request.
+    """A checked request."""
 
-    Attributes
-    ----------
-    command : Identity
-        Identity of the command.
-    value
-        Result of the check: a wave, a position, a force; None without numbers.
-
-    """
-
-    command: Identity
-    value: Any
+    command: Identity  # identity of the command
+    value: Any  # result of the check: a wave, a position, a force; None without numbers
 
 
 @dataclass(frozen=True)
 class Command:
-    """
-    A row of the table of commands.
+    """A row of the table of commands."""
 
-    Attributes
-    ----------
-    name : str
-        Name in requests and events.
-    interface : str
-        Type of the topic ``command/NAME`` or of the service ``~/NAME``; empty: neither.
-    numbers : tuple of str
-        Numbers and their units; for a table, those of a row.
-    check : callable
-        Takes the parameters of the stand and the numbers; returns their meaning, or refuses.
-    act : callable
-        Carries out the checked request. Returns DONE, or None if its end is reported later.
-    text : str
-        Meaning, for the documentation.
-    frame : str
-        For vectors: their parameter of ``frame_id.*``; only the first number may differ from 0.
-    is_table : bool
-        Whether it takes any number of rows.
-
-    """
-
-    name: str
+    name: str  # name in requests and events
+    # type of the topic ``command/NAME`` or of the service ``~/NAME``; empty: neither
     interface: str
-    numbers: tuple[str, ...]
+    numbers: tuple[str, ...]  # numbers and their units; for a table, those of a row
+    # takes the parameters of the stand and the numbers; returns their meaning, or refuses
     check: Callable[..., Any]
+    # carries out the checked request. Returns DONE, or None if its end is reported later
     act: Callable[[Instrument, Accepted], Result | None]
-    text: str
+    text: str  # meaning, for the documentation
+    # for vectors: their parameter of ``frame_id.*``; only the first number may differ from 0
     frame: str = ''
-    is_table: bool = False
+    is_table: bool = False  # whether it takes any number of rows
 
     @property
     def has_topic(self) -> bool:
@@ -210,16 +169,9 @@ def check_request(request: Request, parameters: Parameters) -> Any:
     """
     Check a request; return its wave, position or force, or None for commands without numbers.
 
-    Raises
-    ------
-    UnknownName
-        If the command is not known.
-    WrongKind
-        If the numbers are too few, too many, or not finite.
-    OutOfRange
-        If a number is outside its limit, or a vector has another frame.
-    BeyondSoftLimit
-        If a target is outside the soft limits.
+    Raises UnknownName if the command is not known; WrongKind if the numbers are too few, too many,
+    or not finite; OutOfRange if a number is outside its limit, or a vector has another frame;
+    BeyondSoftLimit if a target is outside the soft limits.
 
     """
     command = COMMANDS.get(request.name)

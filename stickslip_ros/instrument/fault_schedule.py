@@ -46,12 +46,8 @@ def read_schedule(path: Path, feet: FeetParameters) -> FaultSchedule:
     """
     Read a schedule from a file, for a drive with these feet.
 
-    Raises
-    ------
-    RecordingError
-        If the file cannot be read, or is not YAML.
-    UnknownName, WrongKind, OutOfRange
-        If it is not a list of entries, or an entry is not allowed.
+    Raises RecordingError if the file cannot be read, or is not YAML; UnknownName or WrongKind or
+    OutOfRange if it is not a list of entries, or an entry is not allowed.
 
     """
     return parse_schedule(read_text(path, 'check fault.schedule', FORM), str(path), feet)

@@ -36,25 +36,12 @@ _HOLD = 'hold'
 
 @dataclass(frozen=True)
 class Running:
-    """
-    The running move.
+    """The running move."""
 
-    Attributes
-    ----------
-    command : Identity
-        Its command.
-    wave : Wave or None
-        Its wave; None in closed loop.
-    steps : int
-        Steps of a jog at earlier rates.
-    start_m : float or None
-        Position reading at its start, m; None without a reading, or if steps differ in length.
-
-    """
-
-    command: Identity
-    wave: Wave | None
-    steps: int = 0
+    command: Identity  # its command
+    wave: Wave | None  # its wave; None in closed loop
+    steps: int = 0  # steps of a jog at earlier rates
+    # position reading at its start, m; None without a reading, or if steps differ in length
     start_m: float | None = None
 
     @property

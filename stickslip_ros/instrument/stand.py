@@ -170,10 +170,7 @@ class SimulatedStand:
         """
         Advance by a number of samples; return their true values, a row each, without times.
 
-        Raises
-        ------
-        StickSlipError
-            If the integration has failed.
+        Raises StickSlipError if the integration has failed.
 
         """
         trace, self.held_because = np.zeros((samples, self._columns)), ''

@@ -88,10 +88,8 @@ def read_tree(form: Any, tree: Any, place: str, *, is_checked: bool = True) -> A
     """
     Return the value of a form from a tree; for a class with REMEMBERED, a table by name.
 
-    Raises
-    ------
-    WrongKind
-        If a value has another form or is out of its range, or names are missing or unknown.
+    Raises WrongKind if a value has another form or is out of its range, or names are missing or
+    unknown.
 
     """
     if form == Array:  # table of a waveform

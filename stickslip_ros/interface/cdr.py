@@ -68,6 +68,8 @@ def pack_float64_array(
     """
     Pack a ``std_msgs/msg/Float64MultiArray`` in row-major order.
 
+    Raises WrongKind if there are not as many labels as axes.
+
     Parameters
     ----------
     values : ndarray of float
@@ -77,11 +79,6 @@ def pack_float64_array(
         later sizes.
     front : tuple of (str, int)
         Labels and sizes of further axes in front, of stride 0: nothing changes along them.
-
-    Raises
-    ------
-    WrongKind
-        If there are not as many labels as axes.
 
     """
     head = _array_head(np.shape(values), tuple(labels), front)
@@ -135,6 +132,9 @@ def unpack(type_name: str, data: bytes) -> m.Message:
     """
     Read the bytes of one message.
 
+    Raises UnknownName if the type is not one that this package records; RecordingError if the
+    bytes are cut off, in another encoding, or of another type.
+
     Parameters
     ----------
     type_name : str
@@ -146,13 +146,6 @@ def unpack(type_name: str, data: bytes) -> m.Message:
     -------
     float, int, str, ArrayMessage, StampedMessage or JointMessage
         The content of the message.
-
-    Raises
-    ------
-    UnknownName
-        If the type is not one that this package records.
-    RecordingError
-        If the bytes are cut off, in another encoding, or of another type.
 
     """
     read = _READERS.get(type_name)

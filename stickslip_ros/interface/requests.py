@@ -95,6 +95,9 @@ def pack_command(
     """
     Return the message of a command topic.
 
+    Raises WrongKind if a value is no number, their count is wrong, or the message has no room for
+    a tag; OutOfRange if a number for a field of 32 bits is not whole, or too large.
+
     Parameters
     ----------
     topic : Topic
@@ -110,13 +113,6 @@ def pack_command(
         Number of times that a table is played; 0 repeats until replaced.
     tag : str
         Word that comes back in its events, if the message has a header or a layout.
-
-    Raises
-    ------
-    WrongKind
-        If a value is no number, their count is wrong, or the message has no room for a tag.
-    OutOfRange
-        If a number for a field of 32 bits is not whole, or too large.
 
     """
     wanted = f'send {", ".join(topic.numbers)}'
@@ -212,14 +208,9 @@ def read_request(topic: Topic, data: bytes) -> Request:
     """
     Return the request in a message on a command topic.
 
-    Raises
-    ------
-    RecordingError
-        If the bytes are not such a message.
-    WrongKind
-        If the layout of a table says anything but its rows.
-    OutOfRange
-        If the stamp lies beyond the times that a header can hold.
+    Raises RecordingError if the bytes are not such a message; WrongKind if the layout of a table
+    says anything but its rows; OutOfRange if the stamp lies beyond the times that a header can
+    hold.
 
     """
     message = unpack(topic.type_name, data)

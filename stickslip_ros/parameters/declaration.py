@@ -26,50 +26,23 @@ class ReplaceableDefault(float):
 
 @dataclass(frozen=True)
 class Spec:
-    """
-    Declaration of one parameter.
+    """Declaration of one parameter."""
 
-    Attributes
-    ----------
-    kind : type
-        ``float``, ``int``, ``bool`` or ``str``; of an array, the kind of its elements.
-    default : bool or int or float or str or tuple
-        Value if none is given, in ``unit``.
-    unit : str
-        SI unit; empty for pure numbers, switches and names.
-    minimum, maximum : float or int or None
-        Inclusive bounds, in ``unit``; None for switches and names.
-    choices : tuple of str
-        Accepted words of a choice; empty for other parameters.
-    source : str
-        Source of the default: a place in the paper, or ``assumed``.
-    text : str
-        Description.
-    fixed : bool
-        True if the value is read once, at the start.
-    live : bool
-        True if the value may change while the drive runs.
-    below : str
-        Remedy of a value below the minimum.
-    typical : float
-        Usual value, in ``unit``, of a part that is off by default; 0: a fit does not try it.
-    from_zero : bool
-        True if 0 is the limit of small values; else 0 means "none" or "derived".
-
-    """
-
-    kind: type
-    default: Any
-    unit: str
-    source: str
-    text: str
+    kind: type  # ``float``, ``int``, ``bool`` or ``str``; of an array, the kind of its elements
+    default: Any  # value if none is given, in ``unit``
+    unit: str  # SI unit; empty for pure numbers, switches and names
+    source: str  # source of the default: a place in the paper, or ``assumed``
+    text: str  # description
+    # inclusive bounds, in ``unit``; None for switches and names
     minimum: float | None = None
     maximum: float | None = None
-    choices: tuple[str, ...] = ()
-    fixed: bool = False
-    live: bool = False
-    below: str = 'raise it'
+    choices: tuple[str, ...] = ()  # accepted words of a choice; empty for other parameters
+    fixed: bool = False  # true if the value is read once, at the start
+    live: bool = False  # true if the value may change while the drive runs
+    below: str = 'raise it'  # remedy of a value below the minimum
+    # usual value, in ``unit``, of a part that is off by default; 0: a fit does not try it
     typical: float = 0.0
+    # true if 0 is the limit of small values; else 0 means "none" or "derived"
     from_zero: bool = False
 
     @property
@@ -82,12 +55,8 @@ class Spec:
 
         An array is a tuple; a single element, or a text such as ``[2, 4]``, is one as well.
 
-        Raises
-        ------
-        WrongKind
-            If the value is not of the declared kind, or not finite.
-        OutOfRange
-            If it is outside the bounds, or not among the choices.
+        Raises WrongKind if the value is not of the declared kind, or not finite; OutOfRange if it
+        is outside the bounds, or not among the choices.
 
         """
         if not self.is_array:
@@ -304,10 +273,8 @@ def find_spec(declared: Mapping[str, Spec], name: str, fallback: str) -> Spec:
     """
     Return the declaration of a name.
 
-    Raises
-    ------
-    UnknownName
-        If the name is not declared; the hint gives the nearest names, or else ``fallback``.
+    Raises UnknownName if the name is not declared; the hint gives the nearest names, or else
+    ``fallback``.
 
     """
     if name not in declared:

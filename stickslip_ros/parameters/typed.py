@@ -24,10 +24,7 @@ def to_si(name: str, text: str, unit: str) -> float:
     """
     Return the SI value of a text such as ``60nm``.
 
-    Raises
-    ------
-    WrongKind
-        If it is not a finite number, or its unit is of another kind.
+    Raises WrongKind if it is not a finite number, or its unit is of another kind.
 
     """
     number = parse_quantity(text, unit)
@@ -42,10 +39,8 @@ def to_si_list(name: str, texts: Sequence[str], unit: str) -> list[float]:
     """
     Parse quantities; either all have units or none (0 needs no unit).
 
-    Raises
-    ------
-    WrongKind, OutOfRange
-        If a text is not a quantity in the unit, or lacks a unit that other texts have.
+    Raises WrongKind or OutOfRange if a text is not a quantity in the unit, or lacks a unit that
+    other texts have.
 
     """
     numbers = [to_si(name, text, unit) for text in texts]

@@ -178,11 +178,8 @@ def read_yaml(text: str, origin: str, hint: str, limit: Any = budget.YAML_VALUES
     """
     Read a YAML document; messages name its ``origin`` and give the ``hint``.
 
-    Raises
-    ------
-    RecordingError
-        If it is not YAML, asks for more than its limits, or has a repeated key, a number such as
-        ``1:30`` or an alias, whose line is named.
+    Raises RecordingError if it is not YAML, asks for more than its limits, or has a repeated key,
+    a number such as ``1:30`` or an alias, whose line is named.
 
     """
     try:

@@ -169,6 +169,8 @@ class DriveClient:
         """
         Send a command.
 
+        Raises UnknownName if there is no such command.
+
         Parameters
         ----------
         name : str
@@ -180,11 +182,6 @@ class DriveClient:
             Number of times that a waveform is played; 0 repeats until replaced.
         tag : str
             Word that comes back in its events, for a command with a header or a layout.
-
-        Raises
-        ------
-        UnknownName
-            If there is no such command.
 
         """
         self.send(name, pack_command(command_topic(name), value, cycles=cycles, tag=tag))

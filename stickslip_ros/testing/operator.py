@@ -140,11 +140,8 @@ class Operator(DriveClient):
         """
         Handle messages until a condition holds; it is tested after every message.
 
-        Raises
-        ------
-        StickSlipError
-            If simulated time has stood still for ``timeout_s`` of wall-clock time, or if that much
-            of both has passed without the condition; ``what`` names it.
+        Raises StickSlipError if simulated time has stood still for ``timeout_s`` of wall-clock
+        time, or if that much of both has passed without the condition; ``what`` names it.
 
         """
         start_s = since_s = time.monotonic()
