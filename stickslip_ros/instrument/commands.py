@@ -114,7 +114,7 @@ class TimedRequest(NamedTuple):
 
 
 class Instrument(Protocol):
-    """The part of a ``Bench`` that commands use; a bench imports them, so they cannot import it."""
+    """The part of a ``Bench`` that commands use; they cannot import it, since it imports them."""
 
     stand: SimulatedStand
     sensing: Sensing
