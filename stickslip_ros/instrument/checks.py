@@ -37,13 +37,10 @@ def check_sawtooth(
     parameters: Parameters, amplitude_v: float, frequency_hz: float, steps: float
 ) -> Wave:
     """Return a saw-tooth from the lower end of the range; 0 steps run until stopped."""
-    check_amplitude(parameters, 'amplitude', amplitude_v)
-    check_frequency(parameters, amplitude_v, frequency_hz)
     if not (steps == math.floor(steps) and 0 <= steps <= STEPS_MAX):
         limit = f'not a whole number from 0 to {STEPS_MAX}'
         raise OutOfRange('steps', steps, '', limit, 'give a whole number; 0 runs until stopped')
-    base_v = parameters.amplifier.voltage_min
-    return check_corners(parameters, sawtooth(base_v, amplitude_v, frequency_hz, int(steps)))
+    return _sawtooth_wave(parameters, 'amplitude', amplitude_v, frequency_hz, int(steps))
 
 
 def check_steps(parameters: Parameters, steps: float) -> Wave | None:
@@ -71,7 +68,13 @@ def check_jog(parameters: Parameters, frequency_hz: float) -> Wave | None:
 
 def _stepping(parameters: Parameters, frequency_hz: float, steps: int) -> Wave:
     amplitude_v = parameters.step.amplitude
-    check_amplitude(parameters, 'step.amplitude', amplitude_v)
+    return _sawtooth_wave(parameters, 'step.amplitude', amplitude_v, frequency_hz, steps)
+
+
+def _sawtooth_wave(
+    parameters: Parameters, name: str, amplitude_v: float, frequency_hz: float, steps: int
+) -> Wave:
+    check_amplitude(parameters, name, amplitude_v)
     check_frequency(parameters, amplitude_v, frequency_hz)
     base_v = parameters.amplifier.voltage_min
     return check_corners(parameters, sawtooth(base_v, amplitude_v, frequency_hz, steps))

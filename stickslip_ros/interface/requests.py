@@ -20,7 +20,7 @@ from stickslip_ros.instrument.commands import (
     Request,
     number_name,
 )
-from stickslip_ros.instrument.joints import Joints
+from stickslip_ros.instrument.joints import NO_JOINTS, Joints
 from stickslip_ros.interface import messages as m
 from stickslip_ros.interface.cdr import (
     pack_float64,
@@ -60,14 +60,8 @@ def pack_request(request: Request, time_ns: int) -> Packed:
             frame = tagged(request.frame_id, request.tag)
             joints = m.JointMessage(request.stamp_ns, frame, *request.joints)
             return Packed(topic.key, time_ns, pack_joints(joints))
-        data = pack_command(
-            topic,
-            request.values,
-            request.stamp_ns,
-            request.frame_id,
-            request.cycles,
-            request.tag,
-        )
+        stamp_ns, frame_id, tag = request.stamp_ns, request.frame_id, request.tag
+        data = pack_command(topic, request.values, stamp_ns, frame_id, request.cycles, tag)
         return Packed(topic.key, time_ns, data)
     content: dict[str, object] = {
         'name': request.name,
@@ -214,18 +208,21 @@ def read_request(topic: Topic, data: bytes) -> Request:
 
     """
     message = unpack(topic.type_name, data)
-    values: Sequence[float]
+    values: Sequence[float] = ()
     cycles, tag = 1, ''
-    if isinstance(message, m.StampedMessage):
-        stamp_ns = _checked_stamp_ns(topic, message.stamp_ns)
+    if isinstance(message, m.StampedMessage | m.JointMessage):
+        stamp_ns = message.stamp_ns
+        if stamp_ns // NS_PER_S > INT32_MAX:  # more than 1e9 ns in a second: no header holds it
+            limit = f'above the {INT32_MAX} s of a header'
+            hint = 'send a stamp of this time, with nanoseconds below 1e9, or none'
+            raise OutOfRange(f'stamp of {topic.request}', stamp_ns, 'ns', limit, hint)
+        joints = NO_JOINTS
+        if isinstance(message, m.JointMessage):
+            joints = Joints(*message[2:])
+        else:
+            values = message.values
         frame_id, _, tag = message.frame_id.partition(TAG)
-        return Request(topic.request, message.values, (), stamp_ns, frame_id, tag=tag)
-    if isinstance(message, m.JointMessage):
-        stamp_ns = _checked_stamp_ns(topic, message.stamp_ns)
-        frame_id, _, tag = message.frame_id.partition(TAG)
-        return Request(
-            topic.request, (), (), stamp_ns, frame_id, joints=Joints(*message[2:]), tag=tag
-        )
+        return Request(topic.request, values, (), stamp_ns, frame_id, joints, tag=tag)
     if isinstance(message, m.ArrayMessage):
         axis, _, tag = ''.join(message.labels[:1]).partition(TAG)
         if topic.is_table:
@@ -266,15 +263,6 @@ def receive_request(topic: Topic, data: bytes) -> Request:
         hint = 'send fewer, or play the whole from a file with `stickslip replay`'
         raise OutOfRange(f'{topic.request} rows', rows, '', limit, hint)
     return request
-
-
-def _checked_stamp_ns(topic: Topic, stamp_ns: int) -> int:
-    """Return a stamp; refuse a stamp that no header holds (more than 1e9 ns in a second)."""
-    if stamp_ns // NS_PER_S > INT32_MAX:
-        limit = f'above the {INT32_MAX} s of a header'
-        hint = 'send a stamp of this time, with nanoseconds below 1e9, or none'
-        raise OutOfRange(f'stamp of {topic.request}', stamp_ns, 'ns', limit, hint)
-    return stamp_ns
 
 
 def _check_layout(topic: Topic, message: m.ArrayMessage, first: int) -> None:

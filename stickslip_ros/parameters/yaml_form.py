@@ -151,12 +151,14 @@ def _matches(section: str, drive: str = '') -> bool:
     return re.fullmatch(pattern, drive) is not None
 
 
-def _flat(section: object, origin: str) -> dict[str, object]:
+def _flat(node: object, origin: str, prefix: str = '') -> dict[str, object]:
     values: dict[str, object] = {}
-    for name, value in _flatten(section, '', origin):
-        if name in values:
-            raise RecordingError(origin, f'gives {name} twice', 'keep one of the two')
-        values[name] = value
+    for key, value in _items(node, origin):
+        name = f'{prefix}{key}'
+        below = _flat(value, origin, f'{name}.') if isinstance(value, dict) else {name: value}
+        if twice := values.keys() & below.keys():  # as a: {b: 1} and a.b: 2
+            raise RecordingError(origin, f'gives {min(twice)} twice', 'keep one of the two')
+        values |= below
     return values
 
 
@@ -164,14 +166,6 @@ def _items(node: object, origin: str) -> Iterator[tuple[str, object]]:
     if not isinstance(node, dict):
         raise WrongKind(origin, node, 'a table of names', _HINT)
     yield from ((str(key), value) for key, value in node.items())
-
-
-def _flatten(node: object, prefix: str, origin: str) -> Iterator[tuple[str, object]]:
-    for key, value in _items(node, origin):
-        if isinstance(value, dict):
-            yield from _flatten(value, f'{prefix}{key}.', origin)
-        else:
-            yield f'{prefix}{key}', value
 
 
 def read_yaml(text: str, origin: str, hint: str, limit: Any = budget.YAML_VALUES) -> object:

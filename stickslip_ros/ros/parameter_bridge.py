@@ -187,18 +187,14 @@ class CheckedNode(Node):  # type: ignore[misc]
         return super().set_parameters_atomically(changes)
 
 
-def is_live(name: str) -> bool:
-    """Return whether a running drive takes a parameter: a fault, or a limit of its moves."""
-    return name in specs() and spec_of(name).live
-
-
 Settings = tuple[tuple[str, Scalar], ...]
 """Full names of parameters and their values."""
 
 
 def live_settings(changes: list[Parameter]) -> tuple[Settings, Settings]:
     """Return the live parameters among some changes: faults, and others."""
-    live = [(p.name, spec_of(p.name).check(p.name, p.value)) for p in changes if is_live(p.name)]
+    own = [(p, spec_of(p.name)) for p in changes if p.name in specs()]
+    live = [(p.name, spec.check(p.name, p.value)) for p, spec in own if spec.live]
     faults = tuple(each for each in live if is_fault(each[0]))
     return faults, tuple(each for each in live if each not in faults)
 
