@@ -84,6 +84,7 @@ def move(curve: Record, memory: Record, u_m: float) -> None:
     if memory.depth == 0:
         memory.force_n = follow_virgin(curve, memory, u_m)
     else:
+        # Masing's rule: the virgin curve at twice its size, from the turning point.
         travel_m = memory.sense * (u_m - memory.turns[memory.depth, U])
         folded_n = memory.sense * 2.0 * virgin_force(curve, 0.5 * travel_m)
         memory.force_n = memory.turns[memory.depth, TURN_FORCE] + folded_n
@@ -106,6 +107,7 @@ def follow_virgin(curve: Record, memory: Record, u_m: float) -> float:
 def loop_length(turns: Array, depth: int) -> float:
     """Return the travel after which the loop of a turning point is closed, m."""
     length_m = abs(turns[depth, U] - turns[depth - 1, U])
+    # The first turning point is on the virgin curve: its loop closes at the mirrored point.
     return 2.0 * length_m if depth == 1 else length_m
 
 
@@ -124,6 +126,7 @@ def branch_loss(curve: Record, depth: int, travel_m: float) -> float:
 def reverse(curve: Record, memory: Record, u_m: float) -> None:
     """Reverse: push a turning point unless the branch is still in its linear core."""
     travel_m = abs(memory.u_m - memory.turns[memory.depth, U])
+    # In its core a branch is straight, so a reversal goes back on it without loss.
     core_m = curve.core_m if memory.depth == 0 else 2.0 * curve.core_m
     if travel_m > core_m:
         push_turn(curve, memory)
@@ -159,6 +162,7 @@ def close_loop(curve: Record, memory: Record) -> None:
     depth = memory.depth
     loop_j = branch_loss(curve, depth, loop_length(memory.turns, depth))
     memory.lost_j = memory.lost_j + loop_j - memory.base_j
+    # Both ends of a closed loop are forgotten: the force goes on as if it had not been.
     resume_branch(curve, memory, max(depth - 2, 0))
 
 

@@ -272,9 +272,11 @@ def slide_springs(
         own = range(bank.first[group], last + 1)
         youngest_s = math.inf
         for i in own:
+            # It was not pressed before this step, so its contact is new.
             if not old_m > bank.heights_m[i]:
                 springs.ages_s[i] = 0.0
             youngest_s = min(youngest_s, springs.ages_s[i])
+        # A force that sticks in the youngest contact sticks in each: no logarithm for these.
         all_stick = ratio_at_rest(ageing, youngest_s + dt_s)
         for i in own:
             limit_n = bank.limit_n_per_m[i] * max(new_m - bank.heights_m[i], 0.0)
@@ -375,6 +377,7 @@ def load_springs(
             threshold_m = compliance * max(depth_m - bank.heights_m[i], 0.0)
             forces_n[i] = bank.shear_n_per_m[i] * elongation(memory, threshold_m)
     low_m = -high_m
+    # Bisection, since the sum has a kink for each spring that begins to slip.
     for _ in range(SHIFT_ITERATIONS):
         middle_m = 0.5 * (low_m + high_m)
         if _shifted_sum(bank, forces_n, preload_n, middle_m) < memory.force_n:

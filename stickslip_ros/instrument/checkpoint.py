@@ -81,6 +81,7 @@ def unpack_checkpoint(data: bytes) -> tuple[Parameters, Any, Any]:
         raise _refusal('is damaged: its SHA-256 differs', 'take another copy of the file')
     unpacker = zlib.decompressobj()
     try:
+        # Not `zlib.decompress`: a small file may unpack to gigabytes.
         text = unpacker.decompress(body, SIZE_MAX)
     except zlib.error:
         raise _refusal('is not compressed', HINT) from None

@@ -211,6 +211,7 @@ class ClosedLoop:
         self.in_position = tolerance_m == NONE or error_m <= tolerance_m
         if not self.in_position or not observation.arrived:
             self._outside_ns = observation.time_ns
+        # A scan moves less than counts as progress: only bursts of steps can be blocked.
         if error_m < self._nearest_m - self._progress_m or not self._loop.is_coarse:
             self._nearest_m = error_m
             self._progress_ns = observation.time_ns

@@ -256,6 +256,7 @@ class Motion:
         """End the running move; without an event if its sender replaces a set point."""
         running, loop = self._running, self._loop
         is_next = running is not None and _continues(running.command, command)
+        # A stream of set points would otherwise give an event for each message.
         if not is_next or command.name not in _SET_POINTS:
             why = f'replaced by command {command.number}'
             self.end(Outcome(Result.ABORTED, why), observation)

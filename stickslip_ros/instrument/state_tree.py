@@ -190,6 +190,7 @@ def _check(values: Any, name: str, place: str) -> None:
             _check(values[each], each, f'{place}.{each}')
         return
     if kind == FLAG:
+        # As bytes: numpy shows a 2 of a file as true, and a kernel would compute with it.
         values, expected = values.view(np.uint8), '0 or 1'
         is_right = values <= 1
     elif kind == COUNT:

@@ -112,6 +112,7 @@ def pack_stamp(stamp_ns: int) -> bytes:
 def frame_field(frame_id: str) -> bytes:
     """Pack the frame of a ``std_msgs/msg/Header``, with the padding that numbers need."""
     text = _text_field(frame_id)
+    # 8: seconds and nanoseconds of the stamp stand in front.
     return text + _padding(8 + len(text), 8)
 
 

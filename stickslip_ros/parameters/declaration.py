@@ -232,6 +232,7 @@ class Checked:
 
     def with_checked(self: _Group, values: Mapping[str, object]) -> _Group:
         """Return a copy with other values, each of which is already checked."""
+        # Not by the class, whose `__post_init__` would check every value again.
         changed = object.__new__(type(self))
         changed.__dict__.update(self.__dict__, **values)
         changed.check_together()

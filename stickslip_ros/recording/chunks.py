@@ -106,6 +106,7 @@ def unpack_chunk(chunk: Chunk) -> bytes:
         if (announced := zstandard.frame_content_size(data)) in {-1, size}:
             data = zstandard.decompress(data, size)
     elif chunk.compression == 'lz4':
+        # One byte more than announced: a frame that is too long is seen, and no bomb unpacks.
         data = LZ4FrameDecompressor().decompress(data, max_length=size + 1)
     elif chunk.compression:
         raise ValueError(f'its compression {chunk.compression!r} is not known')

@@ -34,7 +34,7 @@ ON_TIME = 1e-9
 class Interferometer(
     Reader, past_m=(FLOAT, (-1,)), walk=Noise, is_referenced=bool, position_m=ANY_FLOAT
 ):
-    """The interferometer."""
+    """Counts fringes: it knows no absolute position, and a lost beam stays lost until zeroed."""
 
     is_referenced: bool  # Whether the zero was set
     position_m: float  # Mean reading of the last block; NaN without a reading

@@ -51,7 +51,7 @@ def read_forces(sensors: Record, trace: Array, sees: int, column: int, noise: Ar
 
 
 class LoadCell(Reader):
-    """The load cell."""
+    """Reads the force in its spring; hysteresis and saturation come before the tare."""
 
     KIND = sensor_kind(
         {
