@@ -56,7 +56,7 @@ _OPPOSING = (
 _FRICTION = 'contact.friction', 'contact.friction_rate', 'contact.friction_ageing'
 OF_FORCES = ('N', 'kg', 'J')
 """Units of quantities that show the scale of the forces."""
-APART_MAX = 3.0
+TENSION_MAX = 3.0
 """Most standard errors between an assumed value and that of the readings in a fit that holds."""
 
 

@@ -29,7 +29,7 @@ from stickslip_ros.lab.fitting.missing import CYCLIC, ODDS_SURE, Missing, missin
 from stickslip_ros.lab.fitting.problem import Problem, pose, silent
 from stickslip_ros.lab.fitting.report import Fit
 from stickslip_ros.lab.fitting.search import (
-    SURELY,
+    CERTAIN_FACTOR,
     Minimum,
     distinct,
     notes_of,
@@ -162,7 +162,7 @@ def fit_experiments(
         ends = search_all(problem, options.starts, options.seed, options.workers, count_search)
         problem, here = min(ends, key=lambda end: end[1].chi_square)
         refined, others, missing = list[Minimum](), list[Minimum](), tuple[Missing, ...]()
-        near = [each for _, each in ends if each.chi_square < SURELY * here.chi_square]
+        near = [each for _, each in ends if each.chi_square < CERTAIN_FACTOR * here.chi_square]
         if problem.has_traces:
             problem, refined, missing = _settled(problem, here, options)
             here = refined[-1]

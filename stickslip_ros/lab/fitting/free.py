@@ -105,7 +105,7 @@ class Coordinate:
         """Return the value of a coordinate, within the bounds."""
         return min(max(self._unbounded(coordinate), self.lower), self.upper)
 
-    def beyond(self, coordinate: float) -> float:
+    def excess(self, coordinate: float) -> float:
         """Return how far a coordinate is beyond a bound; below the lower one it is negative."""
         within = self.to_value(coordinate)
         is_within = math.isclose(self._unbounded(coordinate), within)
