@@ -131,12 +131,7 @@ def _to_str(name: str, value: object, _: str) -> str:
     return value
 
 
-CONVERTERS: Mapping[type, Any] = {
-    float: _to_float,
-    int: _to_int,
-    bool: _to_bool,
-    str: _to_str,
-}
+CONVERTERS: Mapping[type, Any] = {float: _to_float, int: _to_int, bool: _to_bool, str: _to_str}
 
 
 def quantity(
@@ -172,12 +167,7 @@ def counts(default: tuple[int, ...], text: str, *, bounds: tuple[int, int], sour
 
 
 def choice(
-    default: str,
-    choices: tuple[str, ...],
-    text: str,
-    *,
-    source: str = ASSUMED,
-    live: bool = False,
+    default: str, choices: tuple[str, ...], text: str, *, source: str = ASSUMED, live: bool = False
 ) -> Any:
     """Declare a choice among words."""
     return declare_field(Spec(str, default, '', source, text, choices=choices, live=live))

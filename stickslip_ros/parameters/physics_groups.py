@@ -51,10 +51,7 @@ class ContactParameters(Checked):
         source='Eq. 18',
     )
     law: str = choice(
-        'mdr',
-        LAWS,
-        'contact model of the paper, or a rival friction law',
-        source='Section 3',
+        'mdr', LAWS, 'contact model of the paper, or a rival friction law', source='Section 3'
     )
     radius: float = quantity(
         0.5e-3, 'm', 'radius R of a hemisphere', bounds=(1e-6, 1.0), source=TABLE_1
@@ -122,10 +119,7 @@ class ContactParameters(Checked):
         1e-6, 'm', 'slip D_c that renews an aged contact', bounds=(1e-10, 1e-3)
     )
     friction_velocity: float = quantity(
-        1e-3,
-        'm/s',
-        'velocity v0 of steady sliding with contact.friction',
-        bounds=(1e-9, 10.0),
+        1e-3, 'm/s', 'velocity v0 of steady sliding with contact.friction', bounds=(1e-9, 10.0)
     )
     friction_cutoff: float = quantity(
         1e-4,
@@ -245,10 +239,7 @@ class StandParameters(Checked):
     )
     travel_max: float = quantity(5e-3, 'm', 'position of the upper end stop', bounds=(1e-7, 1.0))
     stop_stiffness: float = quantity(
-        0.0,
-        'N/m',
-        'stiffness of the end stops; 0: no end stops',
-        bounds=(0.0, 1e9),
+        0.0, 'N/m', 'stiffness of the end stops; 0: no end stops', bounds=(0.0, 1e9)
     )
 
 
@@ -407,11 +398,7 @@ class AmplifierParameters(Checked):
         20e3, 'Hz', 'highest saw-tooth frequency that a command may ask for', bounds=(1.0, 1e6)
     )
     bandwidth: float = quantity(
-        0.0,
-        'Hz',
-        'first-order low-pass of the output; 0: none',
-        bounds=(0.0, 1e9),
-        typical=2e5,
+        0.0, 'Hz', 'first-order low-pass of the output; 0: none', bounds=(0.0, 1e9), typical=2e5
     )
     resolution: float = quantity(
         0.0, 'V', 'step of the digital-to-analogue converter; 0: none', bounds=(0.0, 10.0)
@@ -428,22 +415,12 @@ class AmplifierParameters(Checked):
         refuse_below_unless_zero('amplifier.bandwidth', self.bandwidth, SLOWEST_HZ, 'Hz')
         if self.voltage_min >= self.voltage_max:
             limit = f'not below amplifier.voltage_max, {self.voltage_max:g} V'
-            raise OutOfRange(
-                'amplifier.voltage_min',
-                self.voltage_min,
-                'V',
-                limit,
-                'lower it or raise amplifier.voltage_max',
-            )
+            hint = 'lower it or raise amplifier.voltage_max'
+            raise OutOfRange('amplifier.voltage_min', self.voltage_min, 'V', limit, hint)
         if not self.voltage_min <= self.voltage_initial <= self.voltage_max:
             limit = f'outside {self.voltage_min:g} to {self.voltage_max:g} V'
-            raise OutOfRange(
-                'amplifier.voltage_initial',
-                self.voltage_initial,
-                'V',
-                limit,
-                'move it between amplifier.voltage_min and amplifier.voltage_max',
-            )
+            hint = 'move it between amplifier.voltage_min and amplifier.voltage_max'
+            raise OutOfRange('amplifier.voltage_initial', self.voltage_initial, 'V', limit, hint)
 
 
 @dataclass(frozen=True)
