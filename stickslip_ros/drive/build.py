@@ -26,8 +26,8 @@ from stickslip_ros.drive.division import (
     switch_all_to_springs,
 )
 from stickslip_ros.drive.layout import (
+    COMMON_MOTION,
     NO_LAW_OF_SHARES,
-    TOGETHER,
     FeetMotion,
     contacts_at,
     driven_feet,
@@ -117,7 +117,7 @@ def plant_of(parameters: Parameters) -> Record:
     if parameters.contact.travel:
         plant.track = lines_of(parameters.contact, radii_of(parameters.contact, parameters.feet))
     motions = motions_of(parameters)
-    if list(motions) != [TOGETHER]:
+    if list(motions) != [COMMON_MOTION]:
         _separate_motions(plant, parameters, motions)
     tolerance = parameters.actuator.gain_tolerance
     if tolerance and parameters.contact.law == 'coulomb':

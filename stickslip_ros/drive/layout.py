@@ -39,7 +39,7 @@ class FeetMotion(NamedTuple):
     delay_s: float
 
 
-TOGETHER = FeetMotion(1.0, 0.0)
+COMMON_MOTION = FeetMotion(1.0, 0.0)
 """All feet move at once and equally, as in the paper."""
 
 
@@ -61,7 +61,7 @@ def motions_of(parameters: Parameters) -> dict[FeetMotion, list[int]]:
     motions: dict[FeetMotion, list[int]] = {}
     for i, each in enumerate(kinds_of(parameters.contact, parameters.feet)):
         motions.setdefault(motion_of(each), []).append(i)
-    if parameters.contact.law == 'coulomb' and list(motions) != [TOGETHER]:
+    if parameters.contact.law == 'coulomb' and list(motions) != [COMMON_MOTION]:
         hint = 'set it to 1 and feet.delay to 0, or take another contact.law'
         raise OutOfRange('feet.gain', list(parameters.feet.gain), '', NO_LAW_OF_SHARES, hint)
     return motions

@@ -204,7 +204,7 @@ PIEZO_STATE = kind(
 )
 """State of amplifier and piezo."""
 
-LATE = kind(
+DELAYED_ACTUATOR = kind(
     # Present piece of the remembered voltage, and the time since its start
     corner=COUNT,
     at_s=FLOAT,
@@ -273,7 +273,7 @@ STATE = kind(
     sums=SUMS,  # Energy and position integrals
     piezo=PIEZO_STATE,
     history=HISTORY,
-    late=(LATE, (FEET_MAX,)),
+    late=(DELAYED_ACTUATOR, (FEET_MAX,)),
     feet=(FOOT_MOTION, (CONTACTS,)),
     # Displacement of each contact's feet against the frame, and the part that does not follow the
     # piezo

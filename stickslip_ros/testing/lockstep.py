@@ -30,7 +30,7 @@ from stickslip_ros.testing.operator import run_callbacks
 
 WAIT_S = 0.02
 """Wall-clock time between two checks of a waiting thread."""
-ALIKE = 0.85
+LIKENESS_MIN = 0.85
 """Likeness of a name to that of a command above which it is misspelt."""
 LEAVE_S = 1.0
 """Wall-clock time for a callback to return after the test has given up waiting."""
@@ -198,7 +198,7 @@ class Lockstep:
             name, place = each.topic_name, f'{space}{PREFIX}'
             [near] = get_close_matches(name, self._commands, 1, 0.0)
             is_here = name.startswith(space) and name.count('/') == place.count('/')
-            is_like = is_here and get_close_matches(name, [near], 1, ALIKE)
+            is_like = is_here and get_close_matches(name, [near], 1, LIKENESS_MIN)
             is_meant = (name.startswith(place) or is_like) and name not in self._commands
             if is_meant and not each.get_subscription_count():
                 who = self._node.get_fully_qualified_name()

@@ -32,7 +32,7 @@ def test_a_node_is_spun_until_its_end_and_then_destroyed(
     def count() -> None:
         calls.append(None)
         if len(calls) > 2:
-            stopping._asked.set()
+            stopping._stop.set()
 
     node.create_timer(1e-3, count)
     with SingleThreadedExecutor(context=node.context) as executor:
