@@ -28,7 +28,7 @@ AIM_OF_CONVERTER = 0.5
 """AIM with a converter, whose level may differ from the command by half its step."""
 ARRIVED_SHARE = 1e-4
 """Share of the range within which a voltage after a low-pass has arrived."""
-TREAD_ROUNDING = 1e-9
+LOOK_AHEAD_SHARE = 1e-9
 """Share of its step by which the converter looks ahead, past a level that it has just reached."""
 
 
@@ -96,7 +96,7 @@ def convert(
         return round(target_v / step_v) * step_v, 0.0, corner_s
     if step_v < max(abs(slope_v_per_s) * plant.tread_s, SETTLED_V):
         return target_v, slope_v_per_s, corner_s
-    level = float(round(target_v / step_v + math.copysign(TREAD_ROUNDING, slope_v_per_s)))
+    level = float(round(target_v / step_v + math.copysign(LOOK_AHEAD_SHARE, slope_v_per_s)))
     next_v = (level + math.copysign(0.5, slope_v_per_s)) * step_v
     next_s = (next_v - target_v) / slope_v_per_s
     if clock_s + next_s <= clock_s:
