@@ -1,7 +1,7 @@
 """
 The types of the public names: quantities are SI numbers or typed, a mapping is a stand too.
 
-Here alone: within the package, ``reading`` has made numbers and Parameters of them.
+Here alone: within the package, ``checked_arguments`` has made numbers and Parameters of them.
 
 """
 

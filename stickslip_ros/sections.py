@@ -22,11 +22,10 @@ class Section(NamedTuple):
     draw: Callable[[], Any] | None = None
 
 
-class Shown:
-    """Base of results that a notebook shows as sections."""
+class NotebookView:
+    """Base of results: a notebook shows their sections as HTML."""
 
     def sections(self) -> Iterable[Section]:
-        """Return the sections of the result."""
         raise NotImplementedError
 
     def _repr_html_(self) -> str:
@@ -42,7 +41,7 @@ def html_of(section: Section, heading: str = 'h4', picture: str = '') -> str:
     return '\n'.join([*lines, *(f'<p>{_text(note)}</p>' for note in section.notes)])
 
 
-def number(name: str, value: float, digits: str, unit: str = '') -> tuple[str, str, str]:
+def si_row(name: str, value: float, digits: str, unit: str = '') -> tuple[str, str, str]:
     """Return the row of an SI number in a unit of FACTORS, with a format such as ``.4f``."""
     return name, f'{value * FACTORS[unit]:{digits}}', unit
 
@@ -63,7 +62,7 @@ def rows_of(result: Any) -> list[tuple[str, str, str]]:
     return rows
 
 
-def plain(value: Any) -> Any:
+def as_json(value: Any) -> Any:
     """Convert a value for JSON: records to objects, numbers that are not finite to None."""
     if dataclasses.is_dataclass(value):
         value = {each.name: getattr(value, each.name) for each in dataclasses.fields(value)}
@@ -72,9 +71,9 @@ def plain(value: Any) -> Any:
     elif hasattr(value, 'tolist'):
         value = value.tolist()
     if isinstance(value, dict):
-        return {name: plain(part) for name, part in value.items()}
+        return {name: as_json(part) for name, part in value.items()}
     if isinstance(value, list | tuple):
-        return [plain(part) for part in value]
+        return [as_json(part) for part in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 

@@ -122,7 +122,7 @@ def joined(words: Sequence[str]) -> list[str]:
     """Join each typed unit to the number before it: ``60``, ``nm`` become ``60nm``."""
     found: list[str] = []
     for word in words:
-        after_number = found and quantity(re.split('[=:,@]', found[-1])[-1], '') is not None
+        after_number = found and parse_quantity(re.split('[=:,@]', found[-1])[-1], '') is not None
         if after_number and any(power_of_ten(word, unit) is not None for unit in TYPED):
             found[-1] += word
         else:
@@ -130,7 +130,7 @@ def joined(words: Sequence[str]) -> list[str]:
     return found
 
 
-def quantity(text: str, si_unit: str) -> float | None:
+def parse_quantity(text: str, si_unit: str) -> float | None:
     """Return the SI value of ``60nm``, ``60 nm`` or ``60e-9``; None if the text is no quantity."""
     found = _QUANTITY.fullmatch(text.strip())
     if found is None:

@@ -184,10 +184,11 @@ RESULTS = {
 def test_every_public_name_reads_its_arguments(name: str):
     public = getattr(stickslip_ros, name)
     if isinstance(public, type):
-        methods = [name for name, each in vars(public).items() if hasattr(each, 'is_reading')]
+        calls = vars(public).items()
+        methods = [each for each, call in calls if hasattr(call, 'checks_arguments')]
         assert '__init__' in methods
     else:
-        assert public.is_reading
+        assert public.checks_arguments
 
 
 def test_public_names_keep_signature_documentation_and_place():

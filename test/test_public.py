@@ -76,7 +76,7 @@ def reading_calls() -> Iterator[tuple[str, Signature]]:
             f'{name}.{each}': call for each, call in vars(public).items()
         }  # fmt: skip
         for each, call in calls.items():
-            if getattr(call, 'is_reading', False):
+            if getattr(call, 'checks_arguments', False):
                 yield each, signature(call)
 
 

@@ -19,13 +19,13 @@ from stickslip_ros.contact.profile import (
 )
 from stickslip_ros.contact.roughness import Spectrum, rough_line, rough_prefactor_1d
 from stickslip_ros.kernels.record import Record
-from stickslip_ros.parameters import ContactParameters, Parameters, reading
+from stickslip_ros.parameters import ContactParameters, Parameters, checked_arguments
 
 PROFILES_KEPT = 64
 """Profiles kept for the next call: a rough line takes milliseconds to build."""
 
 
-@reading
+@checked_arguments
 def presliding(parameters: Parameters, *, normal_force_n: float) -> Presliding:
     """
     Solve one hemisphere under a constant normal force, in closed form.
@@ -55,7 +55,7 @@ def presliding(parameters: Parameters, *, normal_force_n: float) -> Presliding:
     """
     contact = parameters.contact
     elasticity = elasticity_of(contact)
-    return mdr.presliding(profile_of(contact), elasticity, contact.friction, normal_force_n)
+    return mdr.solve_presliding(profile_of(contact), elasticity, contact.friction, normal_force_n)
 
 
 def elasticity_of(contact: ContactParameters) -> Elasticity:
@@ -70,10 +70,7 @@ def profile_of(contact: ContactParameters, index: int = 0) -> Profile:
     """
     Return the profile that ``contact.profile`` names; the seed of a rough line adds ``index``.
 
-    Raises
-    ------
-    OutOfRange
-        If a rough line is asked for whose grid does not resolve its cut-offs.
+    Raises OutOfRange if a rough line is asked for whose grid does not resolve its cut-offs.
 
     """
     if contact.profile == 'smooth':
@@ -120,10 +117,7 @@ def rough_line_profile(
     """
     Return a rough parabola g(x) = x^2/R + h(x) (Eq. 14), centred below the sphere.
 
-    Raises
-    ------
-    OutOfRange
-        If the grid does not resolve the spectrum.
+    Raises OutOfRange if the grid does not resolve the spectrum.
 
     """
     spacing_m = length_m / points

@@ -25,21 +25,12 @@ INDENTATIONS_KEPT = 64
 
 @dataclass(frozen=True)
 class Elasticity:
-    """
-    Effective moduli of a pair of bodies.
+    """Effective moduli of a pair of bodies."""
 
-    Attributes
-    ----------
-    normal_pa : float
-        E*, Pa (Eq. 5). A spring of the foundation has the normal stiffness E* dx.
-    shear_pa : float
-        G*, Pa (Eq. 6). A spring has the tangential stiffness G* dx, so the full-stick
-        stiffness of a contact of radius a is 2 G* a. Johnson, Mindlin and most DEM codes
-        call a quarter of this value G*.
-
-    """
-
-    normal_pa: float
+    normal_pa: float  # E*, Pa (Eq. 5). A spring of the foundation has the normal stiffness E* dx
+    # G*, Pa (Eq. 6). A spring has the tangential stiffness G* dx, so the full-stick stiffness of
+    # a contact of radius a is 2 G* a. Johnson, Mindlin and most DEM codes call a quarter of this
+    # value G*
     shear_pa: float
 
     @property
@@ -72,23 +63,11 @@ def effective_elasticity(
 
 @dataclass(frozen=True)
 class Indentation:
-    """
-    A contact under a constant normal force.
+    """A contact under a constant normal force."""
 
-    Attributes
-    ----------
-    normal_force_n : float
-        F_n, N.
-    depth_m : float
-        Indentation d = g(a), m (Eq. 25).
-    radius_m : float
-        Contact radius a, m; half the length in contact where there are many patches.
-
-    """
-
-    normal_force_n: float
-    depth_m: float
-    radius_m: float
+    normal_force_n: float  # F_n, N
+    depth_m: float  # indentation d = g(a), m (Eq. 25)
+    radius_m: float  # contact radius a, m; half the length in contact where there are many patches
 
 
 def normal_force(profile: Profile, elasticity: Elasticity, depth_m: Array | float) -> Array:
@@ -101,10 +80,7 @@ def indent(profile: Profile, elasticity: Elasticity, normal_force_n: float) -> I
     """
     Solve the normal problem for a force F_n > 0.
 
-    Raises
-    ------
-    OutOfRange
-        If the force is not positive and finite, or the profile is too short for it.
+    Raises OutOfRange if the force is not positive and finite, or the profile is too short for it.
 
     """
     if not normal_force_n > 0.0:
@@ -205,16 +181,13 @@ class Presliding:
         return np.maximum(self.indentation.depth_m - used_m, 0.0)
 
 
-def presliding(
+def solve_presliding(
     profile: Profile, elasticity: Elasticity, friction: float, normal_force_n: float
 ) -> Presliding:
     """
     Prepare the tangential problem under a constant normal force F_n > 0, with mu > 0.
 
-    Raises
-    ------
-    OutOfRange
-        If the force is not positive and finite.
+    Raises OutOfRange if the force is not positive and finite.
 
     """
     return Presliding(profile, elasticity, friction, indent(profile, elasticity, normal_force_n))

@@ -21,7 +21,7 @@ from typing import NamedTuple
 from stickslip_ros.arrays import Array
 from stickslip_ros.contact.virgin import virgin_energy, virgin_force, virgin_stiffness
 from stickslip_ros.kernels.kernel import kernel
-from stickslip_ros.kernels.record import COUNT, FLOAT, Kind, Record, kind, record
+from stickslip_ros.kernels.record import COUNT, FLOAT, Record, RecordKind, kind, record
 
 CAPACITY = 1024
 """Turning points that a stack holds; `push_turn` guards it: it forgets pairs before."""
@@ -32,7 +32,7 @@ U, TURN_FORCE, TURN_ERROR = 0, 1, 2
 """Columns of ``turns``: displacement (m), force (N), known force error (N)."""
 
 
-def memory_kind(capacity: int) -> Kind:
+def memory_kind(capacity: int) -> RecordKind:
     """Return the type of a memory of a number of turning points."""
     return kind(
         u_m=FLOAT,  # Relative displacement of the runner against the feet, m
@@ -84,6 +84,7 @@ def move(curve: Record, memory: Record, u_m: float) -> None:
     if memory.depth == 0:
         memory.force_n = follow_virgin(curve, memory, u_m)
     else:
+        # Masing's rule: the virgin curve at twice its size, from the turning point.
         travel_m = memory.sense * (u_m - memory.turns[memory.depth, U])
         folded_n = memory.sense * 2.0 * virgin_force(curve, 0.5 * travel_m)
         memory.force_n = memory.turns[memory.depth, TURN_FORCE] + folded_n
@@ -106,6 +107,7 @@ def follow_virgin(curve: Record, memory: Record, u_m: float) -> float:
 def loop_length(turns: Array, depth: int) -> float:
     """Return the travel after which the loop of a turning point is closed, m."""
     length_m = abs(turns[depth, U] - turns[depth - 1, U])
+    # The first turning point is on the virgin curve: its loop closes at the mirrored point.
     return 2.0 * length_m if depth == 1 else length_m
 
 
@@ -124,6 +126,7 @@ def branch_loss(curve: Record, depth: int, travel_m: float) -> float:
 def reverse(curve: Record, memory: Record, u_m: float) -> None:
     """Reverse: push a turning point unless the branch is still in its linear core."""
     travel_m = abs(memory.u_m - memory.turns[memory.depth, U])
+    # In its core a branch is straight, so a reversal goes back on it without loss.
     core_m = curve.core_m if memory.depth == 0 else 2.0 * curve.core_m
     if travel_m > core_m:
         push_turn(curve, memory)
@@ -159,6 +162,7 @@ def close_loop(curve: Record, memory: Record) -> None:
     depth = memory.depth
     loop_j = branch_loss(curve, depth, loop_length(memory.turns, depth))
     memory.lost_j = memory.lost_j + loop_j - memory.base_j
+    # Both ends of a closed loop are forgotten: the force goes on as if it had not been.
     resume_branch(curve, memory, max(depth - 2, 0))
 
 
@@ -228,28 +232,16 @@ def _sweep(curve: Record, turns: Array, depth: int, allowance_n: float) -> int:
 
 
 class Branch(NamedTuple):
-    """
-    A branch of the force-displacement curve: T = force + sense fold T_v(travel / fold).
+    """A branch of the force-displacement curve: T = force + sense fold T_v(travel / fold)."""
 
-    Attributes
-    ----------
-    origin_m, force_n : float
-        Turning point at its start; force 0 on the virgin curve.
-    sense : float
-        Direction, +1 or -1.
-    fold, unfold : float
-        2 on a Masing branch, 1 on the virgin curve; and the inverse.
-    reach_m : float
-        Travel at which a loop closes and the branch ends.
-
-    """
-
+    # turning point at its start; force 0 on the virgin curve
     origin_m: float
     force_n: float
-    sense: float
+    sense: float  # direction, +1 or -1
+    # 2 on a Masing branch, 1 on the virgin curve; and the inverse
     fold: float
     unfold: float
-    reach_m: float
+    reach_m: float  # travel at which a loop closes and the branch ends
 
 
 @kernel

@@ -36,30 +36,17 @@ class Profile(Protocol):
         """
         Return the depth of a pressed area > 0, m.
 
-        Raises
-        ------
-        OutOfRange
-            If the profile is too short for it.
+        Raises OutOfRange if the profile is too short for it.
 
         """
 
 
 @dataclass(frozen=True)
 class PowerProfile:
-    """
-    Profile g(x) = sum_i Q_i |x|^n_i of a rigid indenter on the elastic foundation.
+    """Profile g(x) = sum_i Q_i |x|^n_i of a rigid indenter on the elastic foundation."""
 
-    Attributes
-    ----------
-    prefactors : tuple of float
-        Q_i > 0, m^(1 - n_i).
-    exponents : tuple of float
-        n_i > 0.
-
-    """
-
-    prefactors: tuple[float, ...]
-    exponents: tuple[float, ...]
+    prefactors: tuple[float, ...]  # Q_i > 0, m^(1 - n_i)
+    exponents: tuple[float, ...]  # n_i > 0
 
     def height(self, x_m: Array | float) -> Array:
         """Return g(x), m (any shape): the smallest indentation that reaches x."""
@@ -126,17 +113,10 @@ class LineProfile:
     The order of the springs does not matter at constant load, so the heights are sorted once and
     sums over pressed springs are prefix sums.
 
-    Attributes
-    ----------
-    spacing_m : float
-        Distance dx of the springs, m.
-    heights_m : array, shape (springs,)
-        Heights above the lowest point, m, in the order of the springs.
-
     """
 
-    spacing_m: float
-    heights_m: Array
+    spacing_m: float  # distance dx of the springs, m
+    heights_m: Array  # heights above the lowest point, m, in the order of the springs
 
     @cached_property
     def limit_m(self) -> float:
@@ -161,10 +141,7 @@ class LineProfile:
         """
         Return the number of springs below a depth >= 0, m (any shape), as floats.
 
-        Raises
-        ------
-        OutOfRange
-            If the contact reaches an end of the line.
+        Raises OutOfRange if the contact reaches an end of the line.
 
         """
         depth = np.asarray(depth_m, dtype=float)

@@ -152,6 +152,8 @@ def _react_by_springs(
         force_n, lost_j = move_springs(contact.bank, state.springs, du_m, before_n, preload_n)
     lost_j += memory.lost_j
     slips = abs(force_n) >= (1.0 - SLIP_SLACK) * friction_limit(contact.bank, preload_n)
+    # In full slip each spring is at its limit, which one turning point says as well; turning
+    # points hold at constant preload and friction only.
     state.on_springs = not slips or preload_n != contact.preload_n or ageing.on
     if state.on_springs:
         set_memory(memory, u_m, force_n, memory.sense, lost_j, 0.0)

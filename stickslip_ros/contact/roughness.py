@@ -32,17 +32,6 @@ class Spectrum:
     """
     Isotropic power spectrum of a self-affine roughness.
 
-    Attributes
-    ----------
-    hurst : float
-        Hurst exponent H, in (0, 1].
-    rms_height_m : float
-        Root mean square of the heights, m.
-    lower_cutoff_per_m, upper_cutoff_per_m : float
-        Lowest and highest wave number, rad/m.
-    rolloff_per_m : float
-        Wave number below which C_2D is constant, rad/m; 0 for none.
-
     Raises
     ------
     OutOfRange
@@ -50,14 +39,14 @@ class Spectrum:
 
     """
 
-    hurst: float
-    rms_height_m: float
+    hurst: float  # Hurst exponent H, in (0, 1]
+    rms_height_m: float  # root mean square of the heights, m
+    # lowest and highest wave number, rad/m
     lower_cutoff_per_m: float
     upper_cutoff_per_m: float
-    rolloff_per_m: float = 0.0
+    rolloff_per_m: float = 0.0  # wave number below which C_2D is constant, rad/m; 0 for none
 
     def __post_init__(self) -> None:
-        """Refuse an impossible spectrum."""
         if not 0.0 < self.hurst <= 1.0:
             hint = 'take one such as 0.7'
             raise OutOfRange('Hurst exponent', self.hurst, '', 'outside (0, 1]', hint)
@@ -109,11 +98,8 @@ class Spectrum:
         """
         Refuse a grid that does not resolve the spectrum.
 
-        Raises
-        ------
-        OutOfRange
-            If the longest wave is longer than the grid, if the shortest wave is shorter than two
-            spacings, or if there are fewer than two waves between the cut-offs.
+        Raises OutOfRange if the longest wave is longer than the grid, if the shortest wave is
+        shorter than two spacings, or if there are fewer than two waves between the cut-offs.
 
         """
         _check_positive('length', length_m, 'm')

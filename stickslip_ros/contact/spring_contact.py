@@ -14,12 +14,12 @@ from stickslip_ros.contact.springs import (
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.kernels.kernel import entry_point
 from stickslip_ros.kernels.record import record
-from stickslip_ros.parameters import Parameters, reading
+from stickslip_ros.parameters import Parameters, checked_arguments
 
 _move = entry_point(move_springs)
 
 
-@reading
+@checked_arguments
 class SpringContact:
     """
     One hemisphere under any history of normal force and displacement, by its springs.
@@ -66,10 +66,7 @@ class SpringContact:
 
         Springs that lose contact forget their force; springs that come into contact have none.
 
-        Raises
-        ------
-        OutOfRange
-            If the normal force is below 0 or above the largest.
+        Raises OutOfRange if the normal force is below 0 or above the largest.
 
         """
         if not 0.0 <= normal_force_n <= self._largest_n:

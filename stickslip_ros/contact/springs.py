@@ -29,7 +29,7 @@ from stickslip_ros.contact.mdr import Elasticity
 from stickslip_ros.contact.memory import elongation
 from stickslip_ros.contact.profile import Profile
 from stickslip_ros.kernels.kernel import kernel, noinline_kernel
-from stickslip_ros.kernels.record import COUNT, FLOAT, Kind, Record, kind, record
+from stickslip_ros.kernels.record import COUNT, FLOAT, Record, RecordKind, kind, record
 from stickslip_ros.parameters import FEET_MAX
 
 SPRINGS_IN_ALL = 128
@@ -50,7 +50,7 @@ CLASSES_KEPT = 32
 """Groups whose classes are kept for the next drive; they fit any preload up to the largest."""
 
 
-def bank_kind(springs: int) -> Kind:
+def bank_kind(springs: int) -> RecordKind:
     """Return the type of a bank with room for a number of springs."""
     per_spring = (FLOAT, (springs,))
     return kind(
@@ -77,7 +77,7 @@ def bank_kind(springs: int) -> Kind:
 BANK = bank_kind(SPRINGS_IN_ALL)
 
 
-def springs_kind(springs: int) -> Kind:
+def springs_kind(springs: int) -> RecordKind:
     """Return the type of the state of a number of springs."""
     per_spring = (FLOAT, (springs,))
     return kind(
@@ -92,26 +92,12 @@ SPRINGS_STATE = springs_kind(SPRINGS_IN_ALL)
 
 
 class Group(NamedTuple):
-    """
-    Equal contacts.
+    """Equal contacts."""
 
-    Attributes
-    ----------
-    profile : Profile
-        The indenter.
-    contacts : int
-        Number of contacts.
-    share : float
-        Normal force of each per preload.
-    weight_n : float
-        Normal force of each without preload, N.
-
-    """
-
-    profile: Profile
-    contacts: int
-    share: float
-    weight_n: float = 0.0
+    profile: Profile  # the indenter
+    contacts: int  # number of contacts
+    share: float  # normal force of each per preload
+    weight_n: float = 0.0  # normal force of each without preload, N
 
 
 def spring_bank(
@@ -126,10 +112,7 @@ def spring_bank(
 
     A record of BANK has room for SPRINGS_IN_ALL.
 
-    Raises
-    ------
-    OutOfRange
-        If a profile is too short for the largest preload.
+    Raises OutOfRange if a profile is too short for the largest preload.
 
     """
     rows = [_classes(group, elasticity, preload_max_n, springs) for group in groups]
@@ -289,9 +272,11 @@ def slide_springs(
         own = range(bank.first[group], last + 1)
         youngest_s = math.inf
         for i in own:
+            # It was not pressed before this step, so its contact is new.
             if not old_m > bank.heights_m[i]:
                 springs.ages_s[i] = 0.0
             youngest_s = min(youngest_s, springs.ages_s[i])
+        # A force that sticks in the youngest contact sticks in each: no logarithm for these.
         all_stick = ratio_at_rest(ageing, youngest_s + dt_s)
         for i in own:
             limit_n = bank.limit_n_per_m[i] * max(new_m - bank.heights_m[i], 0.0)
@@ -392,6 +377,7 @@ def load_springs(
             threshold_m = compliance * max(depth_m - bank.heights_m[i], 0.0)
             forces_n[i] = bank.shear_n_per_m[i] * elongation(memory, threshold_m)
     low_m = -high_m
+    # Bisection, since the sum has a kink for each spring that begins to slip.
     for _ in range(SHIFT_ITERATIONS):
         middle_m = 0.5 * (low_m + high_m)
         if _shifted_sum(bank, forces_n, preload_n, middle_m) < memory.force_n:

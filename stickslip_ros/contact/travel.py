@@ -97,10 +97,7 @@ def track_of(
 
     ``radii_m`` are those of the first feet; others have ``contact.radius``.
 
-    Raises
-    ------
-    OutOfRange
-        If a window holds too many springs.
+    Raises OutOfRange if a window holds too many springs.
 
     """
     spacing_m = contact.line_length / contact.line_points

@@ -132,6 +132,7 @@ def _observe(lanes: Record, drives: tuple[Any, ...]) -> None:
             if lanes.runs[i] and (lanes.left_s[i] <= 0.0 or lanes.passes_left[i] < 0):
                 lanes.runs[i] = _next_stretch(lanes, i, drives[i])
                 active -= 1 - lanes.runs[i]
+        # Ended lanes stay in: the loops have a fixed length, and `runs` skips their tables.
         long_steps(lanes, drives)
 
 
@@ -209,6 +210,7 @@ def observe(
             row = row_at(wave.rows, state.clock.ramp_s, row)
             slewed_v = state.piezo.slewed_v if plant.amplifier.tau_s > 0.0 else before_v
             ahead = stretch_ahead(plant, wave, state.clock, slewed_v, row)
+            # With a full memory of corners the voltage is held, so that the motion stays right.
             if plant.delayed and delay.must_hold(plant, state, ahead.start_v, ahead.rate_v_per_s):
                 ahead = Stretch(slewed_v, 0.0, slewed_v, 0.0, math.inf, ahead.lasts_s)
             settled_s = time_to_settle(plant, wave, before_v, ahead.start_v, ahead.rate_v_per_s)
@@ -309,6 +311,7 @@ def take_short_steps(
         pace = pace_of(plant, state, dt_s)
         from_v = clamp(plant, input_v)
         for i in range(1, steps + 1):
+            # From the start of the burst: added step by step, the rounding would move the corner.
             to_v = clamp(plant, input_v + rate_v_per_s * (i * dt_s))
             at_s = stretch_s - before_s + (i - 1) * dt_s
             step(plant, state, from_v, to_v, load_n, pace, at_s)

@@ -28,33 +28,21 @@ AIM_OF_CONVERTER = 0.5
 """AIM with a converter, whose level may differ from the command by half its step."""
 ARRIVED_SHARE = 1e-4
 """Share of the range within which a voltage after a low-pass has arrived."""
-AHEAD = 1e-9
+LOOK_AHEAD_SHARE = 1e-9
 """Share of its step by which the converter looks ahead, past a level that it has just reached."""
 
 
 class Stretch(NamedTuple):
-    """
-    The next straight stretch of the voltage.
+    """The next straight stretch of the voltage."""
 
-    Attributes
-    ----------
-    start_v, rate_v_per_s : float
-        Output of the amplifier before its low-pass, and its slope.
-    target_v, slope_v_per_s : float
-        Input of the amplifier, and its slope.
-    caught_s : float
-        Time until a slewing output has caught up; inf if it does not slew.
-    lasts_s : float
-        Time until the next corner.
-
-    """
-
+    # output of the amplifier before its low-pass, and its slope
     start_v: float
     rate_v_per_s: float
+    # input of the amplifier, and its slope
     target_v: float
     slope_v_per_s: float
-    caught_s: float
-    lasts_s: float
+    caught_s: float  # time until a slewing output has caught up; inf if it does not slew
+    lasts_s: float  # time until the next corner
 
 
 @kernel
@@ -108,7 +96,7 @@ def convert(
         return round(target_v / step_v) * step_v, 0.0, corner_s
     if step_v < max(abs(slope_v_per_s) * plant.tread_s, SETTLED_V):
         return target_v, slope_v_per_s, corner_s
-    level = float(round(target_v / step_v + math.copysign(AHEAD, slope_v_per_s)))
+    level = float(round(target_v / step_v + math.copysign(LOOK_AHEAD_SHARE, slope_v_per_s)))
     next_v = (level + math.copysign(0.5, slope_v_per_s)) * step_v
     next_s = (next_v - target_v) / slope_v_per_s
     if clock_s + next_s <= clock_s:

@@ -26,8 +26,8 @@ from stickslip_ros.drive.division import (
     switch_all_to_springs,
 )
 from stickslip_ros.drive.layout import (
+    COMMON_MOTION,
     NO_LAW_OF_SHARES,
-    TOGETHER,
     FeetMotion,
     contacts_at,
     driven_feet,
@@ -81,12 +81,9 @@ def plant_of(parameters: Parameters) -> Record:
     """
     Return the constants of a drive, an array of one record of PLANT.
 
-    Raises
-    ------
-    OutOfRange
-        If frame, load button, stacks or feet that move differently are set under Coulomb's law,
-        which does not define how contacts share a load; if the frame is not heavier than its
-        feet; if travelling roughness has feet of equal motion that are no neighbours.
+    Raises OutOfRange if frame, load button, stacks or feet that move differently are set under
+    Coulomb's law, which does not define how contacts share a load; if the frame is not heavier
+    than its feet; if travelling roughness has feet of equal motion that are no neighbours.
 
     """
     attached = parameters.load_cell.contact == 'attached'
@@ -120,7 +117,7 @@ def plant_of(parameters: Parameters) -> Record:
     if parameters.contact.travel:
         plant.track = lines_of(parameters.contact, radii_of(parameters.contact, parameters.feet))
     motions = motions_of(parameters)
-    if list(motions) != [TOGETHER]:
+    if list(motions) != [COMMON_MOTION]:
         _separate_motions(plant, parameters, motions)
     tolerance = parameters.actuator.gain_tolerance
     if tolerance and parameters.contact.law == 'coulomb':

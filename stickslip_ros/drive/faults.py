@@ -30,10 +30,8 @@ def apply_faults(
     the fault ends; 0: none. A runner that gets stuck loses its kinetic energy. Without power
     the voltage goes to the lowest.
 
-    Raises
-    ------
-    OutOfRange
-        If a foot dies under Coulomb's law, which does not define how feet share the load.
+    Raises OutOfRange if a foot dies under Coulomb's law, which does not define how feet share the
+    load.
 
     """
     plant = plants[0]

@@ -17,7 +17,7 @@ import numpy as np
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.contact.hemisphere import elasticity_of, lines_of, profile_of
-from stickslip_ros.contact.mdr import Presliding, presliding
+from stickslip_ros.contact.mdr import Presliding, solve_presliding
 from stickslip_ros.contact.profile import Profile
 from stickslip_ros.contact.springs import Group
 from stickslip_ros.contact.travel import window_profile
@@ -39,7 +39,7 @@ class FeetMotion(NamedTuple):
     delay_s: float
 
 
-TOGETHER = FeetMotion(1.0, 0.0)
+COMMON_MOTION = FeetMotion(1.0, 0.0)
 """All feet move at once and equally, as in the paper."""
 
 
@@ -61,7 +61,7 @@ def motions_of(parameters: Parameters) -> dict[FeetMotion, list[int]]:
     motions: dict[FeetMotion, list[int]] = {}
     for i, each in enumerate(kinds_of(parameters.contact, parameters.feet)):
         motions.setdefault(motion_of(each), []).append(i)
-    if parameters.contact.law == 'coulomb' and list(motions) != [TOGETHER]:
+    if parameters.contact.law == 'coulomb' and list(motions) != [COMMON_MOTION]:
         hint = 'set it to 1 and feet.delay to 0, or take another contact.law'
         raise OutOfRange('feet.gain', list(parameters.feet.gain), '', NO_LAW_OF_SHARES, hint)
     return motions
@@ -133,7 +133,7 @@ def contacts_at(
     contacts: list[Presliding] = []
     for group in groups_of(contact, feet, weight_n):
         normal_n = group.share * preload_n + group.weight_n
-        solved = presliding(group.profile, elasticity, contact.friction, normal_n)
+        solved = solve_presliding(group.profile, elasticity, contact.friction, normal_n)
         contacts += [solved] * group.contacts
     return contacts
 

@@ -33,7 +33,7 @@ from stickslip_ros.drive.runner import (
 )
 from stickslip_ros.drive.travel import arrest
 from stickslip_ros.kernels.kernel import kernel, on_stack
-from stickslip_ros.kernels.record import COUNT, FLOAT, Kind, Record, kind
+from stickslip_ros.kernels.record import COUNT, FLOAT, Record, RecordKind, kind
 
 LANES = 8
 """Drives computed together: 4 would take the same time, 16 twice the time. `run_in_lanes` guards
@@ -71,7 +71,7 @@ FLOATS = (
 )
 
 
-def lanes_kind(lanes: int) -> Kind:
+def lanes_kind(lanes: int) -> RecordKind:
     """Return the type of the variables of long steps; each field has an element for each lane."""
     floats = dict.fromkeys(FLOATS.split(), (FLOAT, (lanes,)))
     return kind(**dict.fromkeys(_COUNTS.split(), (COUNT, (lanes,))), **floats)
@@ -155,8 +155,10 @@ def long_steps(lanes: Record, drives: Any) -> None:
 @kernel
 def look_ahead(lanes: Record, drives: Any) -> None:
     """Find forces and stiffnesses of the runners in this step, and its length."""
+    # Loops without a branch or a table are separate: only these are computed four lanes at a time.
     for i in range(len(lanes.h_s)):
         left_s, longest_s = lanes.left_s[i], lanes.longest_s[i]
+        # The last two steps are equal: a short rest would cost as much as a whole step.
         h_s = longest_s if left_s >= 2.0 * longest_s else 0.5 * left_s
         lanes.h_s[i] = h_s = h_s if left_s > longest_s * (1.0 + STEP_SLACK) else left_s
         others_n = lanes.load_n[i] - lanes.contact_n[i]
@@ -177,6 +179,7 @@ def look_ahead(lanes: Record, drives: Any) -> None:
         omega_squared = (held_n_per_m + lanes.tangent[i]) * lanes.per_kg[i]
         lanes.pull_rate[i], lanes.omega_squared[i] = pull_rate, omega_squared
         lanes.jerk[i] = pull_rate - omega_squared * speed - gamma * speeding
+        # A cheap bound, so that most steps skip `cut_step`: wider than the 2.0 of `time_to_turn`.
         turns = (lanes.rests[i] == 0) & (speed * speeding < 0.0)
         turns = turns & (abs(speed) <= 2.1 * h_s * abs(speeding))
         gap_m = lanes.reach_m[i] - sense * (lanes.u_m[i] - lanes.origin_m[i])
@@ -263,9 +266,12 @@ def arrive(lanes: Record, drives: Any) -> None:
         h_s, y_middle = lanes.h_s[i], lanes.y_middle[i]
         missed_n = lanes.middle_n[i] - lanes.contact_n[i] - lanes.tangent[i] * y_middle
         missed_middle = missed_n * lanes.per_kg[i] + lanes.missed_by_walls[i]
+        # Simpson's rule on what the tangent misses: it is 0 at the start, and a force at the end
+        # has not yet moved anything.
         y_end = lanes.y_end[i] - 4.0 * SIXTH * h_s * lanes.impulse[i] * missed_middle
         voltage_v = lanes.voltage_v[i] + lanes.rate_v_per_s[i] * h_s
         foot_m = lanes.gain_m_per_v[i] * (voltage_v - lanes.rest_v[i])
+        # From feet and sliding, not from the last position: rounding must not part the three.
         position_m = foot_m + lanes.u_m[i] + y_end
         lanes.missed_middle[i], lanes.y_end[i] = missed_middle, y_end
         lanes.w_middle[i] -= (SIXTH * h_s) * missed_middle
@@ -301,6 +307,7 @@ def arrive(lanes: Record, drives: Any) -> None:
         lanes.foot_m[i], lanes.position_m[i] = lanes.next_foot_m[i], lanes.next_m[i]
         lanes.velocity_m_per_s[i], lanes.contact_n[i] = v_1, end_n
         left_s = lanes.left_s[i]
+        # Exactly 0: a remainder of rounding would be a step that moves no clock.
         lanes.left_s[i] = left_s - h_s if h_s < left_s else 0.0
         lanes.passes_left[i] -= 1
 

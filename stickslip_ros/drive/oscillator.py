@@ -24,26 +24,13 @@ C3, C4, C5, C6, C7, C8, C9, C10, C11 = (
 
 
 class Propagator(NamedTuple):
-    """
-    Responses of an oscillator after a time h, from rest at zero.
+    """Responses of an oscillator after a time h, from rest at zero."""
 
-    Attributes
-    ----------
-    velocity : float
-        Velocity after an initial velocity of 1.
-    impulse : float
-        Displacement after an initial velocity of 1 (velocity after an acceleration of 1), s.
-    step : float
-        Displacement under a constant acceleration of 1 from outside, s^2.
-    ramp : float
-        Displacement under an acceleration that grows by 1 per second, s^3.
-
-    """
-
-    velocity: float
+    velocity: float  # velocity after an initial velocity of 1
+    # displacement after an initial velocity of 1 (velocity after an acceleration of 1), s
     impulse: float
-    step: float
-    ramp: float
+    step: float  # displacement under a constant acceleration of 1 from outside, s^2
+    ramp: float  # displacement under an acceleration that grows by 1 per second, s^3
 
 
 SWING = kind(

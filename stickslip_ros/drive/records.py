@@ -153,35 +153,17 @@ class Wave(NamedTuple):
 
     With a table, the ramp is replaced by its rows.
 
-    Attributes
-    ----------
-    start_v : float
-        Voltage at the start of each ramp, and after the last one.
-    rise_v : float
-        Change along a ramp; negative for backward steps.
-    period_s : float
-        Length of a ramp.
-    cycles : int
-        Ramps before the hold; 0: a constant level, ENDLESS: no hold.
-    rows : array, shape (n, 2)
-        Table of times from 0 (s) and voltages (V), joined by straight lines; empty: no table.
-    lead_s : float
-        Time up to which the table is played only in the first cycle.
-    missed_share : float
-        Share of the ramps that the amplifier skips.
-    missed_seed : int
-        Seed that selects the skipped ramps.
-
     """
 
-    start_v: float
-    rise_v: float = 0.0
-    period_s: float = 1.0
-    cycles: int = 0
+    start_v: float  # voltage at the start of each ramp, and after the last one
+    rise_v: float = 0.0  # change along a ramp; negative for backward steps
+    period_s: float = 1.0  # length of a ramp
+    cycles: int = 0  # ramps before the hold; 0: a constant level, ENDLESS: no hold
+    # table of times from 0 (s) and voltages (V), joined by straight lines; empty: no table
     rows: Array = NO_ROWS
-    lead_s: float = 0.0
-    missed_share: float = 0.0
-    missed_seed: int = 0
+    lead_s: float = 0.0  # time up to which the table is played only in the first cycle
+    missed_share: float = 0.0  # share of the ramps that the amplifier skips
+    missed_seed: int = 0  # seed that selects the skipped ramps
 
 
 CLOCK = kind(
@@ -222,7 +204,7 @@ PIEZO_STATE = kind(
 )
 """State of amplifier and piezo."""
 
-LATE = kind(
+DELAYED_ACTUATOR = kind(
     # Present piece of the remembered voltage, and the time since its start
     corner=COUNT,
     at_s=FLOAT,
@@ -291,7 +273,7 @@ STATE = kind(
     sums=SUMS,  # Energy and position integrals
     piezo=PIEZO_STATE,
     history=HISTORY,
-    late=(LATE, (FEET_MAX,)),
+    late=(DELAYED_ACTUATOR, (FEET_MAX,)),
     feet=(FOOT_MOTION, (CONTACTS,)),
     # Displacement of each contact's feet against the frame, and the part that does not follow the
     # piezo

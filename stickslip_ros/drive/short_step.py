@@ -87,12 +87,14 @@ def step(
         stride.longest_s = stride.lasts_s = left_s
         stride.slack_m, stride.load_n = pace.slack_m, load_n + plant.load_n
         stride.path.speed, stride.path.speeding = speed, speeding
+        # Coulomb's contacts have no stiffness on which the runner could swing.
         if plant.contacts[ALL].law.number == COULOMB:
             take_rigid_stride(plant, state, stride)
         else:
             take_stride(plant, state, stride)
         if plant.delayed:
             delay.pass_stride(plant, state, stride.lasts_s)
+        # Exactly 0: a remainder of rounding would be a stride that moves no clock.
         left_s = left_s - stride.lasts_s if stride.lasts_s < left_s else 0.0
         speed += stride.lasts_s * speeding
     state.voltage_v, state.foot_m = voltage_v, foot_m

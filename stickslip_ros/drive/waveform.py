@@ -106,7 +106,7 @@ def mean_rise_v(wave: Wave) -> float:
     return float(areas_v_s.sum()) / wave.period_s - float(voltages_v[0])
 
 
-def missing(wave: Wave, share: float, seed: int) -> Wave:
+def with_missed_steps(wave: Wave, share: float, seed: int) -> Wave:
     """Return a wave in which a share of the ramps is skipped; a seed selects them."""
     return wave._replace(missed_share=float(share), missed_seed=int(seed))
 

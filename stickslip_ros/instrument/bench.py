@@ -22,9 +22,15 @@ from stickslip_ros.instrument.motion import Motion
 from stickslip_ros.instrument.reports import Event, Identity, Output, Result, Status
 from stickslip_ros.instrument.sensing import Sensing
 from stickslip_ros.instrument.stand import SimulatedStand
-from stickslip_ros.instrument.state_tree import UNCHECKED, read, refusal
+from stickslip_ros.instrument.state_tree import UNCHECKED, read_tree, refusal
 from stickslip_ros.kernels.record import Record
-from stickslip_ros.parameters import FaultParameters, Parameters, Scalar, reading, to_nanoseconds
+from stickslip_ros.parameters import (
+    FaultParameters,
+    Parameters,
+    Scalar,
+    checked_arguments,
+    to_nanoseconds,
+)
 from stickslip_ros.units import NANO, with_unit
 
 MOVE_DELAYED, AMPLIFIER_ENABLED = int(Status.MOVE_DELAYED), int(Status.AMPLIFIER_ENABLED)
@@ -38,12 +44,8 @@ def start_bench(parameters: Parameters) -> 'Bench':
     """
     Return a bench at rest, or in the state of the file ``sim.checkpoint``.
 
-    Raises
-    ------
-    RecordingError
-        If the file cannot be read.
-    WrongKind
-        If it is no checkpoint of this version, or a parameter differs that must not change.
+    Raises RecordingError if the file cannot be read; WrongKind if it is no checkpoint of this
+    version, or a parameter differs that must not change.
 
     """
     path = parameters.sim.checkpoint
@@ -64,7 +66,7 @@ RESULTS = {
 """Results of refusals other than INVALID_PARAMETER."""
 
 
-@reading
+@checked_arguments
 class Bench:
     """
     The drive with its sensors, stepped in simulated time.
@@ -179,7 +181,7 @@ class Bench:
             Numbers, texts and arrays to attach; ``state_tree.read`` restores arrays.
 
         """
-        return checkpoint.pack(self.parameters, self, attached or {})
+        return checkpoint.pack_checkpoint(self.parameters, self, attached or {})
 
     @classmethod
     def restore(cls, saved: bytes, changes: Mapping[str, object] | None = None) -> 'Bench':
@@ -201,9 +203,9 @@ class Bench:
             If a parameter is refused.
 
         """
-        parameters, state, attached = checkpoint.unpack(saved)
+        parameters, state, attached = checkpoint.unpack_checkpoint(saved)
         bench = cls(checkpoint.changed_stand(parameters, changes or {}))
-        bench._recall(read(cls.REMEMBERED, state, 'checkpoint'))
+        bench._recall(read_tree(cls.REMEMBERED, state, 'checkpoint'))
         bench.attached = attached
         return bench
 
@@ -211,7 +213,7 @@ class Bench:
         """Restore checked values of a checkpoint, if they are consistent."""
         stand, sensing, motion = (values.pop(name) for name in ('stand', 'sensing', 'motion'))
         vars(self).update(values)
-        read(range(0, _TIME_MAX_NS + 1, self._sample_ns), self.time_ns, 'checkpoint.time_ns')
+        read_tree(range(0, _TIME_MAX_NS + 1, self._sample_ns), self.time_ns, 'checkpoint.time_ns')
         self._events = [replace(each, time_ns=self.time_ns) for each in self._events]
         self._is_faulty = bool(self.faults.names)
         self.stand.recall(stand, self.faults, is_powered=self._is_powered())
@@ -299,7 +301,6 @@ class Bench:
         self.stand.change_preload(preload_n)
 
     def end_move(self, why: str) -> None:
-        """Abort the running move, if any."""
         self.motion.end(Outcome(Result.ABORTED, why), self._observe())
 
     def reset(self, why: str) -> None:
@@ -320,7 +321,6 @@ class Bench:
         self.apply_faults(self.faults)
 
     def change_parameters(self, values: Mapping[str, Scalar]) -> None:
-        """Change live parameters."""
         self.parameters = self.parameters.updated(values)
         self.motion.change_parameters(self.parameters, self._observe())
 
@@ -339,10 +339,7 @@ class Bench:
         """
         Return the present observation of the stand for a move.
 
-        Raises
-        ------
-        AmplifierOff
-            If the amplifier is off.
+        Raises AmplifierOff if the amplifier is off.
 
         """
         if not self._is_powered():
@@ -401,7 +398,6 @@ class Bench:
         return self._last_status
 
     def _end_preloading(self, result: Result, why: str = '') -> None:
-        """Report the end of a preload command, if any."""
         command, self._preloading = self._preloading, None
         if command is not None:
             self._report(command, result, why)

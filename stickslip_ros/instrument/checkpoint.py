@@ -21,7 +21,7 @@ from stickslip_ros.budget import JSON_BYTES, load_json
 from stickslip_ros.drive.records import STATE
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.instrument.sensing import CLASSES
-from stickslip_ros.instrument.state_tree import HINT, plain, read, without_gaps
+from stickslip_ros.instrument.state_tree import HINT, read_tree, to_tree, without_gaps
 from stickslip_ros.parameters import Parameters, specs
 
 FORMAT = 8
@@ -52,24 +52,20 @@ CHANGEABLE_PLANT = frozenset(('amplifier.slew_rate', 'runner.damping', 'runner.m
 """Parameters that may change, because the saved state does not depend on them."""
 
 
-def pack(parameters: Parameters, state: Any, attached: Any) -> bytes:
+def pack_checkpoint(parameters: Parameters, state: Any, attached: Any) -> bytes:
     """Return a checkpoint of parameters, the state of a bench, and an attachment."""
-    content = dict(zip(CONTENT, plain((parameters.flat(), state, attached)), strict=True))
+    content = dict(zip(CONTENT, to_tree((parameters.flat(), state, attached)), strict=True))
     body = zlib.compress(json.dumps(content).encode(), 1)
     head = FORMAT, stickslip_ros.__version__, KINDS_DIGEST, hashlib.sha256(body).hexdigest()
     return json.dumps(dict(zip(HEAD, head, strict=True))).encode() + b'\n' + body
 
 
-def unpack(data: bytes) -> tuple[Parameters, Any, Any]:
+def unpack_checkpoint(data: bytes) -> tuple[Parameters, Any, Any]:
     """
     Return parameters, unchecked state and unchecked attachment of a checkpoint.
 
-    Raises
-    ------
-    WrongKind
-        If it is no checkpoint, is damaged, or its version has another form of the state.
-    StickSlipError
-        If a parameter is refused.
+    Raises WrongKind if it is no checkpoint, is damaged, or its version has another form of the
+    state; StickSlipError if a parameter is refused.
 
     """
     first, _, body = data.partition(b'\n')
@@ -85,6 +81,7 @@ def unpack(data: bytes) -> tuple[Parameters, Any, Any]:
         raise _refusal('is damaged: its SHA-256 differs', 'take another copy of the file')
     unpacker = zlib.decompressobj()
     try:
+        # Not `zlib.decompress`: a small file may unpack to gigabytes.
         text = unpacker.decompress(body, SIZE_MAX)
     except zlib.error:
         raise _refusal('is not compressed', HINT) from None
@@ -95,7 +92,7 @@ def unpack(data: bytes) -> tuple[Parameters, Any, Any]:
         name: GenericAlias(tuple, (spec.kind, ...)) if spec.is_array else spec.kind
         for name, spec in specs().items()
     }
-    values = read(forms, content['parameters'], 'checkpoint.parameters')
+    values = read_tree(forms, content['parameters'], 'checkpoint.parameters')
     return Parameters().updated(values), content['state'], content['attached']
 
 
@@ -117,10 +114,7 @@ def changed_stand(parameters: Parameters, changes: Mapping[str, object]) -> Para
     """
     Return the parameters of a saved state with changes.
 
-    Raises
-    ------
-    WrongKind
-        If the saved state depends on a changed parameter.
+    Raises WrongKind if the saved state depends on a changed parameter.
 
     """
     stand = parameters.updated(changes)

@@ -37,13 +37,10 @@ def check_sawtooth(
     parameters: Parameters, amplitude_v: float, frequency_hz: float, steps: float
 ) -> Wave:
     """Return a saw-tooth from the lower end of the range; 0 steps run until stopped."""
-    check_amplitude(parameters, 'amplitude', amplitude_v)
-    check_frequency(parameters, amplitude_v, frequency_hz)
     if not (steps == math.floor(steps) and 0 <= steps <= STEPS_MAX):
         limit = f'not a whole number from 0 to {STEPS_MAX}'
         raise OutOfRange('steps', steps, '', limit, 'give a whole number; 0 runs until stopped')
-    base_v = parameters.amplifier.voltage_min
-    return check_corners(parameters, sawtooth(base_v, amplitude_v, frequency_hz, int(steps)))
+    return _sawtooth_wave(parameters, 'amplitude', amplitude_v, frequency_hz, int(steps))
 
 
 def check_steps(parameters: Parameters, steps: float) -> Wave | None:
@@ -51,17 +48,14 @@ def check_steps(parameters: Parameters, steps: float) -> Wave | None:
     if not (steps == math.floor(steps) and abs(steps) <= STEPS_MAX):
         limit = f'not a whole number from {-STEPS_MAX} to {STEPS_MAX}'
         raise OutOfRange('steps', steps, '', limit, 'round it; its sign is the direction')
-    return steps_of(parameters, int(steps)) if steps else None
+    return steps_wave(parameters, int(steps)) if steps else None
 
 
-def steps_of(parameters: Parameters, steps: int) -> Wave:
+def steps_wave(parameters: Parameters, steps: int) -> Wave:
     """
     Return a wave of a number of steps at ``step.amplitude`` and ``step.frequency``.
 
-    Raises
-    ------
-    OutOfRange
-        If amplifier or slew rate do not allow them.
+    Raises OutOfRange if amplifier or slew rate do not allow them.
 
     """
     return _stepping(parameters, math.copysign(parameters.step.frequency, steps), abs(steps))
@@ -74,7 +68,13 @@ def check_jog(parameters: Parameters, frequency_hz: float) -> Wave | None:
 
 def _stepping(parameters: Parameters, frequency_hz: float, steps: int) -> Wave:
     amplitude_v = parameters.step.amplitude
-    check_amplitude(parameters, 'step.amplitude', amplitude_v)
+    return _sawtooth_wave(parameters, 'step.amplitude', amplitude_v, frequency_hz, steps)
+
+
+def _sawtooth_wave(
+    parameters: Parameters, name: str, amplitude_v: float, frequency_hz: float, steps: int
+) -> Wave:
+    check_amplitude(parameters, name, amplitude_v)
     check_frequency(parameters, amplitude_v, frequency_hz)
     base_v = parameters.amplifier.voltage_min
     return check_corners(parameters, sawtooth(base_v, amplitude_v, frequency_hz, steps))
@@ -153,14 +153,14 @@ def check_position(parameters: Parameters, x_m: float) -> float:
     return x_m
 
 
-def fastest_m_per_s(parameters: Parameters) -> float:
+def fastest_steps_m_per_s(parameters: Parameters) -> float:
     """Return the largest velocity, of steps as long as the stroke, m/s."""
     return parameters.actuator.gain * parameters.step.amplitude * parameters.step.frequency
 
 
 def check_velocity(parameters: Parameters, name: str, velocity_m_per_s: float) -> float:
     """Refuse a velocity that steps cannot reach; steps must be possible."""
-    fastest = fastest_m_per_s(parameters)
+    fastest = fastest_steps_m_per_s(parameters)
     if abs(velocity_m_per_s) > fastest:
         limit = f'above the largest velocity of steps, {fastest:.4g} m/s'
         hint = 'lower it or raise step.frequency'

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, NamedTuple
 
 from stickslip_ros.drive.records import Wave
 from stickslip_ros.drive.waveform import level
-from stickslip_ros.instrument.checks import steps_of
+from stickslip_ros.instrument.checks import steps_wave
 from stickslip_ros.instrument.position_loop import Level, PositionLoop, Steps, loop_settings
 from stickslip_ros.instrument.reports import Result
 from stickslip_ros.instrument.state_tree import ANY_FLOAT
@@ -29,23 +29,11 @@ LEAD_STROKES = 10.0
 
 
 class Goal(NamedTuple):
-    """
-    Goal of a closed loop.
+    """Goal of a closed loop."""
 
-    Attributes
-    ----------
-    position_m : float or None
-        Target, m; None for a velocity.
-    velocity_m_per_s : float
-        Velocity of the set point without a target; 0: rest.
-    trajectory : Trajectory or None
-        Trajectory of the set point to its target, if any.
-
-    """
-
-    position_m: float | None
-    velocity_m_per_s: float = 0.0
-    trajectory: Trajectory | None = None
+    position_m: float | None  # target, m; None for a velocity
+    velocity_m_per_s: float = 0.0  # velocity of the set point without a target; 0: rest
+    trajectory: Trajectory | None = None  # trajectory of the set point to its target, if any
 
     @property
     def direction(self) -> int:
@@ -54,35 +42,15 @@ class Goal(NamedTuple):
 
 
 class Observation(NamedTuple):
-    """
-    State of the stand for moves, at the end of a block.
+    """State of the stand for moves, at the end of a block."""
 
-    Attributes
-    ----------
-    time_ns : int
-        Simulated time.
-    position_m : float
-        Mean position reading of the block, m; NaN without a sensor.
-    reading_m : float or None
-        Last position reading of the block, m; None without a sensor.
-    voltage_v : float
-        Voltage at the piezo.
-    cycles : int
-        Finished ramps of the wave.
-    ramp_s : float
-        Time since the start of its present ramp.
-    arrived : bool
-        Whether the wave is over and the voltage has reached its final value.
-
-    """
-
-    time_ns: int
-    position_m: float
-    reading_m: float | None
-    voltage_v: float
-    cycles: int
-    ramp_s: float
-    arrived: bool
+    time_ns: int  # simulated time
+    position_m: float  # mean position reading of the block, m; NaN without a sensor
+    reading_m: float | None  # last position reading of the block, m; None without a sensor
+    voltage_v: float  # voltage at the piezo
+    cycles: int  # finished ramps of the wave
+    ramp_s: float  # time since the start of its present ramp
+    arrived: bool  # whether the wave is over and the voltage has reached its final value
 
 
 @dataclass(frozen=True)
@@ -145,7 +113,6 @@ class ClosedLoop:
         self._blocked_ns = to_nanoseconds(blocked_s)
 
     def recall(self, values: dict[str, Any]) -> None:
-        """Restore values from a checkpoint."""
         self._loop.recall(values.pop('_loop'))
         vars(self).update(values)
 
@@ -155,7 +122,6 @@ class ClosedLoop:
         return self._loop.learned_m
 
     def change_parameters(self, parameters: Parameters) -> None:
-        """Change live parameters."""
         if not (self._parameters.closed_loop.velocity or self.goal.direction or self.holds):
             self._set_point_m = math.nan  # restart from the runner, because it was at the target
         self._parameters = parameters
@@ -245,6 +211,7 @@ class ClosedLoop:
         self.in_position = tolerance_m == NONE or error_m <= tolerance_m
         if not self.in_position or not observation.arrived:
             self._outside_ns = observation.time_ns
+        # A scan moves less than counts as progress: only bursts of steps can be blocked.
         if error_m < self._nearest_m - self._progress_m or not self._loop.is_coarse:
             self._nearest_m = error_m
             self._progress_ns = observation.time_ns
@@ -255,7 +222,7 @@ class ClosedLoop:
         action = self._loop.update(self._set_point_m, observation.position_m)
         match action:
             case Steps(count):
-                return steps_of(self._parameters, count)
+                return steps_wave(self._parameters, count)
             case Level(voltage_v):
                 return level(voltage_v)
 

@@ -37,7 +37,7 @@ from stickslip_ros.message_types import (
     TRIGGER,
     WRENCH_STAMPED,
 )
-from stickslip_ros.parameters import FaultParameters, Parameters, Scalar, reading
+from stickslip_ros.parameters import FaultParameters, Parameters, Scalar, checked_arguments
 from stickslip_ros.parameters.declaration import CONVERTERS
 from stickslip_ros.units import NANO
 
@@ -51,7 +51,7 @@ TRAJECTORY = 'trajectory'
 """Command that takes settings and numbers."""
 
 
-@reading
+@checked_arguments
 @dataclass(frozen=True)
 class Request:
     """
@@ -114,86 +114,45 @@ class TimedRequest(NamedTuple):
 
 
 class Instrument(Protocol):
-    """The part of a ``Bench`` that commands use."""
+    """The part of a ``Bench`` that commands use; they cannot import it, since it imports them."""
 
     stand: SimulatedStand
     sensing: Sensing
     motion: Motion
     faults: FaultParameters
 
-    def observe_powered(self) -> Observation:
-        """Return the observation of the stand for a move; AmplifierOff without power."""
-
-    def change_preload(self, command: Identity, preload_n: float) -> None:
-        """Start a change of the preload; the command ends on arrival."""
-
-    def end_move(self, why: str) -> None:
-        """Abort the running move."""
-
-    def reset(self, why: str) -> None:
-        """Return to the state at the start."""
-
-    def enable(self, *, wanted: bool) -> None:
-        """Switch the amplifier on or off."""
-
-    def apply_faults(self, faults: FaultParameters) -> None:
-        """Set the present faults."""
-
-    def change_parameters(self, values: Mapping[str, Scalar]) -> None:
-        """Change live parameters."""
+    def observe_powered(self) -> Observation: ...
+    def change_preload(self, command: Identity, preload_n: float) -> None: ...
+    def end_move(self, why: str) -> None: ...
+    def reset(self, why: str) -> None: ...
+    def enable(self, *, wanted: bool) -> None: ...
+    def apply_faults(self, faults: FaultParameters) -> None: ...
+    def change_parameters(self, values: Mapping[str, Scalar]) -> None: ...
 
 
 class Accepted(NamedTuple):
-    """
-    A checked request.
+    """A checked request."""
 
-    Attributes
-    ----------
-    command : Identity
-        Identity of the command.
-    value
-        Result of the check: a wave, a position, a force; None without numbers.
-
-    """
-
-    command: Identity
-    value: Any
+    command: Identity  # identity of the command
+    value: Any  # result of the check: a wave, a position, a force; None without numbers
 
 
 @dataclass(frozen=True)
 class Command:
-    """
-    A row of the table of commands.
+    """A row of the table of commands."""
 
-    Attributes
-    ----------
-    name : str
-        Name in requests and events.
-    interface : str
-        Type of the topic ``command/NAME`` or of the service ``~/NAME``; empty: neither.
-    numbers : tuple of str
-        Numbers and their units; for a table, those of a row.
-    check : callable
-        Takes the parameters of the stand and the numbers; returns their meaning, or refuses.
-    act : callable
-        Carries out the checked request. Returns DONE, or None if its end is reported later.
-    text : str
-        Meaning, for the documentation.
-    frame : str
-        For vectors: their parameter of ``frame_id.*``; only the first number may differ from 0.
-    is_table : bool
-        Whether it takes any number of rows.
-
-    """
-
-    name: str
+    name: str  # name in requests and events
+    # type of the topic ``command/NAME`` or of the service ``~/NAME``; empty: neither
     interface: str
-    numbers: tuple[str, ...]
+    numbers: tuple[str, ...]  # numbers and their units; for a table, those of a row
+    # takes the parameters of the stand and the numbers; returns their meaning, or refuses
     check: Callable[..., Any]
+    # carries out the checked request. Returns DONE, or None if its end is reported later
     act: Callable[[Instrument, Accepted], Result | None]
-    text: str
+    text: str  # meaning, for the documentation
+    # for vectors: their parameter of ``frame_id.*``; only the first number may differ from 0
     frame: str = ''
-    is_table: bool = False
+    is_table: bool = False  # whether it takes any number of rows
 
     @property
     def has_topic(self) -> bool:
@@ -210,16 +169,9 @@ def check_request(request: Request, parameters: Parameters) -> Any:
     """
     Check a request; return its wave, position or force, or None for commands without numbers.
 
-    Raises
-    ------
-    UnknownName
-        If the command is not known.
-    WrongKind
-        If the numbers are too few, too many, or not finite.
-    OutOfRange
-        If a number is outside its limit, or a vector has another frame.
-    BeyondSoftLimit
-        If a target is outside the soft limits.
+    Raises UnknownName if the command is not known; WrongKind if the numbers are too few, too many,
+    or not finite; OutOfRange if a number is outside its limit, or a vector has another frame;
+    BeyondSoftLimit if a target is outside the soft limits.
 
     """
     command = COMMANDS.get(request.name)
@@ -293,7 +245,7 @@ def _any(_: Parameters, *numbers: float) -> float | None:
     return numbers[0] if numbers else None
 
 
-def move(bench: Instrument, accepted: Accepted) -> Result | None:
+def start_move(bench: Instrument, accepted: Accepted) -> Result | None:
     """Start a move; without a wave it is done at once."""
     if accepted.value is None:
         return Result.DONE
@@ -311,7 +263,7 @@ def approach(bench: Instrument, accepted: Accepted) -> None:
     bench.motion.approach(accepted.command, Goal(accepted.value), bench.observe_powered())
 
 
-def follow(bench: Instrument, accepted: Accepted) -> None:
+def follow_trajectory(bench: Instrument, accepted: Accepted) -> None:
     """Start a closed-loop move along a trajectory from the present position."""
     now = bench.observe_powered()
     begun = accepted.value.begin(bench.stand.parameters, now.time_ns * NANO, now.position_m)
@@ -331,7 +283,7 @@ def set_load(bench: Instrument, accepted: Accepted) -> Result:
     return Result.DONE
 
 
-def set_preload(bench: Instrument, accepted: Accepted) -> None:
+def ramp_preload(bench: Instrument, accepted: Accepted) -> None:
     """Start a change of the preload."""
     bench.change_preload(accepted.command, accepted.value)
 
@@ -389,16 +341,16 @@ def set_faults(bench: Instrument, accepted: Accepted) -> Result:
 
 # fmt: off
 _ROWS = (
-    Command('voltage', FLOAT64, ('voltage V',), checks.check_voltage, move,
+    Command('voltage', FLOAT64, ('voltage V',), checks.check_voltage, start_move,
             'direct piezo voltage, V (scan mode); the amplifier slews to it'),
     Command('sawtooth', FLOAT64_ARRAY, ('amplitude V', 'frequency Hz', 'steps'),
-            checks.check_sawtooth, move,
+            checks.check_sawtooth, start_move,
             '[amplitude V, frequency Hz (its sign is the direction), steps (0: until stopped)]'),
-    Command('steps', INT32, ('steps',), checks.check_steps, move,
+    Command('steps', INT32, ('steps',), checks.check_steps, start_move,
             'signed number of steps at step.amplitude and step.frequency; 0 does nothing'),
     Command('jog', FLOAT64, ('frequency Hz',), checks.check_jog, jog,
             'signed steps per second; stops after jog.timeout without a new message; 0 stops'),
-    Command('waveform', FLOAT64_ARRAY, ('time s', 'voltage V'), checks.check_waveform, move,
+    Command('waveform', FLOAT64_ARRAY, ('time s', 'voltage V'), checks.check_waveform, start_move,
             'rows of time s, voltage V; times rise from 0, straight lines in between; at most '
             f'{WAVEFORM_ROWS_MAX} rows; played once; the size of a first axis labelled cycle is '
             'another number of plays (0: until stopped)', is_table=True),
@@ -416,7 +368,7 @@ _ROWS = (
             'external force on the runner, N: force.x, positive along +x; all others must be 0; '
             'in frame_id.runner, or no frame',
             frame='runner'),
-    Command('preload', FLOAT64, ('preload N',), checks.check_preload, set_preload,
+    Command('preload', FLOAT64, ('preload N',), checks.check_preload, ramp_preload,
             'preload F_p, N; it changes at stand.preload_rate'),
     Command('stop', TRIGGER, (), _any, stop,
             'end the running move and hold the present voltage'),
@@ -432,7 +384,7 @@ _ROWS = (
     Command('clear_faults', TRIGGER, (), _any, clear_faults,
             'end every fault, by parameter or schedule'),
     Command(TRAJECTORY, '', ('time s', 'position m', 'velocity m/s', 'acceleration m/s2'),
-            check_trajectory, follow,
+            check_trajectory, follow_trajectory,
             'closed loop along a trajectory, by the action', is_table=True),
     Command(FAULT, '', (), checks.check_faults, set_faults,
             'faults by name and value, by parameter or schedule'),

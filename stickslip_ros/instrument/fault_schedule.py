@@ -4,7 +4,6 @@
 """Faults at given times, read from a YAML file."""
 
 import difflib
-import math
 from collections import deque
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -21,6 +20,7 @@ from stickslip_ros.parameters import (
     specs,
     to_nanoseconds,
 )
+from stickslip_ros.parameters.declaration import CONVERTERS
 
 _PREFIX = 'fault.'
 FAULTS = tuple(filter(is_fault, specs()))
@@ -46,12 +46,8 @@ def read_schedule(path: Path, feet: FeetParameters) -> FaultSchedule:
     """
     Read a schedule from a file, for a drive with these feet.
 
-    Raises
-    ------
-    RecordingError
-        If the file cannot be read, or is not YAML.
-    UnknownName, WrongKind, OutOfRange
-        If it is not a list of entries, or an entry is not allowed.
+    Raises RecordingError if the file cannot be read, or is not YAML; UnknownName or WrongKind or
+    OutOfRange if it is not a list of entries, or an entry is not allowed.
 
     """
     return parse_schedule(read_text(path, 'check fault.schedule', FORM), str(path), feet)
@@ -97,14 +93,9 @@ def _entry(item: object, place: str, feet: FeetParameters) -> TimedRequest:
 
 
 def _time_ns(value: object, name: str) -> int:
-    try:
-        time_s = math.nan if isinstance(value, bool) else float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError, OverflowError):
-        time_s = math.nan
-    hint = 'give seconds since the configuration'
-    if not math.isfinite(time_s):
-        raise WrongKind(name, value, 'a finite number', hint)
+    time_s = CONVERTERS[float](name, value, 's')
     if time_s < 0.0:
+        hint = 'give seconds since the configuration'
         raise OutOfRange(name, time_s, 's', 'below 0 s', hint)
     return to_nanoseconds(time_s)
 

@@ -13,19 +13,10 @@ from stickslip_ros.parameters import Parameters
 
 
 class Joints(NamedTuple):
-    """
-    Set points of joints, as in a JointState; an empty list or NaN is no set point.
+    """Set points of joints, as in a JointState; an empty list or NaN is no set point."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        Names of the joints; empty: the joint of the drive.
-    positions, velocities, efforts : tuple of float
-        A number for each joint, m, m/s, N; or empty.
-
-    """
-
-    names: tuple[str, ...] = ()
+    names: tuple[str, ...] = ()  # names of the joints; empty: the joint of the drive
+    # A number for each joint, m, m/s, N; or empty
     positions: tuple[float, ...] = ()
     velocities: tuple[float, ...] = ()
     efforts: tuple[float, ...] = ()

@@ -36,25 +36,12 @@ _HOLD = 'hold'
 
 @dataclass(frozen=True)
 class Running:
-    """
-    The running move.
+    """The running move."""
 
-    Attributes
-    ----------
-    command : Identity
-        Its command.
-    wave : Wave or None
-        Its wave; None in closed loop.
-    steps : int
-        Steps of a jog at earlier rates.
-    start_m : float or None
-        Position reading at its start, m; None without a reading, or if steps differ in length.
-
-    """
-
-    command: Identity
-    wave: Wave | None
-    steps: int = 0
+    command: Identity  # its command
+    wave: Wave | None  # its wave; None in closed loop
+    steps: int = 0  # steps of a jog at earlier rates
+    # position reading at its start, m; None without a reading, or if steps differ in length
     start_m: float | None = None
 
     @property
@@ -113,7 +100,6 @@ class Motion:
         self._follow(level(voltage_v))
 
     def recall(self, values: dict[str, Any]) -> None:
-        """Restore values from a checkpoint."""
         loop = values.pop('_loop')
         vars(self).update(values)
         if loop is not None:
@@ -137,7 +123,6 @@ class Motion:
 
     @property
     def status_bits(self) -> int:
-        """Status bits of the moves."""
         bits = int(self._failed)
         loop, running = self._loop, self._running
         if running is None:
@@ -271,6 +256,7 @@ class Motion:
         """End the running move; without an event if its sender replaces a set point."""
         running, loop = self._running, self._loop
         is_next = running is not None and _continues(running.command, command)
+        # A stream of set points would otherwise give an event for each message.
         if not is_next or command.name not in _SET_POINTS:
             why = f'replaced by command {command.number}'
             self.end(Outcome(Result.ABORTED, why), observation)

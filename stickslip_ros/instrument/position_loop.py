@@ -53,30 +53,15 @@ class Level:
 
 @dataclass(frozen=True)
 class LoopSettings:
-    """
-    Settings of the loop.
+    """Settings of the loop."""
 
-    Attributes
-    ----------
-    gain_m_per_v : float
-        Foot displacement per volt, m/V.
-    voltage_min_v, voltage_max_v : float
-        Range of the scan, V.
-    step_v : float
-        Amplitude of a step from ``voltage_min_v``, V.
-    share : float
-        Share of the error that an update of the scan corrects, 0 to 1.
-    deadband_m : float
-        Error that is accepted when the piezo is at its end, m.
-
-    """
-
-    gain_m_per_v: float
+    gain_m_per_v: float  # foot displacement per volt, m/V
+    # range of the scan, V
     voltage_min_v: float
     voltage_max_v: float
-    step_v: float
-    share: float
-    deadband_m: float
+    step_v: float  # amplitude of a step from ``voltage_min_v``, V
+    share: float  # share of the error that an update of the scan corrects, 0 to 1
+    deadband_m: float  # error that is accepted when the piezo is at its end, m
 
 
 def loop_settings(parameters: Parameters) -> LoopSettings:
@@ -177,7 +162,6 @@ class PositionLoop:
         self.voltage_v = voltage_v
 
     def reset_attempts(self) -> None:
-        """Reset the attempts for the last target."""
         self._centres = 0
         self._rests = False
 
@@ -200,7 +184,6 @@ class PositionLoop:
         return abs(error_m) <= max(_REACH * room_m, settings.deadband_m)
 
     def _is_near_end(self) -> bool:
-        """Return whether the piezo is near an end of its range."""
         low_v, high_v = self.settings.voltage_min_v, self.settings.voltage_max_v
         return min(self.voltage_v - low_v, high_v - self.voltage_v) < _MARGIN * (high_v - low_v)
 

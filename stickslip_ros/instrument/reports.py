@@ -72,69 +72,31 @@ class Status(IntFlag):
 
 
 class Identity(NamedTuple):
-    """
-    Identity of a command.
+    """Identity of a command."""
 
-    Attributes
-    ----------
-    number : int
-        Number since the start, from 1; 0: not a command.
-    name : str
-        Name of its topic or service after ``command/`` or ``~/``.
-    sent_ns : int
-        Stamp of its sender, in the header of its message; 0: none.
-    tag : str
-        Word of its sender; empty: none.
-
-    """
-
-    number: int
-    name: str
-    sent_ns: int = 0
-    tag: str = ''
+    number: int  # number since the start, from 1; 0: not a command
+    name: str  # name of its topic or service after ``command/`` or ``~/``
+    sent_ns: int = 0  # stamp of its sender, in the header of its message; 0: none
+    tag: str = ''  # word of its sender; empty: none
 
 
 @dataclass(frozen=True)
 class Event:
-    """
-    The end of a command.
+    """The end of a command."""
 
-    Attributes
-    ----------
-    time_ns : int
-        Simulated time of the end.
-    number : int
-        Number of the command since the start, from 1; 0: not a command.
-    command : str
-        Name of the command.
-    result : Result
-        Result of the command.
-    steps : int
-        Number of steps of a saw-tooth.
-    message : str
-        Reason of a refusal or an abort.
-    sent_ns : int
-        Stamp of its sender; 0: none.
-    tag : str
-        Word of its sender; empty: none.
-    position_m, force_n : float or None
-        Readings at the end, m and N; None without a reading.
-    step_m : float or None
-        Way of the position reading per step, in the direction of the steps, m: mean of a
-        saw-tooth, or learned by a closed loop; None without steps.
-
-    """
-
-    time_ns: int
-    number: int
-    command: str
-    result: Result
-    steps: int = 0
-    message: str = ''
-    sent_ns: int = 0
-    tag: str = ''
+    time_ns: int  # simulated time of the end
+    number: int  # number of the command since the start, from 1; 0: not a command
+    command: str  # name of the command
+    result: Result  # result of the command
+    steps: int = 0  # number of steps of a saw-tooth
+    message: str = ''  # reason of a refusal or an abort
+    sent_ns: int = 0  # stamp of its sender; 0: none
+    tag: str = ''  # word of its sender; empty: none
+    # readings at the end, m and N; None without a reading
     position_m: float | None = None
     force_n: float | None = None
+    # way of the position reading per step, in the direction of the steps, m: mean of a
+    # saw-tooth, or learned by a closed loop; None without steps
     step_m: float | None = None
 
     def to_json(self, time_origin_ns: int = 0) -> str:
@@ -210,12 +172,10 @@ class Readings(NamedTuple):
 
     @property
     def truth_position_m(self) -> float:
-        """True position of the runner."""
         return float(self.truth[TRUTH.index('position')])
 
     @property
     def truth_force_n(self) -> float:
-        """True force on the load cell."""
         return float(self.truth[TRUTH.index('force')])
 
 

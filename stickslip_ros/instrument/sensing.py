@@ -69,7 +69,6 @@ class Sensing:
         self.reading_m = 0.0
 
     def recall(self, values: dict[str, Any]) -> None:
-        """Restore values from a checkpoint."""
         self._apply_faults(values.pop('_faults'))
         self.reading_m = values.pop('reading_m')
         for name, memory in values.items():
@@ -97,7 +96,6 @@ class Sensing:
 
     @property
     def status_bits(self) -> int:
-        """Status bits of the sensors."""
         bits = 0
         for reader in self._readers:
             bits |= reader.status_bits

@@ -24,7 +24,7 @@ from stickslip_ros.drive.build import (
 from stickslip_ros.drive.faults import apply_faults
 from stickslip_ros.drive.ledger import EnergyLedger, take_ledger
 from stickslip_ros.drive.records import STATE, Wave
-from stickslip_ros.drive.waveform import missing
+from stickslip_ros.drive.waveform import with_missed_steps
 from stickslip_ros.instrument.checks import check_load, check_preload
 from stickslip_ros.instrument.reports import trace_columns
 from stickslip_ros.kernels.record import Record
@@ -157,10 +157,9 @@ class SimulatedStand:
 
     def wave_with(self, wave: Wave, faults: FaultParameters) -> Wave:
         """Return a wave with the missed steps of the faults."""
-        return missing(wave, faults.missed_steps, self.parameters.sim.seed)
+        return with_missed_steps(wave, faults.missed_steps, self.parameters.sim.seed)
 
     def start_clock(self) -> None:
-        """Reset the clock for the start of a wave."""
         start_clock(self.states)
 
     def has_arrived(self, wave: Wave) -> bool:
@@ -171,10 +170,7 @@ class SimulatedStand:
         """
         Advance by a number of samples; return their true values, a row each, without times.
 
-        Raises
-        ------
-        StickSlipError
-            If the integration has failed.
+        Raises StickSlipError if the integration has failed.
 
         """
         trace, self.held_because = np.zeros((samples, self._columns)), ''

@@ -56,7 +56,7 @@ COUNTS = {
 HINT = 'give one that a bench has saved'
 
 
-def plain(value: Any) -> Any:
+def to_tree(value: Any) -> Any:
     """Convert a value to numbers, texts, lists, tables; arrays become base64 of their bytes."""
     if isinstance(value, np.ndarray | array):
         values = np.asarray(value)
@@ -65,11 +65,11 @@ def plain(value: Any) -> Any:
         return int(value) if isinstance(value, int) else value.name
     for names in ('REMEMBERED', '_fields', '__dataclass_fields__'):
         if hasattr(value, names):
-            return {name: plain(getattr(value, name)) for name in getattr(value, names)}
+            return {name: to_tree(getattr(value, name)) for name in getattr(value, names)}
     if isinstance(value, Mapping):
-        return {name: plain(each) for name, each in value.items()}
+        return {name: to_tree(each) for name, each in value.items()}
     if isinstance(value, list | tuple | deque):
-        return [plain(each) for each in value]
+        return [to_tree(each) for each in value]
     return value.item() if isinstance(value, np.generic) else value
 
 
@@ -84,14 +84,12 @@ def without_gaps(kind: Any) -> Any:
     return np.dtype([(name, without_gaps(kind.fields[name][0])) for name in kind.names])
 
 
-def read(form: Any, tree: Any, place: str, *, is_checked: bool = True) -> Any:
+def read_tree(form: Any, tree: Any, place: str, *, is_checked: bool = True) -> Any:
     """
     Return the value of a form from a tree; for a class with REMEMBERED, a table by name.
 
-    Raises
-    ------
-    WrongKind
-        If a value has another form or is out of its range, or names are missing or unknown.
+    Raises WrongKind if a value has another form or is out of its range, or names are missing or
+    unknown.
 
     """
     if form == Array:  # table of a waveform
@@ -103,14 +101,14 @@ def read(form: Any, tree: Any, place: str, *, is_checked: bool = True) -> Any:
         forms = get_args(form)
         return _read_composite(get_origin(form), forms, tree, place, is_checked=is_checked)
     if hasattr(form, '_fields') or dataclasses.is_dataclass(form):
-        return form(**read(get_type_hints(form), tree, place, is_checked=is_checked))
+        return form(**read_tree(get_type_hints(form), tree, place, is_checked=is_checked))
     forms = getattr(form, 'REMEMBERED', form)
     if not isinstance(forms, Mapping):
         return _read_scalar(form, tree, place, is_checked=is_checked)
     if not isinstance(tree, dict) or tree.keys() != forms.keys():
         raise refusal(place, tree, f'a table of {", ".join(forms)}')
     return {
-        name: read(each, tree[name], f'{place}.{name}', is_checked=is_checked)
+        name: read_tree(each, tree[name], f'{place}.{name}', is_checked=is_checked)
         for name, each in forms.items()
     }
 
@@ -118,15 +116,15 @@ def read(form: Any, tree: Any, place: str, *, is_checked: bool = True) -> Any:
 def _read_composite(origin: Any, forms: Any, tree: Any, place: str, *, is_checked: bool) -> Any:
     """Return a value of alternative forms, or one that consists of several values."""
     if origin is Annotated:
-        return read(forms[0], tree, place, is_checked=False)
+        return read_tree(forms[0], tree, place, is_checked=False)
     if origin is UnionType:
         if tree is None and NoneType in forms:
             return None
         *others, last = (form for form in forms if form is not NoneType)
         for form in others:
             with suppress(WrongKind):
-                return read(form, tree, place, is_checked=is_checked)
-        return read(last, tree, place, is_checked=is_checked)
+                return read_tree(form, tree, place, is_checked=is_checked)
+        return read_tree(last, tree, place, is_checked=is_checked)
     if origin is Sequence and isinstance(tree, str):
         return array('d', _read_array(FLOAT, (-1,), tree, place, is_checked=is_checked).tobytes())
     is_fixed = origin is tuple and forms[-1] is not Ellipsis
@@ -134,7 +132,7 @@ def _read_composite(origin: Any, forms: Any, tree: Any, place: str, *, is_checke
         raise refusal(place, tree, f'a list of {len(forms)}' if is_fixed else 'a list')
     each = forms if is_fixed else [forms[0]] * len(tree)
     values = [
-        read(form, value, f'{place}[{i}]', is_checked=is_checked)
+        read_tree(form, value, f'{place}[{i}]', is_checked=is_checked)
         for i, (form, value) in enumerate(zip(each, tree, strict=True))
     ]
     return (tuple if origin is Sequence else origin)(values)
@@ -192,6 +190,7 @@ def _check(values: Any, name: str, place: str) -> None:
             _check(values[each], each, f'{place}.{each}')
         return
     if kind == FLAG:
+        # As bytes: numpy shows a 2 of a file as true, and a kernel would compute with it.
         values, expected = values.view(np.uint8), '0 or 1'
         is_right = values <= 1
     elif kind == COUNT:

@@ -12,7 +12,7 @@ import numpy as np
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind
-from stickslip_ros.instrument.checks import check_position, check_velocity, fastest_m_per_s
+from stickslip_ros.instrument.checks import check_position, check_velocity, fastest_steps_m_per_s
 from stickslip_ros.parameters import Parameters, Scalar
 
 POINTS_MAX = 10_000
@@ -44,37 +44,22 @@ class Followed(NamedTuple):
 
 
 class Trajectory(NamedTuple):
-    """
-    Points, interpolation and tolerances.
+    """Points, interpolation and tolerances."""
 
-    Attributes
-    ----------
-    points : list of Point
-        Their times count from the start; after the start they are simulated times.
-    degree : int
-        Degree of the polynomial between two points: 1 (positions), 3 (and velocities) or 5 (and
-        accelerations).
-    start_s : float
-        Simulated time of the start; NONE: the time at which it is accepted.
-    path_tolerance_m : float
-        Largest distance of the reading from the set point before the end, m; or NONE.
-    goal_tolerance_m : float
-        Largest distance from the last point at which the trajectory is done, m; or NONE.
-    goal_time_tolerance_s : float
-        Longest time after the end until it is done, s; or NONE.
-
-    """
-
+    # their times count from the start; after the start they are simulated times
     points: list[Point]
+    # degree of the polynomial between two points: 1 (positions), 3 (and velocities) or 5 (and
+    # accelerations)
     degree: int
-    start_s: float
+    start_s: float  # simulated time of the start; NONE: the time at which it is accepted
+    # largest distance of the reading from the set point before the end, m; or NONE
     path_tolerance_m: float
+    # largest distance from the last point at which the trajectory is done, m; or NONE
     goal_tolerance_m: float
-    goal_time_tolerance_s: float
+    goal_time_tolerance_s: float  # longest time after the end until it is done, s; or NONE
 
     @property
     def end(self) -> Point:
-        """The last point."""
         return self.points[-1]
 
     def at(self, time_s: float) -> Point:
@@ -89,10 +74,7 @@ class Trajectory(NamedTuple):
         """
         Return the rest of the trajectory, from the present position at rest.
 
-        Raises
-        ------
-        OutOfRange
-            If the way to the next point is faster than steps.
+        Raises OutOfRange if the way to the next point is faster than steps.
 
         """
         start_s = now_s if self.start_s == NONE else self.start_s
@@ -115,16 +97,9 @@ def check_trajectory(
     Tolerances that are not set are `limits.following_error`, `closed_loop.tolerance` and
     `closed_loop.timeout`.
 
-    Raises
-    ------
-    WrongKind
-        If the numbers are not complete rows, or too many.
-    UnknownName
-        If a setting does not exist.
-    OutOfRange
-        If times do not rise, the runner does not rest at the end, or is too fast.
-    BeyondSoftLimit
-        If the way leaves the soft limits.
+    Raises WrongKind if the numbers are not complete rows, or too many; UnknownName if a setting
+    does not exist; OutOfRange if times do not rise, the runner does not rest at the end, or is too
+    fast; BeyondSoftLimit if the way leaves the soft limits.
 
     """
     rows, rest = divmod(len(numbers), len(Point._fields))
@@ -153,7 +128,7 @@ def check_trajectory(
         limit = f'not one of {_DEGREES}'
         raise OutOfRange('trajectory degree', trajectory.degree, '', limit, 'take one of these')
     last_m_per_s = abs(trajectory.end.velocity_m_per_s)
-    if trajectory.degree > 1 and last_m_per_s > _REST_SHARE * fastest_m_per_s(parameters):
+    if trajectory.degree > 1 and last_m_per_s > _REST_SHARE * fastest_steps_m_per_s(parameters):
         hint = 'end the trajectory at rest'
         raise OutOfRange('last trajectory velocity', last_m_per_s, 'm/s', 'not 0 m/s', hint)
     places_m, speeds_m_per_s = _sampled(table, trajectory.degree)

@@ -68,6 +68,8 @@ def pack_float64_array(
     """
     Pack a ``std_msgs/msg/Float64MultiArray`` in row-major order.
 
+    Raises WrongKind if there are not as many labels as axes.
+
     Parameters
     ----------
     values : ndarray of float
@@ -77,11 +79,6 @@ def pack_float64_array(
         later sizes.
     front : tuple of (str, int)
         Labels and sizes of further axes in front, of stride 0: nothing changes along them.
-
-    Raises
-    ------
-    WrongKind
-        If there are not as many labels as axes.
 
     """
     head = _array_head(np.shape(values), tuple(labels), front)
@@ -115,6 +112,7 @@ def pack_stamp(stamp_ns: int) -> bytes:
 def frame_field(frame_id: str) -> bytes:
     """Pack the frame of a ``std_msgs/msg/Header``, with the padding that numbers need."""
     text = _text_field(frame_id)
+    # 8: seconds and nanoseconds of the stamp stand in front.
     return text + _padding(8 + len(text), 8)
 
 
@@ -135,6 +133,9 @@ def unpack(type_name: str, data: bytes) -> m.Message:
     """
     Read the bytes of one message.
 
+    Raises UnknownName if the type is not one that this package records; RecordingError if the
+    bytes are cut off, in another encoding, or of another type.
+
     Parameters
     ----------
     type_name : str
@@ -146,13 +147,6 @@ def unpack(type_name: str, data: bytes) -> m.Message:
     -------
     float, int, str, ArrayMessage, StampedMessage or JointMessage
         The content of the message.
-
-    Raises
-    ------
-    UnknownName
-        If the type is not one that this package records.
-    RecordingError
-        If the bytes are cut off, in another encoding, or of another type.
 
     """
     read = _READERS.get(type_name)

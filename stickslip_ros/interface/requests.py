@@ -20,7 +20,7 @@ from stickslip_ros.instrument.commands import (
     Request,
     number_name,
 )
-from stickslip_ros.instrument.joints import Joints
+from stickslip_ros.instrument.joints import NO_JOINTS, Joints
 from stickslip_ros.interface import messages as m
 from stickslip_ros.interface.cdr import (
     pack_float64,
@@ -35,7 +35,7 @@ from stickslip_ros.interface.feed import Packed
 from stickslip_ros.interface.topics import COMMAND_TOPICS, Topic
 from stickslip_ros.message_types import FLOAT64, FLOAT64_ARRAY, INT32, JOINT_STATE
 from stickslip_ros.parameters.typed import to_si
-from stickslip_ros.units import NS_PER_S, quantity
+from stickslip_ros.units import NS_PER_S, parse_quantity
 
 _NAME_MAX = 1000
 """Characters of the name of a frame, or of a joint, in a message."""
@@ -60,14 +60,8 @@ def pack_request(request: Request, time_ns: int) -> Packed:
             frame = tagged(request.frame_id, request.tag)
             joints = m.JointMessage(request.stamp_ns, frame, *request.joints)
             return Packed(topic.key, time_ns, pack_joints(joints))
-        data = pack_command(
-            topic,
-            request.values,
-            request.stamp_ns,
-            request.frame_id,
-            request.cycles,
-            request.tag,
-        )
+        stamp_ns, frame_id, tag = request.stamp_ns, request.frame_id, request.tag
+        data = pack_command(topic, request.values, stamp_ns, frame_id, request.cycles, tag)
         return Packed(topic.key, time_ns, data)
     content: dict[str, object] = {
         'name': request.name,
@@ -95,6 +89,9 @@ def pack_command(
     """
     Return the message of a command topic.
 
+    Raises WrongKind if a value is no number, their count is wrong, or the message has no room for
+    a tag; OutOfRange if a number for a field of 32 bits is not whole, or too large.
+
     Parameters
     ----------
     topic : Topic
@@ -110,13 +107,6 @@ def pack_command(
         Number of times that a table is played; 0 repeats until replaced.
     tag : str
         Word that comes back in its events, if the message has a header or a layout.
-
-    Raises
-    ------
-    WrongKind
-        If a value is no number, their count is wrong, or the message has no room for a tag.
-    OutOfRange
-        If a number for a field of 32 bits is not whole, or too large.
 
     """
     wanted = f'send {", ".join(topic.numbers)}'
@@ -194,7 +184,7 @@ def _typed_number(name: str, text: str, unit: str) -> float:
     """Parse a typed number; a number without unit is a count, or a choice of ``0 or 1``."""
     if unit and not unit[0].isdigit():
         return to_si(name, text, unit)
-    number = quantity(text, '')
+    number = parse_quantity(text, '')
     if unit and number not in {0.0, 1.0}:
         raise WrongKind(name, text, unit, 'give 1 for on, 0 for off')
     if number is None or not number.is_integer():
@@ -212,29 +202,27 @@ def read_request(topic: Topic, data: bytes) -> Request:
     """
     Return the request in a message on a command topic.
 
-    Raises
-    ------
-    RecordingError
-        If the bytes are not such a message.
-    WrongKind
-        If the layout of a table says anything but its rows.
-    OutOfRange
-        If the stamp lies beyond the times that a header can hold.
+    Raises RecordingError if the bytes are not such a message; WrongKind if the layout of a table
+    says anything but its rows; OutOfRange if the stamp lies beyond the times that a header can
+    hold.
 
     """
     message = unpack(topic.type_name, data)
-    values: Sequence[float]
+    values: Sequence[float] = ()
     cycles, tag = 1, ''
-    if isinstance(message, m.StampedMessage):
-        stamp_ns = _checked_stamp_ns(topic, message.stamp_ns)
+    if isinstance(message, m.StampedMessage | m.JointMessage):
+        stamp_ns = message.stamp_ns
+        if stamp_ns // NS_PER_S > INT32_MAX:  # more than 1e9 ns in a second: no header holds it
+            limit = f'above the {INT32_MAX} s of a header'
+            hint = 'send a stamp of this time, with nanoseconds below 1e9, or none'
+            raise OutOfRange(f'stamp of {topic.request}', stamp_ns, 'ns', limit, hint)
+        joints = NO_JOINTS
+        if isinstance(message, m.JointMessage):
+            joints = Joints(*message[2:])
+        else:
+            values = message.values
         frame_id, _, tag = message.frame_id.partition(TAG)
-        return Request(topic.request, message.values, (), stamp_ns, frame_id, tag=tag)
-    if isinstance(message, m.JointMessage):
-        stamp_ns = _checked_stamp_ns(topic, message.stamp_ns)
-        frame_id, _, tag = message.frame_id.partition(TAG)
-        return Request(
-            topic.request, (), (), stamp_ns, frame_id, joints=Joints(*message[2:]), tag=tag
-        )
+        return Request(topic.request, values, (), stamp_ns, frame_id, joints, tag=tag)
     if isinstance(message, m.ArrayMessage):
         axis, _, tag = ''.join(message.labels[:1]).partition(TAG)
         if topic.is_table:
@@ -275,15 +263,6 @@ def receive_request(topic: Topic, data: bytes) -> Request:
         hint = 'send fewer, or play the whole from a file with `stickslip replay`'
         raise OutOfRange(f'{topic.request} rows', rows, '', limit, hint)
     return request
-
-
-def _checked_stamp_ns(topic: Topic, stamp_ns: int) -> int:
-    """Return a stamp; refuse a stamp that no header holds (more than 1e9 ns in a second)."""
-    if stamp_ns // NS_PER_S > INT32_MAX:
-        limit = f'above the {INT32_MAX} s of a header'
-        hint = 'send a stamp of this time, with nanoseconds below 1e9, or none'
-        raise OutOfRange(f'stamp of {topic.request}', stamp_ns, 'ns', limit, hint)
-    return stamp_ns
 
 
 def _check_layout(topic: Topic, message: m.ArrayMessage, first: int) -> None:

@@ -48,44 +48,21 @@ _SET_POINTS = (FLOAT64, POINT_STAMPED, WRENCH_STAMPED, JOINT_STATE)
 
 @dataclass(frozen=True)
 class Topic:
-    """
-    A topic of the node.
+    """A topic of the node."""
 
-    Attributes
-    ----------
-    name : str
-        Relative name, so that a namespace moves it; ``~/`` stands for the node.
-    type_name : str
-        Message type.
-    qos : Qos
-        Quality of service that the node offers or requests; for a stream, the least offered.
-    text : str
-        Meaning, unit and rate.
-    recorded : bool
-        Whether recordings hold it.
-    pace : str
-        Parameter that gives the period, s, or the rate, Hz, of a stream.
-    switches : tuple of str
-        Parameters that must all be true or above 0 for the topic to exist; empty: it always
-        exists.
-    numbers : tuple of str
-        Numbers of a command and their units; for a table, those of a row.
-    is_table : bool
-        Whether a command has any count of rows.
-    overridable : tuple of str
-        Policies of its quality of service that a user may override at the start.
-
-    """
-
-    name: str
-    type_name: str
+    name: str  # relative name, so that a namespace moves it; ``~/`` stands for the node
+    type_name: str  # message type
+    # quality of service that the node offers or requests; for a stream, the least offered
     qos: Qos
-    text: str
-    recorded: bool = True
-    pace: str = ''
+    text: str  # meaning, unit and rate
+    recorded: bool = True  # whether recordings hold it
+    pace: str = ''  # parameter that gives the period, s, or the rate, Hz, of a stream
+    # parameters that must all be true or above 0 for the topic to exist; empty: it always exists
     switches: tuple[str, ...] = ()
+    # numbers of a command and their units; for a table, those of a row
     numbers: tuple[str, ...] = ()
-    is_table: bool = False
+    is_table: bool = False  # whether a command has any count of rows
+    # policies of its quality of service that a user may override at the start
     overridable: tuple[str, ...] = ()
 
     @property

@@ -61,23 +61,11 @@ def _user() -> int | None:
 
 
 class Folders(NamedTuple):
-    """
-    Folders of the compiled kernels.
+    """Folders of the compiled kernels."""
 
-    Attributes
-    ----------
-    read : tuple of Path
-        Trusted folders, in the order of look-up.
-    write : Path or None
-        Folder of new kernels; the last of ``read``.
-    bundled : Path or None
-        Folder of the wheel.
-
-    """
-
-    read: tuple[Path, ...]
-    write: Path | None
-    bundled: Path | None = None
+    read: tuple[Path, ...]  # trusted folders, in the order of look-up
+    write: Path | None  # folder of new kernels; the last of ``read``
+    bundled: Path | None = None  # folder of the wheel
 
 
 class Trust(NamedTuple):
@@ -118,7 +106,6 @@ class Trust(NamedTuple):
             raise OSError(errno.EPERM, 'others can write to it', str(path))
 
     def accepts(self, path: Path) -> bool:
-        """Return whether a folder is trusted."""
         with suppress(OSError), self.folder(path):
             return True
         return False
@@ -311,10 +298,7 @@ def load_whole(path: Path, trust: Trust) -> bytes:
     """
     Return the data that ``save_whole`` has written.
 
-    Raises
-    ------
-    OSError
-        If the file is missing, unreadable, damaged or not trusted.
+    Raises OSError if the file is missing, unreadable, damaged or not trusted.
 
     """
     with trust.opened(path, os.O_RDONLY) as number, open(number, 'rb', closefd=False) as file:

@@ -20,7 +20,7 @@ from numba.extending import intrinsic
 from numba.np.numpy_support import from_dtype
 
 from stickslip_ros.kernels.cache import CONFIG, KernelCache
-from stickslip_ros.kernels.record import Kind
+from stickslip_ros.kernels.record import RecordKind
 
 Function = TypeVar('Function', bound=Callable[..., Any])
 
@@ -171,7 +171,7 @@ def entry_point(function: Function) -> Function:
     return _compile(in_python(function), EntryPoint, OPTIONS)
 
 
-def on_stack(of: Kind) -> Callable[[], Any]:
+def on_stack(of: RecordKind) -> Callable[[], Any]:
     """
     Return a function that gives a kernel a record of zeros on its stack.
 

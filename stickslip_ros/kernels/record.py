@@ -18,11 +18,11 @@ LARGE = 1 << 20
 """Size of a large record, bytes, of which most is never touched: a plant."""
 _PRIVATE = {'flags': mmap.MAP_PRIVATE} if hasattr(mmap, 'MAP_PRIVATE') else {}
 FLOAT, COUNT, FLAG = np.float64, np.int64, np.bool_
-Kind: TypeAlias = Any
+RecordKind: TypeAlias = Any
 """Type of a record, a numpy dtype."""
 Record: TypeAlias = Any
 """A record of some kind."""
-Field: TypeAlias = Any
+FieldType: TypeAlias = Any
 """Type of a field: FLOAT, COUNT, FLAG or a kind, or a pair of such a type and an array's shape."""
 
 
@@ -39,12 +39,12 @@ class _Fields(np.void):
         self[name] = value
 
 
-def kind(**fields: Field) -> Kind:
+def kind(**fields: FieldType) -> RecordKind:
     """Return the type of records with these fields, each aligned."""
     return np.dtype((_Fields, np.dtype(list(fields.items()), align=True)))
 
 
-def records(of: Kind, **values: Any) -> Any:
+def records(of: RecordKind, **values: Any) -> Any:
     """
     Return an array of one record; numba finds its type faster than that of a record.
 
@@ -65,6 +65,6 @@ def records(of: Kind, **values: Any) -> Any:
     return made
 
 
-def record(of: Kind, **values: Any) -> Record:
+def record(of: RecordKind, **values: Any) -> Record:
     """Return a record; parameters of ``records``."""
     return records(of, **values)[0]

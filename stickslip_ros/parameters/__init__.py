@@ -3,7 +3,7 @@
 
 """Parameters, each declared once with unit, bounds and source."""
 
-from stickslip_ros.parameters.arguments import reading
+from stickslip_ros.parameters.arguments import checked_arguments
 from stickslip_ros.parameters.declaration import (
     AMPLITUDE_SPEC,
     FREQUENCY_SPEC,
@@ -78,6 +78,7 @@ __all__ = [
     'Spec',
     'StandParameters',
     'bare_name',
+    'checked_arguments',
     'column_name',
     'declared_by',
     'describe',
@@ -89,7 +90,6 @@ __all__ = [
     'parse_assignments',
     'parse_yaml',
     'read_yaml',
-    'reading',
     'spec_of',
     'specs',
     'to_nanoseconds',

@@ -20,10 +20,10 @@ PARAMETER_NAMES: list[str] = []
 Public = TypeVar('Public', bound=Callable[..., Any])
 
 
-def reading(public: Public) -> Public:
+def checked_arguments(public: Public) -> Public:
     """Make a function, or the ``__init__`` of a class, read arguments by annotation and name."""
     if isinstance(public, type):
-        public.__init__ = reading(public.__init__)  # type: ignore[misc]
+        public.__init__ = checked_arguments(public.__init__)  # type: ignore[misc]
         return public
     form, readers = signature(public), dict[str, Any]()
     for name, each in form.parameters.items():
@@ -44,7 +44,7 @@ def reading(public: Public) -> Public:
                 bound.arguments[name] = read(name, value, unit_of(name))
         return public(*bound.args, **bound.kwargs)
 
-    call.is_reading = True  # type: ignore[attr-defined]
+    call.checks_arguments = True  # type: ignore[attr-defined]
     return call  # type: ignore[return-value]
 
 

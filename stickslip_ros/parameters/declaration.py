@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind
 from stickslip_ros.parameters.typed import to_si
-from stickslip_ros.units import quantity as typed_quantity
+from stickslip_ros.units import parse_quantity
 
 Scalar = bool | int | float | str
 
@@ -26,49 +26,27 @@ class ReplaceableDefault(float):
 
 @dataclass(frozen=True)
 class Spec:
-    """
-    Declaration of one parameter.
+    """Declaration of one parameter."""
 
-    Attributes
-    ----------
-    kind : type
-        ``float``, ``int``, ``bool`` or ``str``; of an array, the kind of its elements.
-    default : bool or int or float or str or tuple
-        Value if none is given, in ``unit``.
-    unit : str
-        SI unit; empty for pure numbers, switches and names.
-    minimum, maximum : float or int or None
-        Inclusive bounds, in ``unit``; None for switches and names.
-    choices : tuple of str
-        Accepted words of a choice; empty for other parameters.
-    source : str
-        Source of the default: a place in the paper, or ``assumed``.
-    text : str
-        Description.
-    fixed : bool
-        True if the value is read once, at the start.
-    live : bool
-        True if the value may change while the drive runs.
-    below : str
-        Remedy of a value below the minimum.
-
-    """
-
-    kind: type
-    default: Any
-    unit: str
-    source: str
-    text: str
+    kind: type  # ``float``, ``int``, ``bool`` or ``str``; of an array, the kind of its elements
+    default: Any  # value if none is given, in ``unit``
+    unit: str  # SI unit; empty for pure numbers, switches and names
+    source: str  # source of the default: a place in the paper, or ``assumed``
+    text: str  # description
+    # inclusive bounds, in ``unit``; None for switches and names
     minimum: float | None = None
     maximum: float | None = None
-    choices: tuple[str, ...] = ()
-    fixed: bool = False
-    live: bool = False
-    below: str = 'raise it'
+    choices: tuple[str, ...] = ()  # accepted words of a choice; empty for other parameters
+    fixed: bool = False  # true if the value is read once, at the start
+    live: bool = False  # true if the value may change while the drive runs
+    below: str = 'raise it'  # remedy of a value below the minimum
+    # usual value, in ``unit``, of a part that is off by default; 0: a fit does not try it
+    typical: float = 0.0
+    # true if 0 is the limit of small values; else 0 means "none" or "derived"
+    from_zero: bool = False
 
     @property
     def is_array(self) -> bool:
-        """Whether the parameter is an array."""
         return isinstance(self.default, tuple)
 
     def check(self, name: str, value: object) -> Any:
@@ -77,12 +55,8 @@ class Spec:
 
         An array is a tuple; a single element, or a text such as ``[2, 4]``, is one as well.
 
-        Raises
-        ------
-        WrongKind
-            If the value is not of the declared kind, or not finite.
-        OutOfRange
-            If it is outside the bounds, or not among the choices.
+        Raises WrongKind if the value is not of the declared kind, or not finite; OutOfRange if it
+        is outside the bounds, or not among the choices.
 
         """
         if not self.is_array:
@@ -138,7 +112,7 @@ def _to_int(name: str, value: object, unit: str) -> int:
     try:
         return int(str(value))
     except ValueError:
-        amount = typed_quantity(str(value), unit) if unit else None
+        amount = parse_quantity(str(value), unit) if unit else None
         if amount is not None and amount.is_integer():
             return int(amount)
         raise WrongKind(name, value, 'a whole number', 'give an integer such as 42') from None
@@ -157,12 +131,7 @@ def _to_str(name: str, value: object, _: str) -> str:
     return value
 
 
-CONVERTERS: Mapping[type, Any] = {
-    float: _to_float,
-    int: _to_int,
-    bool: _to_bool,
-    str: _to_str,
-}
+CONVERTERS: Mapping[type, Any] = {float: _to_float, int: _to_int, bool: _to_bool, str: _to_str}
 
 
 def quantity(
@@ -175,56 +144,51 @@ def quantity(
     **others: Any,
 ) -> Any:
     """Declare a quantity: a float in an SI unit, with inclusive bounds; others as in Spec."""
-    return declare(Spec(float, default, unit, source, text, *bounds, **others))
+    return declare_field(Spec(float, default, unit, source, text, *bounds, **others))
 
 
 def count(
     default: int, text: str, *, bounds: tuple[int, int], unit: str = '', live: bool = False
 ) -> Any:
     """Declare a whole number with inclusive bounds."""
-    return declare(Spec(int, default, unit, ASSUMED, text, *bounds, live=live))
+    return declare_field(Spec(int, default, unit, ASSUMED, text, *bounds, live=live))
 
 
 def quantities(
     default: tuple[float, ...], unit: str, text: str, *, bounds: tuple[float, float], source: str
 ) -> Any:
     """Declare an array of physical quantities in an SI unit, with inclusive bounds of each."""
-    return declare(Spec(float, default, unit, source, text, *bounds))
+    return declare_field(Spec(float, default, unit, source, text, *bounds))
 
 
 def counts(default: tuple[int, ...], text: str, *, bounds: tuple[int, int], source: str) -> Any:
     """Declare an array of whole numbers with inclusive bounds of each."""
-    return declare(Spec(int, default, '', source, text, *bounds))
+    return declare_field(Spec(int, default, '', source, text, *bounds))
 
 
 def choice(
-    default: str,
-    choices: tuple[str, ...],
-    text: str,
-    *,
-    source: str = ASSUMED,
-    live: bool = False,
+    default: str, choices: tuple[str, ...], text: str, *, source: str = ASSUMED, live: bool = False
 ) -> Any:
     """Declare a choice among words."""
-    return declare(Spec(str, default, '', source, text, choices=choices, live=live))
+    return declare_field(Spec(str, default, '', source, text, choices=choices, live=live))
 
 
 def words(default: str, text: str) -> Any:
     """Declare a free text, such as a path."""
-    return declare(Spec(str, default, '', ASSUMED, text))
+    return declare_field(Spec(str, default, '', ASSUMED, text))
 
 
 def switch(default: bool, text: str, *, fixed: bool = False, live: bool = False) -> Any:
     """Declare a switch."""
-    return declare(Spec(bool, default, '', ASSUMED, text, fixed=fixed, live=live))
+    return declare_field(Spec(bool, default, '', ASSUMED, text, fixed=fixed, live=live))
 
 
-def declare(spec: Spec) -> Any:
+def declare_field(spec: Spec) -> Any:
     """Return the dataclass field of a declaration."""
     return dataclasses.field(default=spec.default, metadata={'spec': spec})
 
 
-Group = TypeVar('Group', bound='Checked')
+_Group = TypeVar('_Group', bound='Checked')
 Class = TypeVar('Class', bound=type)
 
 
@@ -256,8 +220,9 @@ class Checked:
                 object.__setattr__(self, field.name, checked)
         self.check_together()
 
-    def with_checked(self: Group, values: Mapping[str, object]) -> Group:
+    def with_checked(self: _Group, values: Mapping[str, object]) -> _Group:
         """Return a copy with other values, each of which is already checked."""
+        # Not by the class, whose `__post_init__` would check every value again.
         changed = object.__new__(type(self))
         changed.__dict__.update(self.__dict__, **values)
         changed.check_together()
@@ -295,14 +260,12 @@ def declared_by(group: type[Checked]) -> dict[str, Spec]:
     return found
 
 
-def find(declared: Mapping[str, Spec], name: str, fallback: str) -> Spec:
+def find_spec(declared: Mapping[str, Spec], name: str, fallback: str) -> Spec:
     """
     Return the declaration of a name.
 
-    Raises
-    ------
-    UnknownName
-        If the name is not declared; the hint gives the nearest names, or else ``fallback``.
+    Raises UnknownName if the name is not declared; the hint gives the nearest names, or else
+    ``fallback``.
 
     """
     if name not in declared:

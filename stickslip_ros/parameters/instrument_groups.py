@@ -31,10 +31,7 @@ class SimParameters(Checked):
         bounds=(1e-8, 2e-5),
     )
     block: float = quantity(
-        1e-3,
-        's',
-        'period of updates: of position, force and commands',
-        bounds=(1e-4, 0.1),
+        1e-3, 's', 'period of updates: of position, force and commands', bounds=(1e-4, 0.1)
     )
     wake: float = quantity(
         0.0,

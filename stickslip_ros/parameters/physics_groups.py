@@ -51,10 +51,7 @@ class ContactParameters(Checked):
         source='Eq. 18',
     )
     law: str = choice(
-        'mdr',
-        LAWS,
-        'contact model of the paper, or a rival friction law',
-        source='Section 3',
+        'mdr', LAWS, 'contact model of the paper, or a rival friction law', source='Section 3'
     )
     radius: float = quantity(
         0.5e-3, 'm', 'radius R of a hemisphere', bounds=(1e-6, 1.0), source=TABLE_1
@@ -68,6 +65,7 @@ class ContactParameters(Checked):
         'rms roughness h; used by a rough line, and where prefactor is 0',
         bounds=(0.0, 1e-3),
         source='Section 4',
+        from_zero=True,
     )
     prefactor: float = quantity(
         PAPER_PREFACTOR,
@@ -75,6 +73,7 @@ class ContactParameters(Checked):
         'Q_1D of Eq. 17; 0: computed from rms_height',
         bounds=(0.0, 1.0),
         source='Section 4',
+        from_zero=True,
     )
     line_length: float = quantity(
         1e-3,
@@ -120,10 +119,7 @@ class ContactParameters(Checked):
         1e-6, 'm', 'slip D_c that renews an aged contact', bounds=(1e-10, 1e-3)
     )
     friction_velocity: float = quantity(
-        1e-3,
-        'm/s',
-        'velocity v0 of steady sliding with contact.friction',
-        bounds=(1e-9, 10.0),
+        1e-3, 'm/s', 'velocity v0 of steady sliding with contact.friction', bounds=(1e-9, 10.0)
     )
     friction_cutoff: float = quantity(
         1e-4,
@@ -193,8 +189,12 @@ class FrictionLawParameters(Checked):
     bristle_stiffness: float = quantity(
         0.0, 'N/m', 'sigma0; 0: the full-stick stiffness of all contacts', bounds=(0.0, 1e12)
     )
-    bristle_damping: float = quantity(0.0, 'N s/m', 'sigma1 of LuGre and EPM', bounds=(0.0, 1e6))
-    viscous: float = quantity(0.0, 'N s/m', 'sigma2, viscous friction', bounds=(0.0, 1e6))
+    bristle_damping: float = quantity(
+        0.0, 'N s/m', 'sigma1 of LuGre and EPM', bounds=(0.0, 1e6), from_zero=True
+    )
+    viscous: float = quantity(
+        0.0, 'N s/m', 'sigma2, viscous friction', bounds=(0.0, 1e6), from_zero=True
+    )
     static_ratio: float = quantity(
         1.0, '', 'ratio Fs/Fc of static to Coulomb friction; Fc is mu F_n', bounds=(1.0, 10.0)
     )
@@ -239,10 +239,7 @@ class StandParameters(Checked):
     )
     travel_max: float = quantity(5e-3, 'm', 'position of the upper end stop', bounds=(1e-7, 1.0))
     stop_stiffness: float = quantity(
-        0.0,
-        'N/m',
-        'stiffness of the end stops; 0: no end stops',
-        bounds=(0.0, 1e9),
+        0.0, 'N/m', 'stiffness of the end stops; 0: no end stops', bounds=(0.0, 1e9)
     )
 
 
@@ -334,7 +331,6 @@ class FeetParameters(Checked):
 
     @property
     def groups(self) -> tuple[FootGroup, ...]:
-        """The groups, in the order of the arrays."""
         rows = zip(
             self.count, self.share, self.weight, self.radius, self.gain, self.delay, strict=True
         )
@@ -342,7 +338,6 @@ class FeetParameters(Checked):
 
     @property
     def total(self) -> int:
-        """Number of feet."""
         return sum(self.count)
 
 
@@ -371,7 +366,12 @@ class RunnerParameters(Checked):
 
     mass: float = quantity(3e-3, 'kg', 'mass m of the runner', bounds=(1e-6, 10.0), source=TABLE_1)
     damping: float = quantity(
-        0.0, 'N s/m', 'viscous damping c of the runner; the paper gives none', bounds=(0.0, 1e4)
+        0.0,
+        'N s/m',
+        'viscous damping c of the runner; the paper gives none',
+        bounds=(0.0, 1e4),
+        typical=20.0,
+        from_zero=True,
     )
 
 
@@ -398,7 +398,7 @@ class AmplifierParameters(Checked):
         20e3, 'Hz', 'highest saw-tooth frequency that a command may ask for', bounds=(1.0, 1e6)
     )
     bandwidth: float = quantity(
-        0.0, 'Hz', 'first-order low-pass of the output; 0: none', bounds=(0.0, 1e9)
+        0.0, 'Hz', 'first-order low-pass of the output; 0: none', bounds=(0.0, 1e9), typical=2e5
     )
     resolution: float = quantity(
         0.0, 'V', 'step of the digital-to-analogue converter; 0: none', bounds=(0.0, 10.0)
@@ -415,22 +415,12 @@ class AmplifierParameters(Checked):
         refuse_below_unless_zero('amplifier.bandwidth', self.bandwidth, SLOWEST_HZ, 'Hz')
         if self.voltage_min >= self.voltage_max:
             limit = f'not below amplifier.voltage_max, {self.voltage_max:g} V'
-            raise OutOfRange(
-                'amplifier.voltage_min',
-                self.voltage_min,
-                'V',
-                limit,
-                'lower it or raise amplifier.voltage_max',
-            )
+            hint = 'lower it or raise amplifier.voltage_max'
+            raise OutOfRange('amplifier.voltage_min', self.voltage_min, 'V', limit, hint)
         if not self.voltage_min <= self.voltage_initial <= self.voltage_max:
             limit = f'outside {self.voltage_min:g} to {self.voltage_max:g} V'
-            raise OutOfRange(
-                'amplifier.voltage_initial',
-                self.voltage_initial,
-                'V',
-                limit,
-                'move it between amplifier.voltage_min and amplifier.voltage_max',
-            )
+            hint = 'move it between amplifier.voltage_min and amplifier.voltage_max'
+            raise OutOfRange('amplifier.voltage_initial', self.voltage_initial, 'V', limit, hint)
 
 
 @dataclass(frozen=True)
@@ -457,19 +447,27 @@ class ActuatorParameters(Checked):
         'width of the loop over the whole voltage range, at mid-range, as a share of the stroke; '
         '0: none',
         bounds=(0.0, 0.4),
+        typical=0.05,
+        from_zero=True,
     )
     plays: int = count(8, 'number of play operators of the hysteresis', bounds=(1, 64))
     creep: float = quantity(
-        0.0, '', 'relative growth of a displacement per decade of time; 0: none', bounds=(0.0, 0.2)
+        0.0,
+        '',
+        'relative growth of a displacement per decade of time; 0: none',
+        bounds=(0.0, 0.2),
+        typical=0.01,
+        from_zero=True,
     )
     resonance: float = quantity(
         0.0,
         'Hz',
         'resonance of the piezo with its hemisphere, without load; 0: it follows at once',
         bounds=(0.0, 1e7),
+        typical=2e5,
     )
     damping_ratio: float = quantity(
-        0.05, '', 'damping ratio of that resonance', bounds=(0.001, 10.0)
+        0.05, '', 'damping ratio of that resonance', bounds=(0.001, 10.0), typical=0.05
     )
     stiffness: float = quantity(
         0.0,
@@ -488,6 +486,7 @@ class ActuatorParameters(Checked):
         '',
         "largest relative deviation of a foot's gain from the mean; 0: none",
         bounds=(0.0, 0.9),
+        typical=0.01,
     )
 
     def check_together(self) -> None:

@@ -90,10 +90,7 @@ class LoadCellParameters(Checked):
         0.0, 'm', 'one_sided: distance of the runner from the load cell', bounds=(0.0, 1.0)
     )
     resonance: float = quantity(
-        0.0,
-        'Hz',
-        'resonance of its moving mass on its stiffness; 0: no mass',
-        bounds=(0.0, 1e5),
+        0.0, 'Hz', 'resonance of its moving mass on its stiffness; 0: no mass', bounds=(0.0, 1e5)
     )
     damping_ratio: float = quantity(
         0.1, '', 'damping ratio of that resonance', bounds=(0.001, 10.0)

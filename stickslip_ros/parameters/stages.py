@@ -6,10 +6,10 @@
 from pathlib import Path
 
 from stickslip_ros.errors import UnknownName
-from stickslip_ros.parameters.arguments import reading
+from stickslip_ros.parameters.arguments import checked_arguments
 
 
-@reading
+@checked_arguments
 def stage_file(name: str) -> Path:
     """
     Return the ROS parameter file of a stage, as ``'clamp'``.

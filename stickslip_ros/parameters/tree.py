@@ -11,12 +11,12 @@ from operator import attrgetter
 from typing import Any
 
 from stickslip_ros.errors import OutOfRange, WrongKind, WrongUse
-from stickslip_ros.parameters.arguments import PARAMETER_NAMES, reading
+from stickslip_ros.parameters.arguments import PARAMETER_NAMES, checked_arguments
 from stickslip_ros.parameters.declaration import (
     Checked,
     Spec,
     declared_by,
-    find,
+    find_spec,
     switch,
     with_fields,
 )
@@ -47,7 +47,7 @@ from stickslip_ros.parameters.sensors import (
     LoadCellParameters,
     Sensor,
 )
-from stickslip_ros.sections import Section, Shown
+from stickslip_ros.sections import NotebookView, Section
 from stickslip_ros.units import NS_PER_S
 
 TRAVEL = 'stand.travel_min', 'stand.travel_max'
@@ -55,12 +55,12 @@ TRAVEL = 'stand.travel_min', 'stand.travel_max'
 _PAPER: tuple[str, ...] = 'none', 'the stand of the paper'
 
 
-@reading
+@checked_arguments
 @dataclass(frozen=True, kw_only=True)
 @with_fields(
     {each.name: (each.group, field(default_factory=each.group)) for each in SENSORS}, 'trace'
 )
-class Parameters(Shown, Checked):
+class Parameters(NotebookView, Checked):
     """All parameters, in groups; ``Parameters()`` is the test stand of the paper."""
 
     autostart: bool = switch(True, 'configure and activate the node without a manager', fixed=True)
@@ -147,7 +147,7 @@ class Parameters(Shown, Checked):
         """Return ``{'group.name': value}`` in the order of declaration."""
         return dict(zip(_SPECS, _values_of(self), strict=True))
 
-    @reading
+    @checked_arguments
     def updated(self, values: Mapping[str, object]) -> 'Parameters':
         """
         Return a copy with other values, ``{'stand.preload': 0.25}``; texts are converted.
@@ -194,7 +194,7 @@ def specs() -> dict[str, Spec]:
 
 def spec_of(name: str) -> Spec:
     """Return the declaration of a parameter; UnknownName suggests the nearest names."""
-    return find(_SPECS, name, 'see docs/reference/parameters.md')
+    return find_spec(_SPECS, name, 'see docs/reference/parameters.md')
 
 
 def column_name(name: str) -> str:

@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 
 from stickslip_ros.errors import OutOfRange, WrongKind
-from stickslip_ros.units import TYPED, quantity
+from stickslip_ros.units import TYPED, parse_quantity
 
 EXAMPLES = {
     '': '0.5 or 60e-9',
@@ -24,13 +24,10 @@ def to_si(name: str, text: str, unit: str) -> float:
     """
     Return the SI value of a text such as ``60nm``.
 
-    Raises
-    ------
-    WrongKind
-        If it is not a finite number, or its unit is of another kind.
+    Raises WrongKind if it is not a finite number, or its unit is of another kind.
 
     """
-    number = quantity(text, unit)
+    number = parse_quantity(text, unit)
     if number is None or not math.isfinite(number):
         has_kind = unit and number is None
         expected = f'a number in {TYPED.get(unit, unit)}' if has_kind else 'a finite number'
@@ -42,15 +39,13 @@ def to_si_list(name: str, texts: Sequence[str], unit: str) -> list[float]:
     """
     Parse quantities; either all have units or none (0 needs no unit).
 
-    Raises
-    ------
-    WrongKind, OutOfRange
-        If a text is not a quantity in the unit, or lacks a unit that other texts have.
+    Raises WrongKind or OutOfRange if a text is not a quantity in the unit, or lacks a unit that
+    other texts have.
 
     """
     numbers = [to_si(name, text, unit) for text in texts]
-    bare = [text for text in texts if quantity(text, '')]
-    if bare and any(quantity(text, '') is None for text in texts):
+    bare = [text for text in texts if parse_quantity(text, '')]
+    if bare and any(parse_quantity(text, '') is None for text in texts):
         limit = 'without a unit, but others have units'
         raise OutOfRange(name, bare[0], '', limit, f'write all as {_example(unit)}')
     return numbers

@@ -21,7 +21,7 @@ import yaml
 from stickslip_ros import budget
 from stickslip_ros.errors import RecordingError, StickSlipError, UnknownName, WrongKind, quoted
 from stickslip_ros.files import read_text
-from stickslip_ros.parameters.arguments import reading
+from stickslip_ros.parameters.arguments import checked_arguments
 from stickslip_ros.parameters.declaration import Scalar, Spec
 from stickslip_ros.parameters.tree import Parameters, specs
 
@@ -82,7 +82,7 @@ def _before_values() -> dict[str, str]:
     return found
 
 
-@reading
+@checked_arguments
 def load_yaml(*paths: str | Path) -> Parameters:
     """
     Read ROS parameter files; later files override earlier ones, and the rest keeps its defaults.
@@ -151,12 +151,14 @@ def _matches(section: str, drive: str = '') -> bool:
     return re.fullmatch(pattern, drive) is not None
 
 
-def _flat(section: object, origin: str) -> dict[str, object]:
+def _flat(node: object, origin: str, prefix: str = '') -> dict[str, object]:
     values: dict[str, object] = {}
-    for name, value in _flatten(section, '', origin):
-        if name in values:
-            raise RecordingError(origin, f'gives {name} twice', 'keep one of the two')
-        values[name] = value
+    for key, value in _items(node, origin):
+        name = f'{prefix}{key}'
+        below = _flat(value, origin, f'{name}.') if isinstance(value, dict) else {name: value}
+        if twice := values.keys() & below.keys():  # as a: {b: 1} and a.b: 2
+            raise RecordingError(origin, f'gives {min(twice)} twice', 'keep one of the two')
+        values |= below
     return values
 
 
@@ -166,23 +168,12 @@ def _items(node: object, origin: str) -> Iterator[tuple[str, object]]:
     yield from ((str(key), value) for key, value in node.items())
 
 
-def _flatten(node: object, prefix: str, origin: str) -> Iterator[tuple[str, object]]:
-    for key, value in _items(node, origin):
-        if isinstance(value, dict):
-            yield from _flatten(value, f'{prefix}{key}.', origin)
-        else:
-            yield f'{prefix}{key}', value
-
-
 def read_yaml(text: str, origin: str, hint: str, limit: Any = budget.YAML_VALUES) -> object:
     """
     Read a YAML document; messages name its ``origin`` and give the ``hint``.
 
-    Raises
-    ------
-    RecordingError
-        If it is not YAML, asks for more than its limits, or has a repeated key, a number such as
-        ``1:30`` or an alias, whose line is named.
+    Raises RecordingError if it is not YAML, asks for more than its limits, or has a repeated key,
+    a number such as ``1:30`` or an alias, whose line is named.
 
     """
     try:

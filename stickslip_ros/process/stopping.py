@@ -18,7 +18,7 @@ from typing import Any
 
 from stickslip_ros.errors import StickSlipError
 
-_asked = Event()
+_stop = Event()
 _sleepers: list[Callable[[], object]] = []
 _lock = Lock()
 
@@ -33,7 +33,7 @@ class StillBusy(StickSlipError):
 
 def is_stop_requested() -> bool:
     """Return whether all work of this process was asked to end."""
-    return _asked.is_set()
+    return _stop.is_set()
 
 
 @contextmanager
@@ -50,7 +50,7 @@ def wake_on_stop(wake: Callable[[], object]) -> Iterator[None]:
 
 def request_stop() -> None:
     """Ask all work of this process to end, including the compilation of kernels."""
-    _asked.set()
+    _stop.set()
     with _lock:
         for wake in _sleepers:
             wake()
@@ -62,5 +62,5 @@ def request_stop() -> None:
 
 def stop_if_asked() -> None:
     """Raise KeyboardInterrupt if a stop was requested."""
-    if _asked.is_set():
+    if _stop.is_set():
         raise KeyboardInterrupt

@@ -78,7 +78,6 @@ class ChunkMessages(NamedTuple):
             yield self.data[start - RECORD_HEAD.size : start + length]
 
     def message(self, place: int) -> Message:
-        """Give a message."""
         start = int(self.starts[place])
         channel_id, sequence, log_time, publish_time = MESSAGE_HEAD.unpack_from(self.data, start)
         _, length = RECORD_HEAD.unpack_from(self.data, start - RECORD_HEAD.size)
@@ -86,7 +85,7 @@ class ChunkMessages(NamedTuple):
         return Message(channel_id, log_time, content, publish_time, sequence)
 
 
-Row = tuple[int, int, int, ChunkMessages | None]
+_MergeRow = tuple[int, int, int, ChunkMessages | None]
 """Log time, chunk and place of a message; nothing where a chunk begins."""
 
 
@@ -107,6 +106,7 @@ def unpack_chunk(chunk: Chunk) -> bytes:
         if (announced := zstandard.frame_content_size(data)) in {-1, size}:
             data = zstandard.decompress(data, size)
     elif chunk.compression == 'lz4':
+        # One byte more than announced: a frame that is too long is seen, and no bomb unpacks.
         data = LZ4FrameDecompressor().decompress(data, max_length=size + 1)
     elif chunk.compression:
         raise ValueError(f'its compression {chunk.compression!r} is not known')
@@ -238,7 +238,7 @@ class ChunkReader(SeekingReader):
         """Give schema, channel and message, in the order of log times or of the file."""
         summary = self.get_summary()
         indexes, wanted = self._select(topics, window_ns)
-        rows: Iterator[Row]
+        rows: Iterator[_MergeRow]
         if in_time_order:
             rows = heapq.merge(*(self._by_time(index, wanted) for index in indexes))
         else:
@@ -251,7 +251,7 @@ class ChunkReader(SeekingReader):
                 schema = summary.schemas[channel.schema_id] if channel.schema_id else None
                 yield schema, channel, message
 
-    def _by_time(self, index: ChunkIndex, wanted: set[int] | None) -> Iterator[Row]:
+    def _by_time(self, index: ChunkIndex, wanted: set[int] | None) -> Iterator[_MergeRow]:
         """Give the begin of a chunk, which opens it when it is due, and its messages by time."""
         yield *begin_of(index), -1, None
         piece = self._read(index, wanted)

@@ -84,6 +84,7 @@ def _connected(path: Path) -> 'closing[sqlite3.Connection]':
     uri = f'file:{quote(str(path))}?mode=ro&immutable=1'
     connection = sqlite3.connect(uri, uri=True, check_same_thread=False)
     connection.executescript('PRAGMA trusted_schema=OFF; PRAGMA ignore_check_constraints=ON')
+    # A query over a file that lies may never end: its steps are limited by the size of the file.
     left = iter(range(1, 1000 + path.stat().st_size // 100))
     connection.set_progress_handler(lambda: is_stop_requested() or not next(left, 0), _STEPS)
     return closing(connection)

@@ -42,7 +42,7 @@ from stickslip_ros.recording.chunks import ALL_TIMES_NS, begin_of
 from stickslip_ros.recording.integrity import PROFILE, open_whole
 from stickslip_ros.recording.layout import Layout
 from stickslip_ros.recording.run_file import RUN_RECORD, TIME_ORIGIN, to_time_ns
-from stickslip_ros.recording.series import Columns, Series
+from stickslip_ros.recording.series import Series, TraceColumns
 from stickslip_ros.recording.storage import (
     CLOSING_RECORD,
     FIRST_PART,
@@ -385,7 +385,7 @@ class Recording:
                 break
             self.lost[name] += len(each.data) * (start_s <= at_s <= end_s)
             if columns is None:
-                columns = Columns(self._origin(name), self._rows_ahead(name, len(each.data)))
+                columns = TraceColumns(self._origin(name), self._rows_ahead(name, len(each.data)))
             columns.add(each)
         joined = columns.series() if columns else {}
         found = {key: each.window(start_s, end_s) for key, each in joined.items()}

@@ -85,6 +85,7 @@ class Recorder:
         self._changed = Condition(self._lock)
         self._thread = Thread(target=self._run, name=f'record {self.path.name}', daemon=True)
         self._thread.start()
+        # The thread is a daemon, which an ending interpreter would stop in the middle of a file.
         atexit.register(self.close)
 
     @property

@@ -13,7 +13,7 @@ from stickslip_ros.errors import RecordingError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Output, Status, trace_columns
-from stickslip_ros.instrument.state_tree import ANY_FLOAT, read
+from stickslip_ros.instrument.state_tree import ANY_FLOAT, read_tree
 from stickslip_ros.interface.cdr import pack_string, pack_uint32
 from stickslip_ros.interface.channels import Channel
 from stickslip_ros.interface.feed import Feed, Packed
@@ -149,8 +149,8 @@ class ReportingBench:
             _STATUS: Status | None,
             _JOINT: {'time_ns': range(time_ns + 1), 'position_m': ANY_FLOAT},
         }
-        attached = read(forms, self.bench.attached, 'checkpoint.attached')
-        read(range(0, time_ns + 1, block_ns), time_ns, 'checkpoint.time_ns')
+        attached = read_tree(forms, self.bench.attached, 'checkpoint.attached')
+        read_tree(range(0, time_ns + 1, block_ns), time_ns, 'checkpoint.time_ns')
         time_ns, position_m = attached[_JOINT].values()
         self._feed.resume([attached[_PENDING]], attached[_STATUS], (time_ns, position_m))
 

@@ -82,7 +82,7 @@ class Series:
         return made
 
 
-class Columns:
+class TraceColumns:
     """
     Joins the blocks of a trace, labelled ``t[s],voltage[V]``.
 
@@ -136,7 +136,7 @@ class Columns:
 
 def split_columns(blocks: Iterable[ArrayMessage], origin: str) -> dict[str, Series]:
     """Give the columns of the blocks of a trace."""
-    columns = Columns(origin)
+    columns = TraceColumns(origin)
     for block in blocks:
         columns.add(block)
     return columns.series()

@@ -108,6 +108,7 @@ class McapFile:
                 problem = f'it cannot be begun ({error})'
                 raise RecordingError(path, problem, 'choose another place') from error
             raise
+        # A synced file of which the folder was not synced may have no name after a power failure.
         with suppress(OSError):  # a file system may not know how to bring a name to the disk
             folder = os.open(path.parent, os.O_RDONLY)
             try:

@@ -135,7 +135,6 @@ class Handshake:
         return bool(self.state)
 
     def close(self) -> None:
-        """Destroy the client."""
         self._node.destroy_client(self._client)
 
     def _take_answer(self, answer: Any) -> None:
@@ -170,6 +169,8 @@ class DriveClient:
         """
         Send a command.
 
+        Raises UnknownName if there is no such command.
+
         Parameters
         ----------
         name : str
@@ -181,11 +182,6 @@ class DriveClient:
             Number of times that a waveform is played; 0 repeats until replaced.
         tag : str
             Word that comes back in its events, for a command with a header or a layout.
-
-        Raises
-        ------
-        UnknownName
-            If there is no such command.
 
         """
         self.send(name, pack_command(command_topic(name), value, cycles=cycles, tag=tag))
@@ -321,7 +317,6 @@ class LockstepClient(DriveClient):
         super().command(command_topic(name, but='grant').request, value, cycles, tag)
 
     def is_connected(self) -> bool:
-        """Return whether each topic of a drive in lockstep is connected."""
         return super().is_connected() and self._publishers['grant'].get_subscription_count() > 0
 
     def close(self) -> None:

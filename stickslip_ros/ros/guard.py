@@ -96,7 +96,6 @@ class GuardedNode(Node):  # type: ignore[misc]
 
     @cached_property
     def guard(self) -> Guard:
-        """The guard of this node."""
         return Guard(self)
 
     def create_subscription(

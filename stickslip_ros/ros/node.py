@@ -53,7 +53,7 @@ from stickslip_ros.ros.parameter_bridge import (
 )
 from stickslip_ros.ros.trajectory_action import TrajectoryAction, installed_types
 from stickslip_ros.runtime.orders import AT_ONCE, read_grant
-from stickslip_ros.runtime.session import Session, await_reply, require
+from stickslip_ros.runtime.session import Session, await_reply, require, why_lost
 from stickslip_ros.runtime.worker import UNTROUBLED, Callbacks
 from stickslip_ros.units import KILO, NANO
 
@@ -334,8 +334,7 @@ class StickSlipDrive(CheckedNode, GuardedNode, LifecycleNode):
         return self._topics.channels(session.parameters), self.get_namespace()
 
     def _on_lost_recording(self, writer: RunWriter) -> None:
-        why = f'{writer.recorder.path} has stopped: {writer.recorder.error}'
-        self.get_logger().error(f'{why}; the drive goes on')
+        self.get_logger().error(f'{why_lost(writer)}; the drive goes on')
         if self._session is not None:
             self._send_diagnostics(diagnostics.recorder_status(self._full_name, self._session))
 

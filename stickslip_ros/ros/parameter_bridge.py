@@ -27,7 +27,7 @@ from stickslip_ros.parameters import (
     spec_of,
     specs,
 )
-from stickslip_ros.parameters.declaration import find
+from stickslip_ros.parameters.declaration import find_spec
 
 SIM_TIME, _CLOCK = 'use_sim_time', 'sim.publish_clock'
 FOREIGN = dict.fromkeys(
@@ -68,7 +68,7 @@ def declare_parameters(node: 'CheckedNode') -> Parameters:
 
     """
     parameters = Parameters().updated(given_values(node))
-    declare(node, specs(), parameters.flat())
+    declare_all(node, specs(), parameters.flat())
     return parameters
 
 
@@ -79,7 +79,7 @@ def given_values(node: 'CheckedNode') -> dict[str, Any]:
     return {name: value for name, value in values.items() if name not in FOREIGN}
 
 
-def declare(node: Node, declared: Mapping[str, Spec], values: Mapping[str, Scalar]) -> None:
+def declare_all(node: Node, declared: Mapping[str, Spec], values: Mapping[str, Scalar]) -> None:
     """Declare parameters with checked values."""
     for name, value in values.items():
         if node.has_parameter(name):
@@ -144,7 +144,7 @@ class CheckedNode(Node):  # type: ignore[misc]
             if value is None:
                 raise WrongKind(name, [], 'a policy', 'give a number or a word')
             return value
-        spec = find(self.declared, name, 'see docs/reference/parameters.md')
+        spec = find_spec(self.declared, name, 'see docs/reference/parameters.md')
         value = list(value or ()) if isinstance(value, array | None) else value
         checked = spec.check(name, value)
         return list(checked) if spec.is_array else checked
@@ -187,18 +187,14 @@ class CheckedNode(Node):  # type: ignore[misc]
         return super().set_parameters_atomically(changes)
 
 
-def is_live(name: str) -> bool:
-    """Return whether a running drive takes a parameter: a fault, or a limit of its moves."""
-    return name in specs() and spec_of(name).live
-
-
 Settings = tuple[tuple[str, Scalar], ...]
 """Full names of parameters and their values."""
 
 
 def live_settings(changes: list[Parameter]) -> tuple[Settings, Settings]:
     """Return the live parameters among some changes: faults, and others."""
-    live = [(p.name, spec_of(p.name).check(p.name, p.value)) for p in changes if is_live(p.name)]
+    own = [(p, spec_of(p.name)) for p in changes if p.name in specs()]
+    live = [(p.name, spec.check(p.name, p.value)) for p, spec in own if spec.live]
     faults = tuple(each for each in live if is_fault(each[0]))
     return faults, tuple(each for each in live if each not in faults)
 

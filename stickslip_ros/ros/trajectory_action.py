@@ -57,14 +57,8 @@ def read_goal(goal: Any, parameters: Parameters, now_ns: int, time_origin_ns: in
     """
     Return the command that carries out a goal; ``now`` is simulated time.
 
-    Raises
-    ------
-    UnknownName
-        If the goal names another joint than that of the drive.
-    TooLate
-        If its end is past.
-    StickSlipError
-        If the goal is malformed, or the drive refuses it.
+    Raises UnknownName if the goal names another joint than that of the drive; TooLate if its end
+    is past; StickSlipError if the goal is malformed, or the drive refuses it.
 
     """
     trajectory, own = goal.trajectory, parameters.sim.joint_name

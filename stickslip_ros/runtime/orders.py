@@ -43,7 +43,6 @@ class Order:
     outcome: RunWriter | bytes | StickSlipError | None = None
 
     def answer(self) -> None:
-        """Reply with the outcome."""
         if isinstance(self.outcome, StickSlipError):
             self.reply.set_exception(self.outcome)
         else:
@@ -89,7 +88,6 @@ class Orders:
         return any(each.name in SHORT_STEP_REQUESTS for each in self) and not self._has_kernels()
 
     def put(self, order: Order) -> Order:
-        """Add an order; return it."""
         self._waiting.append(order)
         self.numbers += order.numbers
         return order

@@ -155,6 +155,7 @@ class Pacer:
         if self._period_s == 0.0:
             self._lateness_s.append(0.0)
             return
+        # From the last deadline, not from now: one late tick must not delay all that follow.
         self._deadline_s += self._period_s
         pause_s = self._deadline_s - time.monotonic()
         if pause_s > 0.0:
@@ -164,6 +165,7 @@ class Pacer:
         self._account(now_s, pause_s, is_late=late_s > self._period_s)
         self._overruns_total += late_s > self._period_s  # first: a report reads it last
         self._lateness_s.append(late_s)
+        # Given up: simulated time stays behind, rather than a burst that would never catch up.
         if late_s > self._lag_max_s:
             self._deadline_s += late_s
             self._behind_s += late_s

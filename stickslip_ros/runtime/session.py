@@ -332,6 +332,7 @@ class Session:
                 self.worker.advance(self._due)
             self._due = []
             self._busy_since_s = None
+            # Only for a waiter: waking others costs a switch of threads in each block.
             if self._pausing:
                 self._notify()
             if turn is Turn.ADVANCE and self.bench.time_ns % self._wake_ns == 0:

@@ -58,7 +58,6 @@ class Worker(ReportingBench):
 
     @property
     def faults(self) -> Faults:
-        """Present faults."""
         faults = self.bench.faults
         return {name: getattr(faults, name) for name in faults.names}
 
@@ -74,7 +73,7 @@ class Worker(ReportingBench):
         self._carry_out(orders, self._schedule.due(now_ns))
         output = self.advance_bench(now_ns + self._block_ns)
         self.preload_ramped |= bool(int(output.status) & _PRELOADING)
-        if self._keeps_clock:  # before the readings
+        if self._keeps_clock:  # before the readings: who gets one then has its time
             time_ns = output.readings.time_ns
             self._publish(Packed('clock', time_ns, pack_stamp(self.time_origin_ns + time_ns)))
         for event in output.events:

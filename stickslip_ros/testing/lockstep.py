@@ -26,11 +26,11 @@ from stickslip_ros.interface.topics import COMMAND_TOPICS, PREFIX
 from stickslip_ros.ros.client import Handshake
 from stickslip_ros.ros.executable import end_node
 from stickslip_ros.runtime.orders import Grant
-from stickslip_ros.testing.operator import settle
+from stickslip_ros.testing.operator import run_callbacks
 
 WAIT_S = 0.02
 """Wall-clock time between two checks of a waiting thread."""
-ALIKE = 0.85
+LIKENESS_MIN = 0.85
 """Likeness of a name to that of a command above which it is misspelt."""
 LEAVE_S = 1.0
 """Wall-clock time for a callback to return after the test has given up waiting."""
@@ -198,7 +198,7 @@ class Lockstep:
             name, place = each.topic_name, f'{space}{PREFIX}'
             [near] = get_close_matches(name, self._commands, 1, 0.0)
             is_here = name.startswith(space) and name.count('/') == place.count('/')
-            is_like = is_here and get_close_matches(name, [near], 1, ALIKE)
+            is_like = is_here and get_close_matches(name, [near], 1, LIKENESS_MIN)
             is_meant = (name.startswith(place) or is_like) and name not in self._commands
             if is_meant and not each.get_subscription_count():
                 who = self._node.get_fully_qualified_name()
@@ -207,7 +207,7 @@ class Lockstep:
 
     def _await_callbacks(self) -> None:
         """Run the callbacks of the node, including those that wait for the drive's answer."""
-        settle(self._executor, 0.0, lambda: self._is_ending)
+        run_callbacks(self._executor, 0.0, lambda: self._is_ending)
         answered = {each.service_name for each in self._drive.services}
         while not self._is_ending:
             asked = [
@@ -218,7 +218,7 @@ class Lockstep:
             if not asked:
                 break
             self._doing = f'waits for an answer of {asked[0]}'
-            settle(self._executor, WAIT_S, lambda: self._is_ending)
+            run_callbacks(self._executor, WAIT_S, lambda: self._is_ending)
 
     def _why_stuck(self, thread: Thread, timeout_s: float) -> str:
         """Return the node's present action and line, and the simulated time, in words."""

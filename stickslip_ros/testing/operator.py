@@ -47,7 +47,7 @@ def deep_queues(*topics: str) -> dict[str, int]:
     return {f'qos_overrides./{topic}.publisher.depth': LISTEN_DEPTH for topic in topics}
 
 
-def settle(
+def run_callbacks(
     executor: SingleThreadedExecutor,
     wait_s: float = 0.0,
     is_ending: Callable[[], bool] = lambda: False,
@@ -140,11 +140,8 @@ class Operator(DriveClient):
         """
         Handle messages until a condition holds; it is tested after every message.
 
-        Raises
-        ------
-        StickSlipError
-            If simulated time has stood still for ``timeout_s`` of wall-clock time, or if that much
-            of both has passed without the condition; ``what`` names it.
+        Raises StickSlipError if simulated time has stood still for ``timeout_s`` of wall-clock
+        time, or if that much of both has passed without the condition; ``what`` names it.
 
         """
         start_s = since_s = time.monotonic()
@@ -168,7 +165,7 @@ class Operator(DriveClient):
 
     def catch_up(self) -> None:
         """Handle all messages that have arrived."""
-        settle(self._executor)
+        run_callbacks(self._executor)
 
     def wait_for_drive(self, timeout_s: float = TIMEOUT_S) -> None:
         """Wait until every topic is connected and the drive reports."""
@@ -282,7 +279,6 @@ class Operator(DriveClient):
         return client.call_async(request)
 
     def close(self) -> None:
-        """Leave the stand."""
         end_node(self._executor, self.node)
 
     def _take(self, key: str, message: Any) -> None:

@@ -93,7 +93,7 @@ def start_drive(
         yield start
 
 
-@pytest.fixture
-def drive(start_drive: Callable[..., Stand]) -> Stand:
+@pytest.fixture(name='drive')
+def drive_in_lockstep(start_drive: Callable[..., Stand]) -> Stand:
     """Give a drive with default parameters in lockstep: it waits for `Stand.run_lockstep`."""
     return start_drive({'sim.lockstep': True})

@@ -40,10 +40,7 @@ def reserve_domain() -> Iterator[int]:
 
     A socket without a file, which its process cannot outlive, keeps others from taking it too.
 
-    Raises
-    ------
-    StickSlipError
-        If all are taken.
+    Raises StickSlipError if all are taken.
 
     """
     for number in DOMAINS:
@@ -152,6 +149,9 @@ class Stand:
         on neither the machine nor its load: two runs give the same bytes. No other node may send
         commands or grants meanwhile. The messages for the operator are handled at the end.
 
+        Raises StickSlipError if there was no progress, with the node's action and line; or if the
+        result would depend on the wall clock.
+
         Parameters
         ----------
         node : Node
@@ -161,12 +161,6 @@ class Stand:
             Simulated time from now on, up to the end of a block, s.
         timeout_s : float
             Wall-clock time without progress after which the run is given up, s.
-
-        Raises
-        ------
-        StickSlipError
-            If there was no progress, with the node's action and line; or if the result would
-            depend on the wall clock.
 
         """
         session, executor = self.drive.session, self._spun.get(node)

@@ -8,7 +8,7 @@ import math
 import pytest
 
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
-from stickslip_ros.contact.mdr import Elasticity, Presliding, presliding
+from stickslip_ros.contact.mdr import Elasticity, Presliding, solve_presliding
 from stickslip_ros.contact.virgin import tabulate
 from stickslip_ros.kernels.record import Record
 from stickslip_ros.parameters import ContactParameters
@@ -29,7 +29,9 @@ def hemisphere():
 
     def press(profile: str, force_n: float) -> Presliding:
         contact = ContactParameters(profile=profile)
-        return presliding(profile_of(contact), elasticity_of(contact), contact.friction, force_n)
+        return solve_presliding(
+            profile_of(contact), elasticity_of(contact), contact.friction, force_n
+        )
 
     return press
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip_ros.contact.memory import CAPACITY, fresh_memory
 from stickslip_ros.kernels.record import Record
-from stickslip_ros.lab.validation.contacts import follow, follow_energies
+from stickslip_ros.lab.validation.contacts import follow_curve, follow_energies
 
 
 class Sample(NamedTuple):
@@ -40,5 +40,5 @@ class Guide:
     def forces(self, turns_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Move from turn to turn; return force and bound of its error of each, N."""
         log = np.zeros((len(turns_m), 3))
-        follow(self.curve, self.memory, turns_m, log)
+        follow_curve(self.curve, self.memory, turns_m, log)
         return log[:, 0], log[:, 1]

@@ -17,7 +17,7 @@ from stickslip_ros.contact.hemisphere import (
     profile_of,
     rough_line_profile,
 )
-from stickslip_ros.contact.mdr import indent, presliding
+from stickslip_ros.contact.mdr import indent, solve_presliding
 from stickslip_ros.contact.profile import LineProfile, line_profile, smooth_profile
 from stickslip_ros.contact.roughness import Spectrum, rough_line
 from stickslip_ros.contact.virgin import CELLS, tabulate, virgin_force
@@ -125,7 +125,7 @@ def test_a_line_without_roughness_is_the_smooth_sphere(elasticity):
     ('grid', 'tolerance'), [('few', FEW_SPRINGS_TABLE), ('many', MANY_SPRINGS_TABLE)]
 )
 def test_the_table_of_a_rough_line_is_the_sum_over_its_springs(grid, tolerance, elasticity):
-    contact = presliding(LINES[grid], elasticity, FRICTION, 0.5)
+    contact = solve_presliding(LINES[grid], elasticity, FRICTION, 0.5)
     springs = 2.0 * contact.indentation.radius_m / LINES[grid].spacing_m
     assert springs < FEW_SPRINGS if grid == 'few' else springs > MANY_SPRINGS
     curve = tabulate([contact])

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from stickslip_ros.contact.mdr import presliding
+from stickslip_ros.contact.mdr import solve_presliding
 from stickslip_ros.contact.profile import smooth_profile
 from stickslip_ros.errors import OutOfRange
 
@@ -46,7 +46,7 @@ def test_a_contact_begins_in_full_stick_and_ends_in_full_slip(profile, hemispher
 
 def test_a_contact_without_load_is_refused(steel_on_ruby):
     with pytest.raises(OutOfRange, match=r'normal force 0 N is not above 0 N; press'):
-        presliding(smooth_profile(1e-3), steel_on_ruby, 0.3, 0.0)
+        solve_presliding(smooth_profile(1e-3), steel_on_ruby, 0.3, 0.0)
 
 
 def test_two_springs_per_length_give_johnsons_stiffness(hemisphere):

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
-from stickslip_ros.contact.mdr import indent, presliding
+from stickslip_ros.contact.mdr import indent, solve_presliding
 from stickslip_ros.contact.memory import fresh_memory, lost_energy, move, stored_energy
 from stickslip_ros.contact.springs import (
     BANK_ERROR,
@@ -63,8 +63,8 @@ def bank(springs=64):
 
 
 def virgin_curve(preload_n):
-    upper = presliding(PROFILE, ELASTICITY, FRICTION, UPPER * preload_n)
-    lower = presliding(PROFILE, ELASTICITY, FRICTION, LOWER * preload_n)
+    upper = solve_presliding(PROFILE, ELASTICITY, FRICTION, UPPER * preload_n)
+    lower = solve_presliding(PROFILE, ELASTICITY, FRICTION, LOWER * preload_n)
     return tabulate([upper] * 2 + [lower] * 4)
 
 

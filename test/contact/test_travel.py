@@ -10,7 +10,7 @@ import pytest
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.contact.hemisphere import elasticity_of, lines_of, profile_of, spectrum_of
-from stickslip_ros.contact.mdr import presliding
+from stickslip_ros.contact.mdr import solve_presliding
 from stickslip_ros.contact.profile import LineProfile, line_profile
 from stickslip_ros.contact.roughness import line_power, rough_line
 from stickslip_ros.contact.travel import AMPLITUDE, ANGLE, RING, window_profile
@@ -83,7 +83,7 @@ def test_the_curve_at_a_place_is_that_of_the_sorted_heights_there(separate, plac
     plant, track = plant_at(stand, place), lines_of(stand.contact)
     weight_n = stand.runner.mass * 9.80665
     contacts = [
-        presliding(
+        solve_presliding(
             window_profile(track, foot, place),
             elasticity_of(stand.contact),
             stand.contact.friction,
@@ -232,7 +232,9 @@ def test_springs_that_slide_along_the_line_are_all_at_their_limit_and_forget_the
             np.testing.assert_allclose(forces_n, own_n, rtol=1e-12)
     assert np.count_nonzero(touched) > np.count_nonzero(own_n) + 5
     assert forces_n.sum() == pytest.approx(contact.friction * normal_n, rel=1e-9)
-    there = presliding(window_profile(track, foot, places), elasticity, contact.friction, normal_n)
+    there = solve_presliding(
+        window_profile(track, foot, places), elasticity, contact.friction, normal_n
+    )
     for back_m in np.array([0.1, 0.5, 1.0, 1.7]) * there.max_displacement_m:
         found_n = np.clip(forces_n - shear_n_per_m * back_m, -own_n, own_n).sum()
         masing_n = there.max_force_n - 2.0 * float(there.tangential_force(0.5 * back_m))

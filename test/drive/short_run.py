@@ -12,7 +12,7 @@ import numpy as np
 
 from stickslip_ros.drive.advance import advance
 from stickslip_ros.drive.build import plant_of, state_at_rest
-from stickslip_ros.drive.waveform import missing, sawtooth
+from stickslip_ros.drive.waveform import sawtooth, with_missed_steps
 from stickslip_ros.kernels.cache import CONFIG
 from stickslip_ros.parameters import Parameters
 
@@ -41,7 +41,7 @@ def short_run(
     parameters = Parameters().updated(values)
     plants, ramps = plant_of(parameters), np.zeros((8, 3))
     states = state_at_rest(plants, parameters.stand.preload)
-    wave = missing(sawtooth(0.0, 300.0, -1700.0, 4), 0.3, 1)
+    wave = with_missed_steps(sawtooth(0.0, 300.0, -1700.0, 4), 0.3, 1)
     lines = []
     for load_n in loads_n:
         advance(plants, states, wave, load_n, 2e-4, ramps)

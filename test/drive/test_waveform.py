@@ -14,11 +14,11 @@ from stickslip_ros.drive.waveform import (
     CORNER_S,
     is_missed,
     level,
-    missing,
     ramp_is_over,
     sawtooth,
     table,
     target,
+    with_missed_steps,
 )
 from stickslip_ros.kernels.kernel import entry_point
 from stickslip_ros.kernels.record import record
@@ -146,7 +146,7 @@ def test_a_saw_tooth_as_a_table_is_the_saw_tooth(drive):
 @pytest.mark.parametrize('share', [0.01, 0.3, 0.9])
 def test_the_share_of_the_missed_ramps_is_exact_on_average(share):
     cycles = 100_000
-    wave = missing(sawtooth(0.0, 300.0, 1000.0, 0), share, 7)
+    wave = with_missed_steps(sawtooth(0.0, 300.0, 1000.0, 0), share, 7)
     missed = [is_missed(wave, cycle) for cycle in range(cycles)]
     # Five standard deviations of as many independent draws.
     within = 5.0 * math.sqrt(share * (1.0 - share) / cycles)
@@ -159,14 +159,16 @@ def test_the_share_of_the_missed_ramps_is_exact_on_average(share):
 def test_another_seed_misses_other_ramps_and_the_same_seed_the_same():
     ramps = range(200)
     tooth = sawtooth(0.0, 300.0, 1000.0, 0)
-    drawn = [[is_missed(missing(tooth, 0.5, seed), i) for i in ramps] for seed in (1, 2, 1)]
+    drawn = [
+        [is_missed(with_missed_steps(tooth, 0.5, seed), i) for i in ramps] for seed in (1, 2, 1)
+    ]
     assert drawn[0] == drawn[2] != drawn[1]
-    assert all(is_missed(missing(tooth, 1.0, 3), i) for i in ramps)
-    assert not any(is_missed(missing(tooth, 0.0, 3), i) for i in ramps)
+    assert all(is_missed(with_missed_steps(tooth, 1.0, 3), i) for i in ramps)
+    assert not any(is_missed(with_missed_steps(tooth, 0.0, 3), i) for i in ramps)
 
 
 def test_a_missed_ramp_stays_where_ramps_start_but_counts(drive):
-    wave = missing(sawtooth(0.0, 300.0, 1000.0, 40), 0.5, 5)
+    wave = with_missed_steps(sawtooth(0.0, 300.0, 1000.0, 40), 0.5, 5)
     machine, tops_v = drive(load_cell__contact='absent').start(wave, [0.9e-3]), []
     for _ in range(40):
         tops_v.append(machine.state.voltage_v)

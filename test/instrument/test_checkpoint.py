@@ -18,7 +18,7 @@ from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.checkpoint import SIZE_MAX
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.joints import Joints
-from stickslip_ros.instrument.state_tree import plain, read
+from stickslip_ros.instrument.state_tree import read_tree, to_tree
 from stickslip_ros.kernels.record import FLOAT
 from stickslip_ros.parameters import Parameters, load_yaml
 
@@ -118,7 +118,7 @@ def test_what_is_kept_beside_comes_back():
     bench = Bench(Parameters())
     trace = bench.update(1_000_000).readings.trace
     attached = Bench.restore(bench.save({'trace': trace, 'name': 'run 7'})).attached
-    values = read({'trace': (FLOAT, trace.shape), 'name': str}, attached, 'attached')
+    values = read_tree({'trace': (FLOAT, trace.shape), 'name': str}, attached, 'attached')
     assert values['trace'].tobytes() == trace.tobytes()
     assert values['name'] == 'run 7'
     assert Bench.restore(bench.save()).attached == {}
@@ -130,7 +130,7 @@ def test_the_plant_is_made_anew_to_the_bit_in_whatever_order_it_changed(order: i
     bench = busy_bench(stands()['realistic'], requests)
     again = Bench.restore(bench.save())
     assert bench.plant.separate
-    assert plain(again.stand.plants) == plain(bench.stand.plants)
+    assert to_tree(again.stand.plants) == to_tree(bench.stand.plants)
 
 
 def test_a_reset_of_a_restored_bench_leads_to_rest():
@@ -155,7 +155,7 @@ def test_feet_that_are_moved_one_by_one_keep_their_springs_under_another_weight(
     bench = busy_bench(stand, PROGRAMS['faults'])
     heavy = Bench.restore(bench.save(), {'runner.mass': 0.02})
     anew = busy_bench(stand.updated({'runner.mass': 0.02}), PROGRAMS['faults'])
-    assert plain(heavy.stand.plants) == plain(anew.stand.plants)
+    assert to_tree(heavy.stand.plants) == to_tree(anew.stand.plants)
 
 
 @pytest.mark.parametrize('name', ['stand.preload', 'contact.friction', 'sim.block'])

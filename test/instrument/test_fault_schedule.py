@@ -94,8 +94,8 @@ def test_a_file_is_read(tmp_path: Path):
             '- {at: soon, clear: true}',
             WrongKind,
             (
-                "f.yaml: entry 1: at 'soon' is not a finite number; "
-                'give seconds since the configuration'
+                "f.yaml: entry 1: at 'soon' is not a number in us, ms or s; "
+                'give a quantity such as 2ms or 2e-3'
             ),
         ),
         ('- {at: .nan, clear: true}', WrongKind, 'entry 1: at nan is not a finite number'),

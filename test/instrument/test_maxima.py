@@ -18,7 +18,7 @@ from stickslip_ros.drive.build import slew_of, tread_s
 from stickslip_ros.drive.records import CORNERS, PLAYS_MAX, VOLTAGE
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.instrument.bench import Bench
-from stickslip_ros.instrument.checks import FALL_SHARE_MAX, STEPS_MAX, fastest_m_per_s
+from stickslip_ros.instrument.checks import FALL_SHARE_MAX, STEPS_MAX, fastest_steps_m_per_s
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.instrument.joints import Joints
 from stickslip_ros.instrument.reports import Result, Status
@@ -66,8 +66,8 @@ def largest_commands(parameters: Parameters) -> Iterator[Request]:
     targets = stand.travel_min, stand.travel_max, 9.0
     yield from (Request('position', (each, 0.0, 0.0)) for each in targets)
     yield Request('joint', joints=Joints((), (stand.travel_max,)))
-    yield Request('joint', joints=Joints((), (), (fastest_m_per_s(parameters),)))
-    yield Request('trajectory', (0.1, 0.1 * fastest_m_per_s(parameters), 0.0, 0.0))
+    yield Request('joint', joints=Joints((), (), (fastest_steps_m_per_s(parameters),)))
+    yield Request('trajectory', (0.1, 0.1 * fastest_steps_m_per_s(parameters), 0.0, 0.0))
     yield from (push(each) for each in (stand.load_limit, -stand.load_limit))
     yield from (Request('preload', (each,)) for each in (stand.preload_limit, 1e-3))
     yield from (Request('enable_amplifier', (each,)) for each in (0.0, 1.0))

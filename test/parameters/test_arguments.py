@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from typing_extensions import TypeAliasType
 
 from stickslip_ros.errors import WrongKind
-from stickslip_ros.parameters.arguments import reading
+from stickslip_ros.parameters.arguments import checked_arguments
 
 ALIAS: Any = TypeAliasType('ALIAS', ArrayLike)
 """What ArrayLike is from numpy 2.5 on; before, it is the union itself."""
@@ -27,7 +27,7 @@ def function(annotation: Any) -> Callable[..., Any]:
         return value_v
 
     identity.__annotations__['value_v'] = annotation
-    return reading(identity)
+    return checked_arguments(identity)
 
 
 @pytest.mark.parametrize('numbers', [ArrayLike, ALIAS], ids=['union', 'alias'])

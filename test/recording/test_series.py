@@ -8,7 +8,7 @@ import pytest
 
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.interface.messages import ArrayMessage
-from stickslip_ros.recording.series import Columns, Series, split_columns
+from stickslip_ros.recording.series import Series, TraceColumns, split_columns
 
 
 def ramp(*times_s: float) -> Series:
@@ -99,7 +99,7 @@ def test_blocks_with_other_columns_are_refused():
 @pytest.mark.parametrize('room', [0, 1, 5, 100])
 def test_blocks_are_joined_whatever_the_room_for_them(room: int):
     table = np.arange(14, dtype=np.float64).reshape(7, 2)
-    columns = Columns('a test', room)
+    columns = TraceColumns('a test', room)
     for origin_ns, part in enumerate((table[:3], table[3:4], table[4:4], table[4:])):
         labels = f'sample; time_origin_ns={origin_ns}', 't[s],force[N]'
         columns.add(ArrayMessage(labels, part.shape, part))

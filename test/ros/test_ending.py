@@ -26,13 +26,13 @@ def node(ros_domain: int) -> Iterator[Node]:
 def test_a_node_is_spun_until_its_end_and_then_destroyed(
     node: Node, monkeypatch: pytest.MonkeyPatch
 ):
-    monkeypatch.setattr(stopping, '_asked', Event())
+    monkeypatch.setattr(stopping, '_stop', Event())
     calls: list[None] = []
 
     def count() -> None:
         calls.append(None)
         if len(calls) > 2:
-            stopping._asked.set()
+            stopping._stop.set()
 
     node.create_timer(1e-3, count)
     with SingleThreadedExecutor(context=node.context) as executor:

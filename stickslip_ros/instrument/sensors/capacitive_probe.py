@@ -28,7 +28,7 @@ def read_foot_positions(
 
 
 class CapacitiveProbe(Reader):
-    """The capacitive probe."""
+    """Reads the feet by noise and low-pass alone: the least that a sensor is."""
 
     KIND = sensor_kind({})
     KERNEL = staticmethod(read_foot_positions)

@@ -34,7 +34,7 @@ ON_TIME = 1e-9
 class Interferometer(
     Reader, past_m=(FLOAT, (-1,)), walk=Noise, is_referenced=bool, position_m=ANY_FLOAT
 ):
-    """The interferometer."""
+    """Counts fringes: it knows no absolute position, and a lost beam stays lost until zeroed."""
 
     is_referenced: bool  # Whether the zero was set
     position_m: float  # Mean reading of the last block; NaN without a reading
@@ -82,7 +82,6 @@ class Interferometer(
         self.position_m = 0.0
 
     def recall(self, values: dict[str, Any]) -> None:
-        """Restore values from a checkpoint."""
         if len(values['past_m']) != len(self.past_m):
             expected = f'{len(self.past_m)} numbers, as long as interferometer.latency'
             raise refusal(
@@ -106,7 +105,6 @@ class Interferometer(
         self.position_m = 0.0
 
     def read(self, trace: Array) -> None:
-        """Write the readings into its column of a trace."""
         noise = self.noise.take(len(trace))
         walk = self.walk.take(len(trace)) if self._wanders else noise
         read_positions(self.record, self.past_m, trace, self.sees, self.column, noise, walk)
@@ -115,7 +113,6 @@ class Interferometer(
 
     @property
     def status_bits(self) -> int:
-        """Status bits of the sensor."""
         present = SENSOR_PRESENT * (not math.isnan(self.position_m))
         return present | IS_REFERENCED * self.is_referenced | super().status_bits
 

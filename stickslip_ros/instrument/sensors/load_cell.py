@@ -22,7 +22,7 @@ from stickslip_ros.instrument.sensors.signal_chain import (
     PLAYS,
     display_value,
     filter_value,
-    follow,
+    follow_loop,
     loop_of,
     sensor_kind,
 )
@@ -41,7 +41,7 @@ def read_forces(sensors: Record, trace: Array, sees: int, column: int, noise: Ar
         memory.samples += 1
         force_n = trace[i, sees]
         if cell.loop.weight > 0.0:
-            force_n = follow(cell.loop, memory.plays_n, force_n)
+            force_n = follow_loop(cell.loop, memory.plays_n, force_n)
         level_n = filter_value(cell, force_n, noise[i])
         sensed_n = level_n + cell.drift_n * memory.samples + cell.fault.offset
         if abs(sensed_n) >= cell.limit_n:
@@ -51,7 +51,7 @@ def read_forces(sensors: Record, trace: Array, sees: int, column: int, noise: Ar
 
 
 class LoadCell(Reader):
-    """The load cell."""
+    """Reads the force in its spring; hysteresis and saturation come before the tare."""
 
     KIND = sensor_kind(
         {

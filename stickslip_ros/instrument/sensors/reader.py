@@ -11,7 +11,7 @@ import numpy as np
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.instrument.sensors.signal_chain import CONDITIONS, low_pass_gain
-from stickslip_ros.kernels.record import Kind, Record, records
+from stickslip_ros.kernels.record import Record, RecordKind, records
 from stickslip_ros.parameters import SENSORS, TRUTH, FaultParameters, Parameters, Sensor
 
 NUMBERS_AT_ONCE = 4096
@@ -57,7 +57,7 @@ class Noise:
 class Reader:
     """Base class of the sensors."""
 
-    KIND: ClassVar[Kind]  # Type from `sensor_kind`
+    KIND: ClassVar[RecordKind]  # Type from `sensor_kind`
     KERNEL: ClassVar[Callable[..., None]]  # Kernel of `read`, with unit noise
     ALARMS: ClassVar[Mapping[str, int]] = {}  # Status bits by the flags of the memory
     REMEMBERED: ClassVar[Mapping[str, Any]]
@@ -102,12 +102,10 @@ class Reader:
         self.noise = Noise(self.seed)
 
     def recall(self, values: dict[str, Any]) -> None:
-        """Restore values from a checkpoint."""
         self.memory[:] = values['memory']
         self.noise.recall(values['noise'])
 
     def apply_faults(self, faults: FaultParameters) -> None:
-        """Set the present faults of the sensor."""
         fault = self.record[0].fault
         fault.condition = CONDITIONS[getattr(faults, self._name)]
         fault.offset = getattr(faults, f'{self._name}_offset')
@@ -119,7 +117,6 @@ class Reader:
 
     @property
     def status_bits(self) -> int:
-        """Status bits of the sensor."""
         bits = 0
         for bit, flag in self._alarms:
             bits |= bit * flag.item()

@@ -17,7 +17,7 @@ import numpy as np
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.piezo import move_plays
 from stickslip_ros.kernels.kernel import kernel
-from stickslip_ros.kernels.record import COUNT, FLOAT, Field, Kind, Record, kind, record
+from stickslip_ros.kernels.record import COUNT, FLOAT, FieldType, Record, RecordKind, kind, record
 
 WORKS, FROZEN, DROPPED_OUT = range(3)
 CONDITIONS = {'none': WORKS, 'freeze': FROZEN, 'dropout': DROPPED_OUT}
@@ -41,7 +41,7 @@ SENSOR_FAULT = kind(
 """Fault of a sensor."""
 
 
-def sensor_kind(memory: Mapping[str, Field], **constants: Field) -> Kind:
+def sensor_kind(memory: Mapping[str, FieldType], **constants: FieldType) -> RecordKind:
     """Return the record type of a sensor: the common fields and its own memory and constants."""
     return kind(
         noise=FLOAT,  # Standard deviation of the white noise of a sample
@@ -95,7 +95,7 @@ def loop_of(opening: float, full_scale: float) -> Record:
 
 
 @kernel
-def follow(loop: Record, plays: Array, value: float) -> float:
+def follow_loop(loop: Record, plays: Array, value: float) -> float:
     """Return the output of a loop for its next input; ``plays`` is changed in place."""
     total = move_plays(plays, len(plays), 0.5, loop.spacing, value)
     return float(loop.direct * value + loop.weight * total)

@@ -13,7 +13,7 @@ from stickslip_ros.contact.hemisphere import presliding
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.cli.chosen import chosen_parameters, to_numbers
 from stickslip_ros.lab.cli.printing import Answer
-from stickslip_ros.sections import Section, number
+from stickslip_ros.sections import Section, si_row
 
 
 def contact_verb(arguments: argparse.Namespace) -> Answer:
@@ -44,11 +44,11 @@ def contact_verb(arguments: argparse.Namespace) -> Answer:
 
 
 def _rows(result: dict[str, Any], fractions: list[float]) -> Iterator[tuple[str, str, str]]:
-    yield number('indentation d', result['indentation_m'], '.4f', 'nm')
-    yield number('contact radius a', result['contact_radius_m'], '.5f', 'um')
-    yield number('maximal presliding u_max', result['max_presliding_m'], '.4f', 'nm')
-    yield number('stick stiffness 2 G* a', result['stick_stiffness_n_per_m'], '.5f', 'N/um')
-    yield number('effective modulus E*', result['effective_modulus_pa'], '.4f', 'GPa')
-    yield number('effective shear modulus G*', result['effective_shear_modulus_pa'], '.4f', 'GPa')
+    yield si_row('indentation d', result['indentation_m'], '.4f', 'nm')
+    yield si_row('contact radius a', result['contact_radius_m'], '.5f', 'um')
+    yield si_row('maximal presliding u_max', result['max_presliding_m'], '.4f', 'nm')
+    yield si_row('stick stiffness 2 G* a', result['stick_stiffness_n_per_m'], '.5f', 'N/um')
+    yield si_row('effective modulus E*', result['effective_modulus_pa'], '.4f', 'GPa')
+    yield si_row('effective shear modulus G*', result['effective_shear_modulus_pa'], '.4f', 'GPa')
     for fraction, force_n in zip(fractions, result.get('tangential_force_n', ()), strict=True):
-        yield number(f'tangential force at {fraction:g} u_max', force_n, '.5f', 'mN')
+        yield si_row(f'tangential force at {fraction:g} u_max', force_n, '.5f', 'mN')

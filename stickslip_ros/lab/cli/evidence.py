@@ -11,7 +11,7 @@ from stickslip_ros.lab.cli.chosen import chosen_for, chosen_parameters
 from stickslip_ros.lab.cli.printing import CHECK_FAILED, Answer
 from stickslip_ros.lab.paper.figure import write_figure
 from stickslip_ros.lab.paper.make import chosen_figures, make_tables
-from stickslip_ros.lab.validation.report import as_objects, sections, write_report
+from stickslip_ros.lab.validation.report import as_objects, report_sections, write_report
 from stickslip_ros.lab.validation.self_test import failed, validate
 from stickslip_ros.progress import shown_progress
 from stickslip_ros.sections import Section
@@ -47,4 +47,4 @@ def validate_verb(arguments: argparse.Namespace) -> Answer:
     paths = [str(path) for path in files]
     content = {'passed': is_well, 'checks': as_objects(outcomes), 'files': paths}
     status = 0 if is_well else CHECK_FAILED
-    return Answer(content, [next(sections(outcomes)), *paths], status)
+    return Answer(content, [next(report_sections(outcomes)), *paths], status)

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from stickslip_ros.errors import printable, shortened
-from stickslip_ros.sections import Section, plain
+from stickslip_ros.sections import Section, as_json
 
 CHECK_FAILED = 1
 """Exit status of a verb whose check failed."""
@@ -47,7 +47,7 @@ class Answer:
 def print_json(content: Any) -> None:
     """Print an object as JSON; None prints nothing."""
     if content is not None:
-        print(json.dumps(plain(content), indent=2))
+        print(json.dumps(as_json(content), indent=2))
 
 
 def _print_table(section: Section) -> None:

@@ -16,7 +16,7 @@ from stickslip_ros.recording.gaps import gaps_of
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recover import Recovery, recover
 from stickslip_ros.recording.run_file import PARAMETERS_FILE, RUN_RECORD
-from stickslip_ros.sections import Section, plain
+from stickslip_ros.sections import Section, as_json
 from stickslip_ros.units import NS_PER_S, with_unit
 
 
@@ -33,7 +33,7 @@ def describe_recording(recording: Recording) -> dict[str, Any]:
         changed = recorded_stand(recording).changed()
     return {
         'topics': [
-            {**plain(channel), 'rate_hz': channel.rate_hz} for channel in recording.channels
+            {**as_json(channel), 'rate_hz': channel.rate_hz} for channel in recording.channels
         ],
         'notes': [*recording.notes, *gaps_of(recording)],
         'changed_parameters': changed,
@@ -56,7 +56,7 @@ def plot_verb(arguments: argparse.Namespace) -> Answer:
     series = run.series if run.topics else None
     with plotting.looking(**chosen_look(arguments)):
         plot = run_figure.plot_run(run.recording, picture, arguments.window_s, quantities=series)
-    content = {'picture': str(picture), **plain(plot), 'notes': run.recording.notes}
+    content = {'picture': str(picture), **as_json(plot), 'notes': run.recording.notes}
     rows = [
         (
             recorded.RUN_QUANTITIES[each.name],

@@ -20,7 +20,7 @@ from stickslip_ros.lab.runs.replay import Replay, read_drive_input, replay, repl
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.progress import shown_progress
 from stickslip_ros.recording.integrity import is_recording
-from stickslip_ros.sections import Section, plain
+from stickslip_ros.sections import Section, as_json
 from stickslip_ros.units import MN, NM
 
 
@@ -33,7 +33,7 @@ def replay_verb(arguments: argparse.Namespace) -> Answer:
     else:
         with tempfile.TemporaryDirectory() as folder:
             result = _replay(arguments, Path(folder) / 'replay.mcap')
-    content = {**plain(result), 'output': str(kept or '')}
+    content = {**as_json(result), 'output': str(kept or '')}
     is_same_run = not result.changed and not arguments.from_rest
     status = CHECK_FAILED if is_same_run and result.identical is False else 0
     return Answer(content, _parts(result, str(kept or 'not kept')), status)

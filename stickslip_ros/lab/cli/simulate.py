@@ -31,7 +31,7 @@ from stickslip_ros.lab.runs.sweep import (
 from stickslip_ros.lab.runs.zero_amplitude import zero_amplitude
 from stickslip_ros.parameters import AMPLITUDE_SPEC, FREQUENCY_SPEC, Parameters, spec_of
 from stickslip_ros.progress import shown_progress
-from stickslip_ros.sections import Section, number, plain
+from stickslip_ros.sections import Section, as_json, si_row
 from stickslip_ros.units import NM, display_unit, unit_of
 
 _SLOW_DRAWS = 20  # stands for a band of the 0-amplitude, with 60 runs each
@@ -66,13 +66,13 @@ def simulate_verb(arguments: argparse.Namespace) -> Answer:
             what, hint = 'a saw-tooth, which --draws needs', 'give --amplitude or --voltage'
             raise WrongKind('--waveform', str(arguments.waveform), what, hint)
         bands.append(_bands(draws, arguments, result.voltage_v, result.frequency_hz))
-    content = plain(result)
+    content = as_json(result)
     if arguments.both_ways:
         given['frequency_hz'] = -result.frequency_hz
         back_m = -simulate(parameters, **given, record=False).result.step_length_m
         content[STEP_BACK] = back_m
         rows = (('forwards', result.step_length_m), ('backwards', back_m))
-        bands.append(Section('step length both ways', [number(*row, '.4f', 'nm') for row in rows]))
+        bands.append(Section('step length both ways', [si_row(*row, '.4f', 'nm') for row in rows]))
     held = 'the runner is fixed to the load cell, so its steps end; --no-load-cell frees it'
     note = [held] if parameters.load_cell.contact == 'attached' else []
     return Answer(content, [*result.sections(), *bands, *note])

@@ -35,14 +35,14 @@ from stickslip_ros.lab.readers.experiment import listed_sources, read_joined
 from stickslip_ros.lab.readers.measured import MeasuredTable
 from stickslip_ros.lab.runs.bands import bands_with_noise
 from stickslip_ros.lab.runs.batch import Progress
-from stickslip_ros.parameters import Parameters, reading
+from stickslip_ros.parameters import Parameters, checked_arguments
 from stickslip_ros.progress import progress_of
 
 if TYPE_CHECKING:
     from stickslip_ros.lab.readers.formats import Table
 
 
-@reading
+@checked_arguments
 @dataclass(frozen=True, kw_only=True)
 class CompareOptions(ReadingOptions):
     """Options of reading two experiments and of matching their times and positions."""
@@ -55,7 +55,7 @@ class CompareOptions(ReadingOptions):
     """Shift the position of B to that of A, as its zero is arbitrary."""
 
 
-@reading
+@checked_arguments
 def compare(
     a: 'Table | Run | Sequence[Table]',
     b: 'Table | Run | Parameters | Mapping[str, object] | None' = None,

@@ -15,7 +15,7 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.measurements.measurement import Side
 from stickslip_ros.parameters import Scalar
-from stickslip_ros.sections import plain
+from stickslip_ros.sections import as_json
 from stickslip_ros.units import unit_of
 
 TIME_COLUMN = 'time_s'
@@ -274,7 +274,7 @@ class Comparison:
 
     def to_json(self) -> Any:
         """Return an object for JSON."""
-        return plain(
+        return as_json(
             {
                 'a': self.a.to_json(),
                 'b': self.b.to_json(),

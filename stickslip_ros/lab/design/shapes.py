@@ -70,7 +70,7 @@ def pchip_slopes(widths: Array, chords: Array) -> Array:
     return np.concatenate((ends[:1], inner, ends[1:]))
 
 
-def sawtooth(_: int, fall: float) -> Array:
+def saw_shape(_: int, fall: float) -> Array:
     """Rise evenly, fall evenly in a share of the cycle; 0 is a jump."""
     return np.array(((0.0, 0.0), (1.0 - fall, 1.0), (1.0, 0.0)))
 
@@ -111,7 +111,7 @@ def trapezoid(_: int, rise: float, fall: float, hold: float) -> Array:
 
 SHAPES: Mapping[str, Shape] = {
     'sawtooth': Shape(
-        sawtooth, {'fall': Trait(0.0, 0.5, 0.0)}, 'D. W. Pohl, Rev. Sci. Instrum. 58, 54 (1987)'
+        saw_shape, {'fall': Trait(0.0, 0.5, 0.0)}, 'D. W. Pohl, Rev. Sci. Instrum. 58, 54 (1987)'
     ),
     'cycloid': Shape(cycloid, {}, 'Ch. Renner et al., Rev. Sci. Instrum. 61, 965 (1990)'),
     'parabola': Shape(

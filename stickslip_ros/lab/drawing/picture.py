@@ -14,7 +14,7 @@ from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.lab.drawing.film import FILM_CYCLES, Film, film_of
 from stickslip_ros.lab.drawing.geometry import DIAGONAL, Foot, Geometry, geometry_of
 from stickslip_ros.lab.measurements.recorded_run import Run
-from stickslip_ros.parameters import Parameters, reading
+from stickslip_ros.parameters import Parameters, checked_arguments
 from stickslip_ros.units import NM, with_unit
 
 _MOVING = ('voltage_v', 'foot_m', 'position_m')
@@ -51,7 +51,7 @@ class Drawing(str):
         return str(self)
 
 
-@reading
+@checked_arguments
 def draw_stand(stand: Parameters | Run, end_s: float | None = None) -> Drawing:
     """
     Draw a stand to scale, or the last cycles of a stepping run as a film.

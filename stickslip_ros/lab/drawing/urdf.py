@@ -10,7 +10,7 @@ from xml.sax.saxutils import quoteattr
 from stickslip_ros.drive.build import friction_limit_n
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.lab.drawing.geometry import DIAGONAL, geometry_of
-from stickslip_ros.parameters import Parameters, reading
+from stickslip_ros.parameters import Parameters, checked_arguments
 
 _COLOURS = {
     'steel': '0.6 0.65 0.7 1',
@@ -24,7 +24,7 @@ _AXES_RPY_RAD = ORIGIN, (0.0, 0.0, 0.5 * math.pi), (0.0, -0.5 * math.pi, 0.0)
 """Turn of the stand along x, y, z relative to its carrier."""
 
 
-@reading
+@checked_arguments
 def robot_description(parameters: Parameters, *carried: Parameters) -> str:
     """
     Return stands as URDF, each mounted on the runner of the one before.

@@ -9,17 +9,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stickslip_ros.files import PAGE_ENDINGS, prepare_output, replacing
-from stickslip_ros.parameters import reading
-from stickslip_ros.sections import Shown
+from stickslip_ros.parameters import checked_arguments
+from stickslip_ros.sections import NotebookView
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class Plottable(Shown):
+class Plottable(NotebookView):
     """A result with a figure."""
 
-    @reading
+    @checked_arguments
     def plot(self, *, style: str = '', width_mm: float | None = None) -> 'Figure':
         """
         Draw the result.
@@ -33,7 +33,7 @@ class Plottable(Shown):
         with looking(style, width_mm):
             return self._draw()
 
-    @reading
+    @checked_arguments
     def save(self, path: str | Path, command: str = '') -> Path:
         """
         Write a self-contained page of HTML, with the ``command`` if given; replace an old page.

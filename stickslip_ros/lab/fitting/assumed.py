@@ -9,6 +9,7 @@ A motion shows ratios of forces alone: the contact gives their scale.
 """
 
 import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import islice
@@ -21,7 +22,7 @@ from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.lab.experiments.experiment import Experiment
 from stickslip_ros.lab.fitting.free import LOAD, Known, check_quantity, known_value
 from stickslip_ros.lab.fitting.problem import STEP, Predicted, Problem
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters import Parameters, specs
 
 _SCALE, FEET_NUMBER = FACTORS_OF_FORCES = 'scale', 'feet'
 """The stiffness of all contacts at the same limits of friction, and the number of feet under the
@@ -43,15 +44,19 @@ half of itself."""
 _LOAD_SHARE = 0.03
 """The same of a free runner whose load was not told: a cable pulls, or a rail is not level."""
 _OPPOSING = (
-    *('friction_law.bristle_damping', 'friction_law.viscous', LOAD),
-    *('stand.stop_stiffness', 'frame.mass', 'runner.mass', 'runner.damping'),
-    *('actuator.stiffness', 'actuator.mass', 'load_cell.stiffness'),
+    LOAD,
+    *(
+        name
+        for name, spec in specs().items()
+        if spec.unit == 'kg' or re.fullmatch(r'N\b.*/m.*', spec.unit)
+        if name != 'friction_law.bristle_stiffness'  # that of the contacts
+    ),
 )
 """Whatever moves under a force: contacts of twice the force move twice of it in the same way."""
 _FRICTION = 'contact.friction', 'contact.friction_rate', 'contact.friction_ageing'
 OF_FORCES = ('N', 'kg', 'J')
 """Units of quantities that show the scale of the forces."""
-APART_MAX = 3.0
+TENSION_MAX = 3.0
 """Most standard errors between an assumed value and that of the readings in a fit that holds."""
 
 

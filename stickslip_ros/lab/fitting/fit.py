@@ -29,7 +29,7 @@ from stickslip_ros.lab.fitting.missing import CYCLIC, ODDS_SURE, Missing, missin
 from stickslip_ros.lab.fitting.problem import Problem, pose, silent
 from stickslip_ros.lab.fitting.report import Fit
 from stickslip_ros.lab.fitting.search import (
-    SURELY,
+    CERTAIN_FACTOR,
     Minimum,
     distinct,
     notes_of,
@@ -41,7 +41,7 @@ from stickslip_ros.lab.fitting.search import (
 from stickslip_ros.lab.fitting.statistics import QUANTILE_95, Uncertainty, uncertainty
 from stickslip_ros.lab.readers.measured import MeasuredTable
 from stickslip_ros.lab.runs.batch import Progress, pool_of
-from stickslip_ros.parameters import Parameters, reading
+from stickslip_ros.parameters import Parameters, checked_arguments
 from stickslip_ros.progress import Show, progress_of
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ STARTS_MAX = 1000
 CYCLIC_M = 3e-9  # usual size of a cyclic error
 
 
-@reading
+@checked_arguments
 @dataclass(frozen=True, kw_only=True)
 class FitOptions(ReadingOptions):
     """Options of reading experiments, weighing them and searching."""
@@ -79,7 +79,7 @@ class FitOptions(ReadingOptions):
         return Allowance(self.shape_m, self.step_share)
 
 
-@reading
+@checked_arguments
 def fit(
     experiments: 'Table | Run | Experiment | Sequence[Table | Run | Experiment]',
     free: FreeParameters,
@@ -162,7 +162,7 @@ def fit_experiments(
         ends = search_all(problem, options.starts, options.seed, options.workers, count_search)
         problem, here = min(ends, key=lambda end: end[1].chi_square)
         refined, others, missing = list[Minimum](), list[Minimum](), tuple[Missing, ...]()
-        near = [each for _, each in ends if each.chi_square < SURELY * here.chi_square]
+        near = [each for _, each in ends if each.chi_square < CERTAIN_FACTOR * here.chi_square]
         if problem.has_traces:
             problem, refined, missing = _settled(problem, here, options)
             here = refined[-1]

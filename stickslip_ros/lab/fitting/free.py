@@ -14,7 +14,7 @@ where they are, and the valley is straight.
 
 import math
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -24,7 +24,7 @@ from scipy import optimize
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.layout import contacts_of
 from stickslip_ros.errors import OutOfRange, WrongKind
-from stickslip_ros.parameters import Parameters, Scalar, Spec, reading, spec_of
+from stickslip_ros.parameters import Parameters, Scalar, Spec, checked_arguments, spec_of, specs
 from stickslip_ros.parameters.typed import to_si_list
 
 LOAD = 'stand.load'
@@ -33,25 +33,9 @@ FITTED = ('contact', 'friction_law', 'runner', 'load_cell', 'actuator', 'amplifi
 _WIDE = 1e3
 """Default bounds are this factor below and above the start, within the limits of the model."""
 PREFACTOR, RMS_HEIGHT = 'contact.prefactor', 'contact.rms_height'
-FROM_ZERO = (
-    PREFACTOR,
-    RMS_HEIGHT,
-    'friction_law.bristle_damping',
-    'friction_law.viscous',
-    'runner.damping',
-    'actuator.hysteresis',
-    'actuator.creep',
-)
+FROM_ZERO = tuple(name for name, spec in specs().items() if spec.from_zero)
 """Quantities with 0 as the limit of small values; for others 0 means "none" or "derived"."""
-TYPICAL: Mapping[str, float] = {
-    'runner.damping': 20.0,
-    'actuator.hysteresis': 0.05,
-    'actuator.creep': 0.01,
-    'actuator.resonance': 2e5,
-    'actuator.damping_ratio': 0.05,
-    'actuator.gain_tolerance': 0.01,
-    'amplifier.bandwidth': 2e5,
-}
+TYPICAL = {name: spec.typical for name, spec in specs().items() if spec.typical}
 """Starts of parameters that are 0 by default: assumed, of the size in data sheets."""
 OF_A_FALL = 'actuator.resonance', 'actuator.damping_ratio', 'amplifier.bandwidth'
 """Parameters that act in the microseconds after a fall, and can only be found together."""
@@ -64,7 +48,7 @@ Known: TypeAlias = tuple[float, float]
 """A value and its relative standard error."""
 
 
-@reading
+@checked_arguments
 @dataclass(frozen=True)
 class Free:
     """A parameter that a fit may change. Quantities are numbers in SI units, or typed: ``3g``."""
@@ -115,14 +99,13 @@ class Coordinate:
         return max(abs(self.start), TYPICAL.get(self.name, 0.0)) or self.upper - self.lower
 
     def to_coordinate(self, value: float) -> float:
-        """Return the coordinate of a value."""
         return math.log(max(value, TINY)) if self.is_log else value / self.size
 
     def to_value(self, coordinate: float) -> float:
         """Return the value of a coordinate, within the bounds."""
         return min(max(self._unbounded(coordinate), self.lower), self.upper)
 
-    def beyond(self, coordinate: float) -> float:
+    def excess(self, coordinate: float) -> float:
         """Return how far a coordinate is beyond a bound; below the lower one it is negative."""
         within = self.to_value(coordinate)
         is_within = math.isclose(self._unbounded(coordinate), within)
@@ -156,7 +139,6 @@ class Natural:
     free: tuple[Coordinate, ...]
 
     def to(self, z: Array) -> Array:
-        """Return natural coordinates."""
         place = z.copy()
         place[self._numbers(_DAMPING)] *= math.exp(-self._growth(z))
         place[self._numbers(*_PER_STIFFNESS)] -= self._log_stiffness(z)

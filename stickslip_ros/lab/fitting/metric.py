@@ -133,7 +133,7 @@ class Metric:
         root = (self.root @ _diagonals(sizes)).tocsr()
         return replace(self, root=root, gram=gram, inner=_factor(gram))
 
-    def owed(self, residual: Array) -> Array:
+    def model_error(self, residual: Array) -> Array:
         """
         Return sums of squares and numbers of amounts that a residual determines, shape (2, 3).
 
@@ -224,8 +224,8 @@ def metric_of(
     owners = [-1] * len(columns)
     if allowance is not None:
         noise = max(noise, allowance.reading_m * scale)
-        owed = _of_model(time_s - sensor_of.late_s, predicted.values, corners, allowance, scale)
-        for kind, place, root in owed:
+        read_s = time_s - sensor_of.late_s
+        for kind, place, root in _of_model(read_s, predicted.values, corners, allowance, scale):
             places.append(place)
             roots.append(root)
             owners += [kind] * len(root)

@@ -32,10 +32,8 @@ from stickslip_ros.lab.fitting.problem import EFFECT, STEP, Predicted, Problem
 from stickslip_ros.parameters import Parameters, Scalar
 
 _TRIED = (
-    *('contact.friction', 'contact.prefactor', 'contact.radius', 'runner.mass', 'runner.damping'),
-    *('actuator.gain', 'actuator.hysteresis', 'actuator.creep', 'actuator.resonance'),
-    *('actuator.damping_ratio', 'actuator.gain_tolerance'),
-    *('amplifier.slew_rate', 'amplifier.bandwidth'),
+    *('contact.friction', 'contact.prefactor', 'contact.radius', 'runner.mass', 'actuator.gain'),
+    *('amplifier.slew_rate', *TYPICAL),
 )
 """Parameters that may have another value."""
 _LITTLE = 0.01

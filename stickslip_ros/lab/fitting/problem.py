@@ -85,7 +85,6 @@ class Problem:
 
     @cached_property
     def natural(self) -> Natural:
-        """The map to natural coordinates."""
         return Natural(self.parameters.updated(self.settings_of_all), self.free)
 
     @property
@@ -96,7 +95,6 @@ class Problem:
 
     @property
     def start(self) -> Array:
-        """The place of the starting values."""
         return self.place_of([one.start for one in self.free])
 
     @property
@@ -132,12 +130,12 @@ class Problem:
 
     def at_bound(self, place: Array) -> NDArray[np.bool_]:
         """Return a mask of the parameters on a bound, shape (free,)."""
-        return (self.beyond(place, BOUND) > 0.0) | (self.beyond(place, -BOUND) < 0.0)
+        return (self.excess(place, BOUND) > 0.0) | (self.excess(place, -BOUND) < 0.0)
 
-    def beyond(self, place: Array, further: float = 0.0) -> Array:
+    def excess(self, place: Array, further: float = 0.0) -> Array:
         """Return how far coordinates moved ``further`` are beyond their bounds, shape (free,)."""
         pairs = zip(self.free, self.natural.back(place).tolist(), strict=True)
-        return np.array([one.beyond(z + further) for one, z in pairs])
+        return np.array([one.excess(z + further) for one, z in pairs])
 
     def place_of(self, values: Sequence[float]) -> Array:
         """Return the place of some values of the free parameters."""
@@ -149,7 +147,6 @@ class Problem:
         return list(self.natural.settings(place).values())
 
     def stand(self, place: Array) -> Parameters:
-        """Return the stand of a place."""
         return self.parameters.updated(self.natural.settings(place))
 
     def predicted(self, stands: Sequence[Parameters]) -> list[Predicted]:
@@ -169,7 +166,6 @@ class Problem:
         return self.predicted([self.stand(place)])[0]
 
     def measured_at(self, predicted: Predicted) -> 'Problem':
-        """Return the problem with the metrics of a prediction."""
         metrics = [
             metric_of(
                 each,
@@ -231,7 +227,7 @@ class Problem:
             if one.name in self.known:
                 value, share = self.known[one.name]
                 known.append((z - one.to_coordinate(value)) * one.slope(value) / (share * value))
-        return np.append(known, self.beyond(place) + usual)
+        return np.append(known, self.excess(place) + usual)
 
     def slopes(self, place: Array, *, central: bool = False) -> Array:
         """
@@ -244,9 +240,9 @@ class Problem:
         pairs = list[tuple[Array, Array]]()
         for way in STEP * np.eye(len(place)):
             above, below = place + way, place - way if central else place
-            if self.beyond(above).any():
+            if self.excess(above).any():
                 above, below = place, place - way
-            elif central and self.beyond(below).any():
+            elif central and self.excess(below).any():
                 below = place
             pairs.append((below, above))
         found = self.predicted([self.stand(end) for pair in pairs for end in pair])
@@ -274,7 +270,6 @@ class Problem:
         return problem, not short
 
     def with_twice_the_steps(self, of: Callable[[SawtoothSteps], bool]) -> 'Problem':
-        """Return the problem with twice the steps of some drives."""
         longer = {
             one: drive._replace(steps=2 * drive.steps) for one, drive in self.steps if of(drive)
         }

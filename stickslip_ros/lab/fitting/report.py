@@ -18,14 +18,14 @@ from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
 from stickslip_ros.lab.figures.plottable import Plottable
-from stickslip_ros.lab.fitting.assumed import APART_MAX, FACTORS_OF_FORCES
+from stickslip_ros.lab.fitting.assumed import FACTORS_OF_FORCES, TENSION_MAX
 from stickslip_ros.lab.fitting.missing import ODDS_SURE, TELLING_SHARE
 from stickslip_ros.lab.fitting.result import FitResult, Ratio
-from stickslip_ros.lab.fitting.search import APART
+from stickslip_ros.lab.fitting.search import DISTANCE_MIN
 from stickslip_ros.lab.fitting.statistics import Estimate
 from stickslip_ros.lab.waveform.recognise import LOW_SHARE
 from stickslip_ros.parameters import dump_yaml
-from stickslip_ros.sections import Section, plain
+from stickslip_ros.sections import Section, as_json
 from stickslip_ros.units import display_unit
 
 if TYPE_CHECKING:
@@ -77,11 +77,11 @@ def verdict_of(fit: FitResult) -> str:
 
 def basis_of(fit: FitResult) -> str:
     """Return a sentence on the basis of the errors."""
-    if (owed := fit.problem.allowance) is not None:
+    if (errors := fit.problem.allowance) is not None:
         return (
-            f'noise of the readings, and what the model owes: {1e9 * owed.shape_m:.2g} nm in each '
-            f'moment of a cycle, {100.0 * owed.step_share:.2g} % of a step, '
-            f'{1e9 * owed.slow_m:.2g} nm that changes slowly'
+            f'noise of the readings, and what the model owes: {1e9 * errors.shape_m:.2g} nm in '
+            f'each moment of a cycle, {100.0 * errors.step_share:.2g} % of a step, '
+            f'{1e9 * errors.slow_m:.2g} nm that changes slowly'
         )
     if fit.problem.noise.known:
         return 'from the standard errors of the points; intervals of the normal distribution'
@@ -133,7 +133,7 @@ def warnings_of(fit: FitResult) -> tuple[str, ...]:
 def _lacking(fit: FitResult) -> Iterator[str]:
     """Yield what the stand may lack, ranked, or that nothing of the list explains the misfit."""
     if not fit.missing:
-        is_told = any(each.apart > APART_MAX for each in fit.tensions)
+        is_told = any(each.apart > TENSION_MAX for each in fit.tensions)
         if fit.problem.has_traces and not (fit.holds or is_told):
             yield f'nothing that was tried explains the misfit: {_CHECK}'
         return
@@ -162,7 +162,7 @@ def _search_warnings(fit: FitResult) -> Iterator[str]:
         there = [
             f'{one.name} {value:.4g}'
             for one, value in values
-            if not math.isclose(value, one.value, rel_tol=APART)
+            if not math.isclose(value, one.value, rel_tol=DISTANCE_MIN)
         ]
         hold = 'cover all of them' if fit.problem.has_traces else 'hold for this one only'
         yield (
@@ -225,7 +225,7 @@ _AS_THEY_ARE = (
 def as_object(fit: FitResult) -> Any:
     """Return a fit as an object for JSON: None stands for infinity and not a number."""
     doubt = fit.uncertainty
-    return plain(
+    return as_json(
         {
             'estimates': [
                 {**vars(one), 'is_log': one.is_log, 'scale': fit.scale_of(one.name)}

@@ -20,7 +20,7 @@ from stickslip_ros.drive.build import friction_limit_n
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError
 from stickslip_ros.files import read_bytes
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
-from stickslip_ros.lab.fitting.assumed import APART_MAX, OF_FORCES, with_constant
+from stickslip_ros.lab.fitting.assumed import OF_FORCES, TENSION_MAX, with_constant
 from stickslip_ros.lab.fitting.free import LOAD, TINY, Coordinate, Natural, is_property
 from stickslip_ros.lab.fitting.metric import Allowance
 from stickslip_ros.lab.fitting.missing import CHANCE, Missing
@@ -39,7 +39,7 @@ from stickslip_ros.units import unit_of
 
 P_VALUE_MIN = 0.01
 """Least chance of numbers with given errors; traces have an allowance instead."""
-OWED_MOST = 0.03
+MODEL_ERROR_MAX = 0.03
 """Most that the model may owe in the shape of a cycle, as a share of the stroke of the feet."""
 _DRIFT_M_PER_S = 1e-6  # least drift of a position that no sensor has
 DRAWS_MAX = 10_000
@@ -82,7 +82,6 @@ class FitResult:
 
     @property
     def found(self) -> Minimum:
-        """The minimum."""
         return self.refined[-1] if self.refined else distinct(self.searches)[0]
 
     @property
@@ -92,7 +91,6 @@ class FitResult:
 
     @cached_property
     def estimates(self) -> tuple[Estimate, ...]:
-        """The free parameters."""
         return estimates_of(self.problem, self.uncertainty)
 
     def draws(self, count: int, seed: int = 1) -> list[Parameters]:
@@ -218,11 +216,12 @@ class FitResult:
         drives = (one.drive for one in self.experiments)
         swings_v = [np.ptp(each.rows[:, 1]) for each in drives if isinstance(each, Voltage)]
         stroke_m = max(swings_v, default=0.0) * self.parameters.actuator.gain
-        owed = self.problem.allowance or Allowance(0.0, 0.0, 0.0)
-        if (owed_m := math.hypot(owed.shape_m, owed.slow_m)) > OWED_MOST * stroke_m:
+        model_error = self.problem.allowance or Allowance(0.0, 0.0, 0.0)
+        error_m = math.hypot(model_error.shape_m, model_error.slow_m)
+        if error_m > MODEL_ERROR_MAX * stroke_m:
             yield (
-                f'the model misses the motion by {1e9 * owed_m:.3g} nm, more than '
-                f'{100.0 * OWED_MOST:g} % of the stroke'
+                f'the model misses the motion by {1e9 * error_m:.3g} nm, more than '
+                f'{100.0 * MODEL_ERROR_MAX:g} % of the stroke'
             )
         least, place = chi2.isf(CHANCE, 3), self.found.place  # of three more free parameters
         told = [each for each in self.missing if each.chi_square - each.expected > least]
@@ -232,15 +231,15 @@ class FitResult:
                 free = ' free' * is_property(each.name)
                 yield f'values move beyond their errors with {each.name}{free}'
                 break
-        for one, beyond in zip(self.estimates, self.uncertainty.beyond.tolist(), strict=True):
-            if one.at_bound and one.is_limit(one.value) and beyond > APART_MAX:
+        for one, excess in zip(self.estimates, self.uncertainty.excess.tolist(), strict=True):
+            if one.at_bound and one.is_limit(one.value) and excess > TENSION_MAX:
                 limit = f'{one.value:.4g} {one.unit}'.rstrip()
                 yield (
                     f'the readings pull {one.name} beyond {limit}, a limit of the model, by '
-                    f'{beyond:.3g} standard errors: something else is lacking'
+                    f'{excess:.3g} standard errors: something else is lacking'
                 )
         for tension in self.tensions:
-            if tension.apart > APART_MAX:
+            if tension.apart > TENSION_MAX:
                 yield (
                     f'{tension.name} is {tension.value:.4g} +- {100.0 * tension.share:.3g} %, but '
                     f'the readings prefer {tension.preferred:.3g}, {tension.apart:.3g} standard '
@@ -289,7 +288,6 @@ class FitResult:
 
     @property
     def readings(self) -> int:
-        """Number of readings."""
         return sum(len(each.values) for _, each, _ in self.problem.seen)
 
 

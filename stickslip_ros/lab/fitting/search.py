@@ -30,17 +30,17 @@ from stickslip_ros.lab.fitting.problem import FINEST, PRIOR, Problem, StandardEr
 from stickslip_ros.lab.runs.batch import Progress, run_batch
 from stickslip_ros.process.stopping import Stopped
 
-LOOSE = Allowance(2e-8, 0.3), Allowance(4e-9, 0.05)
+LOOSE_ALLOWANCES = Allowance(2e-8, 0.3), Allowance(4e-9, 0.05)
 """Allowed errors of the model in the first searches of traces: from starts up to 1.6 times off in
 five parameters 6 of 6 searches found the truth, from up to 3.3 times off 9 of 12."""
-TRIED = 64  # places that are tried before the searches
+TRIED_PLACES = 64  # places that are tried before the searches
 TRIED_SLOW_S = (2.5e-5, 8e-5, 2.5e-4)
 """Time constants of sensors that are tried too, 6 kHz to 640 Hz: a low-pass hides the ringing of
 the runner, and a search without it ends elsewhere."""
 FOLLOWED_MAX = 3  # most ends of loose searches that go on
 READINGS_MAX = 10_000  # most readings of a quantity in a recording; more are thinned
-SURELY = 1.2  # least factor of chi-square between two sensors, or ends, of which one is left
-APART = 0.05  # least distance of two minima
+CERTAIN_FACTOR = 1.2  # least ratio of chi-squares of two sensors, or ends, of which one is left
+DISTANCE_MIN = 0.05  # least distance of two minima
 TOLERANCE = 1e-6
 """Relative change of sum of squares, or of coordinates, that ends a search: a thousandth of a
 standard error."""
@@ -84,7 +84,7 @@ def distinct(searches: Sequence[Minimum]) -> list[Minimum]:
     """Return distant minima, the best first."""
     kept = list[Minimum]()
     for each in sorted(searches, key=lambda found: found.chi_square):
-        is_new = all(np.max(np.abs(each.place - one.place)) > APART for one in kept)
+        is_new = all(np.max(np.abs(each.place - one.place)) > DISTANCE_MIN for one in kept)
         if each.coordinates and is_new:
             kept.append(each)
     return kept
@@ -140,17 +140,18 @@ def search_all(
     )
     begins = [(clear, problem.start)]
     clear.predicted_at(problem.start)
-    tried = _tried(clear, unsure, seed, TRIED if starts > 1 else 0)
+    tried = _tried(clear, unsure, seed, TRIED_PLACES if starts > 1 else 0)
     if tried and tried[0][0] is not clear:
         begins.append(tried[0])
     begins += tried[1:starts]
     alone = [(replace(one, pool=None), place) for one, place in begins]
-    stages = [LOOSE[0] if problem.has_traces else problem.allowance]
+    stages = [LOOSE_ALLOWANCES[0] if problem.has_traces else problem.allowance]
     ends = run_batch(partial(_descend, stages), alone, workers=workers, progress=progress)
     if problem.has_traces:  # the best go on
         kept = distinct([ended for _, ended in ends])[:FOLLOWED_MAX]
         best = [(_on_time(one, each.place), each.place) for one, each in ends if each in kept]
-        ends = run_batch(partial(_descend, [*LOOSE[1:], problem.allowance]), best, workers=workers)
+        stages = [*LOOSE_ALLOWANCES[1:], problem.allowance]
+        ends = run_batch(partial(_descend, stages), best, workers=workers)
     return [(replace(one, pool=problem.pool), ended) for one, ended in ends]
 
 
@@ -174,7 +175,7 @@ def _tried(
     variants = _with_other_sensors(problem, unsure)
 
     def suited(place: Array) -> tuple[float, Problem, Array]:
-        rows = [(SURELY * _missed(one, place), one, place) for one in variants]
+        rows = [(CERTAIN_FACTOR * _missed(one, place), one, place) for one in variants]
         return min([(_missed(problem, place), problem, place), *rows], key=lambda row: row[0])
 
     start = problem.start
@@ -255,7 +256,7 @@ def settle(
     found = list[Minimum]()
     for _ in range(ROUNDS):
         before = problem
-        problem = _owing(_with_noise(problem, place, outliers), place, least)
+        problem = _with_model_error(_with_noise(problem, place, outliers), place, least)
         found.append(search(problem, place))
         place = found[-1].place
         if _is_settled(problem, before):
@@ -276,7 +277,7 @@ def _is_settled(now: Problem, then: Problem) -> bool:
     return bool(max(moved.max(), grown.max()) < _CLOSE)
 
 
-def _owing(problem: Problem, place: Array, least: Allowance) -> Problem:
+def _with_model_error(problem: Problem, place: Array, least: Allowance) -> Problem:
     """Return the problem with the allowed errors, and the metrics, of the residuals at a place."""
     predicted = problem.predicted_at(place)
     problem = problem.measured_at(predicted)
@@ -284,8 +285,8 @@ def _owing(problem: Problem, place: Array, least: Allowance) -> Problem:
     missed = [model.values - each.values for (_, each, _), model in pairs if each.is_trace]
     for _ in range(ROUNDS):
         assert problem.allowance is not None
-        owed = [one.owed(each) for one, each in zip(problem.metrics, missed, strict=True)]
-        squares, counts = np.sum(owed, axis=0)
+        both = zip(problem.metrics, missed, strict=True)
+        squares, counts = np.sum([one.model_error(each) for one, each in both], axis=0)
         likely = np.minimum(np.sqrt(squares / np.maximum(counts, 1e-9)), 1e3)
         sizes = np.maximum(likely * problem.allowance, least)
         metrics = tuple(each.with_sizes(sizes / problem.allowance) for each in problem.metrics)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.stats import norm, t
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.lab.fitting.assumed import APART_MAX, LOAD_FACTOR, slopes_of_constants
+from stickslip_ros.lab.fitting.assumed import LOAD_FACTOR, TENSION_MAX, slopes_of_constants
 from stickslip_ros.lab.fitting.free import TINY, Coordinate
 from stickslip_ros.lab.fitting.problem import BOUND, EFFECT, PRIOR, Problem
 
@@ -80,7 +80,7 @@ class Uncertainty:
     alone_z: Array  # standard errors by the readings alone, nearly without those before
     at_bound: Flags  # parameters on a bound, shape (free,)
     # how far the readings pull a parameter beyond such a bound, in standard errors, shape (free,)
-    beyond: Array
+    excess: Array
     inert: Flags  # parameters without effect
     shares: Mapping[str, float]  # relative errors of the constants, by name
     whole_z: Array  # covariance of z and constants, shape (free + constants, same)
@@ -142,7 +142,7 @@ class Uncertainty:
         found = []
         for name, value, share, variance, offset in rows:
             told = 1.0 - variance / share**2
-            if told < _FAR and abs(offset) > APART_MAX * share:
+            if told < _FAR and abs(offset) > TENSION_MAX * share:
                 told = 1.0  # no linear way leads so far: it is at least where the fit has come to
             if told > variance / UNDETERMINED**2:
                 with np.errstate(over='ignore'):
@@ -204,7 +204,7 @@ def uncertainty(problem: Problem, place: Array, shares: Mapping[str, float]) -> 
         covariance_z=_reaching(covariance_z, reach),
         alone_z=np.sqrt(np.diag(spread(readings[:known, :known] + _VAGUE**-2.0 * np.eye(known)))),
         at_bound=at_bound,
-        beyond=_beyond(problem, place, slopes, missed, at_bound) / math.sqrt(scale),
+        excess=_excess(problem, place, slopes, missed, at_bound) / math.sqrt(scale),
         inert=inert & ~at_bound,
         shares=shares,
         whole_z=whole_z,
@@ -225,11 +225,11 @@ def _held(problem: Problem, place: Array, at_bound: Flags) -> Flags:
     return np.array([sits and not one.is_limit(value) for one, value, sits in pairs])
 
 
-def _beyond(
+def _excess(
     problem: Problem, place: Array, slopes: Array, missed: Array, at_bound: Flags
 ) -> Array:
     """Return how far the residuals pull parameters beyond their bounds, in standard errors."""
-    is_lower = problem.beyond(place, -BOUND) < 0.0
+    is_lower = problem.excess(place, -BOUND) < 0.0
     basis, found = np.linalg.qr(slopes[:, ~at_bound])[0], np.zeros(len(place))
     for number in np.flatnonzero(at_bound):
         alone = slopes[:, number] - basis @ (basis.T @ slopes[:, number])

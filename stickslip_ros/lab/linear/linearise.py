@@ -30,8 +30,8 @@ from stickslip_ros.kernels.record import Record
 from stickslip_ros.lab.figures.plottable import Plottable
 from stickslip_ros.lab.linear.curves import Complex
 from stickslip_ros.lab.linear.sampled import StateSpace, read, reduce_order, zero_order_hold
-from stickslip_ros.parameters import Parameters, reading
-from stickslip_ros.sections import Section, number
+from stickslip_ros.parameters import Parameters, checked_arguments
+from stickslip_ros.sections import Section, si_row
 from stickslip_ros.units import MICRO
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ class LinearDrive(Plottable):
     resonance_hz: float
     parameters: Parameters = field(repr=False)
 
-    @reading
+    @checked_arguments
     def response(self, frequency_hz: ArrayLike) -> Response:
         """Return the response of the runner at frequencies, Hz."""
         matrix = self.matrix(frequency_hz)
@@ -103,8 +103,8 @@ class LinearDrive(Plottable):
         """Return operating point, stiffnesses and resonance."""
         title = f'stuck at {self.at_voltage_v:g} V, preload {self.parameters.stand.preload:g} N'
         rows = [
-            number('stiffness of the contacts', self.contact_n_per_m, '.4f', 'N/um'),
-            number('stiffness of load cell and stops', self.cell_n_per_m, '.4f', 'N/um'),
+            si_row('stiffness of the contacts', self.contact_n_per_m, '.4f', 'N/um'),
+            si_row('stiffness of load cell and stops', self.cell_n_per_m, '.4f', 'N/um'),
             ('resonance of the runner', f'{self.resonance_hz:.1f}', 'Hz'),
         ]
         return [Section(title, rows, draw=self._draw)]
@@ -120,7 +120,7 @@ class LinearDrive(Plottable):
             f'at {self.at_voltage_v:.4g} V'
         )
 
-    @reading
+    @checked_arguments
     def to_control(
         self, dt: float | None = None, *, sensors: bool = False, order: int | None = None
     ) -> Any:
@@ -183,7 +183,7 @@ def _in_um(name: str) -> str:
     return re.sub('_m(?=$|_per_s$)', '_um', name)
 
 
-@reading
+@checked_arguments
 def linearise(parameters: Parameters, at_voltage_v: float | None = None) -> LinearDrive:
     """
     Linearise the drive for motions so small that no contact slips.

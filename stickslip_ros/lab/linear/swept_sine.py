@@ -30,10 +30,10 @@ from stickslip_ros.lab.linear.linearise import (
 )
 from stickslip_ros.lab.measurements.sweep_table import Row
 from stickslip_ros.lab.runs.batch import run_batch
-from stickslip_ros.parameters import Parameters, reading
+from stickslip_ros.parameters import Parameters, checked_arguments
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.progress import shown_progress
-from stickslip_ros.sections import Section, number
+from stickslip_ros.sections import Section, si_row
 from stickslip_ros.units import NM
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ class MeasuredResponse(Plottable):
             *linear.rows,
             (f'position per voltage at {lowest_hz:.4g} Hz', f'{per_v * NM:.5f}', 'nm/V'),
             (f'position per load at {lowest_hz:.4g} Hz', f'{per_n * NM:.5f}', 'nm/N'),
-            number('stiffness lost by partial slip', self.softening, '.2e'),
+            si_row('stiffness lost by partial slip', self.softening, '.2e'),
         ]
         if self.largest_deviation is not None:
             words = f'largest deviation up to {_BELOW:g} of the resonance'
@@ -114,7 +114,7 @@ class MeasuredResponse(Plottable):
         return Response(*(a / b - 1.0 for a, b in zip(self.response, expected, strict=True)))
 
 
-@reading
+@checked_arguments
 def measure_response(
     parameters: Parameters,
     frequency_hz: ArrayLike,

@@ -24,11 +24,11 @@ from stickslip_ros.lab.measurements.recorded import (
     stretches_of,
 )
 from stickslip_ros.lab.measurements.run_result import SawtoothRun
-from stickslip_ros.parameters import Parameters, reading
+from stickslip_ros.parameters import Parameters, checked_arguments
 from stickslip_ros.recording.integrity import is_recording
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.series import Series
-from stickslip_ros.sections import Section, Shown
+from stickslip_ros.sections import NotebookView, Section
 from stickslip_ros.units import with_unit
 
 if TYPE_CHECKING:
@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 
-@reading
-class Run(Shown):
+@checked_arguments
+class Run(NotebookView):
     """
     A recorded run in a file; a temporary file lives as long as this object.
 
@@ -111,7 +111,7 @@ class Run(Shown):
             return mapped_series(self.recording, self.topics)[0]
         return recorded_series(self.recording)
 
-    @reading
+    @checked_arguments
     def series_within(self, start_s: float, end_s: float) -> dict[str, Series]:
         """Return ``series`` of a stretch, both ends included."""
         if self.topics:
@@ -131,7 +131,7 @@ class Run(Shown):
         object.__setattr__(frame, 'plot', _labelled_plots()(frame))  # each then keeps the other
         return frame
 
-    @reading
+    @checked_arguments
     def table(self, window_s: tuple[float, float] | None = None, every: int = 1) -> 'DataFrame':
         """
         Return every n-th row of ``frame``, or a stretch of it, for runs larger than memory.
@@ -168,7 +168,7 @@ class Run(Shown):
         whole.attrs = parts[0].attrs
         return whole
 
-    @reading
+    @checked_arguments
     def plot(
         self,
         start_s: float | None = None,
@@ -202,7 +202,7 @@ class Run(Shown):
             quantities = self.series if is_held else None
             return draw_run(self.recording, window, quantities=quantities)[0]
 
-    @reading
+    @checked_arguments
     def save(self, path: str | Path) -> Path:
         """
         Copy the recording to a new file.
@@ -241,7 +241,7 @@ class Run(Shown):
         return shown if self._path is None else [*shown, *sections_of(self.recording)]
 
 
-@reading
+@checked_arguments
 def open_run(path: str | Path, topics: Mapping[str, str] | None = None) -> Run:
     """
     Open a recording: an MCAP file, a bag directory, or the common name of parts.

@@ -5,11 +5,11 @@
 
 from dataclasses import dataclass
 
-from stickslip_ros.sections import Section, Shown, report_field, rows_of
+from stickslip_ros.sections import NotebookView, Section, report_field, rows_of
 
 
 @dataclass(frozen=True, kw_only=True)
-class RunResult(Shown):
+class RunResult(NotebookView):
     """The result of a saw-tooth run."""
 
     # as requested; for a drive alone, the preload at the end of its ramp

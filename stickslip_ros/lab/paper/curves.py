@@ -25,7 +25,7 @@ from stickslip_ros.lab.figures.plotting import (
     label_end,
 )
 from stickslip_ros.lab.measurements.sweep_table import Row
-from stickslip_ros.lab.paper.figure import Case, PaperFigure, Table, assumed, surface
+from stickslip_ros.lab.paper.figure import PaperFigure, RowRuns, Table, assumed, surface
 from stickslip_ros.lab.runs.courses import Course
 from stickslip_ros.lab.runs.sawtooth_run import drive_course
 from stickslip_ros.lab.runs.zero_amplitude import ONSET_SHARE, onset_course
@@ -143,7 +143,7 @@ def _figure(name: str, shows: str, profile: str, preloads_n: Sequence[float]) ->
     def stands(parameters: Parameters) -> list[Parameters]:
         return [stand_at(parameters, n, {'contact.profile': profile}) for n in preloads_n]
 
-    def cases(parameters: Parameters, points: int) -> list[Case]:
+    def cases(parameters: Parameters, points: int) -> list[RowRuns]:
         amplitudes_m = np.linspace(0.0, AMPLITUDE_MAX_M, points)
         return [
             partial(_force_row, stand, float(a))

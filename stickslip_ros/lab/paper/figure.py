@@ -22,7 +22,7 @@ from stickslip_ros.units import MICRO
 _KINDS = ('.csv', '.md', '.png', '.svg')  # files: table (SI, all digits), caption, pictures
 CHANGED_MAX = 3  # changed parameters named in a title; above, only their number
 
-Case = Callable[[], Course[Row]]  # the runs of one row
+RowRuns = Callable[[], Course[Row]]  # the runs of one row
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class PaperFigure:
     title: str  # heading
     points: int  # default number of points along an axis
     # runs of each row, from parameters and number of points
-    cases: Callable[[Parameters, int], Sequence[Case]]
+    cases: Callable[[Parameters, int], Sequence[RowRuns]]
     draw: Callable[[Table, Figure], None]  # draws a table
     caption: Callable[[Parameters], str]  # content and assumptions
     inches: tuple[float, float]  # width and height

@@ -39,7 +39,7 @@ from stickslip_ros.lab.readers.numbers import (
 )
 from stickslip_ros.lab.readers.remedies import RATE, epoch_of, listed, suggestion
 from stickslip_ros.lab.readers.units import factor_of, split_unit
-from stickslip_ros.units import quantity
+from stickslip_ros.units import parse_quantity
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -209,7 +209,7 @@ def _of_preloads(
     shared = [e for e in reading.headers.items() if e[1].startswith('*') and e[0] in specs]
     is_by_amplitude = kind == BY_AMPLITUDE or (not kind and (shared or 'amplitude_m' in names))
     amounts = {
-        each: [quantity(e.replace(',', '.'), 'N') for e in _PRELOAD.findall(each.text)]
+        each: [parse_quantity(e.replace(',', '.'), 'N') for e in _PRELOAD.findall(each.text)]
         for each in layout.columns
     }
     preloads = {each: e[0] for each, e in amounts.items() if len(e) == 1 and e[0]}

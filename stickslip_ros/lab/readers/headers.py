@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from stickslip_ros.errors import RecordingError
-from stickslip_ros.units import quantity
+from stickslip_ros.units import parse_quantity
 
 Cells = list[str]
 COMMENT = re.compile(r'\s*[#%]+\s*')
@@ -60,7 +60,7 @@ def settings_in(lines: Sequence[str], rows: Sequence[Cells]) -> dict[str, Cells]
         found[row[0].strip(' :').lower()] = row
     for above, below in pairwise(rows):
         for name, cell in zip(above, below, strict=False):
-            if quantity(cell, '') is not None:
+            if parse_quantity(cell, '') is not None:
                 found.setdefault(name.strip().lower(), [name, cell])
     found.pop('', None)
     return found
@@ -94,7 +94,7 @@ def read_header(
             problem = f'has columns of different {key}: {", ".join(values(key))}'
             raise RecordingError(where, problem, 'save them in a file each')
     [step_s, start_s, spacing_s] = (
-        quantity(next(iter(values(key)), '0'), 's') or 0.0
+        parse_quantity(next(iter(values(key)), '0'), 's') or 0.0
         for key in (form.step, form.start, 'interval')
     )
     if form.names.endswith('#'):
@@ -107,7 +107,7 @@ def read_header(
     indent = next((at for at, name in enumerate(names) if name.strip()), 0)
     units = [''] * indent + settings[form.units] if form.units else units
     units += [''] * (len(names) - len(units))
-    firsts = [quantity(row[0].replace(decimal, '.'), '') or 0.0 for row in rows]
+    firsts = [parse_quantity(row[0].replace(decimal, '.'), '') or 0.0 for row in rows]
     unit = next(iter(values(form.unit)), form.unit)
     if form.names and spacing_s and abs(firsts[-1] - firsts[0] - spacing_s) > 0.01 * spacing_s:
         form, step_s = form._replace(counter=form.names, step='interval'), spacing_s
@@ -115,7 +115,7 @@ def read_header(
         unit, start_s = f'{step_s!r} s', start_s - step_s * (firsts[0] == 1.0)
     for at in reversed(range(len(names))):
         name, clock = names[at].strip().lower(), form.clock or form.counter
-        if form.counter and quantity(units[at], '') is not None:
+        if form.counter and parse_quantity(units[at], '') is not None:
             names[at] = ''  # a setting below its name
         elif clock and name == clock and form.step and not form.counter:
             names[at] = ''

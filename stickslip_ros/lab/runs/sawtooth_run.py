@@ -34,7 +34,13 @@ from stickslip_ros.lab.measurements.recorded_run import Run
 from stickslip_ros.lab.measurements.run_result import DriveRun, SawtoothRun
 from stickslip_ros.lab.runs.batch import Progress
 from stickslip_ros.lab.runs.courses import Course, cycles_of, run_course
-from stickslip_ros.parameters import STROKE_SPEC, Parameters, ReplaceableDefault, reading, spec_of
+from stickslip_ros.parameters import (
+    STROKE_SPEC,
+    Parameters,
+    ReplaceableDefault,
+    checked_arguments,
+    spec_of,
+)
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.progress import progress_of
 from stickslip_ros.recording.run import ReportingBench, RunWriter
@@ -54,7 +60,7 @@ STEADY_STEPS_MAX = 5000  # largest number of steps without a given number
 STEP_LENGTH_CYCLES = 10  # last cycles averaged for the step length
 
 
-@reading
+@checked_arguments
 def run_drive(
     parameters: Parameters,
     amplitude_m: float,
@@ -135,7 +141,7 @@ def drive_course(
     )
 
 
-@reading
+@checked_arguments
 def simulate(
     parameters: Parameters | None = None,
     *,

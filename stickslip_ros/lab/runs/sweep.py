@@ -33,9 +33,9 @@ from stickslip_ros.parameters import (
     Parameters,
     Scalar,
     Spec,
+    checked_arguments,
     column_name,
     parse_assignments,
-    reading,
     spec_of,
 )
 from stickslip_ros.parameters.typed import to_si_list
@@ -138,7 +138,7 @@ class Sweep:
         return tuple(name for name in names if ramped or name != 'stand.preload')
 
 
-@reading
+@checked_arguments
 def sweep(
     parameters: Parameters,
     values: Mapping[str, Iterable[Scalar] | Scalar],

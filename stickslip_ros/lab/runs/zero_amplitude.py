@@ -24,9 +24,9 @@ from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.runs.batch import Progress, run_courses
 from stickslip_ros.lab.runs.courses import Course, bundle_for, run_course
 from stickslip_ros.lab.runs.sawtooth_run import drive_course, full_stroke_m
-from stickslip_ros.parameters import Parameters, reading
+from stickslip_ros.parameters import Parameters, checked_arguments
 from stickslip_ros.progress import progress_of
-from stickslip_ros.sections import Section, Shown, report_field, rows_of
+from stickslip_ros.sections import NotebookView, Section, report_field, rows_of
 
 WITHOUT_CELL = {'load_cell.contact': 'absent'}  # changes for a free runner
 _STEPS_MIN = 10
@@ -40,7 +40,7 @@ ONSET_HALVINGS = 9  # halvings of the amplitude range: 160 nm become 0.3 nm
 
 
 @dataclass(frozen=True, kw_only=True)
-class ZeroAmplitude(Shown):
+class ZeroAmplitude(NotebookView):
     """
     The 0-amplitude of a drive.
 
@@ -86,7 +86,7 @@ class ZeroAmplitude(Shown):
         return [Section(title, rows_of(self))]
 
 
-@reading
+@checked_arguments
 def zero_amplitude(
     parameters: Parameters,
     frequency_hz: float = 200.0,
@@ -199,7 +199,7 @@ def _asked(
     )
 
 
-@reading
+@checked_arguments
 def force_onset_m(parameters: Parameters, frequency_hz: float, threshold_n: float = 0.0) -> float:
     """
     Return the amplitude from which force is generated, m; NaN without force.

@@ -37,7 +37,7 @@ from stickslip_ros.recording.series import split_columns
 from stickslip_ros.ros.diagnostics import verdict
 from stickslip_ros.ros.executable import describe_node, guard_services, run_node
 from stickslip_ros.ros.guard import GuardedNode
-from stickslip_ros.ros.parameter_bridge import FOREIGN, CheckedNode, declare, given_values
+from stickslip_ros.ros.parameter_bridge import FOREIGN, CheckedNode, declare_all, given_values
 from stickslip_ros.units import NS_PER_S
 
 TWIN_NODE = 'stickslip_twin'
@@ -77,7 +77,7 @@ class StickSlipTwin(CheckedNode, GuardedNode, LifecycleNode):
         values: dict[str, Any] = {n.removeprefix(_PREFIX): v for n, v in settings.items()}
         self.settings = TwinParameters(**values)
         of_twin = {name: getattr(self.settings, name.removeprefix(_PREFIX)) for name in own}
-        declare(self, self.declared, self.stand.flat() | of_twin)
+        declare_all(self, self.declared, self.stand.flat() | of_twin)
         self.get_logger().info(describe_node(self))
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)

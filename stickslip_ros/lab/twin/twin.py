@@ -32,7 +32,7 @@ from stickslip_ros.lab.fitting.free import FROM_ZERO, choose_free
 from stickslip_ros.lab.fitting.metric import metric_of, waves_of
 from stickslip_ros.lab.fitting.problem import FINEST
 from stickslip_ros.lab.fitting.report import Fit
-from stickslip_ros.lab.fitting.search import SURELY
+from stickslip_ros.lab.fitting.search import CERTAIN_FACTOR
 from stickslip_ros.lab.twin.settings import TwinParameters
 from stickslip_ros.lab.twin.window import Window
 from stickslip_ros.parameters import Parameters, to_nanoseconds
@@ -141,7 +141,7 @@ class Twin:
         places = np.rint((time_s - lags_s[:, np.newaxis]) / SAMPLE_S).astype(np.intp)
         moved = model.values[places.clip(0, len(even_s) - 1)] - values
         missed = np.sum(np.diff(moved) ** 2, axis=1)
-        alike_s = lags_s[missed <= SURELY * missed.min() + len(values) * first.noise**2]
+        alike_s = lags_s[missed <= CERTAIN_FACTOR * missed.min() + len(values) * first.noise**2]
         return float(alike_s[np.argmin(np.abs(alike_s - self._late_s))])
 
     def experiment(self, window: Window) -> Experiment:

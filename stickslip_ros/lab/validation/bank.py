@@ -17,8 +17,8 @@ from stickslip_ros.kernels.record import Record, record
 from stickslip_ros.lab.validation.contacts import missing_share, zigzag
 from stickslip_ros.parameters import Parameters
 
-move_springs = entry_point(move_springs)
-stored_in_springs = entry_point(stored_in_springs)
+_move_springs = entry_point(move_springs)
+_stored_in_springs = entry_point(stored_in_springs)
 
 TURN_SEED, TURNS, TURN_STEPS = 20140, 60, 8
 """Random history at constant preload, with nested loops and full slip."""
@@ -53,21 +53,21 @@ def ramp(refinement: int = 1) -> tuple[Array, Array]:
 
 
 @lru_cache(maxsize=16)
-def spring_bank(profile: str, preload_n: float) -> Record:
+def bank_for(profile: str, preload_n: float) -> Record:
     """Return the springs of a drive for preloads up to this one."""
     values = {'contact.profile': profile, 'stand.preload': preload_n}
     return all_contacts(Parameters().updated(values)).bank
 
 
-def drag_along(bank: Record, displacements_m: Array, preloads_n: Array) -> Array:
+def drag_bank(bank: Record, displacements_m: Array, preloads_n: Array) -> Array:
     """Return force, stored and lost energy along displacements, from unloaded springs."""
     springs = record(springs_kind(len(bank.heights_m)))
     place_m, preload_n, lost_j = displacements_m[0], preloads_n[0], 0.0
     rows = []
     for next_m, next_n in zip(displacements_m, preloads_n, strict=True):
-        force_n, loss_j = move_springs(bank, springs, next_m - place_m, preload_n, next_n)
+        force_n, loss_j = _move_springs(bank, springs, next_m - place_m, preload_n, next_n)
         place_m, preload_n, lost_j = next_m, next_n, lost_j + loss_j
-        rows.append((force_n, stored_in_springs(bank, springs), lost_j))
+        rows.append((force_n, _stored_in_springs(bank, springs), lost_j))
     return np.array(rows)
 
 
@@ -75,27 +75,27 @@ def drag_along(bank: Record, displacements_m: Array, preloads_n: Array) -> Array
 def random_log(profile: str, preload_n: float, reach_m: float) -> Array:
     """Return force, stored and lost energy along the random history."""
     path_m = random_path(reach_m)
-    return drag_along(spring_bank(profile, preload_n), path_m, np.full(len(path_m), preload_n))
+    return drag_bank(bank_for(profile, preload_n), path_m, np.full(len(path_m), preload_n))
 
 
 def bank_full_slip_n(profile: str, preload_n: float) -> float:
     """Return the force of the springs in full slip (bank for up to 2 N)."""
     there_m = np.array([0.0, FAR_M])
-    bank = spring_bank(profile, max(RAMP_N))
-    return float(drag_along(bank, there_m, np.full(2, preload_n))[-1, 0])
+    bank = bank_for(profile, max(RAMP_N))
+    return float(drag_bank(bank, there_m, np.full(2, preload_n))[-1, 0])
 
 
 @lru_cache(maxsize=4)
 def ramp_log(profile: str) -> Array:
     """Return force, stored and lost energy along the ramps."""
-    return drag_along(spring_bank(profile, max(RAMP_N)), *ramp())
+    return drag_bank(bank_for(profile, max(RAMP_N)), *ramp())
 
 
 def bank_missing(profile: str) -> float:
     """Return the share of work neither stored nor lost while the preload changes."""
     angles = np.linspace(0.0, 4.0 * np.pi, _BALANCE_STEPS + 1, dtype=np.float64)
     path_m, preloads_n = RAMP_REACH_M * np.sin(angles), 0.6 + 0.4 * np.cos(0.7 * angles)
-    log = drag_along(spring_bank(profile, max(RAMP_N)), path_m, preloads_n)
+    log = drag_bank(bank_for(profile, max(RAMP_N)), path_m, preloads_n)
     return missing_share(path_m, log[:, 0], log[:, 1] + log[:, 2])
 
 

@@ -13,7 +13,12 @@ from scipy.optimize import bisect
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
-from stickslip_ros.contact.mdr import Presliding, effective_elasticity, normal_force, presliding
+from stickslip_ros.contact.mdr import (
+    Presliding,
+    effective_elasticity,
+    normal_force,
+    solve_presliding,
+)
 from stickslip_ros.contact.memory import fresh_memory, lost_energy, move, stored_energy
 from stickslip_ros.contact.profile import PowerProfile, Profile, smooth_profile
 from stickslip_ros.contact.virgin import tabulate
@@ -33,7 +38,7 @@ PULL_POINTS, PULL_WEIGHTS = np.polynomial.legendre.leggauss(200)  # Gauss-Legend
 
 
 @entry_point
-def follow(curve: Record, memory: Record, places_m: Array, log: Array) -> None:
+def follow_curve(curve: Record, memory: Record, places_m: Array, log: Array) -> None:
     """Move along places; each row of the log receives force, its error bound, depth."""
     for i in range(len(places_m)):
         move(curve, memory, places_m[i])
@@ -61,7 +66,7 @@ def contact(profile: str, force_n: float) -> Presliding:
     else:
         parameters = Parameters().updated({'contact.profile': profile}).contact
         shape = profile_of(parameters)
-    return presliding(shape, elasticity_of(parameters), parameters.friction, force_n)
+    return solve_presliding(shape, elasticity_of(parameters), parameters.friction, force_n)
 
 
 def depth_m(profile: str, force_n: float) -> float:
@@ -150,7 +155,7 @@ def wandering_missing(profile: str, force_n: float, reach_m: float) -> float:
 
 
 @lru_cache(maxsize=4)
-def ring_down(
+def ring_down_log(
     profile: str, force_n: float, reach_m: float, reversals: float
 ) -> tuple[Array, Record, Record]:
     """Return the force at each reversal of a linear ring-down, with final curve and memory."""
@@ -159,7 +164,7 @@ def ring_down(
     log = np.zeros((count, 3))
     turns_m = reach_m * (1.0 - np.arange(count) / count)
     turns_m[1::2] *= -1.0
-    follow(curve, memory, turns_m, log)
+    follow_curve(curve, memory, turns_m, log)
     return log[:, 0].copy(), curve, memory
 
 
@@ -167,9 +172,9 @@ def after_ring_down_n(
     profile: str, force_n: float, reach_m: float, reversals: float, displacement_m: float
 ) -> float:
     """Return the force at a displacement after a ring-down."""
-    _, curve, memory = ring_down(profile, force_n, reach_m, reversals)
+    _, curve, memory = ring_down_log(profile, force_n, reach_m, reversals)
     memory, log = memory.copy(), np.zeros((1, 3))
-    follow(curve, memory, np.array([displacement_m]), log)
+    follow_curve(curve, memory, np.array([displacement_m]), log)
     return float(log[0, 0])
 
 
@@ -180,7 +185,7 @@ def sphere(
     """Return a sphere on a plane of its own material."""
     young_pa = 2.0 * shear_pa * (1.0 + poisson)
     elasticity = effective_elasticity(young_pa, poisson, young_pa, poisson)
-    return presliding(smooth_profile(ball_m), elasticity, friction, force_n)
+    return solve_presliding(smooth_profile(ball_m), elasticity, friction, force_n)
 
 
 def ball_normal_j(**ball: float) -> float:
@@ -240,7 +245,7 @@ ANSWERS: Mapping[str, Callable[..., Any]] = {
     'wandering_stored_j': lambda **at: after_legs(**at)[_STORED],
     'wandering_loss_j': lambda **at: after_legs(**at)[_LOST],
     'wandering_missing': wandering_missing,
-    'ring_down_n': lambda after, **at: ring_down(**at)[0][round(after) - 1],
+    'ring_down_n': lambda after, **at: ring_down_log(**at)[0][round(after) - 1],
     'after_ring_down_n': after_ring_down_n,
     'ball_depth_m': lambda **ball: sphere(**ball).indentation.depth_m,
     'ball_normal_j': ball_normal_j,

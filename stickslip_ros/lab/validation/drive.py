@@ -17,7 +17,7 @@ from stickslip_ros.drive.ledger import take_ledger
 from stickslip_ros.drive.records import ALL
 from stickslip_ros.drive.waveform import sawtooth
 from stickslip_ros.lab.runs.courses import cycles_of, run_course
-from stickslip_ros.lab.validation.contacts import follow
+from stickslip_ros.lab.validation.contacts import follow_curve
 from stickslip_ros.parameters import Parameters
 
 DRIVEN_CYCLES = 8
@@ -61,7 +61,7 @@ def travel_force_n(place: float, preload_n: float, travel: float, displacement_m
     states, log = state_at_rest(plants, preload_n), np.zeros((1, 3))
     states['contacts']['window_m'] = place * plants[0].track.spacing_m
     take_ledger(plants, states)  # tabulates the windows
-    follow(plants[0].contacts[ALL].curve, fresh_memory(), np.array([displacement_m]), log)
+    follow_curve(plants[0].contacts[ALL].curve, fresh_memory(), np.array([displacement_m]), log)
     return float(log[0, 0])
 
 

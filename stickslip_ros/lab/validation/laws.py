@@ -19,7 +19,7 @@ from stickslip_ros.kernels.record import Record, record
 from stickslip_ros.lab.validation.contacts import zigzag
 from stickslip_ros.parameters import LAWS, Parameters
 
-deflect = entry_point(deflect)
+_deflect = entry_point(deflect)
 
 COULOMB_N = 1.0
 SIGMA_0, SIGMA_1, SIGMA_2 = 1e5, math.sqrt(1e5), 0.4
@@ -84,7 +84,7 @@ def pull_mass(
             if half == 0:
                 before_m = x_m
                 x_m += dt_s * speed
-                z_m, friction_n, _ = deflect(law, COULOMB_N, z_m, x_m - before_m, dt_s)
+                z_m, friction_n, _ = _deflect(law, COULOMB_N, z_m, x_m - before_m, dt_s)
         log[i, 0], log[i, 1], log[i, 2] = x_m, speed, friction_n
 
 
@@ -116,7 +116,7 @@ def trace(law: Record, displacements_m: Array, dt_s: float = 1e-3) -> tuple[Arra
     z_m = lost_j = 0.0
     rows = []
     for du_m in np.diff(displacements_m, prepend=0.0):
-        z_m, force_n, loss_j = deflect(law, COULOMB_N, z_m, float(du_m), dt_s)
+        z_m, force_n, loss_j = _deflect(law, COULOMB_N, z_m, float(du_m), dt_s)
         lost_j += loss_j
         rows.append((force_n, lost_j))
     forces_n, lost = np.array(rows).T

@@ -56,7 +56,7 @@ def failure_text(found: CheckedAnswer) -> str:
     )
 
 
-def sections(outcomes: Answers) -> Iterator[Section]:
+def report_sections(outcomes: Answers) -> Iterator[Section]:
     """Yield a summary with failures, then a section for each family."""
     rows = []
     for family, found in outcomes.items():
@@ -123,7 +123,7 @@ def write_report(outcomes: Answers, folder: Path) -> list[Path]:
     """Write all references as page and CSV; return the files."""
     page, table = files = [folder / name for name in (_PAGE, _CSV)]
     try:
-        page.write_text(page_of(sections(outcomes), 'stickslip validate'), encoding='utf-8')
+        page.write_text(page_of(report_sections(outcomes), 'stickslip validate'), encoding='utf-8')
         table.write_text(csv_text(outcomes), encoding='utf-8')
     except OSError as error:
         hint = f'{error.strerror or error}: choose another folder'

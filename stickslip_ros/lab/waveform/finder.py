@@ -11,7 +11,13 @@ from numpy.typing import NDArray
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange
-from stickslip_ros.lab.waveform.monitor import LOUD, OUT, REFITS, Monitor, off_neighbours_v
+from stickslip_ros.lab.waveform.monitor import (
+    NOISE_FACTOR_MAX,
+    OUT,
+    REFITS,
+    Monitor,
+    off_neighbours_v,
+)
 from stickslip_ros.lab.waveform.wave_piece import WavePiece
 
 LINE_MIN = 3  # samples of the shortest line
@@ -40,8 +46,8 @@ def pieces_of(monitor: Monitor) -> tuple[list[WavePiece], Monitor]:
     teeth = [each for each in found if each.height_v]
     counts = [each.last - each.first for each in teeth]
     scatters_v = np.repeat([each.scatter_v for each in teeth], counts)
-    if teeth and np.median(scatters_v) > LOUD * monitor.noise_v:
-        louder = replace(monitor, noise_v=LOUD * monitor.noise_v)
+    if teeth and np.median(scatters_v) > NOISE_FACTOR_MAX * monitor.noise_v:
+        louder = replace(monitor, noise_v=NOISE_FACTOR_MAX * monitor.noise_v)
         return _pieces(louder), louder
     return found, monitor
 

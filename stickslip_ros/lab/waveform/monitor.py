@@ -16,7 +16,7 @@ from stickslip_ros.parameters import Parameters
 
 OUT = 4.5
 """Standard deviations within which a piece explains a sample: 7 of a million lie beyond."""
-LOUD = 2.0
+NOISE_FACTOR_MAX = 2.0
 """Most scatter of samples about a piece, in that of the noise."""
 EQUAL = 0.01
 """Share of the range within which voltages are equal: beyond a rail, or of neighbours that show a
@@ -59,7 +59,7 @@ class Monitor:
     def tolerance_v(self, piece: WavePiece) -> float:
         """Return the largest distance of a sample from its piece, V."""
         noise_v = self.noise_of(piece)
-        return OUT * min(max(piece.scatter_v, noise_v), LOUD * noise_v)
+        return OUT * min(max(piece.scatter_v, noise_v), NOISE_FACTOR_MAX * noise_v)
 
     def reach_v(self, piece: WavePiece) -> float:
         """

@@ -82,7 +82,6 @@ class Segment:
         return float(round(cycles)) if abs(cycles - round(cycles)) < WHOLE_CYCLES else cycles
 
     def __str__(self) -> str:
-        """Return the segment as a line of text."""
         piece, (start_v, end_v) = self.piece, np.round(self.rows[[0, -1], 1], 2) + 0.0  # no -0.00
         if piece is None:
             text = 'played as sampled'

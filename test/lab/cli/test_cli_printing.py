@@ -17,7 +17,7 @@ from stickslip_ros.lab.cli.verbs import VERBS
 from stickslip_ros.lab.validation.references import read_references
 from stickslip_ros.process.signals import REFUSED
 from stickslip_ros.progress import shown_progress
-from stickslip_ros.sections import Section, number
+from stickslip_ros.sections import Section, si_row
 
 DONE_BEFORE, TOTAL = 500, 100_000_000
 RATE_AND_TIME_LEFT = re.compile(r'\d/s .*\d:\d\d:\d\d')
@@ -90,7 +90,7 @@ def test_long_work_shows_how_far_it_is(words, bars, monkeypatch, tmp_path, ros_d
 
 
 def test_an_answer_is_a_table_for_people_or_json_in_si_units(capsys):
-    rows = [number('stroke', 60e-9, '.1f', 'nm'), ('steps', 20)]
+    rows = [si_row('stroke', 60e-9, '.1f', 'nm'), ('steps', 20)]
     answer = Answer({'stroke_m': 60e-9, 'steps': 20}, [Section('a run', rows), 'done'])
     answer.show(as_json=False)
     shown = capsys.readouterr().out

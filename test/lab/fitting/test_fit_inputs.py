@@ -67,9 +67,9 @@ def test_a_coordinate_and_its_value_belong_to_each_other(share, name):
     assert free.lower <= value <= free.upper
     assert free.to_value(free.to_coordinate(value)) == pytest.approx(value, rel=1e-9, abs=ROUNDING)
     if 0.001 < share < 0.999:
-        assert free.beyond(place) == 0.0
-    assert free.beyond(upper + 0.1) == pytest.approx(0.1, rel=1e-9)
-    assert free.beyond(lower - 0.1) == pytest.approx(-0.1, rel=1e-9)
+        assert free.excess(place) == 0.0
+    assert free.excess(upper + 0.1) == pytest.approx(0.1, rel=1e-9)
+    assert free.excess(lower - 0.1) == pytest.approx(-0.1, rel=1e-9)
 
 
 def test_only_quantities_of_the_drive_can_be_freed():

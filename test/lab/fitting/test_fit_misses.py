@@ -180,7 +180,7 @@ def test_the_shape_that_a_model_owes_is_found_in_its_residual(rms_m: float):
     model = Prediction(true.values, still, still)
     metric = metric_of(seen, model, rows, NOISE_M, Allowance(shape_m=owed_m))
     for _ in range(8):
-        squares, counts = metric.owed(model.values - seen.values)
+        squares, counts = metric.model_error(model.values - seen.values)
         factor = float(np.sqrt(squares[0] / counts[0]))
         owed_m, metric = owed_m * factor, metric.with_sizes(np.array([factor, 1.0, 1.0]))
     assert owed_m == pytest.approx(rms_m, rel=0.3, abs=0.3e-9)

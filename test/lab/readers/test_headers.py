@@ -17,7 +17,7 @@ from stickslip_ros import StickSlipError
 from stickslip_ros.lab.readers.experiment import parse_experiment
 from stickslip_ros.lab.readers.instructions import AS_IT_IS, Reading
 from stickslip_ros.lab.readers.measured import MeasuredTable
-from stickslip_ros.units import quantity
+from stickslip_ros.units import parse_quantity
 
 ROUNDING = 1e-12
 DEEPEST = 3
@@ -241,7 +241,7 @@ def remedies(reading: Reading, message: str) -> list[Reading]:
         if maps := dict(re.findall(r'--map (\w+)="([^"]*)"', part)):
             found.append(replace(reading, headers={**reading.headers, **maps}))
         if rate := re.search(r'--rate (\S+)', part):
-            found.append(replace(reading, rate_hz=quantity(rate[1], 'Hz')))
+            found.append(replace(reading, rate_hz=parse_quantity(rate[1], 'Hz')))
         if preload := re.search(r'--preload (\S+)', part):
             found.append(replace(reading, preloads_n=(float(preload[1]),)))
     return found

@@ -13,13 +13,13 @@ from stickslip_ros.lab.validation.references import Reference, read_references
 from stickslip_ros.lab.validation.report import (
     as_objects,
     csv_text,
-    sections,
+    report_sections,
     summary_text,
     value_text,
     write_report,
 )
 from stickslip_ros.lab.validation.self_test import CheckedAnswer, validate
-from stickslip_ros.sections import plain
+from stickslip_ros.sections import as_json
 
 ROW = Reference('One', 'depth_m', 'x=1', 1.0, 0.01, 1.0, 'a test', 'a test', 'nobody', '1')
 
@@ -70,10 +70,10 @@ def test_the_csv_has_every_reference_with_all_digits(outcomes):
 def test_an_answer_that_is_wrong_or_no_number_is_marked_everywhere(ours, tmp_path):
     outcomes = {'One': [CheckedAnswer(ROW, ours)]}
     assert summary_text(outcomes) == '1 references, 1 failed'
-    summary, family = sections(outcomes)
+    summary, family = report_sections(outcomes)
     assert summary.notes[0].startswith('FAIL depth_m of x=1')
     assert 'FAIL' in str(family.rows[0][-2])
-    [row] = plain(as_objects(outcomes))
+    [row] = as_json(as_objects(outcomes))
     assert row['passed'] is False
     assert row['ours'] == (None if ours != ours else ours)  # noqa: PLR0124
     assert all(path.is_file() for path in write_report(outcomes, tmp_path))

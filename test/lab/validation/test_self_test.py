@@ -138,7 +138,7 @@ def test_springs_that_do_not_feel_a_lighter_load_are_found(wrong):
     def heavy(bank, forces_n, du_m, before_n, after_n):
         return move_springs(bank, forces_n, du_m, before_n, max(before_n, after_n))
 
-    wrong(f'{PACKAGE}.bank.move_springs', heavy)
+    wrong(f'{PACKAGE}.bank._move_springs', heavy)
     assert {'ramp_force_n', 'ramp_loss_j'} <= missed('Spring bank', quantity='ramp')
 
 
@@ -158,7 +158,7 @@ def test_a_friction_that_is_a_thousandth_too_large_is_found(wrong):
         z_m, force_n, loss_j = deflect(*arguments)
         return z_m, 1.001 * force_n, loss_j
 
-    wrong(f'{PACKAGE}.laws.deflect', too_large)
+    wrong(f'{PACKAGE}.laws._deflect', too_large)
     assert {'virgin_friction_n', 'loop_end_n'} <= missed('Friction laws', source='Dahl')
 
 
