@@ -5,7 +5,6 @@
 
 import argparse
 import shlex
-from collections.abc import Iterator
 
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.lab.cli.chosen import chosen_for, chosen_look, chosen_parameters
@@ -15,7 +14,6 @@ from stickslip_ros.lab.figures.plotting import looking, save_figure
 from stickslip_ros.lab.fitting.figure import draw_fit
 from stickslip_ros.lab.fitting.fit import FitOptions, fit
 from stickslip_ros.lab.fitting.free import Free
-from stickslip_ros.lab.fitting.plan import Plan, plan
 from stickslip_ros.lab.fitting.report import (
     as_object,
     check_output,
@@ -44,15 +42,6 @@ def fit_verb(arguments: argparse.Namespace) -> Answer:
     )
     origin = ', '.join(path.name for path in arguments.files)
     content = as_object(fitted)
-    planned: list[Section | str] = []
-    if arguments.plan:
-        with shown_progress('planning', quiet=arguments.json):
-            chosen = plan(fitted, arguments.plan)
-        planned = list(_plan(chosen))
-        content['plan'] = [
-            {'words': each.words, 'commands': each.commands, 'errors': row.tolist()}
-            for each, row in zip(chosen.chosen, chosen.errors, strict=True)
-        ]
     for path in arguments.output:
         write_fit(path, fitted, content, origin, shlex.join(['stickslip', *arguments.words]))
     files = [*arguments.output]
@@ -60,7 +49,7 @@ def fit_verb(arguments: argparse.Namespace) -> Answer:
         with shown_progress('drawing', quiet=arguments.json), looking(**look):
             save_figure(draw_fit(fitted), arguments.figure)
         files.append(arguments.figure)
-    parts = [*fitted.sections(), *planned, *(f'file    {path}' for path in files)]
+    parts: list[Section | str] = [*fitted.sections(), *(f'file    {path}' for path in files)]
     return Answer(content, parts, 0 if fitted.holds else CHECK_FAILED)
 
 
@@ -83,14 +72,3 @@ def chosen_free(arguments: argparse.Namespace) -> list[Free]:
             raise WrongKind(what, low, 'LOW:HIGH', f'write --bounds {name}=LOW:HIGH')
         free.append(Free(name, starts.get(name), low or None, high or None, known.get(name)))
     return free
-
-
-def _plan(chosen: Plan) -> Iterator[Section | str]:
-    """Yield the planned measurements with their commands."""
-    names = [name.partition('.')[2] for name in chosen.names]
-    rows = [('now', *(f'{100.0 * each:.3g}' for each in chosen.errors_now))]
-    for number, (each, errors) in enumerate(zip(chosen.chosen, chosen.errors, strict=True), 1):
-        rows.append((f'{number}. {each.words}', *(f'{100.0 * error:.3g}' for error in errors)))
-    yield Section('next measurements, and the expected errors (%)', rows, ('', *names))
-    for each in chosen.chosen:
-        yield from (f'command stickslip command {line}' for line in each.commands)

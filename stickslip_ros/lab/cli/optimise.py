@@ -116,7 +116,6 @@ def _content(result: SearchResult, path: Path) -> dict[str, Any]:
         'gain': result.gain_of(result.best),
         'gain_in_errors': result.errors,
         'counts': result.counts,
-        'unseen': result.unseen,
         'shapes': shapes,
     }
 
@@ -147,8 +146,6 @@ def _parts(result: SearchResult, path: Path) -> Iterator[Any]:
         f'gain    {best}: {result.gain_of(best):+.1%} over the best saw-tooth, '
         f'{result.errors:.3g} errors of the integration: {verdict}'
     )
-    unseen = [(name, shown(gain, '+.1%')) for name, gain in result.unseen.items()]
-    yield Section('gain on other stands', unseen)
     if search.judges:
         yield f'judged  by the mean of {len(search.judges)} draws of the stand'
     wave = result.shapes[best].wave

@@ -22,7 +22,6 @@ MISSED_SPEED = 4  # exponent of the penalty for a missed speed, above the gain i
 PENALTY_MAX = 1.02  # largest penalty of a met constraint
 _LOAD_SHARE, _PUSH_SHARE = 0.25, 0.02
 """Shares of the friction limit: load of speed over load, pushes on a step."""
-LOAD_STEPS = 3  # intervals between the loads of a speed over load, from 0 on
 
 Cycles = Sequence[SteadyCycle]  # steady cycles under the loads of an objective
 
@@ -34,7 +33,8 @@ class Objective:
     unit: str  # of the value
     formula: str  # of the value, in words
     value: Callable[[Cycles], float]
-    loads: Callable[[float, float], tuple[float, ...]]  # N, from load and friction limit (N)
+    # Loads from the load of the goal and the friction limit, all in N:
+    loads: Callable[[float, float], Sequence[float]] = lambda load_n, _: (load_n,)
     is_largest: bool = False  # maximise the value
     is_free: bool = True  # run without load cell
     penalty: Callable[[Cycles], float] = lambda _: 1.0  # above 1 for a missed constraint
@@ -54,58 +54,42 @@ def flatness(cycles: Cycles) -> float:
     return (max(speeds) - min(speeds)) / mean(speeds) if advances else math.nan
 
 
-def loads_up_to(load_n: float, limit_n: float) -> tuple[float, ...]:
-    """Return the loads of a speed over load, N."""
-    largest_n = load_n or _LOAD_SHARE * limit_n
-    return tuple(largest_n * number / LOAD_STEPS for number in range(LOAD_STEPS + 1))
-
-
-def pushes(load_n: float, limit_n: float) -> tuple[float, ...]:
-    """Return no load, and pushes in both directions, N."""
-    push_n = load_n or _PUSH_SHARE * limit_n
-    return 0.0, push_n, -push_n
-
-
 OBJECTIVES: Mapping[str, Objective] = {
     'speed': Objective(
-        unit='m/s',
-        formula='(x(t + T) - x(t)) / T against the load',
-        value=lambda cycles: cycles[0].speed_m_per_s,
-        loads=lambda load_n, _: (load_n,),
+        'm/s',
+        '(x(t + T) - x(t)) / T against the load',
+        lambda cycles: cycles[0].speed_m_per_s,
         is_largest=True,
     ),
     'force': Objective(
-        unit='N',
-        formula='k (mean of x - mean of x_s)',
-        value=lambda cycles: cycles[0].force_n,
-        loads=lambda _, __: (0.0,),
+        'N',
+        'k (mean of x - mean of x_s)',
+        lambda cycles: cycles[0].force_n,
         is_largest=True,
         is_free=False,
     ),
     'step': Objective(
-        unit='m',
-        formula='x(t + T) - x(t), changed by at most half by a load of either sign',
-        value=lambda cycles: cycles[0].step_m,
-        loads=pushes,
+        'm',
+        'x(t + T) - x(t), changed by at most half by a load of either sign',
+        lambda cycles: cycles[0].step_m,
+        lambda load_n, limit_n: [side * (load_n or _PUSH_SHARE * limit_n) for side in (0, 1, -1)],
         penalty=unreliability,
     ),
     'vibration': Objective(
-        unit='m/s',
-        formula="rms of x' - mean of x' over a cycle, at the required speed",
-        value=lambda cycles: cycles[0].vibration_m_per_s,
-        loads=lambda load_n, _: (load_n,),
+        'm/s',
+        "rms of x' - mean of x' over a cycle, at the required speed",
+        lambda cycles: cycles[0].vibration_m_per_s,
     ),
     'energy': Objective(
-        unit='J/m',
-        formula='work of the feet in a cycle / (x(t + T) - x(t))',
-        value=lambda cycles: cycles[0].work_j / cycles[0].step_m,
-        loads=lambda load_n, _: (load_n,),
+        'J/m',
+        'work of the feet in a cycle / (x(t + T) - x(t))',
+        lambda cycles: cycles[0].work_j / cycles[0].step_m,
     ),
     'flatness': Objective(
-        unit='',
-        formula='(largest - smallest speed) / mean speed, over four loads from 0 on',
-        value=flatness,
-        loads=loads_up_to,
+        '',
+        '(largest - smallest speed) / mean speed, over four loads from 0 on',
+        flatness,
+        lambda load_n, limit_n: [(load_n or _LOAD_SHARE * limit_n) * k / 3 for k in range(4)],
     ),
 }
 """Objectives by name."""

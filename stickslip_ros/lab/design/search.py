@@ -5,7 +5,7 @@
 The search for the best periodic wave: CMA-ES on a spline and on every named shape.
 
 A journal keeps the cost of each wave, so an interrupted search continues as if uninterrupted. The
-gain is compared with the integration error, and the best wave is tested on unseen stands.
+gain is compared with the integration error.
 
 """
 
@@ -22,39 +22,33 @@ import numpy as np
 
 import stickslip_ros
 from stickslip_ros.arrays import Array
+from stickslip_ros.drive.build import slew_of
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.extras import load_extra
+from stickslip_ros.instrument.checks import FREQUENCY_MIN_HZ
 from stickslip_ros.lab.design.objectives import COST_MAX, OBJECTIVES, WaveGoal, Worth, assess
 from stickslip_ros.lab.design.shapes import CURVE_ROWS, SHAPES
 from stickslip_ros.lab.design.steady_cycle import CHANGE
-from stickslip_ros.lab.design.waves import SPLINE, PeriodicWave, Space
+from stickslip_ros.lab.design.waves import KNOTS_MAX, KNOTS_MIN, SPLINE, PeriodicWave, knots_of
 from stickslip_ros.lab.runs.batch import Interrupted, Pool, pool_of, run_courses
 from stickslip_ros.lab.runs.courses import Course, bundle_for
 from stickslip_ros.lab.runs.journal import Journal, JournalIdentity
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters import Parameters, spec_of
 from stickslip_ros.process.stopping import Stopped
 
+_SEARCHED = *SHAPES, SPLINE  # of the shapes that are searched
 COMPARED_SHAPE = 'sawtooth'  # the reference of a gain
 PLAIN = 'sawtooth, plain'  # the saw-tooth at full voltage and the highest frequency and preload
 SPREAD = 0.3  # standard deviation of the first generation, in the unit cube
 _MARGIN = 0.02  # distance of the start from the walls of the cube
+SMALLEST = 0.02  # smallest voltage, as a share of the largest
+SLEW_SHARE = 0.9  # largest share of a cycle for rise and fall at the slew rate
 _EVALUATIONS_MAX = 1_000_000
 _NUMBERS = 2**64  # numbers of a journal: hashes of wave, goal and stands
 JOURNAL = JournalIdentity('optimise', stickslip_ros.__version__, _NUMBERS, '')
 """Identity of a journal of waves."""
 FINER, STEADIER = 4, 10.0  # refinement of steps and rows, and of the steady state, in a check
 _ERRORS, _GAIN = 5.0, 0.02  # a gain counts above 5 errors and above 2 %
-UNSEEN, UNSEEN_SEED, UNSEEN_SPREAD = 4, 1000, 0.15
-"""Unseen stands that differ by chance: number, added seed, spread."""
-UNSEEN_CHANGES: Mapping[str, Mapping[str, object]] = {
-    'damping 20 N s/m': {'runner.damping': 20.0},
-    'damping 80 N s/m': {'runner.damping': 80.0},
-    'amplifier of 200 kHz': {'amplifier.bandwidth': 200e3},
-    'amplifier of 50 kHz': {'amplifier.bandwidth': 50e3},
-    'piezo rings at 150 kHz': {'actuator.resonance': 150e3, 'actuator.damping_ratio': 0.1},
-    'rough lines': {'contact.profile': 'rough_line', 'contact.line_seed': 101},
-}
-"""Changes of other unseen stands, by name."""
 
 
 @dataclass(frozen=True)
@@ -75,23 +69,57 @@ class WaveSearch:
 
     def __post_init__(self) -> None:
         """Refuse numbers out of range."""
-        for name, value, least, most, hint in (
-            ('number of evaluations', self.evaluations, 1, _EVALUATIONS_MAX, 'a spline needs 300'),
-            ('seed', self.seed, 0, 2**32, 'take a natural number'),
+        highest_hz, preload = self.stand.amplifier.frequency_max, spec_of('stand.preload')
+        for name, unit, values, least, most in (
+            ('number of knots', '', (self.knots,), KNOTS_MIN, KNOTS_MAX),
+            ('number of evaluations', '', (self.evaluations,), 1, _EVALUATIONS_MAX),
+            ('seed', '', (self.seed,), 0, 2**32),
+            ('frequency', 'Hz', self.frequencies_hz, FREQUENCY_MIN_HZ, highest_hz),
+            ('preload', 'N', self.preloads_n, preload.minimum or 0.0, preload.maximum or math.inf),
         ):
-            if not least <= value <= most:
-                raise OutOfRange(name, value, '', f'not from {least} to {most}', hint)
-
-    @property
-    def spaces(self) -> dict[str, Space]:
-        """The spaces of waves, by shape."""
-        limits = self.stand, self.frequencies_hz, self.preloads_n, self.knots
-        return {shape: Space(shape, *limits) for shape in (*SHAPES, SPLINE)}
+            for value in values:
+                if not least <= value <= most:
+                    limit = f'not from {least:.10g} to {most:.10g} {unit}'.rstrip()
+                    raise OutOfRange(name, value, unit, limit, 'stay in these limits')
+            if values[0] > values[-1]:
+                limit = f'above the end of its range, {values[-1]:g} {unit}'
+                raise OutOfRange(name, values[0], unit, limit, 'give the lower one first')
 
     @property
     def total(self) -> int:
         """Total number of evaluations."""
-        return (len(SHAPES) + 1) * self.evaluations
+        return len(_SEARCHED) * self.evaluations
+
+    @property
+    def _ranges(self) -> tuple[tuple[float, float], ...]:
+        """Ranges of frequency, voltage share and preload."""
+        return self.frequencies_hz, (SMALLEST, 1.0), self.preloads_n
+
+    def start(self, shape: str) -> Array:
+        """Return the place of the usual shape or saw-tooth spline, at the top of the ranges."""
+        rises = self.knots // 2
+        own = [1.0] * rises + [0.0] * (self.knots - rises) + [0.5] * self.knots
+        if shape != SPLINE:
+            traits = SHAPES[shape].traits.values()
+            own = [(usual - low) / (high - low) for low, high, usual in traits]
+        return np.array([*own, *(1.0 for low, high in self._ranges if low < high)])
+
+    def wave(self, shape: str, place: Array) -> PeriodicWave:
+        """Return the wave of a shape at a place in the unit cube of its numbers and settings."""
+        shares = iter(place.tolist())
+        values: Mapping[str, Any]
+        if shape == SPLINE:
+            values = knots_of(list(islice(shares, 2 * self.knots)))
+        else:
+            traits = SHAPES[shape].traits.items()
+            values = {name: low + (high - low) * next(shares) for name, (low, high, _) in traits}
+        frequency_hz, share, preload_n = (
+            low * (high / low) ** next(shares) if low < high else low for low, high in self._ranges
+        )
+        amplifier = self.stand.amplifier
+        range_v = amplifier.voltage_max - amplifier.voltage_min
+        largest_v = min(range_v, 0.5 * SLEW_SHARE * slew_of(self.stand) / frequency_hz)
+        return PeriodicWave(shape, values, share * largest_v, frequency_hz, preload_n)
 
     def worths(
         self,
@@ -140,11 +168,10 @@ class SearchStopped(Stopped):
 
 @dataclass(frozen=True)
 class SearchResult:
-    """The best wave of each shape, by name, and the gain of the best on other stands."""
+    """The best wave of each shape, by name, and the plain saw-tooth."""
 
     search: WaveSearch
     shapes: Mapping[str, ShapeResult]
-    unseen: Mapping[str, float]  # gain on each unseen stand
 
     @property
     def best(self) -> str:
@@ -177,12 +204,14 @@ def optimise(
     scheduler: str = '',
     progress: Callable[[int, float], None] | None = None,
 ) -> SearchResult:
-    """Search all shapes, check the results, and test the best wave on other stands."""
-    spaces, done = search.spaces, 0
-    shapes = {name: ShapeResult(space.wave(space.start)) for name, space in spaces.items()}
+    """Search all shapes, and check the results."""
+    done, shapes = (
+        0,
+        {name: ShapeResult(search.wave(name, search.start(name))) for name in _SEARCHED},
+    )
     try:
         with pool_of(workers, scheduler) as pool:
-            for name, wave, cost in evaluations(search, spaces, pool, journal):
+            for name, wave, cost in evaluations(search, _SEARCHED, pool, journal):
                 found = shapes[name]
                 if cost < found.cost:
                     found.wave, found.cost = wave, cost
@@ -190,23 +219,26 @@ def optimise(
                 done += 1
                 if progress is not None:
                     progress(done, min(one.cost for one in shapes.values()))
-            return _checked(search, shapes, pool)
+            shapes[PLAIN] = ShapeResult(search.wave(COMPARED_SHAPE, search.start(COMPARED_SHAPE)))
+            bundle, course_of = bundle_for(search.stand), partial(check, search)
+            checks = run_courses(course_of, list(shapes.values()), bundle, pool=pool)
+            return SearchResult(search, dict(zip(shapes, checks, strict=True)))
     except Interrupted:
         best = min(shapes.values(), key=lambda one: one.cost)
         raise SearchStopped(best.wave, done) from None
 
 
 def evaluations(
-    search: WaveSearch, spaces: Mapping[str, Space], pool: Pool, journal: Journal | None = None
+    search: WaveSearch, names: Sequence[str], pool: Pool, journal: Journal | None = None
 ) -> Iterator[tuple[str, PeriodicWave, float]]:
-    """Yield name, wave and cost, generation by generation, over all spaces at once."""
-    asked_for = f'{stickslip_ros.__version__} {search.goal} {search.judges or search.stand}'
-    going = {name: _generations(search, space) for name, space in spaces.items()}
+    """Yield shape, wave and cost, generation by generation, over all shapes at once."""
+    asked_for = f'{stickslip_ros.__version__} {replace(search, evaluations=1, seed=0)}'
+    going = {name: _generations(search, search.start(name)) for name in names}
     asked = {name: next(places) for name, places in going.items()}
     while any(asked.values()):
         todo = [(name, place) for name, places in asked.items() for place in places]
-        waves = [spaces[name].wave(place) for name, place in todo]
-        texts = [f'{asked_for} {spaces[name]} {place.tolist()}' for name, place in todo]
+        waves = [search.wave(name, place) for name, place in todo]
+        texts = [f'{asked_for} {name} {place.tolist()}' for name, place in todo]
         known = _costs(search, dict(zip(texts, waves, strict=True)), pool, journal)
         costs = [known[text] for text in texts]
         yield from zip((name for name, _ in todo), waves, costs, strict=True)
@@ -216,12 +248,12 @@ def evaluations(
                 asked[name] = going[name].send(list(islice(answers, len(places))))
 
 
-def _generations(search: WaveSearch, space: Space) -> Generator[list[Array], list[float], None]:
+def _generations(search: WaveSearch, start: Array) -> Generator[list[Array], list[float], None]:
     """Request costs of the start, then of generations; restart after convergence of CMA-ES."""
     cma = load_extra('the search for a wave', 'cma')
-    rng, start, left = np.random.default_rng(search.seed), space.start, search.evaluations - 1
+    rng, left = np.random.default_rng(search.seed), search.evaluations - 1
     yield [start]
-    if len(start) == 1:  # CMA-ES needs two dimensions; the space ignores the second
+    if len(start) == 1:  # CMA-ES needs two dimensions; the wave ignores the second
         start = np.append(start, 0.5)
     population = 4 + int(3.0 * np.log(len(start)))
     options = {
@@ -260,25 +292,6 @@ def _costs(
     return known
 
 
-def _checked(search: WaveSearch, searched: Mapping[str, ShapeResult], pool: Pool) -> SearchResult:
-    """Check every shape and the plain saw-tooth; run the best and its rival on other stands."""
-    space, bundle = search.spaces[COMPARED_SHAPE], bundle_for(search.stand)
-    shapes = {**searched, PLAIN: ShapeResult(space.wave(space.start))}
-    checks = run_courses(partial(check, search), list(shapes.values()), bundle, pool=pool)
-    shapes = dict(zip(shapes, checks, strict=True))
-    result = SearchResult(search, shapes, {})
-    stands = unseen_stands(search)
-    waves = shapes[result.best].wave, shapes[COMPARED_SHAPE].wave
-
-    def gain_on(stand: Parameters) -> Course[float]:
-        [best] = yield from search.worths(waves[0], [stand])
-        [rival] = yield from search.worths(waves[1], [stand])
-        return search.gain(best.value, rival.value)
-
-    gains = run_courses(gain_on, list(stands.values()), bundle, pool=pool)
-    return replace(result, unseen=dict(zip(stands, gains, strict=True)))
-
-
 def check(search: WaveSearch, found: ShapeResult) -> Course[ShapeResult]:
     """Return a result with its value, and as error the change by 4 times finer integration."""
     stand, wave = search.stand, found.wave
@@ -287,30 +300,3 @@ def check(search: WaveSearch, found: ShapeResult) -> Course[ShapeResult]:
     [fine] = yield from search.worths(wave, [finer], FINER * CURVE_ROWS, CHANGE / STEADIER)
     error = abs(fine.value - worth.value)
     return replace(found, value=worth.value, error=error, meets=worth.meets)
-
-
-def unseen_stands(search: WaveSearch) -> dict[str, Parameters]:
-    """Return stands that no search has seen, by their change."""
-    others = spread_stands(search.stand, UNSEEN + 1, UNSEEN_SPREAD, search.seed + UNSEEN_SEED)[1:]
-    stands = {f'spread {number}': other for number, other in enumerate(others, start=1)}
-    for name, changes in UNSEEN_CHANGES.items():
-        if 'contact.profile' not in changes or search.stand.contact.profile == 'rough':
-            stands[name] = search.stand.updated(changes)
-    return stands
-
-
-def spread_stands(stand: Parameters, count: int, spread: float, seed: int) -> list[Parameters]:
-    """Return a stand, and others with random friction, mass, roughness and feet."""
-    rng = np.random.default_rng(seed)
-    names = ['contact.friction', 'runner.mass']
-    if stand.contact.profile == 'rough' and stand.contact.prefactor:
-        names.append('contact.prefactor')
-    values, stands = stand.flat(), [stand]
-    for number in range(1, count):
-        factors = rng.uniform(1.0 - spread, 1.0 + spread, len(names))
-        changes: dict[str, object] = {
-            name: float(values[name]) * float(factor)
-            for name, factor in zip(names, factors, strict=True)
-        }
-        stands.append(stand.updated({**changes, 'sim.seed': stand.sim.seed + seed + number}))
-    return stands

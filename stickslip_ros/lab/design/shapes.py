@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
 from stickslip_ros.arrays import Array
 
@@ -42,32 +43,14 @@ def spline(
 ) -> Array:
     """Return a cycle through knots from 0 over 1 to 0, with monotone cubics (PCHIP)."""
     time, height = np.array((times, heights), dtype=np.float64)
-    widths, top, share = np.diff(time), int(np.argmax(height)), 2 * rows // (len(time) - 1) + 1
-    chords = np.diff(height) / widths
-    parts = [pchip_slopes(widths[part], chords[part]) for part in (np.s_[:top], np.s_[top:])]
-    start = np.concatenate([slopes[:-1] for slopes in parts])
-    end = np.concatenate([slopes[1:] for slopes in parts])
-    twist = (start + end - 2.0 * chords) / widths
-    bend = (chords - start) / widths - twist
-    at = time[:-1] + np.outer(np.arange(share) / share, widths)
-    on = at - time[:-1]
-    square = on * on
-    between = height[:-1] + start * on + bend * square + twist / widths * (square * on)
-    curve = np.column_stack((at.T.ravel(), np.clip(between, 0.0, 1.0).T.ravel()))
-    return np.vstack((curve, (1.0, 0.0)))
-
-
-def pchip_slopes(widths: Array, chords: Array) -> Array:
-    """Return the slopes of a PCHIP at its knots (Fritsch and Butland 1984; ends by Moler)."""
-    if len(chords) == 1:
-        return np.repeat(chords, 2)
-    before, after = 2.0 * widths[1:] + widths[:-1], widths[1:] + 2.0 * widths[:-1]
-    with np.errstate(divide='ignore'):  # next to a level chord the slope is 0
-        inner = 1.0 / ((before / chords[:-1] + after / chords[1:]) / (before + after))
-    near, far = np.s_[[0, -1]], np.s_[[1, -2]]
-    steep = (2.0 * widths[near] + widths[far]) * chords[near] - widths[near] * chords[far]
-    ends = np.where(steep * chords[near] > 0.0, steep / (widths[near] + widths[far]), 0.0)
-    return np.concatenate((ends[:1], inner, ends[1:]))
+    top, share = int(np.argmax(height)), 2 * rows // (len(time) - 1) + 1
+    curves = list[Array]()
+    for part in (np.s_[: top + 1], np.s_[top:]):
+        knots = time[part]
+        at = (knots[:-1, None] + np.outer(np.diff(knots), np.arange(share) / share)).ravel()
+        curve = PchipInterpolator(knots, height[part])(at)
+        curves.append(np.column_stack((at, np.clip(curve, 0.0, 1.0))))
+    return np.vstack((*curves, (1.0, 0.0)))
 
 
 def saw_shape(_: int, fall: float) -> Array:

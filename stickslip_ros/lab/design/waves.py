@@ -3,10 +3,8 @@
 
 """Waves of a search: shape with parameters, voltage, frequency, preload."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -16,16 +14,13 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.drive.build import slew_of
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.files import replacing
-from stickslip_ros.instrument.checks import FREQUENCY_MIN_HZ
 from stickslip_ros.lab.design.shapes import CORNER_HEIGHT, CORNER_TIME, CURVE_ROWS, SHAPES, spline
-from stickslip_ros.parameters import Parameters, spec_of
+from stickslip_ros.parameters import Parameters
 
 SPLINE = 'spline'
 KNOTS_MIN, KNOTS_MAX = 6, 16  # knots of a spline; first and last count once
 SHORTEST = 1e-3  # time between two knots, relative to the longest
 LOWEST = 1e-3  # height between two knots, relative to the largest, before scaling
-SMALLEST = 0.02  # smallest voltage, as a share of the largest
-SLEW_SHARE = 0.9  # largest share of a cycle for rise and fall at the slew rate
 SLEW_SLACK = 1e-9  # margin below the slew rate, so that the amplifier never limits
 
 
@@ -82,67 +77,6 @@ def playable(rows: Array, parameters: Parameters, voltage_v: float, frequency_hz
     time_s = np.concatenate(([0.0], np.cumsum(lasts_s)))[kept]
     volts = amplifier.voltage_min + voltage_v * rows[kept, CORNER_HEIGHT]
     return np.column_stack((time_s * (period_s / time_s[-1]), volts))
-
-
-@dataclass(frozen=True)
-class Space:
-    """The waves of a shape within the limits of a stand, as places in a unit cube."""
-
-    shape: str
-    stand: Parameters  # its amplifier gives range and slew rate
-    frequencies_hz: tuple[float, float]  # lowest and highest
-    preloads_n: tuple[float, float]  # lowest and highest
-    knots: int  # of a spline
-
-    def __post_init__(self) -> None:
-        """Refuse limits without waves."""
-        if not KNOTS_MIN <= self.knots <= KNOTS_MAX:
-            limit = f'not from {KNOTS_MIN} to {KNOTS_MAX}'
-            raise OutOfRange('number of knots', self.knots, '', limit, 'change --knots')
-        highest_hz, preload = self.stand.amplifier.frequency_max, spec_of('stand.preload')
-        for name, unit, (low, high), least, most in (
-            ('frequency', 'Hz', self.frequencies_hz, FREQUENCY_MIN_HZ, highest_hz),
-            ('preload', 'N', self.preloads_n, preload.minimum or 0.0, preload.maximum or math.inf),
-        ):
-            for value in (low, high):
-                if not least <= value <= most:
-                    limit = f'not from {least:g} to {most:g} {unit}'
-                    raise OutOfRange(name, value, unit, limit, 'stay in these limits')
-            if low > high:
-                limit = f'above the end of its range, {high:g} {unit}'
-                raise OutOfRange(name, low, unit, limit, 'give the lower one first')
-
-    @property
-    def start(self) -> Array:
-        """Place of the usual shape or saw-tooth spline, at largest voltage, frequency, preload."""
-        rises = self.knots // 2
-        own = [1.0] * rises + [0.0] * (self.knots - rises) + [0.5] * self.knots
-        if self.shape != SPLINE:
-            traits = SHAPES[self.shape].traits.values()
-            own = [(usual - low) / (high - low) for low, high, usual in traits]
-        return np.array([*own, *(1.0 for low, high in self._ranges() if low < high)])
-
-    def wave(self, place: Array) -> PeriodicWave:
-        """Return the wave of a place."""
-        shares = iter(place.tolist())
-        values: Mapping[str, Any]
-        if self.shape == SPLINE:
-            values = knots_of(list(islice(shares, 2 * self.knots)))
-        else:
-            traits = SHAPES[self.shape].traits.items()
-            values = {name: low + (high - low) * next(shares) for name, (low, high, _) in traits}
-        frequency_hz, share, preload_n = (
-            low * (high / low) ** next(shares) if low < high else low
-            for low, high in self._ranges()
-        )
-        amplifier = self.stand.amplifier
-        range_v = amplifier.voltage_max - amplifier.voltage_min
-        largest_v = min(range_v, 0.5 * SLEW_SHARE * slew_of(self.stand) / frequency_hz)
-        return PeriodicWave(self.shape, values, share * largest_v, frequency_hz, preload_n)
-
-    def _ranges(self) -> tuple[tuple[float, float], ...]:
-        """Return ranges of frequency, voltage share and preload."""
-        return self.frequencies_hz, (SMALLEST, 1.0), self.preloads_n
 
 
 def knots_of(shares: Sequence[float] | Array) -> dict[str, list[float]]:

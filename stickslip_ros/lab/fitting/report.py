@@ -116,7 +116,7 @@ def _together(fit: FitResult) -> Iterator[str]:
         remedy = 'a second preload parts them'
         if 'runner.mass' in chosen:
             remedy = 'a weighed runner or a second preload parts them'
-        yield f'{", ".join(most)} and {last} go together: {remedy} (--plan 5 ranks measurements).'
+        yield f'{", ".join(most)} and {last} go together: {remedy}.'
 
 
 def warnings_of(fit: FitResult) -> tuple[str, ...]:
@@ -208,8 +208,8 @@ def _estimate_warnings(one: Estimate) -> Iterator[str]:
     elif one.undetermined:
         yield (
             f'{one.name} is not determined by the readings: others compensate a change of it, and '
-            f'{one.value:.3g} is an example; measure under another preload too (--plan 5 lists '
-            'the best measurements), or set it instead of freeing it'
+            f'{one.value:.3g} is an example; measure under another preload too, or set '
+            'it instead of freeing it'
         )
     elif abs(one.value) < one.standard_error < math.inf:
         yield f'{one.name} has a standard error above its value'

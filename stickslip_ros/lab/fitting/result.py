@@ -306,7 +306,7 @@ def drawn(
         raise OutOfRange('number of draws', count, '', limit, 'take 100')
     for name in vague:
         limit = f'above {UNDETERMINED:g}: the parameter is not determined, and has no draws'
-        hint = 'fit a recording under another preload too; fit --plan 5 lists the best'
+        hint = 'fit a recording under another preload too'
         raise OutOfRange(f'standard error of ln({name})', '', '', limit, hint)
     chance = np.random.default_rng(seed)
     places = chance.multivariate_normal(place, covariance, count, method='eigh')

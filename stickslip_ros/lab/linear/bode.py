@@ -1,44 +1,79 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The Bode plot of the stuck drive: closed form and measurement."""
+"""The Bode plot of the stuck drive and its table: closed form and measurement."""
 
-from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.lab.figures.plotting import GREY, new_figure, styled
-from stickslip_ros.lab.linear.curves import Complex, curves_of
+from stickslip_ros.lab.linear.linearise import Complex, LinearDrive
+from stickslip_ros.lab.measurements.sweep_table import Row
 from stickslip_ros.units import NM
 
+if TYPE_CHECKING:
+    from stickslip_ros.lab.linear.swept_sine import MeasuredResponse
+
 BAND = 0.02, 3.0  # default range of frequencies, in multiples of the resonance
+SOURCES = ('voltage', 'V'), ('load', 'N')
+LEAD_RAD = 0.1  # largest lead, from rounding and creep; other phases lag
 _LINE_POINTS = 2000
 
 
 @styled()
-def draw_bode(
-    matrix: Callable[[Array], Complex],
-    resonance_hz: float,
-    frequencies: Array,
-    measured: Sequence[Complex | None] = (None, None),
-) -> Figure:
-    """Draw gain and phase from voltage and load to position: ``matrix``, and measured points."""
-    grid: Array = np.geomspace(frequencies.min(), frequencies.max(), _LINE_POINTS)
+def draw_bode(linear: LinearDrive, measured: 'MeasuredResponse | None' = None) -> Figure:
+    """Draw gain and phase from voltage and load to position, and measured points."""
+    marks = np.array(BAND) * linear.resonance_hz if measured is None else measured.frequency_hz
+    grid: Array = np.geomspace(marks.min(), marks.max(), _LINE_POINTS)
     figure = new_figure(10.0, 6.0)
     panels = figure.subplots(2, 2, sharex=True)
-    lines, curves = curves_of(matrix(grid)), curves_of(matrix(frequencies))
-    for (gain, phase), line, curve, points in zip(panels.T, lines, curves, measured, strict=True):
-        gain.loglog(grid, np.abs(line.response) * NM, label='closed form')
-        phase.semilogx(grid, line.phase_deg())
-        if points is not None:
-            gain.loglog(frequencies, np.abs(points) * NM, 's', label='swept sine')
-            phase.semilogx(frequencies, curve.phase_deg(points), 's')
-        gain.set(title=f'{line.source} to position', ylabel=f'position (nm/{line.unit})')
+    curves = [(grid, *closed_form(linear, grid), '-', 'closed form')]
+    if measured is not None:
+        curves.append((marks, *sines(measured), 's', 'swept sine'))
+    for k, (source, unit) in enumerate(SOURCES):
+        gain, phase = panels[:, k]
+        for frequency_hz, response, phase_deg, style, label in curves:
+            gain.loglog(frequency_hz, np.abs(response[:, k]) * NM, style, label=label)
+            phase.semilogx(frequency_hz, phase_deg[:, k], style)
+        gain.set(title=f'{source} to position', ylabel=f'position (nm/{unit})')
         phase.set(xlabel='frequency (Hz)', ylabel='phase (degrees)')
         for axes in (gain, phase):
-            axes.axvline(resonance_hz, color=GREY, linestyle=':', label='resonance')
+            axes.axvline(linear.resonance_hz, color=GREY, linestyle=':', label='resonance')
     handles, labels = panels[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, ncols=3, loc='outside lower center')
     return figure
+
+
+def closed_form(linear: LinearDrive, frequency_hz: Array) -> tuple[Complex, Array]:
+    """Return response (m/V, m/N) and phase (degrees), shape (n, 2); each lag is below one turn."""
+    matrix = linear.matrix(frequency_hz)
+    foot, response = matrix[:, 1, 0], matrix[:, 0]
+    factors = np.column_stack((response[:, 0] / foot, response[:, 1], foot))
+    lags_rad = LEAD_RAD - np.mod(LEAD_RAD - np.angle(factors), 2.0 * np.pi)
+    lags_rad[:, 0] += lags_rad[:, 2]
+    return response, np.degrees(lags_rad[:, :2])
+
+
+def sines(measured: 'MeasuredResponse') -> tuple[Complex, Array]:
+    """Return what was measured, as ``closed_form`` does, at the nearest turn."""
+    response, phase_deg = closed_form(measured.linear, measured.frequency_hz)
+    found = np.column_stack(measured.response)
+    return found, phase_deg + np.degrees(np.angle(found / response))
+
+
+def bode_rows(measured: 'MeasuredResponse') -> list[Row]:
+    """Return a row per frequency: gains and phases, closed form and measured."""
+    columns: dict[str, Array] = {'frequency_hz': measured.frequency_hz}
+    both = closed_form(measured.linear, measured.frequency_hz), sines(measured)
+    for k, (source, unit) in enumerate(SOURCES):
+        for (response, phase_deg), name in zip(both, ('', 'measured_'), strict=True):
+            gain = f'{name or "position_"}m_per_{unit.lower()}'
+            columns[gain] = np.abs(response[:, k])
+            columns[f'{name}{source}_phase_deg'] = phase_deg[:, k]
+    columns['voltage_amplitude_v'] = measured.voltage_amplitude_v
+    columns['load_amplitude_n'] = measured.load_amplitude_n
+    values = zip(*(column.tolist() for column in columns.values()), strict=True)
+    return [dict(zip(columns, row, strict=True)) for row in values]

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.advance import advance
@@ -28,14 +28,15 @@ from stickslip_ros.extras import load_extra
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.kernels.record import Record
 from stickslip_ros.lab.figures.plottable import Plottable
-from stickslip_ros.lab.linear.curves import Complex
-from stickslip_ros.lab.linear.sampled import StateSpace, read, reduce_order, zero_order_hold
+from stickslip_ros.lab.linear.sampled import read, reduce_order
 from stickslip_ros.parameters import Parameters, checked_arguments
 from stickslip_ros.sections import Section, si_row
 from stickslip_ros.units import MICRO
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+Complex = NDArray[np.complex128]
 
 INPUTS = ('voltage_v', 'load_n')
 OUTPUTS = ('position_m', 'foot_m')
@@ -110,9 +111,9 @@ class LinearDrive(Plottable):
         return [Section(title, rows, draw=self._draw)]
 
     def _draw(self) -> 'Figure':
-        from stickslip_ros.lab.linear.bode import BAND, draw_bode  # noqa: PLC0415 - takes long
+        from stickslip_ros.lab.linear.bode import draw_bode  # noqa: PLC0415 - takes long
 
-        return draw_bode(self.matrix, self.resonance_hz, self.resonance_hz * np.array(BAND))
+        return draw_bode(self)
 
     def __repr__(self) -> str:
         return (
@@ -151,31 +152,37 @@ class LinearDrive(Plottable):
 
         """
         control = load_extra('a system of python-control', 'control')
-        outputs, states = list(map(_in_um, OUTPUTS)), list(map(_in_um, self.states))
-        scale = np.array([1.0 if each.endswith('_v') else 1.0 / MICRO for each in self.states])
-        system = StateSpace(
-            self.A * scale[:, None] / scale,
-            self.B * scale[:, None],
-            self.C / (MICRO * scale),
+        per_m = np.array([1.0 if each.endswith('_v') else 1.0 / MICRO for each in self.states])
+        names = {
+            'inputs': [*INPUTS],
+            'outputs': [_in_um(each) for each in OUTPUTS],
+            'states': [_in_um(each) for each in self.states],
+        }
+        system = control.ss(
+            self.A * per_m[:, None] / per_m,
+            self.B * per_m[:, None],
+            self.C / (MICRO * per_m),
             self.D / MICRO,
+            **names,
         )
         if dt is None:
             for name, asked in (('sensors', sensors), ('order', order)):
                 if asked:
                     limit = 'of a sampled system only'
                     raise OutOfRange(name, asked, '', limit, 'give dt, as sim.block')
-        elif sensors:
-            system, outputs = read(system, dt, self.parameters), outputs[:1]
-            delays = len(system.A) - len(states) - 1
-            states += ['reading_um', *(f'reading_{k}_um' for k in range(delays))]
+            return system
+        if sensors:
+            matrices, names['states'] = read(system, dt, self.parameters)
+            names['outputs'] = names['outputs'][:1]
+            system = control.ss(*matrices, dt, **names)
         else:
-            system = zero_order_hold(system, dt)
-        if dt is not None and order is not None:
+            system = system.sample(dt)  # exact at the samples, as the inputs are held
+        if order is not None:
             amplifier = self.parameters.amplifier
             largest = np.array([amplifier.voltage_max - amplifier.voltage_min, 1.0])
-            system, states = reduce_order(system, order, largest), [f'x_{k}' for k in range(order)]
-        names = {'inputs': list(INPUTS), 'outputs': outputs, 'states': states}
-        return control.ss(*system, 0 if dt is None else dt, **names)
+            matrices, names['states'] = reduce_order(system, order, largest)
+            system = control.ss(*matrices, dt, **names)
+        return system
 
 
 def _in_um(name: str) -> str:
@@ -213,48 +220,6 @@ def linearise(parameters: Parameters, at_voltage_v: float | None = None) -> Line
     return linear_drive(parameters, *drive_at(parameters, at_voltage_v))
 
 
-def linear_drive(
-    parameters: Parameters, at_v: float, plants: Record, states: Record
-) -> LinearDrive:
-    """Linearise the drive at the state of `drive_at`."""
-    plant, at_m = plants[0], float(states['position_m'].item())
-    if plant.delayed:
-        limit, hint = 'a delay, which no linear model of finite order has', 'set it to 0 s'
-        raise OutOfRange('feet.delay', list(parameters.feet.delay), 's', limit, hint)
-    contacts_n_per_m = np.array([e.stick_stiffness_n_per_m for e in contacts_of(parameters)])
-    ratios = ratios_of(parameters)
-    stiffness, cell, walls = float(contacts_n_per_m.sum()), plant.cell_n_per_m, plant.walls
-    mass_kg, damping_n_s_per_m = float(plant.mass_kg), float(plant.damping_n_s_per_m)
-    if at_m > walls.gap_m:
-        cell += walls.cell_n_per_m
-    if plant.button.exists and at_m > plant.button.gap_m:
-        cell += plant.button.n_per_m
-        mass_kg += float(plant.button.mass_kg)
-        damping_n_s_per_m += float(plant.button.damping_n_s_per_m)
-    if not walls.low_m < at_m < walls.high_m:
-        cell += walls.stop_n_per_m
-    cell = float(cell)
-    rates, foot_m = rates_of_states(
-        plant, mass_kg, damping_n_s_per_m, contacts_n_per_m, ratios, cell
-    )
-    names, matrix = tuple(rates), np.array(list(rates.values()))
-    seen = np.array([_unit(names, 'position_m'), foot_m])
-    n = len(names)
-    return LinearDrive(
-        A=matrix[:, :n],
-        B=matrix[:, n:],
-        C=seen[:, :n],
-        D=seen[:, n:],
-        states=names,
-        at_voltage_v=at_v,
-        at_position_m=at_m,
-        contact_n_per_m=stiffness,
-        cell_n_per_m=cell,
-        resonance_hz=float(np.sqrt((stiffness + cell) / mass_kg) / (2.0 * np.pi)),
-        parameters=parameters,
-    )
-
-
 def drive_at(
     parameters: Parameters, at_voltage_v: float | None = None
 ) -> tuple[float, Record, Record]:
@@ -262,12 +227,14 @@ def drive_at(
     if parameters.contact.law != 'mdr':
         limit = 'a law without one stiffness for all small motions'
         raise OutOfRange('contact.law', parameters.contact.law, '', limit, "set it to 'mdr'")
-    amplifier = parameters.amplifier
-    at_v = 0.5 * (amplifier.voltage_min + amplifier.voltage_max)
-    if at_voltage_v is not None:
-        at_v = at_voltage_v
+    amplifier, at_v = parameters.amplifier, at_voltage_v
+    if at_v is None:
+        at_v = 0.5 * (amplifier.voltage_min + amplifier.voltage_max)
     check_request(Request('voltage', (at_v,)), parameters)
     plants = plant_of(parameters)
+    if plants[0].delayed:
+        limit, hint = 'a delay, which no linear model of finite order has', 'set it to 0 s'
+        raise OutOfRange('feet.delay', list(parameters.feet.delay), 's', limit, hint)
     states = state_at_rest(plants, parameters.stand.preload)
     share: Array = np.linspace(0.0, 1.0, SETTLING_ROWS, dtype=np.float64)
     way_v = amplifier.voltage_initial + (at_v - amplifier.voltage_initial) * smooth(share)
@@ -282,80 +249,97 @@ def smooth(share: Array) -> Array:
     return 0.5 - 0.5 * np.cos(np.pi * np.clip(share, 0.0, 1.0))
 
 
-def rates_of_states(
-    plant: Record,
-    mass_kg: float,
-    damping_n_s_per_m: float,
-    contacts_n_per_m: Array,
-    ratios: Array,
-    cell_n_per_m: float,
-) -> tuple[dict[str, Array], Array]:
-    """Return rows of rates, and of the mean foot relative to the frame, over states and inputs."""
+def linear_drive(
+    parameters: Parameters, at_v: float, plants: Record, states: Record
+) -> LinearDrive:
+    """Linearise the drive at the state of `drive_at`."""
+    plant, at_m = plants[0], float(states['position_m'].item())
+    walls, button, kg = plant.walls, plant.button, float(plant.mass_kg)
+    cell_n_per_m, damping_n_s_per_m = plant.cell_n_per_m, float(plant.damping_n_s_per_m)
+    if at_m > walls.gap_m:
+        cell_n_per_m += walls.cell_n_per_m
+    if button.exists and at_m > button.gap_m:
+        cell_n_per_m += button.n_per_m
+        kg += float(button.mass_kg)
+        damping_n_s_per_m += float(button.damping_n_s_per_m)
+    if not walls.low_m < at_m < walls.high_m:
+        cell_n_per_m += walls.stop_n_per_m
+    contacts_n_per_m = np.array([e.stick_stiffness_n_per_m for e in contacts_of(parameters)])
+    of, rates, foot_m, pull_n = rates_of_feet(plant, contacts_n_per_m, ratios_of(parameters))
+    held_n = cell_n_per_m * of['position_m'] + damping_n_s_per_m * of['velocity_m_per_s']
+    rates['position_m'] = of['velocity_m_per_s']
+    rates['velocity_m_per_s'] = (of['load_n'] - pull_n - held_n) / kg
+    names = tuple(each for each in of if each in rates)
+    kept = [list(of).index(each) for each in (*names, *INPUTS)]
+    moves = np.array([rates[each] for each in names])[:, kept]
+    seen = np.array([of['position_m'], foot_m])[:, kept]
+    n, contact_n_per_m = len(names), float(contacts_n_per_m.sum())
+    return LinearDrive(
+        *(moves[:, :n], moves[:, n:], seen[:, :n], seen[:, n:]),
+        states=names,
+        at_voltage_v=at_v,
+        at_position_m=at_m,
+        contact_n_per_m=contact_n_per_m,
+        cell_n_per_m=float(cell_n_per_m),
+        resonance_hz=float(np.sqrt((contact_n_per_m + cell_n_per_m) / kg) / (2.0 * np.pi)),
+        parameters=parameters,
+    )
+
+
+def rates_of_feet(
+    plant: Record, contacts_n_per_m: Array, ratios: Array
+) -> tuple[dict[str, Array], dict[str, Array], Array, Array]:
+    """
+    Return what moves the feet and the frame, as rows over all possible states and the inputs.
+
+    These are the unit rows of states and inputs, the rates of the states of this plant, the mean
+    foot relative to the frame (m), and the force of the contacts on the runner (N).
+
+    """
     amplifier, piezo, frame = plant.amplifier, plant.piezo, plant.frame
-    creep = [f'creep_{k}_m' for k in range(DECADES)] if piezo.creep > 0.0 else []
+    creep = [f'creep_{k}_m' for k in range(DECADES)]
     driven = np.flatnonzero(ratios)  # the others are guides, without a stack
-    bent = [f'foot_{k + 1}_m' for k in driven] if piezo.stack_n_per_m > 0.0 else []
-    names = [
-        *(['amplifier_v'] if amplifier.tau_s > 0.0 else []),
-        *creep,
-        *(['foot_m', 'foot_m_per_s'] if piezo.omega_per_s > 0.0 and not bent else []),
-        *bent,
-        *(f'{name}_per_s' for name in bent),
-        *(['centre_m', 'centre_m_per_s'] if frame.exists else []),
-        'position_m',
-        'velocity_m_per_s',
-    ]
-    of = {name: _unit(names, name) for name in (*names, *INPUTS)}
-    rates: dict[str, Array] = {}
-    voltage_v = of['voltage_v']
+    bent = [f'foot_{k + 1}_m' for k in driven]
+    speeds = [f'{name}_per_s' for name in bent]
+    first, last = ('amplifier_v', *creep, 'foot_m', 'foot_m_per_s'), ('centre_m', 'centre_m_per_s')
+    columns = [*first, *bent, *speeds, *last, 'position_m', 'velocity_m_per_s', *INPUTS]
+    of = dict(zip(columns, np.eye(len(columns)), strict=True))
+    rates, voltage_v = dict[str, Array](), of['voltage_v']
     if amplifier.tau_s > 0.0:
         rates['amplifier_v'] = (voltage_v - of['amplifier_v']) / amplifier.tau_s
         voltage_v = of['amplifier_v']
     static_m = foot_m = plant.gain_m_per_v * piezo.linear * voltage_v
-    for k, name in enumerate(creep):
+    for k, name in enumerate(creep if piezo.creep > 0.0 else []):
         rates[name] = (static_m - of[name]) / (CREEP_FASTEST_S * 10.0**k)
         foot_m = foot_m + piezo.creep * of[name]
-    omega, sigma = piezo.omega_per_s, 2.0 * piezo.damping_ratio * piezo.omega_per_s
-    wanted_m = feet_m = np.outer(ratios, foot_m)
-    if bent:
-        feet_m = np.zeros_like(wanted_m)
-        feet_m[driven] = [of[name] for name in bent]
-        foot_m = feet_m[driven].mean(axis=0)
-    elif omega > 0.0:
+    bends, omega = piezo.stack_n_per_m > 0.0, piezo.omega_per_s
+    sigma = 2.0 * piezo.damping_ratio * omega
+    if omega > 0.0 and not bends:
         rates['foot_m'] = of['foot_m_per_s']
         rates['foot_m_per_s'] = omega**2 * (foot_m - of['foot_m']) - sigma * of['foot_m_per_s']
         foot_m = of['foot_m']
-        feet_m = np.outer(ratios, foot_m)
-    mean_m = foot_m if bent or not len(driven) else ratios[driven].mean() * foot_m
-    share, frame_m = frame.feet_share, 0.0 * foot_m
+    feet_m = np.outer(ratios, foot_m)
+    wanted_m = feet_m[driven]
+    if bends:
+        feet_m[driven] = [of[name] for name in bent]
+    mean_m = feet_m[driven].mean(axis=0) if len(driven) else foot_m
+    share, recoil, frame_m = frame.feet_share, 0.0 * foot_m, 0.0 * foot_m
     if frame.exists:
         frame_m = of['centre_m'] - share * mean_m
     loads_n = contacts_n_per_m[:, None] * (of['position_m'] - frame_m - feet_m)
-    recoil = 0.0 * foot_m
     if frame.exists:
         # Velocity of the centre of mass, less the damper's share of the feet.
         gamma = frame.damping_n_s_per_m / frame.mass_kg
         rates['centre_m'] = of['centre_m_per_s'] + gamma * share * mean_m
         recoil = (loads_n.sum(axis=0) - frame.held_n_per_m * frame_m) / frame.mass_kg
         rates['centre_m_per_s'] = recoil - gamma * rates['centre_m']
-    if bent:
-        speeds = np.array([of[f'{name}_per_s'] for name in bent])
-        bent_m = wanted_m[driven] - feet_m[driven]
-        pulls = omega**2 * bent_m - sigma * speeds + loads_n[driven] / piezo.foot_kg
+    if bends:
+        speed = np.array([of[name] for name in speeds])
+        pulls = omega**2 * (wanted_m - feet_m[driven]) - sigma * speed
+        pulls += loads_n[driven] / piezo.foot_kg
         if frame.exists:
-            recoil = recoil - gamma * (rates['centre_m'] - share * speeds.mean(axis=0))
+            recoil = recoil - gamma * (rates['centre_m'] - share * speed.mean(axis=0))
             recoil = (recoil - share * pulls.mean(axis=0)) / (1.0 - share)
-        rates |= dict(zip(bent, speeds, strict=True))
-        rates |= {f'{name}_per_s': row for name, row in zip(bent, pulls - recoil, strict=True)}
-    rates['position_m'] = of['velocity_m_per_s']
-    force_n = of['load_n'] - loads_n.sum(axis=0) - cell_n_per_m * of['position_m']
-    force_n = force_n - damping_n_s_per_m * of['velocity_m_per_s']
-    rates['velocity_m_per_s'] = force_n / mass_kg
-    return {name: rates[name] for name in names}, foot_m
-
-
-def _unit(states: Any, name: str) -> Array:
-    columns = (*states, *INPUTS)
-    row: Array = np.zeros(len(columns))
-    row[columns.index(name)] = 1.0
-    return row
+        rates |= dict(zip(bent, speed, strict=True))
+        rates |= dict(zip(speeds, pulls - recoil, strict=True))
+    return of, rates, mean_m if bends else foot_m, loads_n.sum(axis=0)

@@ -1,13 +1,13 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The linear drive at the sampling times of a controller."""
+"""The linear drive, a system of python-control, at the sampling times of a controller."""
 
 import math
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
-from scipy.linalg import expm
+from scipy.linalg import solve_discrete_lyapunov
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange
@@ -17,28 +17,13 @@ from stickslip_ros.parameters import Parameters
 from stickslip_ros.units import NANO
 
 LASTING = 1e-9  # motion that decays by less per period is not at rest; creep loses 1e-6
-DOUBLINGS = 36  # doublings of a sum over periods: decaying motion is gone by then
+ROUNDING = float(np.finfo(np.float64).eps)
+Matrices = tuple[Array, Array, Array, Array]  # A, B, C, D
 
 
-class StateSpace(NamedTuple):
-    """Next state (or, in continuous time, rate) A x + B u, output C x + D u."""
-
-    A: Array
-    B: Array
-    C: Array
-    D: Array
-
-
-def zero_order_hold(system: StateSpace, dt_s: float) -> StateSpace:
-    """Discretise a continuous system with zero-order hold, exact at the samples."""
-    n, inputs = system.B.shape
-    over_period = expm(dt_s * np.block([[system.A, system.B], [np.zeros((inputs, n + inputs))]]))
-    return StateSpace(over_period[:n, :n], over_period[:n, n:], system.C, system.D)
-
-
-def read(system: StateSpace, dt_s: float, parameters: Parameters) -> StateSpace:
+def read(system: Any, dt_s: float, parameters: Parameters) -> tuple[Matrices, list[str]]:
     """
-    Discretise a system whose first output the interferometer reads, once per period.
+    Return a continuous system whose first output the interferometer reads, once per period.
 
     The low-pass runs at the samples of the trace. A reading that is d periods old, less a part of
     one, is formed from the state d periods ago, and delayed.
@@ -58,59 +43,53 @@ def read(system: StateSpace, dt_s: float, parameters: Parameters) -> StateSpace:
     lag = setting.latency / sample_s
     if own_s:
         lag = math.ceil(setting.latency / own_s - ON_TIME) * own_s / sample_s
-    step = zero_order_hold(system, sample_s)
-    gain = low_pass_gain(setting.bandwidth, 1.0 / sample_s)
+    step, gain = system.sample(sample_s), low_pass_gain(setting.bandwidth, 1.0 / sample_s)
     n, inputs = step.B.shape
-    once: Array = np.eye(n + 1 + inputs)  # of state, level of the low-pass, inputs
-    once[:n] = np.hstack((step.A, np.zeros((n, 1)), step.B))
-    once[n] = gain * system.C[0] @ once[:n]
-    once[n, n] = 1.0 - gain
-
-    periods = math.ceil(lag / samples)
-    whole, part = divmod(periods * samples - lag, 1.0)
-    power: Array = np.linalg.matrix_power(once, int(whole))
-    seen = power[n]
-    if part:
-        seen = (1.0 - part) * seen + part * (power @ once)[n]
-    over_period = np.linalg.matrix_power(once, samples)
     m = n + 1
-    next_state: Array = np.zeros((m + periods, m + periods + inputs))
-    next_state[:m, :m], next_state[:m, m + periods :] = np.split(over_period[:m], [m], axis=1)
+    once: Array = np.eye(m + inputs)  # of state, level of the low-pass, inputs
+    once[:n] = np.hstack((step.A, np.zeros((n, 1)), step.B))
+    once[n] = gain * step.C[0] @ once[:n]
+    once[n, n] = 1.0 - gain
+    periods = math.ceil(lag / samples)
+    rows, states = np.linalg.matrix_power(once, samples)[:m], [*step.state_labels, 'reading_um']
     if periods:
-        next_state[m, :m], next_state[m, m + periods :] = np.split(seen, [m])
-        next_state[m + 1 :, m : m + periods - 1] = np.eye(periods - 1)
-    shown: Array = np.zeros((1, m + periods))
-    shown[0, -1] = 1.0
-    a, b = np.split(next_state, [m + periods], axis=1)
-    return StateSpace(a, b, shown, np.zeros((1, inputs)))
+        whole, part = divmod(periods * samples - lag, 1.0)
+        level = np.linalg.matrix_power(once, int(whole))[n]
+        rows = np.vstack((rows, (1.0 - part) * level + part * (level @ once)))
+        states += [f'reading_{k}_um' for k in range(periods)]
+    next_state: Array = np.eye(m + periods, k=-1)  # each delays the one before
+    pushed: Array = np.zeros((m + periods, inputs))
+    next_state[: len(rows)] = 0.0
+    next_state[: len(rows), :m], pushed[: len(rows)] = np.split(rows, [m], axis=1)
+    shown: Array = np.eye(1, m + periods, m + periods - 1)
+    return (next_state, pushed, shown, np.zeros((1, inputs))), states
 
 
-def reduce_order(system: StateSpace, order: int, largest: Array) -> StateSpace:
+def reduce_order(system: Any, order: int, largest: Array) -> tuple[Matrices, list[str]]:
     """
     Return a sampled system with fewer states, by balanced truncation (square-root method).
 
     ``largest``, shape (inputs,), weighs the inputs (Moore, IEEE Trans. Autom. Control 26, 1981).
+    ``control.balred`` needs Slycot, a Fortran library, and weighs none.
 
     """
-    slowest = float(np.abs(np.linalg.eigvals(system.A)).max())
-    if slowest > 1.0 - LASTING:
+    if float(np.abs(system.poles()).max()) > 1.0 - LASTING:
         hint = 'set runner.damping: without it the runner rings for ever'
         raise OutOfRange('order', order, '', 'of a plant that does not come to rest', hint)
-    if not 1 <= order <= len(system.A):
-        limit = f'not from 1 to the number of states, {len(system.A)}'
+    if not 1 <= order <= system.nstates:
+        limit = f'not from 1 to the number of states, {system.nstates}'
         raise OutOfRange('order', order, '', limit, 'stay in these limits')
-    moved = system.B * largest
 
     def root(a: Array, seen: Array) -> Array:
-        total = seen @ seen.T
-        for _ in range(DOUBLINGS):  # the sum of a^k total a^k.T
-            total, a = total + a @ total @ a.T, a @ a
-        squares, axes = np.linalg.eigh(total)
+        # Of the sum of a^k seen seen.T a^k.T; the direct method loses digits to creep.
+        squares, axes = np.linalg.eigh(solve_discrete_lyapunov(a, seen @ seen.T, 'bilinear'))
         half: Array = axes * np.sqrt(np.maximum(squares, 0.0))
         return half
 
-    reached, shown = root(system.A, moved), root(system.A.T, system.C.T)
+    reached, shown = root(system.A, system.B * largest), root(system.A.T, system.C.T)
     left, weights, right = np.linalg.svd(shown.T @ reached)
-    scale = 1.0 / np.sqrt(weights[:order])
+    # A weight below the rounding of the largest is a state that does nothing.
+    scale = 1.0 / np.sqrt(np.maximum(weights, ROUNDING * weights[0])[:order])
     out, into = reached @ right[:order].T * scale, (shown @ left[:, :order] * scale).T
-    return StateSpace(into @ system.A @ out, into @ system.B, system.C @ out, system.D)
+    reduced = into @ system.A @ out, into @ system.B, system.C @ out, system.D
+    return reduced, [f'x_{k}' for k in range(order)]

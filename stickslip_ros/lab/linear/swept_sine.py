@@ -19,7 +19,6 @@ from stickslip_ros.errors import OutOfRange
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.kernels.record import Record
 from stickslip_ros.lab.figures.plottable import Plottable
-from stickslip_ros.lab.linear.curves import curves_of
 from stickslip_ros.lab.linear.linearise import (
     INPUTS,
     LinearDrive,
@@ -28,7 +27,6 @@ from stickslip_ros.lab.linear.linearise import (
     linear_drive,
     smooth,
 )
-from stickslip_ros.lab.measurements.sweep_table import Row
 from stickslip_ros.lab.runs.batch import run_batch
 from stickslip_ros.parameters import Parameters, checked_arguments
 from stickslip_ros.process.stopping import stop_if_asked
@@ -99,8 +97,7 @@ class MeasuredResponse(Plottable):
     def _draw(self) -> 'Figure':
         from stickslip_ros.lab.linear.bode import draw_bode  # noqa: PLC0415 - takes long
 
-        linear = self.linear
-        return draw_bode(linear.matrix, linear.resonance_hz, self.frequency_hz, self.response)
+        return draw_bode(self.linear, self)
 
     def __repr__(self) -> str:
         first_hz, last_hz = self.frequency_hz.min(), self.frequency_hz.max()
@@ -217,21 +214,3 @@ def response_to_sine(
     turns = np.exp(-2j * np.pi * middle / _POINTS)
     phasor_m = complex(2.0 * np.mean(weights * position_m * turns) / np.mean(weights))
     return phasor_m / complex(0.0, -amplitude * seen)
-
-
-def bode_rows(measured: MeasuredResponse) -> list[Row]:
-    """Return a row per frequency: gains and phases, closed form and measured."""
-    columns: dict[str, Array] = {'frequency_hz': measured.frequency_hz}
-    curves = curves_of(measured.linear.matrix(measured.frequency_hz))
-    for curve, points in zip(curves, measured.response, strict=True):
-        unit = curve.unit.lower()
-        columns |= {
-            f'position_m_per_{unit}': np.abs(curve.response),
-            f'{curve.source}_phase_deg': curve.phase_deg(),
-            f'measured_m_per_{unit}': np.abs(points),
-            f'measured_{curve.source}_phase_deg': curve.phase_deg(points),
-        }
-    columns['voltage_amplitude_v'] = measured.voltage_amplitude_v
-    columns['load_amplitude_n'] = measured.load_amplitude_n
-    values = zip(*(column.tolist() for column in columns.values()), strict=True)
-    return [dict(zip(columns, row, strict=True)) for row in values]

@@ -43,7 +43,7 @@ def test_what_it_finds_is_a_table_with_the_command_that_plays_it(capsys: Any, tm
     wave = tmp_path / 'wave.csv'
     assert main(['optimise', 'speed', *SHORT, '--preload', '0.4:0.5', '-o', str(wave)]) == 0
     shown = capsys.readouterr().out
-    for said in ('freeze-and-kick', 'cycloid', 'errors of the integration', 'rough lines'):
+    for said in ('freeze-and-kick', 'cycloid', 'errors of the integration'):
         assert said in shown
     assert f'simulate --waveform {wave}' in shown
 

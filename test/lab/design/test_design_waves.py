@@ -16,9 +16,10 @@ from stickslip_ros.drive.build import friction_limit_n
 from stickslip_ros.drive.layout import contacts_of
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.design.objectives import COST_MAX, OBJECTIVES, WaveGoal, assess
+from stickslip_ros.lab.design.search import WaveSearch
 from stickslip_ros.lab.design.shapes import SHAPES
 from stickslip_ros.lab.design.steady_cycle import CONTACT_SHARE, measure
-from stickslip_ros.lab.design.waves import SPLINE, PeriodicWave, Space, playable, write_wave
+from stickslip_ros.lab.design.waves import SPLINE, PeriodicWave, playable, write_wave
 from stickslip_ros.lab.runs.courses import run_course
 from stickslip_ros.lab.runs.replay import read_drive_input
 from stickslip_ros.lab.runs.sawtooth_run import run_drive
@@ -38,10 +39,10 @@ SAWTOOTH = [(0.0, 0.0), (1e-3, 300.0), (1e-3, 0.0)]
 @settings(max_examples=25)
 @given(data=st.data())
 def test_every_wave_of_a_space_keeps_range_slew_rate_and_current_and_closes(shape, data):
-    space = Space(shape, SLOW, (200.0, 2000.0), (0.1, 1.0), 8)
-    share = st.floats(0.0, 1.0)
-    place = data.draw(st.lists(share, min_size=len(space.start), max_size=len(space.start)))
-    wave = space.wave(np.array(place))
+    search = WaveSearch(WaveGoal('speed'), SLOW, (200.0, 2000.0), (0.1, 1.0))
+    share, size = st.floats(0.0, 1.0), len(search.start(shape))
+    place = data.draw(st.lists(share, min_size=size, max_size=size))
+    wave = search.wave(shape, np.array(place))
     time_s, volts = wave.rows(SLOW).T
     assert 200.0 <= wave.frequency_hz <= 2000.0 * (1.0 + 1e-12)
     assert 0.1 <= wave.preload_n <= 1.0 + 1e-12
@@ -171,25 +172,3 @@ def test_a_written_wave_is_what_the_commands_read(tmp_path):
 def test_goals_that_cannot_be_meant_are_refused(values, message):
     with pytest.raises(StickSlipError, match=message):
         WaveGoal(**values)
-
-
-@pytest.mark.parametrize(
-    ('changes', 'message'),
-    [
-        ({'knots': 5}, 'number of knots 5'),
-        ({'frequencies_hz': (0.0, 10.0)}, 'frequency 0 Hz is not from 0.001 to 20000 Hz'),
-        ({'frequencies_hz': (10.0, 3e4)}, 'frequency 30000 Hz is not from 0.001'),
-        ({'frequencies_hz': (20.0, 10.0)}, 'frequency 20 Hz is above the end of its range'),
-        ({'preloads_n': (0.5, float('nan'))}, 'preload nan N is not from 0.001 to 100 N'),
-    ],
-)
-def test_limits_that_no_wave_keeps_are_refused(changes, message):
-    given_space = {
-        'shape': SPLINE,
-        'stand': STAND,
-        'frequencies_hz': (1000.0, 1000.0),
-        'preloads_n': (0.5, 0.5),
-        'knots': 8,
-    }
-    with pytest.raises(StickSlipError, match=message):
-        Space(**{**given_space, **changes})

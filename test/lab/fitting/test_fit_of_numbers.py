@@ -17,7 +17,6 @@ from stickslip_ros.lab.comparison.compare import CompareOptions, compare
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, VoltageStep
 from stickslip_ros.lab.experiments.predict import predict, ring_down
 from stickslip_ros.lab.fitting.fit import FitOptions, fit
-from stickslip_ros.lab.fitting.plan import plan
 from stickslip_ros.lab.fitting.report import as_object
 from stickslip_ros.lab.runs.zero_amplitude import zero_amplitude
 from stickslip_ros.parameters import Parameters
@@ -154,8 +153,6 @@ def test_who_knows_a_0_amplitude_and_a_ring_down_learns_friction_mass_and_dampin
         found.parameters.updated({'stand.preload': 0.4}), 1000.0, steps=STEPS
     )
     assert points[0]['model'] == pytest.approx(of_model.zero_amplitude_m, rel=1e-9, abs=0.0)
-    with pytest.raises(StickSlipError, match='readings for a plan'):
-        plan(found)
     options = CompareOptions(preloads_n=(rig.preload_n,))
     compared = compare(ringing, found.parameters, options=options)
     assert [each.name for each in compared.quantities] == ['ringing_hz', 'decay_s']

@@ -14,7 +14,8 @@ from scipy.linalg import expm
 
 from stickslip_ros import LinearDrive, StickSlipError, linearise, measure_response
 from stickslip_ros.drive.layout import contacts_of, gain_ratios
-from stickslip_ros.lab.linear.swept_sine import SLIDING_SHARE, bode_rows
+from stickslip_ros.lab.linear.bode import bode_rows
+from stickslip_ros.lab.linear.swept_sine import SLIDING_SHARE
 from stickslip_ros.parameters import Parameters, load_yaml
 
 IDEAL = Parameters()

@@ -140,3 +140,11 @@ def test_what_cannot_be_sampled_is_refused():
     framed = STANDS['coupled'].updated({'interferometer.reference': 'frame'})
     with pytest.raises(StickSlipError, match=r"interferometer\.reference 'frame'"):
         linearise(framed).to_control(DT_S, sensors=True)
+
+
+def test_a_plant_that_forgets_within_a_period_is_reduced_to_finite_numbers():
+    linear = linearise(Parameters().updated({'runner.damping': 80.0}))
+    z = np.exp(2j * np.pi * DT_S * np.array([1.0, 30.0, 400.0]))
+    plant = linear.to_control(DT_S, sensors=True)
+    few = linear.to_control(DT_S, sensors=True, order=plant.nstates)
+    np.testing.assert_allclose(few(z), plant(z), rtol=1e-6)

@@ -102,12 +102,6 @@ DATA = (
             READING, 'commands', 'window_s', 'frequency_hz', 'steps', 'outliers', 'workers'
         ),
         *options_of(FIT, 'assume', 'shape_m', 'step_share', 'starts', 'seed'),
-        option(
-            '--plan',
-            'choose N measurements that would reduce the errors most',
-            int,
-            default=0,
-        ),
         many(
             '-o --output',
             '.json: all results; .html: a page; .yaml: the fitted stand for --params',
