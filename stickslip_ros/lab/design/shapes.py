@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from stickslip_ros.arrays import Array
 
@@ -42,6 +41,8 @@ def spline(
     times: Sequence[float] | Array, heights: Sequence[float] | Array, rows: int = CURVE_ROWS
 ) -> Array:
     """Return a cycle through knots from 0 over 1 to 0, with monotone cubics (PCHIP)."""
+    from scipy.interpolate import PchipInterpolator  # noqa: PLC0415 - a panel runs without it
+
     time, height = np.array((times, heights), dtype=np.float64)
     top, share = int(np.argmax(height)), 2 * rows // (len(time) - 1) + 1
     curves = list[Array]()

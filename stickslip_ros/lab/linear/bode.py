@@ -3,28 +3,54 @@
 
 """The Bode plot of the stuck drive and its table: closed form and measurement."""
 
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.lab.figures.plotting import GREY, new_figure, styled
-from stickslip_ros.lab.linear.linearise import Complex, LinearDrive
+from stickslip_ros.lab.linear.sampled import Complex
 from stickslip_ros.lab.measurements.sweep_table import Row
 from stickslip_ros.units import NM
 
-if TYPE_CHECKING:
-    from stickslip_ros.lab.linear.swept_sine import MeasuredResponse
-
 BAND = 0.02, 3.0  # default range of frequencies, in multiples of the resonance
-SOURCES = ('voltage', 'V'), ('load', 'N')
+_SOURCES = ('voltage', 'V'), ('load', 'N')
 LEAD_RAD = 0.1  # largest lead, from rounding and creep; other phases lag
 _LINE_POINTS = 2000
 
 
+class Drawable(Protocol):
+    """A linear drive: the transfer matrix of its outputs, of which the runner is the first."""
+
+    @property
+    def resonance_hz(self) -> float: ...
+
+    def matrix(self, frequency_hz: ArrayLike) -> Complex: ...
+
+
+class Measured(Protocol):
+    """A measured response, beside the linear drive that it is of."""
+
+    @property
+    def linear(self) -> Drawable: ...
+
+    @property
+    def frequency_hz(self) -> Array: ...
+
+    @property
+    def response(self) -> tuple[Complex, Complex]: ...
+
+    @property
+    def voltage_amplitude_v(self) -> Array: ...
+
+    @property
+    def load_amplitude_n(self) -> Array: ...
+
+
 @styled()
-def draw_bode(linear: LinearDrive, measured: 'MeasuredResponse | None' = None) -> Figure:
+def draw_bode(linear: Drawable, measured: Measured | None = None) -> Figure:
     """Draw gain and phase from voltage and load to position, and measured points."""
     marks = np.array(BAND) * linear.resonance_hz if measured is None else measured.frequency_hz
     grid: Array = np.geomspace(marks.min(), marks.max(), _LINE_POINTS)
@@ -33,7 +59,7 @@ def draw_bode(linear: LinearDrive, measured: 'MeasuredResponse | None' = None) -
     curves = [(grid, *closed_form(linear, grid), '-', 'closed form')]
     if measured is not None:
         curves.append((marks, *sines(measured), 's', 'swept sine'))
-    for k, (source, unit) in enumerate(SOURCES):
+    for k, (source, unit) in enumerate(_SOURCES):
         gain, phase = panels[:, k]
         for frequency_hz, response, phase_deg, style, label in curves:
             gain.loglog(frequency_hz, np.abs(response[:, k]) * NM, style, label=label)
@@ -47,7 +73,7 @@ def draw_bode(linear: LinearDrive, measured: 'MeasuredResponse | None' = None) -
     return figure
 
 
-def closed_form(linear: LinearDrive, frequency_hz: Array) -> tuple[Complex, Array]:
+def closed_form(linear: Drawable, frequency_hz: Array) -> tuple[Complex, Array]:
     """Return response (m/V, m/N) and phase (degrees), shape (n, 2); each lag is below one turn."""
     matrix = linear.matrix(frequency_hz)
     foot, response = matrix[:, 1, 0], matrix[:, 0]
@@ -57,18 +83,18 @@ def closed_form(linear: LinearDrive, frequency_hz: Array) -> tuple[Complex, Arra
     return response, np.degrees(lags_rad[:, :2])
 
 
-def sines(measured: 'MeasuredResponse') -> tuple[Complex, Array]:
+def sines(measured: Measured) -> tuple[Complex, Array]:
     """Return what was measured, as ``closed_form`` does, at the nearest turn."""
     response, phase_deg = closed_form(measured.linear, measured.frequency_hz)
     found = np.column_stack(measured.response)
     return found, phase_deg + np.degrees(np.angle(found / response))
 
 
-def bode_rows(measured: 'MeasuredResponse') -> list[Row]:
+def bode_rows(measured: Measured) -> list[Row]:
     """Return a row per frequency: gains and phases, closed form and measured."""
     columns: dict[str, Array] = {'frequency_hz': measured.frequency_hz}
     both = closed_form(measured.linear, measured.frequency_hz), sines(measured)
-    for k, (source, unit) in enumerate(SOURCES):
+    for k, (source, unit) in enumerate(_SOURCES):
         for (response, phase_deg), name in zip(both, ('', 'measured_'), strict=True):
             gain = f'{name or "position_"}m_per_{unit.lower()}'
             columns[gain] = np.abs(response[:, k])

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.advance import advance
@@ -28,7 +28,7 @@ from stickslip_ros.extras import load_extra
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.kernels.record import Record
 from stickslip_ros.lab.figures.plottable import Plottable
-from stickslip_ros.lab.linear.sampled import read, reduce_order
+from stickslip_ros.lab.linear.sampled import Complex, read, reduce_order
 from stickslip_ros.parameters import Parameters, checked_arguments
 from stickslip_ros.sections import Section, si_row
 from stickslip_ros.units import MICRO
@@ -36,7 +36,6 @@ from stickslip_ros.units import MICRO
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Complex = NDArray[np.complex128]
 
 INPUTS = ('voltage_v', 'load_n')
 OUTPUTS = ('position_m', 'foot_m')

@@ -7,6 +7,7 @@ import math
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_lyapunov
 
 from stickslip_ros.arrays import Array
@@ -17,7 +18,8 @@ from stickslip_ros.parameters import Parameters
 from stickslip_ros.units import NANO
 
 LASTING = 1e-9  # motion that decays by less per period is not at rest; creep loses 1e-6
-ROUNDING = float(np.finfo(np.float64).eps)
+_EPSILON = float(np.finfo(np.float64).eps)
+Complex = NDArray[np.complex128]
 Matrices = tuple[Array, Array, Array, Array]  # A, B, C, D
 
 
@@ -89,7 +91,7 @@ def reduce_order(system: Any, order: int, largest: Array) -> tuple[Matrices, lis
     reached, shown = root(system.A, system.B * largest), root(system.A.T, system.C.T)
     left, weights, right = np.linalg.svd(shown.T @ reached)
     # A weight below the rounding of the largest is a state that does nothing.
-    scale = 1.0 / np.sqrt(np.maximum(weights, ROUNDING * weights[0])[:order])
+    scale = 1.0 / np.sqrt(np.maximum(weights, _EPSILON * weights[0])[:order])
     out, into = reached @ right[:order].T * scale, (shown @ left[:, :order] * scale).T
     reduced = into @ system.A @ out, into @ system.B, system.C @ out, system.D
     return reduced, [f'x_{k}' for k in range(order)]
