@@ -173,6 +173,6 @@ def test_a_damping_that_is_ignored_is_found(wrong):
 def test_every_error_put_in_on_purpose_has_its_place_in_the_sources_and_is_counted_on_the_page():
     script = runpy.run_path(str(ROOT / 'scripts' / 'mutate.py'))
     page = DOCUMENT.read_text(encoding='utf-8')
-    assert f'Of {len(script["MUTATIONS"])} errors' in page
+    assert f'puts {len(script["MUTATIONS"])} errors' in page
     for mutation in script['MUTATIONS']:
         assert script['mutated'](mutation)
