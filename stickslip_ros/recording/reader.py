@@ -181,7 +181,8 @@ class Recording:
             return None
         topics = self.metadata[TOPICS_RECORD]
         position = load_json(topics['position'])['topic']
-        log_ns = stamps_ns = np.empty(0, np.int64)
+        log_ns: Places = np.empty(0, np.int64)
+        stamps_ns = log_ns
         if position in self.types:
             read = (numbers_of(self.files, position, 'point.x', by_stamp=b) for b in (False, True))
             log_ns, stamps_ns = (times_ns for times_ns, _ in read)  # both rise
@@ -223,7 +224,7 @@ class Recording:
             encodings = {each.encoding for each in summary.schemas.values()}
             encodings |= {each.message_encoding for each in summary.channels.values()}
             # Some programs name no profile; then the schemas decide, or that messages are JSON.
-            if profile != PROFILE and (profile or not encodings & {'ros2msg', 'json'}):
+            if profile != PROFILE and (profile or not encodings & {'ros2msg', 'ros2idl', 'json'}):
                 raise RecordingError(
                     file,
                     f'it is an MCAP file of profile {profile!r}, not a recording of ROS 2',

@@ -168,7 +168,7 @@ def _timed_by_events(
     found = [each._replace(time_ns=each.time_ns // block_ns * block_ns) for each in due]
     ends_ns = max(told.values(), default=0) + _LATE_BLOCKS * block_ns
     for _ in range(_PASSES):
-        bench, waiting, late_ns = Bench(stand), deque(found), {}
+        bench, waiting, late_ns = Bench(stand), deque(found), dict[int, int]()
         while bench.time_ns <= ends_ns:
             stop_if_asked()
             while waiting and waiting[0].time_ns <= bench.time_ns:
