@@ -35,6 +35,7 @@ from stickslip_ros.recording.definition import (
     Number,
     Struct,
     leaves,
+    text_of_idl,
     way_to,
 )
 from stickslip_ros.recording.integrity import open_whole
@@ -43,6 +44,8 @@ from stickslip_ros.units import NS_PER_S
 
 PART: Final = re.compile(r'([^\W\d]\w*)((?:\[\d+\])*)')
 """A name in the path of a field, with indices of arrays: ``position[0]``."""
+_ENCODINGS: Final = 'ros2msg', 'ros2idl', ''
+"""Forms in which rosbag2 writes a definition; without one the installed type is read."""
 ORDERS: Final = {0: '>', 1: '<'}
 """numpy's names for the byte orders of plain CDR, by the first two bytes of a message."""
 _HEAD_BYTES: Final = 4
@@ -109,14 +112,17 @@ class Field:
     ) -> None:
         self._file, self._topic, self._field = file, channel.topic, field
         path = path_of(channel.topic, field)
-        if not schema or (channel.message_encoding, schema.encoding) != ('cdr', 'ros2msg'):
+        if not schema or channel.message_encoding != 'cdr' or schema.encoding not in _ENCODINGS:
             problem = f'has no definition of {channel.topic} that ROS 2 writes'
             raise RecordingError(file, problem, 'record it with ros2 bag record, or as JSON')
         DEFINITION_MOST.check(len(schema.data), file)
         try:
-            kind = Definitions(schema.name, schema.data.decode()).struct(schema.name)
+            text = schema.data.decode() if schema.encoding else ''
+            text = text_of_idl(text) if schema.encoding == 'ros2idl' else text
+            kind = Definitions(schema.name, text).struct(schema.name)
         except ValueError as error:
-            problem = f'has a definition of {channel.topic} that cannot be read: {error}'
+            form = schema.encoding or 'no text'
+            problem = f'has a definition ({form}) of {channel.topic} that cannot be read: {error}'
             hint = 'source the ROS 2 workspace that has it, or record it anew'
             raise RecordingError(file, problem, hint) from None
         try:

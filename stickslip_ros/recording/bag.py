@@ -17,7 +17,12 @@ from mcap.records import Channel, Schema
 from stickslip_ros.errors import RecordingError, quoted
 from stickslip_ros.files import read_text
 from stickslip_ros.parameters import read_yaml
-from stickslip_ros.recording.integrity import convert_hint, open_whole, recover_hint
+from stickslip_ros.recording.integrity import (
+    convert_hint,
+    open_whole,
+    recover_hint,
+    refuse_foreign,
+)
 from stickslip_ros.recording.layout import STORAGES, SUFFIX
 
 METADATA_FILE: Final = 'metadata.yaml'
@@ -69,9 +74,10 @@ def _describe(paths: Sequence[Path]) -> dict[str, Any]:
     topics: dict[str, dict[str, Any]] = {}
     files: list[dict[str, Any]] = []
     times_ns: list[int] = []
+    is_packed = False
     for path in paths:
         with open_whole(path) as reader:
-            summary = reader.get_summary()
+            summary, is_packed = reader.get_summary(), reader.is_packed
         if summary.statistics is None:
             raise RecordingError(path, 'it has no statistics', 'record it anew')
         said = summary.statistics
@@ -98,8 +104,8 @@ def _describe(paths: Sequence[Path]) -> dict[str, Any]:
         'starting_time': {'nanoseconds_since_epoch': start_ns},
         'message_count': sum(each['message_count'] for each in files),
         'topics_with_message_count': list(topics.values()),
-        'compression_format': '',
-        'compression_mode': '',
+        'compression_format': 'zstd' if is_packed else '',
+        'compression_mode': 'MESSAGE' if is_packed else '',
         'relative_file_paths': [path.name for path in paths],
         'files': files,
         'custom_data': None,
@@ -139,6 +145,8 @@ def bag_parts(path: Path) -> list[Path]:
         if files := files_of_a_bag(path):
             problem = f'it is a directory without {METADATA_FILE}, which rosbag2 writes at the end'
             hint = f'name a file of it, as {files[0]}, or {recover_hint(path)}'
+        elif packed := sorted(path.glob('*.zstd')):
+            refuse_foreign(packed[0])
         raise RecordingError(path, problem, hint)
     try:
         text = read_text(path / METADATA_FILE, recover_hint(path), recover_hint(path))
@@ -150,10 +158,12 @@ def bag_parts(path: Path) -> list[Path]:
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         problem = f'its {METADATA_FILE} cannot be read ({type(error).__name__} {error})'
         raise RecordingError(path, ' '.join(problem.split()), recover_hint(path)) from error
-    if storage not in STORAGES.values():
+    if storage not in STORAGES.values() and (
+        storage or {PurePath(n).suffix for n in names} - STORAGES.keys()
+    ):
         hint = 'record it with storage mcap or sqlite3'
         raise RecordingError(path, f'it is a bag of storage {quoted(storage)}', hint)
-    if mode != 'none':
+    if mode not in {'none', 'message'}:  # messages are unpacked as they are read
         raise RecordingError(path, f'it is compressed by {mode}', convert_hint(path))
     missing = [name for name in names if not (path / name).is_file()]
     if missing or not names:

@@ -10,6 +10,7 @@ import zlib
 from array import array
 from collections import Counter
 from collections.abc import Collection, Iterator
+from copy import copy
 from functools import lru_cache
 from io import BytesIO
 from itertools import pairwise
@@ -37,6 +38,7 @@ from numpy.typing import NDArray
 
 from stickslip_ros import budget
 from stickslip_ros.errors import Miscounted
+from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.layout import TIME_MAX_NS
 
 Places = NDArray[np.int64]
@@ -58,6 +60,7 @@ _COUNT_ANEW: Final = 'copy its messages with "stickslip recover", which counts a
 SUMMARIES_KEPT: Final = 4
 """Summaries of files that are opened again for each stretch of a long recording: the summary of
 an hour has 20,000 numbers and takes half a second to read."""
+ZSTD_MAGIC: Final = b'\x28\xb5\x2f\xfd'
 WHOLE_FILE: Final = ChunkIndex(0, 0, '', 0, 0, 0, {}, 0, 0)
 """Stands for the messages of a file without chunks."""
 
@@ -70,6 +73,7 @@ class ChunkMessages(NamedTuple):
     channels: NDArray[np.uint16]
     times_ns: Places  # log times
     described: Places  # starts of schemas and channels
+    is_packed: bool = False  # whether each message was compressed by itself
 
     def descriptions(self) -> Iterator[bytes]:
         """Give the records of schemas and channels."""
@@ -153,6 +157,23 @@ def find_messages(
     return ChunkMessages(data, places, channels, times_ns, described_at)
 
 
+def unpack_messages(piece: ChunkMessages) -> ChunkMessages:
+    """Return messages that rosbag2 compressed one by one, unpacked; others as they are."""
+    if not len(piece.starts) or not piece.message(0).data.startswith(ZSTD_MAGIC):
+        return piece
+    parts, room = [*piece.descriptions()], CHUNK_MAX_BYTES
+    for place, start in enumerate(piece.starts.tolist()):
+        packed = piece.message(place).data
+        size = zstandard.frame_content_size(packed)
+        if not 0 <= size <= room:
+            raise ValueError(f'a message of {size} bytes is above the {room} that are left')
+        room -= size
+        head = piece.data[start : start + MESSAGE_HEAD.size]
+        parts += [RECORD_HEAD.pack(Opcode.MESSAGE, len(head) + size), head]
+        parts.append(zstandard.decompress(packed, size) if size else b'')
+    return find_messages(b''.join(parts))._replace(is_packed=True)
+
+
 class ChunkReader(SeekingReader):
     """
     Reads the messages of a finished file, of some topics or all.
@@ -180,8 +201,49 @@ class ChunkReader(SeekingReader):
             if int.from_bytes(behind[:_CRC_BYTES], 'little') not in {0, zlib.crc32(checked)}:
                 raise ValueError('the checksum of its summary is wrong')
             self._summary = _summary_of(data)
+            said, listed = self._summary.statistics, len(self._summary.chunk_indexes)
+            if not listed and (said is None or said.chunk_count):
+                self._summary = self._without_index(data)
+            elif said and said.chunk_count != listed:
+                raise ValueError(f'its index lists {listed} of {said.chunk_count} chunks')
             check_names(self._stream.name, self._summary)
         return self._summary
+
+    def _without_index(self, data: bytes) -> Summary:
+        """Return the summary of a file without an index, from its chunks and their content."""
+        at, described, indexes = len(MAGIC), list[bytes](), list[ChunkIndex]()
+        extras = list[MetadataIndex](), list[AttachmentIndex]()
+        while at < self._summary_start:
+            stop_if_asked()
+            self._stream.seek(at)
+            opcode, length = RECORD_HEAD.unpack(head := self._stream.read(RECORD_HEAD.size))
+            size = len(head) + length
+            if opcode == Opcode.CHUNK:
+                chunk = Chunk.read(ReadDataStream(self._stream))
+                packed = self._stream.name, len(chunk.data)
+                described += find_messages(unpack_chunk(chunk), None, packed).descriptions()
+                first_ns, last_ns = chunk.message_start_time, chunk.message_end_time
+                unpacked = chunk.uncompressed_size
+                indexes.append(ChunkIndex(size, at, '', 0, last_ns, 0, {}, first_ns, unpacked))
+            elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+                described.append(head + self._stream.read(length))
+            elif opcode == Opcode.METADATA:
+                extras[0].append(MetadataIndex(at, size, ''))
+            elif opcode == Opcode.ATTACHMENT:
+                extras[1].append(AttachmentIndex(at, size, 0, 0, 0, '', ''))
+            budget.RECORDS.check(len(described) + len(indexes), self._stream.name)
+            at += size
+        summary = copy(_summary_of(b''.join(dict.fromkeys(described)) + data))
+        summary.chunk_indexes = indexes
+        summary.metadata_indexes = summary.metadata_indexes or extras[0]
+        summary.attachment_indexes = summary.attachment_indexes or extras[1]
+        return summary
+
+    @property
+    def is_packed(self) -> bool:
+        """Whether each message was compressed by itself, as rosbag2 can do."""
+        indexes, _ = self._select(None, ALL_TIMES_NS)
+        return any(self._read(each, None).is_packed for each in indexes[:1])
 
     def check(self) -> None:
         """Check the data by their checksum, and the statistics by the lengths of the indexes."""
@@ -298,7 +360,7 @@ class ChunkReader(SeekingReader):
             data, stored_bytes = unpack_chunk(chunk), len(chunk.data)
         piece = find_messages(data, wanted, (self._stream.name, stored_bytes))
         if index is WHOLE_FILE:
-            return piece
+            return unpack_messages(piece)
         first_ns, last_ns = index.message_start_time, index.message_end_time
         at = f'the chunk at byte {index.chunk_start_offset}'
         wrong = (piece.times_ns < first_ns) | (piece.times_ns > last_ns)
@@ -309,7 +371,7 @@ class ChunkReader(SeekingReader):
         if said is not None and any(found[key] != said[key] for key in wanted or found | said):
             problem = f'{at} holds {found.total()} messages, but its index lists others'
             raise Miscounted(self._stream.name, problem, _COUNT_ANEW)
-        return piece
+        return unpack_messages(piece)
 
 
 @lru_cache(maxsize=SUMMARIES_KEPT)
@@ -344,9 +406,6 @@ def _summary_of(data: bytes) -> Summary:
             raise ValueError(
                 f'its index lists the chunk at byte {at} twice, or inside another chunk'
             )
-    listed = len(summary.chunk_indexes)
-    if summary.statistics and summary.statistics.chunk_count != listed:
-        raise ValueError(f'its index lists {listed} of {summary.statistics.chunk_count} chunks')
     return summary
 
 

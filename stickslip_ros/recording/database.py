@@ -60,7 +60,7 @@ class DatabaseReader(chunks.ChunkReader):
                 size = chunks.MESSAGE_HEAD.size + len(content)
                 data += chunks.RECORD_HEAD.pack(Opcode.MESSAGE, size)
                 data += chunks.MESSAGE_HEAD.pack(number, 0, time_ns, time_ns) + content
-        return chunks.find_messages(bytes(data))
+        return chunks.unpack_messages(chunks.find_messages(bytes(data)))
 
 
 @contextmanager

@@ -36,6 +36,26 @@ _NUMBERS: Final = {
     },
 }
 """Types of numbers, with numpy's names."""
+_IDL_NUMBERS: Final = {
+    'boolean': 'bool',
+    'octet': 'byte',
+    'float': 'float32',
+    'double': 'float64',
+    'short': 'int16',
+    'unsigned short': 'uint16',
+    'long': 'int32',
+    'unsigned long': 'uint32',
+    'long long': 'int64',
+    'unsigned long long': 'uint64',
+}
+_COMMENT: Final = re.compile(r'//[^\n]*|/\*.*?\*/', re.DOTALL)
+_ANNOTATION: Final = re.compile(r'@\w+\s*(\((?:[^()"]|"(?:[^"\\]|\\.)*")*\))?')
+_TYPEDEF: Final = re.compile(r'typedef\s+([^;]+?)\s+(\w+)\[(\d+)\]\s*;')
+_IDL_NAME: Final = re.compile(r'IDL:\s*(\S+)')
+_STRUCT: Final = re.compile(r'struct\s+\w+\s*\{([^}]*)\}')
+_MEMBER: Final = re.compile(r'(\w[\w:<>, ]*?)\s+(\w+)\s*(?:\[(\d+)\])?\s*;')
+_SEQUENCE: Final = re.compile(r'sequence<\s*(.+?)\s*(?:,\s*\d+\s*)?>')
+"""What a .idl file of ROS 2 consists of, and the names of its numbers."""
 SEPARATOR: Final = re.compile(r'={3,}')
 NAMED: Final = re.compile(r'MSG:\s*(\S+)')
 FIELD: Final = re.compile(r'([\w/]+)(?:<=\d+)?(?:\[(<=)?(\d*)\])?\s+([^\W\d]\w*)\s*(=)?')
@@ -148,6 +168,25 @@ class Definitions:
         if count is not None:
             kind = array(kind, None if bound or not count else int(count))
         return name, kind
+
+
+def text_of_idl(text: str) -> str:
+    """Return the text of .msg files for that of .idl files, as ROS 2 makes these."""
+    text = _ANNOTATION.sub('', _COMMENT.sub('', text))
+    arrays = {name: (kind, count) for kind, name, count in _TYPEDEF.findall(text)}
+    parts = []
+    for section in SEPARATOR.split(text):
+        named, body = _IDL_NAME.search(section), _STRUCT.search(section)
+        lines = [f'MSG: {named[1]}'] if named else []
+        for declared, name, count in _MEMBER.findall(body[1] if body else ''):
+            kind, size = arrays.get(declared, (declared, count))
+            bounds = f'[{size}]' if size else ''
+            if listed := _SEQUENCE.fullmatch(kind):
+                kind, bounds = listed[1], '[]'
+            kind = _IDL_NUMBERS.get(' '.join(kind.split()), kind).replace('::', '/')
+            lines.append(f'{kind.partition("<")[0].strip()}{bounds} {name}')
+        parts += ['\n'.join(lines)] if body else []
+    return '\n===\n'.join(parts)
 
 
 def array(element: Kind, count: int | None) -> ArrayOf:

@@ -18,7 +18,7 @@ from mcap.exceptions import McapError
 from stickslip_ros.errors import RecordingError, StickSlipError
 from stickslip_ros.files import read_bytes, readable
 from stickslip_ros.process.stopping import stop_if_asked
-from stickslip_ros.recording.chunks import MAGIC, ChunkReader
+from stickslip_ros.recording.chunks import MAGIC, ZSTD_MAGIC, ChunkReader
 from stickslip_ros.recording.database import DATABASE_MAGIC, open_database
 from stickslip_ros.recording.layout import STORAGES
 
@@ -46,7 +46,9 @@ def is_recording(path: Path) -> bool:
     """Return whether a path is that of a recording, or of a log of another program."""
     if path.is_dir() or path.suffix.lower() in STORAGES:
         return True
-    return _begin_of(path).startswith((MAGIC, DATABASE_MAGIC, _ROS_1_MAGIC, _PX4_MAGIC))
+    return _begin_of(path).startswith(
+        (MAGIC, DATABASE_MAGIC, _ROS_1_MAGIC, _PX4_MAGIC, ZSTD_MAGIC)
+    )
 
 
 def is_database(path: Path) -> bool:
@@ -77,8 +79,7 @@ def open_whole(path: Path) -> Iterator[ChunkReader]:
     """
     Open a recording, and give the reader's complaints about its bytes as RecordingError.
 
-    Raises RecordingError if the file is not there, is no MCAP, is cut off, has no summary or is
-    damaged.
+    Raises RecordingError if the file is not there, is no MCAP, is cut off or is damaged.
 
     """
     try:
@@ -113,6 +114,10 @@ def refuse_foreign(path: Path, begin: bytes = b'') -> None:
         command = f'"pip install pyulog", then "ulog2csv {shlex.quote(str(path))}"'
         hint = f'{command} makes tables: --map time_s="timestamp (us)"'
         raise RecordingError(path, 'it is a log of PX4 (ULog)', hint)
+    if begin.startswith(ZSTD_MAGIC):
+        name, unpacked = shlex.quote(str(path)), path.with_suffix('').name
+        hint = f'unpack it with "zstd -d {name}", and name {unpacked}'
+        raise RecordingError(path, 'it is compressed by zstd', hint)
     if not begin:
         raise RecordingError(path, 'it is not an MCAP file: it is empty', 'name another recording')
     if not begin.startswith((MAGIC, DATABASE_MAGIC)):
@@ -121,7 +126,7 @@ def refuse_foreign(path: Path, begin: bytes = b'') -> None:
 
 
 def _summary_start(path: Path, stream: BinaryIO) -> int:
-    """Return where the summary begins; refuse a file without one, or without its end."""
+    """Return where the summary begins; its end if it has none; refuse a file without its end."""
     end_bytes = _FOOTER.size + len(MAGIC)
     stream.seek(max(stream.seek(0, os.SEEK_END) - end_bytes, 0))
     tail = stream.read()
@@ -129,6 +134,4 @@ def _summary_start(path: Path, stream: BinaryIO) -> int:
         problem = 'its end is missing: the recording was cut off'
         raise RecordingError(path, problem, recover_hint(path))
     _, _, summary_start, _, _ = _FOOTER.unpack_from(tail)
-    if summary_start == 0:
-        raise RecordingError(path, 'it has no summary', recover_hint(path))
-    return int(summary_start)
+    return int(summary_start) or stream.tell() - end_bytes

@@ -11,9 +11,9 @@ from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import zip_longest
+from itertools import islice, zip_longest
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from mcap.records import Message as Stored
@@ -38,10 +38,16 @@ from stickslip_ros.message_types import (
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.any_message import numbers_of
 from stickslip_ros.recording.bag import bag_parts
-from stickslip_ros.recording.chunks import ALL_TIMES_NS, begin_of
+from stickslip_ros.recording.chunks import ALL_TIMES_NS, Places, begin_of
 from stickslip_ros.recording.integrity import PROFILE, open_whole
 from stickslip_ros.recording.layout import Layout
-from stickslip_ros.recording.run_file import RUN_RECORD, TIME_ORIGIN, to_time_ns
+from stickslip_ros.recording.run_file import (
+    RUN_RECORD,
+    TIME_ORIGIN,
+    TOPICS_RECORD,
+    to_time_ns,
+    told_run,
+)
 from stickslip_ros.recording.series import Series, TraceColumns
 from stickslip_ros.recording.storage import (
     CLOSING_RECORD,
@@ -117,11 +123,12 @@ class Recording:
     A finished MCAP recording: one file, numbered parts of a run, or a bag directory.
 
     Files are opened for each question and closed after it. The end of a topic's name is enough:
-    ``position`` finds ``/stand/position``, the shortest name with this end. A bag by rosbag2 has
-    neither parameters nor sequence numbers, but its topics are read. All times are simulated
-    time: log time less the time origin. Raises RecordingError if the recording is missing, no MCAP
-    file of ROS 2, cut off, damaged, or without a summary; damage may be found only when that part
-    is read.
+    ``position`` finds ``/stand/position``, the shortest name with this end. A bag that rosbag2
+    made of a drive of this package has no sequence numbers, and its parameters stand in
+    ``~/info``. All times are simulated time: log time less the time origin; those of such a bag
+    are first placed by the stamps of its readings. Raises RecordingError if the recording is
+    missing, no MCAP file of ROS 2, cut off, damaged, or without a summary; damage may be found
+    only when that part is read.
 
     """
 
@@ -150,6 +157,47 @@ class Recording:
         follower = described[-1].get(CLOSING_RECORD, {}).get(FOLLOWED_BY, '')
         if follower and self.path not in self.files:
             raise _missing_part(self.files[-1].with_name(follower))
+        self.is_copy = False  # messages of a drive of this package, by another recorder
+        self.is_copy = not self.is_ours and self._adopt()
+
+    def _adopt(self) -> bool:
+        """Take parameters and topics from the first ``~/info``; return whether there is one."""
+        told = list[tuple[Described, dict[str, tuple[str, bytes]]]]()
+        for name, kind in self.types.items():
+            if kind == STRING and name.endswith(INFO_ENDING):
+                with suppress(RecordingError):
+                    first = islice(self._stored([name], in_time_order=True), 1)
+                    known = [told_run(name, str(unpack(kind, each.data))) for *_, each in first]
+                    told += filter(None, known)
+        for metadata, attachments in told if len(told) == 1 else ():
+            self.metadata |= metadata
+            self.attachments |= attachments
+        return len(told) == 1
+
+    @cached_property
+    def _clock(self) -> tuple[Places, Places] | None:
+        """Log times and stamps of the readings, ns; None where log times are simulated time."""
+        if not self.is_copy:
+            return None
+        topics = self.metadata[TOPICS_RECORD]
+        position = load_json(topics['position'])['topic']
+        log_ns: Places = np.empty(0, np.int64)
+        stamps_ns = log_ns
+        if position in self.types:
+            read = (numbers_of(self.files, position, 'point.x', by_stamp=b) for b in (False, True))
+            log_ns, stamps_ns = (times_ns for times_ns, *_ in read)  # both rise
+        return None if np.array_equal(log_ns, stamps_ns) else (log_ns, stamps_ns)
+
+    def _placed(self, log_ns: Any) -> Any:
+        """Return the times at which the drive sent what was recorded at some log times, ns."""
+        if self._clock is None:
+            return log_ns
+        known, stamps = self._clock
+        at, last = log_ns - known[0], known[-1] - known[0]
+        since = np.interp(at, known - known[0], stamps - stamps[0])
+        beyond = np.minimum(at, 0) + np.maximum(at - last, 0)
+        placed = stamps[0] + np.rint(since).astype(np.int64) + beyond
+        return np.maximum(placed, self.time_origin_ns)
 
     def _check_part(self, file: Path, first: Described, own: Described) -> None:
         """Refuse a part of another run, or another part than the one that comes next."""
@@ -176,7 +224,7 @@ class Recording:
             encodings = {each.encoding for each in summary.schemas.values()}
             encodings |= {each.message_encoding for each in summary.channels.values()}
             # Some programs name no profile; then the schemas decide, or that messages are JSON.
-            if profile != PROFILE and (profile or not encodings & {'ros2msg', 'json'}):
+            if profile != PROFILE and (profile or not encodings & {'ros2msg', 'ros2idl', 'json'}):
                 raise RecordingError(
                     file,
                     f'it is an MCAP file of profile {profile!r}, not a recording of ROS 2',
@@ -208,14 +256,7 @@ class Recording:
     @cached_property
     def time_origin_ns(self) -> int:
         """Time origin of the run; 0 if neither metadata nor a recorded ``~/info`` give it."""
-        said = self.metadata.get(RUN_RECORD, {}).get(TIME_ORIGIN)
-        if said is None:  # somebody else may have recorded the first ~/info
-            texts = [name for name, kind in self.types.items() if kind == STRING]
-            infos = [name for name in texts if name.endswith(INFO_ENDING)]
-            for kind, _, message in self._stored(infos, in_time_order=True) if infos else ():
-                with suppress(ValueError, TypeError, KeyError, RecursionError, RecordingError):
-                    return to_time_ns(load_json(str(unpack(kind, message.data)))[TIME_ORIGIN])
-            return 0
+        said = self.metadata.get(RUN_RECORD, {}).get(TIME_ORIGIN, 0)
         try:
             return to_time_ns(said)
         except ValueError:
@@ -228,7 +269,8 @@ class Recording:
         spans_ns = [each for each in self._spans_ns if each]
         if not spans_ns:
             return math.nan, math.nan
-        first_ns, last_ns = min(spans_ns)[0], max(end_ns for _, end_ns in spans_ns)
+        ends_ns = min(spans_ns)[0], max(end_ns for _, end_ns in spans_ns)
+        first_ns, last_ns = (int(self._placed(each)) for each in ends_ns)
         origin_ns = self.time_origin_ns
         return (first_ns - origin_ns) / NS_PER_S, (last_ns - origin_ns) / NS_PER_S
 
@@ -255,7 +297,7 @@ class Recording:
     def cuts_s(self, size_bytes: int) -> list[float]:
         """Return rising times, s, between which chunks of at most this size, or one, begin."""
         cuts_ns, held = set[int](), 0
-        for file in self.files:
+        for file in self.files if self._clock is None else ():
             with open_whole(file) as reader:
                 for chunk in sorted(reader.get_summary().chunk_indexes, key=begin_of):
                     held += chunk.uncompressed_size
@@ -272,7 +314,7 @@ class Recording:
     def _window_ns(self, *, is_open: bool) -> tuple[int, int]:
         """Return the range of log times of messages in the window."""
         start_s, end_s = self._window_s
-        if not self.is_ours:  # its messages are placed at their stamps
+        if not self.is_ours or self._clock:  # its messages are placed at their stamps
             return ALL_TIMES_NS
         first_ns, last_ns = ALL_TIMES_NS
         if not math.isinf(start_s):
@@ -299,8 +341,8 @@ class Recording:
 
         """
         summaries = {topic: ChannelSummary(topic, kind) for topic, kind in self.types.items()}
-        if not (self.is_ours and all(self._counts) and len(summaries) < TOPICS_MOST):
-            is_numbered = self.is_ours
+        is_numbered = self.is_ours and not self.is_copy
+        if not (is_numbered and all(self._counts) and len(summaries) < TOPICS_MOST):
             for topic, message in self.records():
                 time_ns = message.log_time - self.time_origin_ns
                 summaries[topic].add(time_ns, message.sequence)
@@ -339,10 +381,13 @@ class Recording:
             known = ', '.join(columns) or 'no samples'
             raise UnknownName(f'column of {name}', field, f'this recording has {known}')
         type_name = self.types[name]
-        quantity = find_quantity(name, type_name, field)
+        quantity, is_logged = (
+            find_quantity(name, type_name, field),
+            self.is_ours and not self.is_copy,
+        )
         if type_name == JOINT_STATE:
             pairs = [
-                (at_ns if self.is_ours else each.stamp_ns - self.time_origin_ns, quantity.of(each))
+                (at_ns if is_logged else each.stamp_ns - self.time_origin_ns, quantity.of(each))
                 for _, at_ns, each in self._read([name])
                 if isinstance(each, JointMessage)
             ]
@@ -355,11 +400,12 @@ class Recording:
                 self._files_within(window_ns),
                 name,
                 path,
-                by_stamp=not self.is_ours,
+                by_stamp=not is_logged,
                 repeats=self._repeats,
                 window_ns=window_ns,
             )
-            times_ns = times_ns - self.time_origin_ns
+            has_stamp = type_name in FRONTS
+            times_ns = (times_ns if has_stamp else self._placed(times_ns)) - self.time_origin_ns
         series = Series(times_ns / NS_PER_S, values, quantity.unit, self._origin(name))
         return series.window(*self._window_s)
 
@@ -452,6 +498,8 @@ class Recording:
                     if before.pop(channel.topic, None) == message.sequence:
                         continue
                     last[channel.topic] = message.sequence
+                    if self.is_copy:
+                        message.log_time = int(self._placed(message.log_time))
                     yield schema.name if schema else '', channel.topic, message
 
     def _origin(self, topic: str) -> str:
@@ -490,7 +538,22 @@ class Difference:
 
 
 def compare_data(first: Recording, second: Recording) -> Difference | None:
-    """Return the first difference of the messages of two recordings; None if there is none."""
+    """
+    Return the first difference of the messages of two recordings; None if there is none.
+
+    Of a bag by ros2 bag record, the bytes of each topic are compared.
+
+    """
+    if first.is_copy:
+        topics = [each for each in second.types if each in first.types]
+        pairs = ((name, [one.records([name]) for one in (first, second)]) for name in topics)
+        for name, both in pairs:
+            for place, each in enumerate(zip_longest(*both)):
+                if None in each or each[0][1].data != each[1][1].data:
+                    at_ns = next(filter(None, each))[1].log_time - first.time_origin_ns
+                    what = 'missing' if None in each else 'data'
+                    return Difference(place, name, at_ns * NANO, what)
+        return None
     for place, (ours, theirs) in enumerate(zip_longest(first.records(), second.records())):
         topic, message = ours or theirs
         what = 'missing'

@@ -87,6 +87,7 @@ def recover(path: Path, output: Path | None = None) -> tuple[list[Recovery], Pat
     layout = Layout.plan(path, bag=is_bag, split=True)
     parts = [] if path.is_file() else layout.parts()
     if is_bag and not (parts := parts or files_of_a_bag(path)):
+        bag_parts(path)  # which says how a compressed one is unpacked
         raise RecordingError(path, 'it holds no recording', hint)
     name = f'{path.name}{MARK}' if is_bag else f'{layout.stem}{MARK}{SUFFIX}'
     copy = Layout.plan(output or path.with_name(name), bag=is_bag, split=bool(parts))

@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING
 
 import numba
 import numpy as np
+import yaml
 
 import stickslip_ros
+from stickslip_ros.budget import load_json
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.extras import load_extra
 from stickslip_ros.files import read_bytes
@@ -67,6 +69,32 @@ def to_time_ns(said: object) -> int:
     if not 0 <= time_ns <= TIME_MAX_NS:
         raise ValueError(f'{said} ns is outside of 0 to {TIME_MAX_NS} ns')
     return time_ns
+
+
+Records = dict[str, dict[str, str]]
+
+
+def told_run(topic: str, text: str) -> tuple[Records, dict[str, tuple[str, bytes]]] | None:
+    """Return what a recording of ours holds, metadata and parameters, out of its ``~/info``."""
+    try:
+        said = load_json(text)
+        flat = dict(said['parameters'])
+        run = {name: str(each) for name, each in said['versions'].items()}
+        run |= {'seed': str(flat['sim.seed']), 'dt_s': repr(flat['sim.dt'])}
+        run |= {TIME_ORIGIN: str(to_time_ns(said[TIME_ORIGIN]))}
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        return None
+    namespace, _, node = topic.removesuffix('/info').rpartition('/')
+    topics = {
+        name_in_file(each.key): json.dumps(
+            {'topic': each.full_name(namespace or '/', node), **vars(each.qos)}
+        )
+        for each in TOPICS
+        if each.recorded
+    }
+    written = yaml.safe_dump({'/**': {'ros__parameters': flat}}).encode()
+    attachments = {PARAMETERS_FILE: ('application/yaml', written)}
+    return {RUN_RECORD: run, TOPICS_RECORD: topics}, attachments
 
 
 def versions() -> dict[str, str]:

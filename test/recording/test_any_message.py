@@ -19,6 +19,7 @@ from mcap_ros2.decoder import DecoderFactory
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from stickslip_ros.errors import StickSlipError
+from stickslip_ros.message_types import FLOAT64
 from stickslip_ros.recording.any_message import numbers_of
 from stickslip_ros.recording.reader import Recording
 
@@ -300,9 +301,52 @@ def test_a_definition_that_is_no_text_or_of_another_language_is_refused(tmp_path
         writer.add_message(writer.register_channel(name, encoding, schema), 0, b'', 0)
     writer.finish()
     recording = Recording(tmp_path / 'run.mcap')
-    for name, told in {'/a': 'cannot be read', '/b': 'has no def', '/c': 'is not JSON'}.items():
+    for name, told in {'/a': 'cannot be read', '/b': 'lacks pkg/T', '/c': 'is not JSON'}.items():
         with pytest.raises(StickSlipError, match=told):
             numbers_of(recording.files, name, 'x')
+
+
+IDL = """IDL: rig_msgs/msg/Sample
+#include "rig_msgs/msg/Part.idl"
+module rig_msgs { module msg {
+  typedef double double__2[2];
+  module Sample_Constants { const long MOST = 3; };
+  @verbatim (language="comment", text="struct of (all); that" "is read")
+  struct Sample {
+    @default (value=TRUE)
+    boolean is_on;
+    string<8> name;
+    double__2 pair;
+    @unit (value="m")
+    sequence<rig_msgs::msg::Part, 4> parts;
+    unsigned long long last;
+  };
+}; };
+================================================================================
+IDL: rig_msgs/msg/Part
+module rig_msgs { module msg { struct Part { float size; short turns; }; }; };
+"""
+
+
+def test_a_definition_in_idl_is_read(tmp_path: Path):
+    writer = foreign(tmp_path / 'run.mcap')
+    schema = writer.register_schema('rig_msgs/msg/Sample', 'ros2idl', IDL.encode())
+    channel = writer.register_channel('/t', 'cdr', schema)
+    body = struct.pack('<B3xI2sxx4xdd', 1, 2, b'a', 1.5, 2.5)
+    body += struct.pack('<Ifhxxfhxx4xQ', 2, 0.5, -3, 0.25, 4, 77)
+    writer.add_message(channel, 0, b'\0\1\0\0' + body, 0)
+    writer.finish()
+    files = Recording(tmp_path / 'run.mcap').files
+    for path, value in {'is_on': 1, 'pair[1]': 2.5, 'parts[1].turns': 4, 'last': 77}.items():
+        assert numbers_of(files, '/t', path)[1].tolist() == [value]
+
+
+def test_a_type_without_a_definition_is_that_of_the_installed_ros(tmp_path: Path):
+    writer = foreign(tmp_path / 'run.mcap')
+    channel = writer.register_channel('/t', 'cdr', writer.register_schema(FLOAT64, '', b''))
+    writer.add_message(channel, 0, LITTLE + struct.pack('<d', 1.5), 0)
+    writer.finish()
+    assert numbers_of([tmp_path / 'run.mcap'], '/t', 'data')[1].tolist() == [1.5]
 
 
 def in_json(path: Path, *messages: object) -> Path:

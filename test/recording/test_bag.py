@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+import zstandard
 from mcap.reader import make_reader
 from mcap_records import foreign, foreign_numbers
 from mcap_ros2.decoder import DecoderFactory
@@ -76,6 +77,11 @@ def bag(
 
 @pytest.fixture(scope='module')
 def described(bag: Path) -> dict:
+    return bag_information(bag)
+
+
+def bag_information(bag: Path) -> dict:
+    """Return what the metadata.yaml of a bag says."""
     return yaml.safe_load((bag / METADATA_FILE).read_text())['rosbag2_bagfile_information']
 
 
@@ -283,12 +289,50 @@ def test_chunks_that_another_recorder_compressed_open_here(tmp_path: Path):
     assert recording.series('position').value.tolist() == [0.0, 1.0, 2.0]
 
 
-@pytest.mark.parametrize('mode', [CompressionMode.FILE, CompressionMode.MESSAGE])
-def test_a_bag_that_rosbag2_compressed_by_itself_is_refused(tmp_path: Path, mode: CompressionMode):
-    bag = foreign_bag(tmp_path / 'bag', mode)
-    with pytest.raises(
-        RecordingError, match=f'it is compressed by {mode.name.lower()}'
-    ) as refused:
+@pytest.mark.parametrize('storage', [StoragePlugin.MCAP, StoragePlugin.SQLITE3])
+def test_messages_that_rosbag2_compressed_one_by_one_are_read(
+    tmp_path: Path, storage: StoragePlugin
+):
+    bag = foreign_bag(tmp_path / 'bag', CompressionMode.MESSAGE, storage_plugin=storage)
+    assert Recording(bag).series('position').value.tolist() == [0.0, 1.0, 2.0]
+    (bag / METADATA_FILE).unlink()
+    assert recover(bag)[1] == bag / METADATA_FILE
+    told = bag_information(bag)
+    assert (told['compression_format'], told['compression_mode']) == ('zstd', 'MESSAGE')
+    assert Recording(bag).series('position').value.tolist() == [0.0, 1.0, 2.0]
+
+
+def test_a_compressed_file_is_refused_with_the_command_that_unpacks_it(tmp_path: Path):
+    bag = foreign_bag(tmp_path / 'bag', CompressionMode.FILE)
+    (bag / METADATA_FILE).unlink()
+    [file] = bag.iterdir()
+    for read in (Recording, recover):
+        for path in (bag, file):
+            with pytest.raises(RecordingError, match='it is compressed by zstd') as refused:
+                read(path)
+            assert f'"zstd -d {file}", and name {file.stem}' in str(refused.value)
+    file.with_suffix('').write_bytes(unpacked(file))
+    assert Recording(file.with_suffix('')).series('position').value.tolist() == [0.0, 1.0, 2.0]
+
+
+def unpacked(file: Path) -> bytes:
+    """Return what zstd -d makes of a file."""
+    return zstandard.ZstdDecompressor().decompressobj().decompress(file.read_bytes())
+
+
+def test_the_storage_that_a_description_leaves_open_is_that_of_the_files(tmp_path: Path):
+    bag = foreign_bag(tmp_path / 'bag')
+    text = (bag / METADATA_FILE).read_text()
+    (bag / METADATA_FILE).write_text(
+        text.replace('storage_identifier: mcap', 'storage_identifier: ""')
+    )
+    assert bag_information(bag)['storage_identifier'] == ''
+    assert Recording(bag).series('position').value.tolist() == [0.0, 1.0, 2.0]
+
+
+def test_a_bag_that_rosbag2_compressed_as_a_whole_is_refused(tmp_path: Path):
+    bag = foreign_bag(tmp_path / 'bag', CompressionMode.FILE)
+    with pytest.raises(RecordingError, match='it is compressed by file') as refused:
         Recording(bag)
     assert Recording(converted(refused.value)).series('position').value.tolist() == [0.0, 1.0, 2.0]
 

@@ -279,10 +279,12 @@ def test_a_directory_without_a_recording_is_refused(tmp_path: Path):
         Recording(tmp_path)
 
 
-def test_a_file_without_summary_is_refused(tmp_path: Path):
-    foreign(tmp_path / 'run.mcap', **WITHOUT_INDEX).finish()
-    with pytest.raises(RecordingError, match='it has no summary'):
-        Recording(tmp_path / 'run.mcap')
+@pytest.mark.parametrize('use_chunking', [True, False])
+def test_a_file_without_summary_is_read(tmp_path: Path, use_chunking: bool):
+    rows = [(1, 0, 1.5), (2, 1, 2.5)]
+    options = {'use_chunking': use_chunking, 'chunk_size': 1}
+    path = foreign_numbers(tmp_path / 'run.mcap', rows, **WITHOUT_INDEX, **options)
+    assert Recording(path).series('u').value.tolist() == [1.5, 2.5]
 
 
 @settings(derandomize=True, deadline=None, max_examples=100)

@@ -6,7 +6,7 @@
 import math
 from array import array
 from collections import deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request, TimedRequest, check_request
+from stickslip_ros.instrument.reports import read_event
 from stickslip_ros.interface.topics import recorded_channels
 from stickslip_ros.lab.measurements.measurement import TimeRun, measured
 from stickslip_ros.lab.measurements.recorded import recorded_stand
@@ -33,6 +34,8 @@ from stickslip_ros.recording.run_file import CHECKPOINT_FILE, RUN_RECORD, SOURCE
 from stickslip_ros.sources import sources_digest
 from stickslip_ros.units import NANO, NS_PER_S
 
+_PASSES, _LATE_BLOCKS = 4, 50
+"""Runs that time commands by their events, and the most blocks that one is moved."""
 _TIME, _VOLTAGE, _FOOT = 'time_s', 'voltage_v', 'foot_m'
 
 
@@ -54,7 +57,8 @@ class Replay:
     requests: int  # repeated requests
     simulated_s: float  # length of the run
     changed: dict[str, object]  # changed parameters
-    # all messages are the same, byte for byte; None for a measured voltage
+    # all messages are the same, byte for byte; None for a measured voltage, and for a bag by
+    # ros2 bag record whose position differs by less than the noise of its sensor
     identical: bool | None
     difference: Difference | None  # the first difference
     digest: str  # SHA-256 of the messages of the replay
@@ -63,6 +67,8 @@ class Replay:
     # the recording was computed by other sources, which may round differently
     other_sources: bool
     output: str  # the recording of the replay
+    # RMS difference of the position readings from those of a bag by ros2 bag record
+    apart_m: float | None = None
 
 
 def replay(
@@ -73,20 +79,27 @@ def replay(
     from_rest: bool = False,
     progress: Progress | None = None,
 ) -> Replay:
-    """Repeat the requests of a complete recording, and record the run."""
+    """
+    Repeat the requests of a complete recording, and record the run.
+
+    A bag that ``ros2 bag record`` made of the drive holds no state: its run begins at rest.
+
+    """
     recording = Recording(source)
     parameters = recorded_stand(recording)
     first_ns, last_ns = _span(recording)
     start = None
     if not from_rest and CHECKPOINT_FILE in recording.attachments:
         start = Bench.restore(recording.attachments[CHECKPOINT_FILE][1], changes or {})
-    elif not from_rest and first_ns > parameters.block_ns:
+    elif not (from_rest or recording.is_copy) and first_ns > parameters.block_ns:
         problem = f'begins {first_ns * NANO:g} s into the run, in a state that was not recorded'
         hint = 'replay the whole run, or start from rest (--from-rest), which is not the same'
         raise RecordingError(recording.path, problem, hint)
-    begin_ns = 0 if start else first_ns - parameters.block_ns
-    lasts_ns = last_ns - first_ns + parameters.block_ns
+    begin_ns = 0 if start or recording.is_copy else first_ns - parameters.block_ns
+    lasts_ns = last_ns - (first_ns - parameters.block_ns if begin_ns or start else 0)
     due = [TimedRequest(at_ns - begin_ns, each) for at_ns, each in recorded_requests(recording)]
+    if recording.is_copy:
+        due = _timed_by_events(recording, parameters, due)
     stand = parameters.updated(changes or {})
     before, after = parameters.flat(), stand.flat()
     changed: dict[str, object] = {
@@ -109,17 +122,67 @@ def replay(
             {key: first_numbers.get(each.topic, 0) for key, each in channels.items()}
         )
         _play(run, writer, due, last_ns - begin_ns, progress)
-    again = Recording(writer.recorder.path)
-    difference = compare_data(recording, again)
+    again, said = Recording(writer.recorder.path), recording.metadata[RUN_RECORD]
+    difference, apart_m = compare_data(recording, again), None
+    identical: bool | None = difference is None
+    if recording.is_copy:
+        name = channels['position'].topic
+        read, anew = (each.series(name) for each in (recording, again))
+        _, ours, theirs = np.intersect1d(read.time_s, anew.time_s, return_indices=True)
+        apart_m = float(np.sqrt(np.mean((read.value[ours] - anew.value[theirs]) ** 2)))
+        if not identical and apart_m <= _noise_m(stand):
+            identical = difference = None
     return Replay(
         source=str(source),
         requests=len(due),
         changed=changed,
-        identical=difference is None,
+        identical=identical,
+        apart_m=apart_m,
         difference=difference,
-        other_sources=recording.metadata[RUN_RECORD].get(SOURCES) != sources_digest(),
+        other_sources=sources_digest() != said.get(SOURCES, sources_digest()),
         **_end_of(again, lasts_ns),
     )
+
+
+def _noise_m(stand: Parameters) -> float:
+    """Return the scatter of a position reading: its white noise, and half of its resolution."""
+    beam, half_hz = stand.interferometer, 0.5 * stand.trace.sample_rate
+    band_hz = min(half_hz, 0.5 * math.pi * beam.bandwidth) if beam.bandwidth else half_hz
+    return math.hypot(beam.noise_density * math.sqrt(band_hz), 0.5 * beam.resolution)
+
+
+def _timed_by_events(
+    recording: Recording, stand: Parameters, due: Sequence[TimedRequest]
+) -> list[TimedRequest]:
+    """
+    Return requests at the blocks whose ends of commands are those of the recorded events.
+
+    A foreign recorder knows when a command came to it, to some blocks; the event of the command
+    of the same number tells how many.
+
+    """
+    block_ns, told = stand.block_ns, {}
+    for _, _, text in recording.messages([channels_of(recording)['event'].topic]):
+        if event := read_event(str(text)):
+            told[event['number']] = event['time_ns']
+    found = [each._replace(time_ns=each.time_ns // block_ns * block_ns) for each in due]
+    ends_ns = max(told.values(), default=0) + _LATE_BLOCKS * block_ns
+    for _ in range(_PASSES):
+        bench, waiting, late_ns = Bench(stand), deque(found), dict[int, int]()
+        while bench.time_ns <= ends_ns:
+            stop_if_asked()
+            while waiting and waiting[0].time_ns <= bench.time_ns:
+                bench.accept(waiting.popleft().request)
+            events = bench.update(bench.time_ns + block_ns).events
+            known = {each.number: each.time_ns for each in events}
+            late_ns |= {key: told[key] - known[key] for key in known.keys() & told.keys()}
+        moves = {key: ns for key, ns in late_ns.items() if abs(ns) <= _LATE_BLOCKS * block_ns}
+        if not any(moves.values()):
+            break
+        for number, ns in moves.items():
+            place = found[number - 1]
+            found[number - 1] = place._replace(time_ns=max(place.time_ns + ns, 0))
+    return found
 
 
 def replay_input(

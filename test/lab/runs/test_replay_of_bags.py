@@ -1,0 +1,148 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""A bag that ros2 bag record made of the drive: its run, parameters and commands are known."""
+
+import random
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+from mcap_records import foreign
+from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import Writer as BagWriter
+from rosbags.typesys import Stores, get_typestore
+
+from stickslip_ros.instrument.commands import Request
+from stickslip_ros.lab.cli.main import main
+from stickslip_ros.lab.measurements.recorded_run import open_run
+from stickslip_ros.lab.runs.replay import replay
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.run import ReportingBench, RunWriter
+
+MS_NS = 1_000_000
+NOW_NS = 1_795_818_000 * 1_000_000_000
+END_MS = 60
+ORIGIN_NS = 1_700_000_000_123_456_789
+STAND = Parameters().updated({'load_cell.contact': 'absent', 'actuator.gain': 5e-10})
+PLAN = (
+    (10, Request('sawtooth', (100.0, 1000.0, 8.0))),
+    (25, Request('voltage', (30.0,))),
+    (40, Request('waveform', (0.0, 30.0, 2e-3, 80.0, 5e-3, 20.0))),
+)
+
+
+@pytest.fixture(scope='module', name='run')
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Record some commands with the recorder of the package."""
+    bench = ReportingBench(STAND, time_origin_ns=ORIGIN_NS)
+    path = tmp_path_factory.mktemp('run') / 'run.mcap'
+    with RunWriter(path, STAND, wait=True, time_origin_ns=ORIGIN_NS) as writer:
+        bench.record(writer)
+        while (now_ns := bench.bench.time_ns) < END_MS * MS_NS:
+            due = [each for at_ms, each in PLAN if at_ms * MS_NS == now_ns]
+            bench.update(now_ns + STAND.block_ns, due)
+    return path
+
+
+def copied(run: Path, target: Path, *, shift_ns: int = 0, late_ns: int = 0, lost: int = 0) -> Path:
+    """
+    Write messages alone, as another recorder does: it adds a shift to their times.
+
+    Commands come up to ``late_ns`` later, and each message of a number ``lost`` is lost.
+
+    """
+    chance, rows = random.Random(1), []
+    with run.open('rb') as stream:
+        for schema, channel, message in make_reader(stream).iter_messages():
+            late = chance.randrange(late_ns) if late_ns and 'command' in channel.topic else 0
+            rows.append((message.log_time + shift_ns + late, schema, channel, message.data))
+    writer, known, seen = foreign(target), {}, 0
+    for time_ns, schema, channel, data in sorted(rows, key=lambda each: each[0]):
+        if channel.topic not in known:
+            number = writer.register_schema(schema.name, schema.encoding, schema.data)
+            known[channel.topic] = writer.register_channel(channel.topic, 'cdr', number)
+        seen += channel.topic == '/position'
+        if not (lost and channel.topic == '/position' and seen % lost == 0):
+            writer.add_message(known[channel.topic], time_ns, data, time_ns, 0)
+    writer.finish()
+    return target
+
+
+@pytest.mark.parametrize('shift_ns', [0, NOW_NS - ORIGIN_NS], ids=['convert', 'wall'])
+def test_a_bag_of_the_drive_is_replayed_to_the_byte(run: Path, tmp_path: Path, shift_ns: int):
+    bag = copied(run, tmp_path / 'bag.mcap', shift_ns=shift_ns)
+    result = replay(bag, tmp_path / 'again.mcap')
+    assert (result.requests, result.identical) == (3, True), result.difference
+    assert result.apart_m == 0.0
+
+
+@pytest.mark.parametrize('late_ms', [1, 3, 8])
+def test_commands_that_came_late_stand_at_the_times_of_their_events(
+    run: Path, tmp_path: Path, late_ms: int
+):
+    bag = copied(run, tmp_path / 'bag.mcap', shift_ns=NOW_NS, late_ns=late_ms * MS_NS)
+    result = replay(bag, tmp_path / 'again.mcap')
+    assert (result.identical, result.apart_m) == (True, 0.0), result.difference
+
+
+def test_a_bag_that_lost_readings_gives_the_run_within_their_noise(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    bag = copied(run, tmp_path / 'bag.mcap', lost=10)
+    assert [each.gaps for each in Recording(bag).channels if each.topic == '/position'] == [None]
+    assert main(['replay', str(bag)]) == 0
+    said = capsys.readouterr().out
+    assert 'began at rest' in said
+    assert '0 nm RMS' in said
+
+
+def test_the_storage_of_rosbag2_is_replayed_too(run: Path, tmp_path: Path):
+    store = get_typestore(Stores.ROS2_JAZZY)
+    with BagWriter(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.SQLITE3) as bag:
+        known = {}
+        with run.open('rb') as stream:
+            for schema, channel, message in make_reader(stream).iter_messages():
+                if channel.topic not in known:
+                    known[channel.topic] = bag.add_connection(
+                        channel.topic, schema.name, typestore=store
+                    )
+                bag.write(known[channel.topic], message.log_time, message.data)
+    assert replay(tmp_path / 'bag', tmp_path / 'again.mcap').identical
+
+
+def test_parameters_and_the_trace_of_a_bag_are_those_of_the_drive(run: Path, tmp_path: Path):
+    bag = open_run(copied(run, tmp_path / 'bag.mcap', shift_ns=NOW_NS))
+    ours = open_run(run)
+    assert bag.parameters == ours.parameters
+    assert bag.series.keys() == ours.series.keys()
+    for name, each in ours.series.items():
+        assert np.array_equal(bag.series[name].time_s, each.time_s)
+        assert np.array_equal(bag.series[name].value, each.value)
+
+
+def test_what_has_no_stamp_is_placed_by_the_readings(run: Path, tmp_path: Path):
+    bag, ours = (
+        {name: Recording(path).series(name) for name in ('voltage', 'position', 'joint_states')}
+        for path in (copied(run, tmp_path / 'bag.mcap', shift_ns=NOW_NS), run)
+    )
+    assert {name: each.time_s.tolist() for name, each in bag.items()} == {
+        name: each.time_s.tolist() for name, each in ours.items()
+    }
+
+
+@pytest.mark.parametrize('verb', ['compare', 'fit', 'plot', 'export', 'info'])
+def test_every_verb_takes_a_bag_of_the_drive_without_a_map(
+    run: Path, tmp_path: Path, verb: str, capsys: pytest.CaptureFixture[str]
+):
+    bag = str(copied(run, tmp_path / 'bag.mcap', shift_ns=NOW_NS))
+    words = {
+        'compare': [bag, 'model', '--json'],
+        'fit': [bag, '--free', 'actuator.gain', '--starts', '1', '--json'],
+        'plot': [bag, '-o', str(tmp_path / 'a.png')],
+        'export': [bag, '-o', str(tmp_path / 'a.csv')],
+        'info': [bag],
+    }
+    assert main([verb, *words[verb]]) == 0, capsys.readouterr().err
