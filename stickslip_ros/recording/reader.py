@@ -147,7 +147,7 @@ class Recording:
             self.metadata |= own
             self._check_part(file, described[0], own)
         self._repeats = PART_RECORD in self.metadata
-        self._window_s = ALL_S
+        self.window_s = ALL_S
         self.lost = Counter[str]()  # rows of traces read in all windows, less those in their times
         if self._repeats and not self.path.exists():  # by the name that parts share
             layout = Layout.plan(self.path, split=True)
@@ -182,10 +182,19 @@ class Recording:
         topics = self.metadata[TOPICS_RECORD]
         position = load_json(topics['position'])['topic']
         log_ns: Places = np.empty(0, np.int64)
-        stamps_ns = log_ns
+        stamps_ns, trace = log_ns, load_json(topics['trace'])['topic']
         if position in self.types:
             read = (numbers_of(self.files, position, 'point.x', by_stamp=b) for b in (False, True))
             log_ns, stamps_ns = (times_ns for times_ns, _ in read)  # both rise
+        elif self.types.get(trace) == FLOAT64_ARRAY:  # a block comes at the time of its last row
+            blocks = []
+            for file in self.files:
+                with open_whole(file) as reader:
+                    found = (each for _, _, each in reader.messages([trace]))
+                    blocks += [(each.log_time, unpack(FLOAT64_ARRAY, each.data)) for each in found]
+            ends_s = [float(each.data[-1, 0]) for _, each in blocks]  # type: ignore[union-attr]
+            log_ns = np.array([each for each, _ in blocks], np.int64)
+            stamps_ns = np.rint(np.array(ends_s) * NS_PER_S).astype(np.int64) + self.time_origin_ns
         return None if np.array_equal(log_ns, stamps_ns) else (log_ns, stamps_ns)
 
     def _placed(self, log_ns: Any) -> Any:
@@ -278,7 +287,7 @@ class Recording:
     def notes(self) -> list[str]:
         """Warn of messages that are more than 10 s apart on average."""
         messages, (first_s, last_s) = sum(sum(each.values()) for each in self._counts), self.span_s
-        if self._window_s != ALL_S or not last_s - first_s > MESSAGE_S * messages > 0:
+        if self.window_s != ALL_S or not last_s - first_s > MESSAGE_S * messages > 0:
             return []
         span = f'{messages} messages lie between {first_s:.6g} s and {last_s:.6g} s'
         return [f'{span}: some have probably a wrong time; leave them out with --window']
@@ -291,7 +300,7 @@ class Recording:
 
         """
         part = copy(self)
-        part._window_s = start_s, end_s  # noqa: SLF001 - its own
+        part.window_s = start_s, end_s
         return part
 
     def cuts_s(self, size_bytes: int) -> list[float]:
@@ -313,7 +322,7 @@ class Recording:
 
     def _window_ns(self, *, is_open: bool) -> tuple[int, int]:
         """Return the range of log times of messages in the window."""
-        start_s, end_s = self._window_s
+        start_s, end_s = self.window_s
         if not self.is_ours or self._clock:  # its messages are placed at their stamps
             return ALL_TIMES_NS
         first_ns, last_ns = ALL_TIMES_NS
@@ -407,7 +416,7 @@ class Recording:
             has_stamp = type_name in FRONTS
             times_ns = (times_ns if has_stamp else self._placed(times_ns)) - self.time_origin_ns
         series = Series(times_ns / NS_PER_S, values, quantity.unit, self._origin(name))
-        return series.window(*self._window_s)
+        return series.window(*self.window_s)
 
     def trace(self, topic: str = 'trace') -> dict[str, Series]:
         """
@@ -420,7 +429,7 @@ class Recording:
         columns = None
         # A block comes when its last sample has been taken.
         window_ns = self._window_ns(is_open=True)
-        start_s, end_s = self._window_s
+        start_s, end_s = self.window_s
         for kind, _, message in self._stored([name], window_ns, in_time_order=True):
             if kind != FLOAT64_ARRAY:
                 continue
@@ -440,7 +449,7 @@ class Recording:
 
     def _rows_ahead(self, topic: str, block_rows: int) -> int:
         """Return the rows of a whole trace, and refuse too many; 0 for a window."""
-        if self._window_s != ALL_S:
+        if self.window_s != ALL_S:
             return 0
         rows = block_rows * sum(each.get(topic, 0) for each in self._counts)
         if rows > TRACE_ROWS_MAX:
