@@ -63,6 +63,7 @@ TRACE_ROWS_MAX: Final = 10_000_000
 """Largest number of trace rows read without a window: 200 s at 50 kHz, 0.4 GB."""
 MESSAGE_S: Final = 10.0
 """Mean time between messages, s, above which some of their times are probably wrong."""
+LONGEST_S: Final = 1e9  # longer times of a trace are no times
 TOPICS_MOST: Final = 100  # of a recording whose messages are counted by its summary
 ALL_S: Final = -math.inf, math.inf
 Described = dict[str, dict[str, str]]  # metadata of a file
@@ -147,7 +148,7 @@ class Recording:
             self.metadata |= own
             self._check_part(file, described[0], own)
         self._repeats = PART_RECORD in self.metadata
-        self._window_s = ALL_S
+        self.window_s = ALL_S
         self.lost = Counter[str]()  # rows of traces read in all windows, less those in their times
         if self._repeats and not self.path.exists():  # by the name that parts share
             layout = Layout.plan(self.path, split=True)
@@ -182,11 +183,21 @@ class Recording:
         topics = self.metadata[TOPICS_RECORD]
         position = load_json(topics['position'])['topic']
         log_ns: Places = np.empty(0, np.int64)
-        stamps_ns = log_ns
+        stamps_ns, trace = log_ns, load_json(topics['trace'])['topic']
         if position in self.types:
             read = (numbers_of(self.files, position, 'point.x', by_stamp=b) for b in (False, True))
             log_ns, stamps_ns = (times_ns for times_ns, *_ in read)  # both rise
-        return None if np.array_equal(log_ns, stamps_ns) else (log_ns, stamps_ns)
+        elif self.types.get(trace) == FLOAT64_ARRAY:  # a block comes at the time of its last row
+            ends = list[tuple[int, float]]()
+            for kind, _, message in self._stored([trace], in_time_order=True):
+                data = getattr(unpack(kind, message.data), 'data', np.empty(0))
+                if data.ndim == 2 and len(data) and abs(data[-1, 0]) < LONGEST_S:
+                    ends.append((message.log_time, float(data[-1, 0])))
+            log_ns = np.array([each for each, _ in ends], np.int64)
+            ends_s = np.maximum.accumulate([each for _, each in ends] or [0.0])[: len(ends)]
+            stamps_ns = np.rint(ends_s * NS_PER_S).astype(np.int64) + self.time_origin_ns
+        is_same = not len(log_ns) or np.array_equal(log_ns, stamps_ns)
+        return None if is_same else (log_ns, stamps_ns)
 
     def _placed(self, log_ns: Any) -> Any:
         """Return the times at which the drive sent what was recorded at some log times, ns."""
@@ -278,7 +289,7 @@ class Recording:
     def notes(self) -> list[str]:
         """Warn of messages that are more than 10 s apart on average."""
         messages, (first_s, last_s) = sum(sum(each.values()) for each in self._counts), self.span_s
-        if self._window_s != ALL_S or not last_s - first_s > MESSAGE_S * messages > 0:
+        if self.window_s != ALL_S or not last_s - first_s > MESSAGE_S * messages > 0:
             return []
         span = f'{messages} messages lie between {first_s:.6g} s and {last_s:.6g} s'
         return [f'{span}: some have probably a wrong time; leave them out with --window']
@@ -291,7 +302,7 @@ class Recording:
 
         """
         part = copy(self)
-        part._window_s = start_s, end_s  # noqa: SLF001 - its own
+        part.window_s = start_s, end_s
         return part
 
     def cuts_s(self, size_bytes: int) -> list[float]:
@@ -313,7 +324,7 @@ class Recording:
 
     def _window_ns(self, *, is_open: bool) -> tuple[int, int]:
         """Return the range of log times of messages in the window."""
-        start_s, end_s = self._window_s
+        start_s, end_s = self.window_s
         if not self.is_ours or self._clock:  # its messages are placed at their stamps
             return ALL_TIMES_NS
         first_ns, last_ns = ALL_TIMES_NS
@@ -407,7 +418,7 @@ class Recording:
             has_stamp = type_name in FRONTS
             times_ns = (times_ns if has_stamp else self._placed(times_ns)) - self.time_origin_ns
         series = Series(times_ns / NS_PER_S, values, quantity.unit, self._origin(name))
-        return series.window(*self._window_s)
+        return series.window(*self.window_s)
 
     def trace(self, topic: str = 'trace') -> dict[str, Series]:
         """
@@ -420,7 +431,7 @@ class Recording:
         columns = None
         # A block comes when its last sample has been taken.
         window_ns = self._window_ns(is_open=True)
-        start_s, end_s = self._window_s
+        start_s, end_s = self.window_s
         for kind, _, message in self._stored([name], window_ns, in_time_order=True):
             if kind != FLOAT64_ARRAY:
                 continue
@@ -440,7 +451,7 @@ class Recording:
 
     def _rows_ahead(self, topic: str, block_rows: int) -> int:
         """Return the rows of a whole trace, and refuse too many; 0 for a window."""
-        if self._window_s != ALL_S:
+        if self.window_s != ALL_S:
             return 0
         rows = block_rows * sum(each.get(topic, 0) for each in self._counts)
         if rows > TRACE_ROWS_MAX:

@@ -112,7 +112,7 @@ def recorded_series(recording: Recording, *, traced: bool = True) -> dict[str, S
     Topics have position and force at 1 kHz, voltage once per ``trace.period``, and no feet.
 
     """
-    return _read(recording, _sources(recording, traced=traced))
+    return _read_window(recording, _sources(recording, traced=traced))
 
 
 def stretches_of(recording: Recording, window: TimeWindow | None = None) -> list[TimeWindow]:
@@ -137,10 +137,12 @@ def series_by_stretch(
     recording.lost.clear()
     for stretch in stretches:
         stop_if_asked()
-        found = _read(recording.within(*stretch), sources)
+        part = recording.within(*stretch)
         if len(stretches) > 1:  # quantities may have samples in other stretches
-            found = {name: found.get(name, _NO_SAMPLES) for name in sources}
-        yield found
+            found = _read(part, sources)
+            yield {name: found.get(name, _NO_SAMPLES) for name in sources}
+        else:
+            yield _read_window(part, sources)
     if any(recording.lost.values()) and (stretches[0][0], stretches[-1][1]) == _WHOLE:
         problem = f'rows of {", ".join(+recording.lost)} are not at the times of their blocks'
         raise Miscounted(recording.path, problem, 'export its topics alone, with --readings')
@@ -161,6 +163,14 @@ def _sources(recording: Recording, *, traced: bool) -> dict[str, str]:
         if found := topic if is_traced else topic_name(recording, name):
             sources[quantity] = found
     return sources
+
+
+def _read_window(recording: Recording, sources: Mapping[str, str]) -> dict[str, Series]:
+    """Return the quantities of a window; refuse one outside of the run."""
+    found, window, run = _read(recording, sources), recording.window_s, recording.span_s
+    if sources and not found and recording.is_ours:
+        check_window(TimeWindow(*window), TimeWindow(*run))
+    return found
 
 
 def _read(recording: Recording, sources: Mapping[str, str]) -> dict[str, Series]:

@@ -165,6 +165,10 @@ def _timed_by_events(
     for _, _, text in recording.messages([channels_of(recording)['event'].topic]):
         if event := read_event(str(text)):
             told[event['number']] = event['time_ns']
+    if (asked := max(told, default=0)) > len(due):
+        problem = f'holds {len(due)} of {asked} commands: rosbag2 misses those that are sent once'
+        hint = 'compare and fit read its trace; to replay a run, record it with record.on_start'
+        raise RecordingError(recording.path, problem, hint)
     found = [each._replace(time_ns=each.time_ns // block_ns * block_ns) for each in due]
     ends_ns = max(told.values(), default=0) + _LATE_BLOCKS * block_ns
     for _ in range(_PASSES):

@@ -146,3 +146,49 @@ def test_every_verb_takes_a_bag_of_the_drive_without_a_map(
         'info': [bag],
     }
     assert main([verb, *words[verb]]) == 0, capsys.readouterr().err
+
+
+def without(run: Path, target: Path, topic: str) -> Path:
+    """Write a bag by a recorder on wall-clock time that did not hear a topic."""
+    copied(run, target.with_name('all.mcap'), shift_ns=NOW_NS)
+    writer, known = foreign(target), {}
+    with target.with_name('all.mcap').open('rb') as stream:
+        for schema, channel, message in make_reader(stream).iter_messages():
+            if channel.topic == topic:
+                continue
+            if channel.topic not in known:
+                number = writer.register_schema(schema.name, schema.encoding, schema.data)
+                known[channel.topic] = writer.register_channel(channel.topic, 'cdr', number)
+            times_ns = message.log_time, message.publish_time
+            writer.add_message(known[channel.topic], times_ns[0], message.data, times_ns[1], 0)
+    writer.finish()
+    return target
+
+
+def test_the_trace_places_messages_where_no_position_was_recorded(run: Path, tmp_path: Path):
+    bag = Recording(without(run, tmp_path / 'bag.mcap', '/position'))
+    expected = Recording(run).series('voltage').time_s
+    assert np.array_equal(bag.series('voltage').time_s, expected)
+
+
+def test_a_bag_without_its_commands_is_compared_by_its_trace(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    bag = without(run, tmp_path / 'bag.mcap', '/command/voltage')
+    assert main(['replay', str(bag)]) == 2
+    assert 'holds 2 of 3 commands' in capsys.readouterr().err
+    assert main(['compare', str(bag), 'model']) == 0
+
+
+@pytest.mark.parametrize('verb', ['export', 'compare', 'fit'])
+def test_a_window_beyond_a_bag_says_from_when_to_when_it_is(
+    run: Path, tmp_path: Path, verb: str, capsys: pytest.CaptureFixture[str]
+):
+    bag = str(copied(run, tmp_path / 'bag.mcap', shift_ns=NOW_NS))
+    words = {
+        'export': ['-o', str(tmp_path / 'a.csv')],
+        'compare': ['model'],
+        'fit': ['--free', 'actuator.gain'],
+    }
+    assert main([verb, bag, *words[verb], '--window', '1ms@5s']) == 2
+    assert 'outside of the run, 0 s to 0.06 s' in capsys.readouterr().err
