@@ -63,7 +63,7 @@ TRACE_ROWS_MAX: Final = 10_000_000
 """Largest number of trace rows read without a window: 200 s at 50 kHz, 0.4 GB."""
 MESSAGE_S: Final = 10.0
 """Mean time between messages, s, above which some of their times are probably wrong."""
-LONGEST_S: Final = 1e9  # longer times of a trace are no times
+TRACE_END_MAX_S: Final = 1e9  # longer times of a trace are no times
 TOPICS_MOST: Final = 100  # of a recording whose messages are counted by its summary
 ALL_S: Final = -math.inf, math.inf
 Described = dict[str, dict[str, str]]  # metadata of a file
@@ -189,10 +189,12 @@ class Recording:
             log_ns, stamps_ns = (times_ns for times_ns, *_ in read)  # both rise
         elif self.types.get(trace) == FLOAT64_ARRAY:  # a block comes at the time of its last row
             ends = list[tuple[int, float]]()
-            for kind, _, message in self._stored([trace], in_time_order=True):
-                data = getattr(unpack(kind, message.data), 'data', np.empty(0))
-                if data.ndim == 2 and len(data) and abs(data[-1, 0]) < LONGEST_S:
-                    ends.append((message.log_time, float(data[-1, 0])))
+            for file in self.files:
+                with open_whole(file) as reader:
+                    for _, _, message in reader.messages([trace]):
+                        data = getattr(unpack(FLOAT64_ARRAY, message.data), 'data', np.empty(0))
+                        if data.ndim == 2 and len(data) and abs(data[-1, 0]) < TRACE_END_MAX_S:
+                            ends.append((message.log_time, float(data[-1, 0])))
             log_ns = np.array([each for each, _ in ends], np.int64)
             ends_s = np.maximum.accumulate([each for _, each in ends] or [0.0])[: len(ends)]
             stamps_ns = np.rint(ends_s * NS_PER_S).astype(np.int64) + self.time_origin_ns

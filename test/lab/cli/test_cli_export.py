@@ -144,7 +144,7 @@ def test_what_is_exported_is_read_again(recorded_run: Run, tmp_path: Path, words
     ('words', 'told'),
     [
         (('-o', 'run.txt'), 'one of .csv, .parquet, .xlsx'),
-        (('-o', 'run.csv', '--window', '1ms@9s'), 'has no quantities to write'),
+        (('-o', 'run.csv', '--window', '1ms@9s'), 'is outside of the run, 0 s to '),
         (('-o', 'run.csv', '--rate', '0'), '--rate 0 Hz is not above 0 Hz'),
         (('-o', 'run.csv', '--map', 'force_n=/x.data'), 'has no topic and field'),
         (
