@@ -199,10 +199,6 @@ SHARED_NAMES = PART_VERBS | {
     'ANSWERS',  # of each module of the self-test, and of all of them
     'main',  # of each executable
 }
-TO_BE_RENAMED = {
-    'Places', 'Result', 'Run', 'compare', 'frame_of', 'numbers_of', 'of_experiment', 'of_model',
-    'read_parquet', 'switch',
-}  # fmt: skip
 
 
 def names_of(statement: ast.stmt) -> list[str]:
@@ -225,7 +221,7 @@ def test_one_public_name_has_one_meaning():
                 places[name].add(str(path.relative_to(ROOT)))
     twice = {name: found for name, found in places.items() if len(found) > 1}
     assert twice.keys() >= SHARED_NAMES
-    assert {name: twice[name] for name in twice.keys() - SHARED_NAMES - TO_BE_RENAMED} == {}
+    assert {name: twice[name] for name in twice.keys() - SHARED_NAMES} == {}
 
 
 def test_no_module_imports_itself_through_others_not_even_late():

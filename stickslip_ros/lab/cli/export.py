@@ -18,7 +18,7 @@ from stickslip_ros.files import prepare_output, replacing
 from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.measurements.mapped import mapped_series
 from stickslip_ros.lab.measurements.recorded import series_by_stretch, stretches_of
-from stickslip_ros.lab.measurements.recorded_run import frame_of
+from stickslip_ros.lab.measurements.recorded_run import table_of_series
 from stickslip_ros.recording.reader import Recording
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def export_verb(arguments: argparse.Namespace) -> Answer:
         stretches = series_by_stretch(
             recording, stretches_of(recording, window), traced=not arguments.readings
         )
-    tables = (frame_of(each, str(recording.path)) for each in stretches)
+    tables = (table_of_series(each, str(recording.path)) for each in stretches)
     frames: Iterator[DataFrame] = (each for each in tables if not each.empty)
     if arguments.rate is not None:
         frames = _means(frames, arguments.rate)

@@ -42,7 +42,7 @@ class Verb(NamedTuple):
     def fill(self, parser: argparse.ArgumentParser) -> None:
         """Add description and options to its parser."""
         parser.description = self.description
-        for add in (*self.options, switch('--json', 'print one JSON object, SI units')):
+        for add in (*self.options, flag_option('--json', 'print one JSON object, SI units')):
             add(parser)
         parser.set_defaults(verb=self)
 
@@ -105,7 +105,7 @@ def _add_declared(owner: str, name: str, to: Any) -> object:
     flag = FLAGS.get(name, f'--{stem}'.replace('_', '-'))
     text = text.removesuffix(f', {unit}').replace('%', '%%')
     if kind == 'bool':
-        return switch(flag, text, dest=name)(to)
+        return flag_option(flag, text, dest=name)(to)
     if default:
         text += f' (default: {default:g}{unit})'
     if kind not in _FORMS:
@@ -209,7 +209,7 @@ def many(flags: str, text: str, metavar: str, kind: Any = str, **more: Any) -> O
     )
 
 
-def switch(flag: str, text: str, **more: Any) -> Option:
+def flag_option(flag: str, text: str, **more: Any) -> Option:
     """Return an option without a value; with ``const`` and ``dest`` it sets that value."""
     action = 'store_const' if 'const' in more else 'store_true'
     return lambda to: to.add_argument(flag, action=action, help=text, **more)
@@ -355,7 +355,7 @@ NODE = option(
     '--node', 'its node (default: the only drive in the namespace)', to_node, 'NAME', default=''
 )
 PRELOAD = option('--preload', 'set stand.preload', metavar='NEWTON', dest='stand.preload')
-NO_LOAD_CELL = switch(
+NO_LOAD_CELL = flag_option(
     '--no-load-cell',
     'free the runner: set load_cell.contact=absent',
     dest='load_cell.contact',

@@ -37,7 +37,7 @@ MODEL = 'model'
 """Kind of a side; it also stands for the drive in place of a file."""
 
 
-def of_model(
+def predicted_points(
     table: PointTable,
     parameters: Parameters,
     options: ReadingOptions,
@@ -75,7 +75,7 @@ def of_model(
     return point_table(columns, MODEL, MODEL, described, len(unsteady))
 
 
-def compare(a: PointTable, b: PointTable) -> tuple[Compared, ...]:
+def compare_points(a: PointTable, b: PointTable) -> tuple[Compared, ...]:
     """Compare the quantities of both tables at equal settings, B interpolated to A's strokes."""
     names = [name for name in a.quantities if name in b.quantities]
     if not names:

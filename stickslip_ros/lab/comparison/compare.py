@@ -127,13 +127,16 @@ def compare(
         _check_unmoved(first, options)
         options = replace(options, offset=True)
         experiment = experiment_of(first, b, reading.preload_n(0), options)
-        shown_by = partial(in_time.of_model, experiment)
+        shown_by = partial(in_time.predicted_run, experiment)
     else:
         if options.commands is not None:
             hint = 'leave out --commands'
             raise Incomparable(first.side.origin, 'is by amplitude: no voltage drove it', hint)
         shown_by = partial(
-            by_amplitude.of_model, first, options=options, progress=False if draws else progress
+            by_amplitude.predicted_points,
+            first,
+            options=options,
+            progress=False if draws else progress,
         )
     return _with_bands(
         lambda stand: _compared(first, shown_by(stand), options), b, draws, progress
@@ -161,7 +164,7 @@ def _check_timeless(a: PointTable, options: CompareOptions) -> None:
 def _compared(a: Measurement, b: Measurement, options: CompareOptions) -> ComparisonReport:
     """Compare two runs over time, or two tables by amplitude."""
     if isinstance(a, PointTable) and isinstance(b, PointTable):
-        return ComparisonReport(a.side, b.side, a.axis, by_amplitude.compare(a, b))
+        return ComparisonReport(a.side, b.side, a.axis, by_amplitude.compare_points(a, b))
     if isinstance(a, PointTable) or isinstance(b, PointTable):
         raise Incomparable(
             b.side.origin,
@@ -174,7 +177,7 @@ def _compared(a: Measurement, b: Measurement, options: CompareOptions) -> Compar
         b = b.moved(Alignment(options.shift_s, 'given'))
     if options.window_s is not None:
         a, b = a.within(*options.window_s), b.within(*options.window_s)
-    found = in_time.compare(a, b, offset=options.offset)
+    found = in_time.compare_runs(a, b, offset=options.offset)
     made = in_time.steps_of(a), in_time.steps_of(b)
     steps_of_both = None if made[0] is None or made[1] is None else (made[0], made[1])
     return ComparisonReport(

@@ -49,7 +49,7 @@ _ON_GRID = 1e-4  # least unexplained variance of a shift between the samples
 TIED = 1e-9  # largest difference of equal coefficients; the smallest of their lags counts
 
 
-def of_model(experiment: Experiment, stand: Parameters) -> TimeRun:
+def predicted_run(experiment: Experiment, stand: Parameters) -> TimeRun:
     """Return the run of a model under the voltage of an experiment, in the times of its sensor."""
     stand = stand.updated(dict(experiment.settings))
     late_s = lateness_in(experiment, stand)
@@ -110,7 +110,7 @@ def align(a: TimeRun, b: TimeRun) -> Alignment:
     return both
 
 
-def compare(a: TimeRun, b: TimeRun, *, offset: bool = False) -> tuple[Compared, ...]:
+def compare_runs(a: TimeRun, b: TimeRun, *, offset: bool = False) -> tuple[Compared, ...]:
     """Compare all common quantities at A's times; ``offset`` moves B's position to A's zero."""
     found = []
     for name in _shared(a, b):

@@ -16,7 +16,7 @@ from stickslip_ros.drive.waveform import level, repeats
 from stickslip_ros.errors import RecordingError, StickSlipError
 from stickslip_ros.instrument.commands import check_request
 from stickslip_ros.lab.experiments.experiment import Voltage
-from stickslip_ros.lab.measurements.recorded import numbers_of
+from stickslip_ros.lab.measurements.recorded import text_of_numbers
 from stickslip_ros.parameters import Parameters, Scalar
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.requests import recorded_requests
@@ -92,7 +92,7 @@ def commanded(
                 and repeats(last)
                 and at_s < since_s + last.cycles * last.period_s
             )
-            text = f'{name} {numbers_of(request)}'
+            text = f'{name} {text_of_numbers(request)}'
             asked.append(CommandedWave(at_s, None if waits else value, text))
         load_n = {'load': value, 'reset': 0.0}.get(name, load_n)
         if name == 'preload':

@@ -36,7 +36,7 @@ from stickslip_ros.lab.runs.zero_amplitude import zero_amplitude_course
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import stop_if_asked
 
-Run: TypeAlias = tuple[Parameters, Drive, float, float]
+Simulation: TypeAlias = tuple[Parameters, Drive, float, float]
 """A run: stand, drive, load (N), time of the last sample (s; 0 for numbers)."""
 
 SAMPLE_S = 5e-6
@@ -95,7 +95,9 @@ def predict_all(
 
     """
     pairs = [(stand.updated(dict(one.settings)), one) for stand in stands for one in experiments]
-    runs: list[Run] = [(there, one.drive, one.load_on(there), one.lasts_s) for there, one in pairs]
+    runs: list[Simulation] = [
+        (there, one.drive, one.load_on(there), one.lasts_s) for there, one in pairs
+    ]
     for there, one in pairs:
         if there.load_cell.contact == 'absent' and any(x.quantity == 'force_n' for x in one.seen):
             limit, hint = 'without the measured force', 'set load_cell.contact=attached'
@@ -130,7 +132,7 @@ def _traces_kept(*_run: Any) -> list[Any]:
     return []
 
 
-def _course(run: Run) -> Course[Any]:
+def _course(run: Simulation) -> Course[Any]:
     """Return the course of a run, which ends at its trace or its numbers."""
     stand, drive, load_n, end_s = run
     if isinstance(drive, SawtoothSteps):

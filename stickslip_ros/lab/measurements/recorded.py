@@ -209,12 +209,12 @@ def recorded_commands(recording: Recording) -> list[LoggedCommand]:
     if TOPICS_RECORD not in recording.metadata:
         return []
     return [
-        LoggedCommand(time_ns * NANO, request.name, numbers_of(request))
+        LoggedCommand(time_ns * NANO, request.name, text_of_numbers(request))
         for time_ns, request in recorded_requests(recording)
     ]
 
 
-def numbers_of(request: Request) -> str:
+def text_of_numbers(request: Request) -> str:
     """Return the numbers of a command with units; x of a vector."""
     command = COMMANDS[request.name]
     if not command.has_topic:

@@ -127,7 +127,7 @@ class Run(NotebookView):
         ``attrs`` hold units and source. For a trace larger than memory, use ``table``.
 
         """
-        frame = frame_of(self.series, self.recording.origin)
+        frame = table_of_series(self.series, self.recording.origin)
         object.__setattr__(frame, 'plot', _labelled_plots()(frame))  # each then keeps the other
         return frame
 
@@ -161,7 +161,7 @@ class Run(NotebookView):
         )
         parts, rows = list[pd.DataFrame](), 0
         for found in stretches:
-            frame = frame_of(found, self.recording.origin)
+            frame = table_of_series(found, self.recording.origin)
             parts.append(frame.iloc[-rows % every :: every])
             rows += len(frame)
         whole = pd.concat(parts)
@@ -276,7 +276,7 @@ def recording_of(
     return None
 
 
-def frame_of(found: Mapping[str, Series], source: str) -> 'DataFrame':
+def table_of_series(found: Mapping[str, Series], source: str) -> 'DataFrame':
     """Return quantities as one table over their times; NaN where unknown."""
     import pandas as pd
 

@@ -76,7 +76,7 @@ def is_sweep(path: 'Path | DataFrame') -> bool:
     if not isinstance(path, Path):
         return STOP_RULE in getattr(path, 'columns', ())
     if path.suffix == PARQUET:
-        return STOP_RULE in read_parquet(path, _REWRITE).column_names
+        return STOP_RULE in read_arrow(path, _REWRITE).column_names
     try:
         with path.open(newline='', encoding='utf-8') as file:
             head = io.StringIO(file.read(1 << 20), newline='')  # the header, and what is above it
@@ -94,7 +94,7 @@ def read_table(path: 'Path | DataFrame') -> tuple[list[Row], dict[str, Scalar] |
         described = known and {'stickslip_ros': stickslip_ros.__version__, **known}
         path = Path(DATA_FRAME)
     elif path.suffix == PARQUET:
-        table = read_parquet(path, _REWRITE)
+        table = read_arrow(path, _REWRITE)
         metadata = table.schema.metadata or {}
         described = _described({name.decode(): text.decode() for name, text in metadata.items()})
         rows = table.to_pylist()
@@ -122,7 +122,7 @@ def read_table(path: 'Path | DataFrame') -> tuple[list[Row], dict[str, Scalar] |
     return checked, described
 
 
-def read_parquet(path: Path, hint: str) -> Any:
+def read_arrow(path: Path, hint: str) -> Any:
     """Return a Parquet file as a pyarrow table; RecordingError with this hint if invalid."""
     parquet = load_extra('a Parquet file', 'pyarrow.parquet')
     try:

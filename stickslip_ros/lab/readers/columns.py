@@ -31,8 +31,8 @@ _SECONDS = re.compile(r'(.*?)_?secs?\n\1_?(nano|n)secs?')
 _WIDE = re.compile(r'[-+]?\d{16,}')  # has more digits than a float
 _PAIR = ('voltage_v', 'position_m')  # told by their units if no name tells anything
 
-Places = tuple[tuple[Header, str], ...]  # a column and its unit, or several that are added
-Found = dict[str, list[Places]]  # candidates
+Addends = tuple[tuple[Header, str], ...]  # a column and its unit, or several that are added
+Found = dict[str, list[Addends]]  # candidates
 
 
 def find_columns(
@@ -51,7 +51,7 @@ def find_columns(
     conditions = {'time_s'} if 'time_s' in specs else specs.keys() - NUMBERS.keys()
     asked = {name.replace(SIGMA, '_') for name in found} - conditions
     taken = {header for several in found.values() for places in several for header, _ in places}
-    unread, others = list[Header](), dict[str, list[Places]]()
+    unread, others = list[Header](), dict[str, list[Addends]]()
     if 'time_s' in specs and 'time_s' not in named and layout.step_s:
         found['time_s'] = [((ROW, f'{layout.step_s!r} s'),)]
     for header in layout.columns:
@@ -118,7 +118,7 @@ def resolve_columns(
     return columns
 
 
-def columns_named(layout: TextForm, text: str) -> Places:
+def columns_named(layout: TextForm, text: str) -> Addends:
     """Return columns with a name, or that with this ``#number``, and their units."""
     bare, unit = split_unit(text)
     bares = [each.name for each in layout.columns]
@@ -134,7 +134,7 @@ def columns_named(layout: TextForm, text: str) -> Places:
 
 def _named(
     layout: TextForm, name: str, text: str, specs: Mapping[str, Spec], where: str
-) -> list[Places]:
+) -> list[Addends]:
     """Return the column and unit, or sum of columns, named by the user."""
     parts = [text] if columns_named(layout, text) else text.split(SUM)
     found = [columns_named(layout, part) for part in parts]

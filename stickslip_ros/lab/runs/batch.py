@@ -25,7 +25,7 @@ from stickslip_ros.process.stopping import Stopped, stop_if_asked
 # ruff: noqa: PLC0415 - asyncio is slow to import, and needed for a cluster only
 
 Case = TypeVar('Case')
-Result = TypeVar('Result')
+_Result = TypeVar('_Result')
 Progress = Callable[[int, int], None]
 Keep = Callable[[int, Any], None]
 
@@ -54,7 +54,7 @@ class Interrupted(Stopped):
 
 
 def run_batch(
-    task: Callable[[Case], Result],
+    task: Callable[[Case], _Result],
     cases: Sequence[Case],
     *,
     journal: Journal | None = None,
@@ -63,7 +63,7 @@ def run_batch(
     pool: Pool | None = None,
     progress: Progress | None = None,
     bundle: int = 0,
-) -> list[Result]:
+) -> list[_Result]:
     """
     Run a task for every case; return the rows in order.
 
@@ -99,10 +99,10 @@ def run_batch(
 
 
 def run_courses(
-    course_of: Callable[[Case], Course[Result]], cases: Sequence[Case], bundle: int, **how: Any
-) -> list[Result]:
+    course_of: Callable[[Case], Course[_Result]], cases: Sequence[Case], bundle: int, **how: Any
+) -> list[_Result]:
     """Run courses as ``run_batch`` runs tasks, a ``bundle`` at a time per worker."""
-    task = cast('Callable[[Case], Result]', course_of)
+    task = cast('Callable[[Case], _Result]', course_of)
     return run_batch(task, cases, bundle=bundle, **how)
 
 

@@ -19,21 +19,21 @@ from stickslip_ros.drive.waveform import level
 from stickslip_ros.kernels.record import Record
 from stickslip_ros.parameters import Parameters
 
-Result = TypeVar('Result')
+_Result = TypeVar('_Result')
 Advance: TypeAlias = tuple[Record, Record, Wave, float, float, Array, Array]
 """Arguments of ``observe_samples``."""
-Course: TypeAlias = Generator[Advance, None, Result]
+Course: TypeAlias = Generator[Advance, None, _Result]
 
 BUNDLE = 4 * LANES  # courses per worker; only the last ones leave lanes empty
 ROUNDING_S = 1e-12  # rounding error of the time of the last corner
 
 
-def run_in_lanes(courses: Iterable[Course[Result]]) -> list[Result]:
+def run_in_lanes(courses: Iterable[Course[_Result]]) -> list[_Result]:
     """Run courses to their ends, LANES at a time; return the results in order."""
-    results: dict[int, Result] = {}
-    coming, going = enumerate(courses), list[tuple[int, Course[Result]]]()
+    results: dict[int, _Result] = {}
+    coming, going = enumerate(courses), list[tuple[int, Course[_Result]]]()
     while True:
-        asked, still = list[Advance](), list[tuple[int, Course[Result]]]()
+        asked, still = list[Advance](), list[tuple[int, Course[_Result]]]()
         for number, course in chain(going, coming):
             try:
                 asked.append(next(course))
@@ -48,7 +48,7 @@ def run_in_lanes(courses: Iterable[Course[Result]]) -> list[Result]:
         observe_all(asked)
 
 
-def run_course(course: Course[Result]) -> Result:
+def run_course(course: Course[_Result]) -> _Result:
     """Run a course to its end."""
     return run_in_lanes([course])[0]
 

@@ -20,7 +20,7 @@ from stickslip_ros import open_run
 from stickslip_ros.interface.cdr import pack_float64
 from stickslip_ros.lab.cli.main import main
 from stickslip_ros.lab.measurements import recorded
-from stickslip_ros.lab.measurements.recorded_run import frame_of
+from stickslip_ros.lab.measurements.recorded_run import table_of_series
 from stickslip_ros.lab.measurements.run_result import SawtoothRun
 from stickslip_ros.message_types import FLOAT64
 
@@ -107,11 +107,11 @@ def test_no_stretch_outlives_its_writing_even_without_a_collection(
 
     def counted(*given: Any) -> pd.DataFrame:
         alive.append(sum(each() is not None for each in frames))
-        made = frame_of(*given)
+        made = table_of_series(*given)
         frames.append(weakref.ref(made))
         return made
 
-    monkeypatch.setattr('stickslip_ros.lab.cli.export.frame_of', counted)
+    monkeypatch.setattr('stickslip_ros.lab.cli.export.table_of_series', counted)
     gc.disable()
     try:
         assert main(['export', str(path), '-o', str(tmp_path / f'run{suffix}')]) == 0

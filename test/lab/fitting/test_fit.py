@@ -67,10 +67,10 @@ def noisy(truth: Parameters) -> Fit:
 def test_what_was_measured_several_times_is_computed_once_and_told_from_the_first_run_on(
     truth: Parameters, monkeypatch: pytest.MonkeyPatch
 ):
-    runs, told = list[predict_module.Run](), list[tuple[int, int]]()
+    runs, told = list[predict_module.Simulation](), list[tuple[int, int]]()
     course_of = predict_module._course
 
-    def counted(run: predict_module.Run) -> Course[Any]:
+    def counted(run: predict_module.Simulation) -> Course[Any]:
         runs.append(run)
         return course_of(run)
 

@@ -13,11 +13,11 @@ from stickslip_ros.lab.cli.options import (
     WINDOW,
     either,
     file,
+    flag_option,
     many,
     option,
     options_of,
     output,
-    switch,
     titled,
     to_path,
     verb,
@@ -146,7 +146,9 @@ DATA = (
         'and units in the column names.',
         file(RECORDING),
         output('.csv, .parquet or .xlsx to write', required=True),
-        switch('--readings', 'write position, force and voltage of the topics, not the trace'),
+        flag_option(
+            '--readings', 'write position, force and voltage of the topics, not the trace'
+        ),
         option(
             '--rate',
             'rows per second, each the mean of an interval, at its middle (default: all rows)',
@@ -176,7 +178,7 @@ DATA = (
         *MAP,
         *options_of(READING, 'rate_hz', 'start_s'),
         output('recording to write'),
-        switch(
+        flag_option(
             '--from-rest',
             'start a recording that began in mid-run from rest: the data will differ',
         ),

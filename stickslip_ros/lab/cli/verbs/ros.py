@@ -11,11 +11,11 @@ from stickslip_ros.lab.cli.options import (
     READING,
     WINDOW,
     file,
+    flag_option,
     folder,
     many,
     option,
     options_of,
-    switch,
     to_namespace,
     verb,
 )
@@ -63,7 +63,7 @@ ROS = (
         NAMESPACE,
         NODE,
         option('--timeout', 'longest wait for a drive', unit='s', default=10.0),
-        switch('--no-wait', 'do not wait for its end'),
+        flag_option('--no-wait', 'do not wait for its end'),
     ),
     verb(
         'panel',

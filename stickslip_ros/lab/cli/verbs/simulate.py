@@ -11,11 +11,11 @@ from stickslip_ros.lab.cli.options import (
     PRELOAD,
     WORKERS,
     either,
+    flag_option,
     many,
     option,
     options_of,
     output,
-    switch,
     to_path,
     verb,
 )
@@ -24,7 +24,7 @@ VALUES = 'VALUES'
 _SLEW = option(
     '--slew', 'set amplifier.slew_rate, as 150V/us', metavar='V/S', dest='amplifier.slew_rate'
 )
-BOTH_WAYS = switch('--both-ways', 'run backwards too, and state the step length both ways')
+BOTH_WAYS = flag_option('--both-ways', 'run backwards too, and state the step length both ways')
 RUNNERS = either(
     WORKERS,
     option(
@@ -34,7 +34,7 @@ RUNNERS = either(
         default='',
     ),
 )
-FRESH = switch('--fresh', 'discard FILE.journal')
+FRESH = flag_option('--fresh', 'discard FILE.journal')
 
 SIMULATE_IN_PYTHON = 'runs.sawtooth_run.simulate'
 
@@ -151,7 +151,7 @@ SIMULATE = (
         'Compile the kernels of the drive and keep them on the disk, as part of an installation. '
         'Kernels compiled by root serve all users of the machine. Exit status 1: no folder can '
         'keep them.',
-        switch('--timings', 'print the number of kernels and the time'),
+        flag_option('--timings', 'print the number of kernels and the time'),
         reports_compilation=True,
     ),
 )
