@@ -25,6 +25,8 @@ APART_S = 1.0
 """Largest distance of two readings of one clock: farther ones are of two clocks."""
 DRIFT = 1e-4  # largest difference of the rates of two clocks
 _DRIFT_MIN_S = 1e-3  # least drift between the ends of a recording that is told
+_UNEVEN, _GAP = 0.2, 5.0
+"""Samples are steady if 80 % of the intervals are within 20 % of the median; so many are a gap."""
 _ALIKE = 1e-3  # share by which distances of printed times may differ
 _LOCAL, _SHUFFLED = 0.02, 0.4
 """Rows are sorted if each is off by this share of all, or so many are earlier than the last."""
@@ -41,7 +43,7 @@ class Clock(NamedTuple):
 
 def check_clocks(clocks: Sequence[Clock], origin: object, remedy: str) -> list[str]:
     """
-    Return a note for each drift and each step back; refuse clocks that are APART_S apart.
+    Return a note for each gap, step back and drift; refuse clocks that are APART_S apart.
 
     Messages are apart by what they are ahead of their log times, columns by the time between the
     last row of one and the first of the other.
@@ -61,6 +63,7 @@ def check_clocks(clocks: Sequence[Clock], origin: object, remedy: str) -> list[s
             )
             raise RecordingError(origin, problem, remedy)
     for each in clocks:
+        notes += _gaps_of(each)
         if each.ahead_s is None:
             continue
         ahead_s = each.ahead_s
@@ -71,6 +74,9 @@ def check_clocks(clocks: Sequence[Clock], origin: object, remedy: str) -> list[s
             problem = f'has a clock that was set back by {-back_s[at]:.6g} s'
             where = f'before message {at + 1} of {each.source}, timed by {each.kind}'
             raise RecordingError(origin, f'{problem} {where}', remedy)
+        if falls := int(np.sum(back_s < 0.0)):
+            text = f'goes back by {-np.min(back_s):.3g} s at most, at {falls} of {len(ahead_s)}'
+            notes.append(f'the clock of {each.source} {text} samples, which are sorted')
         fourth = len(ahead_s) // 4
         if fourth:
             drift_s = float(np.median(ahead_s[-fourth:]) - np.median(ahead_s[:fourth]))
@@ -84,18 +90,32 @@ def check_clocks(clocks: Sequence[Clock], origin: object, remedy: str) -> list[s
     return notes
 
 
+def _gaps_of(clock: Clock) -> list[str]:
+    """Return a note on the gaps between samples of a steady rate, if any."""
+    apart_s = np.diff(clock.time_s)
+    typical_s = float(np.median(apart_s)) if len(apart_s) else 0.0
+    is_steady = np.abs(apart_s - typical_s) <= _UNEVEN * typical_s
+    gaps = np.flatnonzero(apart_s > _GAP * typical_s)
+    if not typical_s or not len(gaps) or np.mean(is_steady) < 1.0 - _UNEVEN:
+        return []
+    at = int(gaps[np.argmax(apart_s[gaps])])
+    count = 'a gap' if len(gaps) == 1 else f'{len(gaps)} gaps'
+    where = f'the longest of {apart_s[at]:.6g} s after {clock.time_s[at]:.6g} s'
+    return [f'{clock.source} has {count}, {where}; samples are {typical_s:.3g} s apart']
+
+
 def spread_blocks(time_s: Array) -> tuple[Array, str]:
     """
     Return times where many samples share one, as with simulated time, spread evenly; and a note.
 
-    The samples of an instant fill the time up to the next one. Fewer than half as many times as
-    samples count as shared.
+    The samples of an instant fill the time up to the next one, as a clock says the last time that
+    it has reached. Fewer than half as many times as samples count as shared.
 
     """
     starts = np.flatnonzero(np.diff(time_s, prepend=-np.inf))
     if len(starts) < 2 or 2 * len(starts) > len(time_s):
         return time_s, ''
-    spread_s, note = _spread(time_s)
+    spread_s, note = _spread(time_s, is_rounded=False)
     if note:
         return spread_s, note
     sizes = np.diff(np.append(starts, len(time_s)))
@@ -128,7 +148,7 @@ def joined_clocks(rows: Rows, origin: str, hint: str) -> tuple[dict[str, Array],
         members = [at for at, of in enumerate(owners) if of == owner and names[at] != 'time_s']
         known = {at: ~np.isnan(rows.numbers[at][timed]) for at in members}
         if any(np.any(np.diff(time_s[each]) <= 0.0) for each in known.values()):
-            time_s, note = _spread(time_s)
+            time_s, note = _spread(time_s, is_rounded=True)
             order, note = (order, note) if note else _sorted(time_s)
             notes += [f'{quoted(rows.columns[clock].header)}: {note}'] if note else []
         for at, is_known in known.items():
@@ -162,8 +182,8 @@ def _sorted(time_s: Array) -> tuple[NDArray[np.intp], str]:
     return np.arange(count), ''
 
 
-def _spread(time_s: Array) -> tuple[Array, str]:
-    """Return times spread evenly if they were printed with too few digits."""
+def _spread(time_s: Array, *, is_rounded: bool) -> tuple[Array, str]:
+    """Return ticks spread evenly, rounded to the nearest or to the last one; and a note."""
     changes = np.flatnonzero(np.diff(time_s)) + 1
     sizes, ticks_s = np.diff(changes), np.diff(time_s)[changes - 1]
     ends = max([*changes[:1], *len(time_s) - changes[-1:]], default=0)
@@ -174,6 +194,8 @@ def _spread(time_s: Array) -> tuple[Array, str]:
     tick_s, step_s = float(ticks_s[0]), float(np.sum(ticks_s[1:]) / np.sum(sizes))
     rows_s = step_s * np.arange(len(time_s))
     begins_s = time_s - rows_s
-    begin_s = max(min(time_s[0], begins_s.min() + 0.5 * tick_s), begins_s.max() - 0.5 * tick_s)
+    begin_s = begins_s.max()
+    if is_rounded:
+        begin_s = max(min(time_s[0], begins_s.min() + 0.5 * tick_s), begin_s - 0.5 * tick_s)
     note = f'times repeat, in steps of {tick_s:.6g} s; rows are spread evenly, '
     return np.round(begin_s + rows_s, TIME_DECIMALS), f'{note}{step_s:.6g} s apart'

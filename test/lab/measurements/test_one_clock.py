@@ -96,6 +96,32 @@ def test_samples_that_share_the_time_of_a_simulated_clock_are_spread_and_told(
     np.testing.assert_allclose(np.diff(frame.time_s), 1.0 / RATE_HZ, rtol=1e-6)
 
 
+def test_a_time_of_a_simulated_clock_is_the_last_that_it_has_reached(tmp_path: Path):
+    """Beside exact stamps, times centred on the ticks were early by half of one."""
+    path, table = (
+        bag(tmp_path / 'bag', times_ns() // 10**7 * 10**7, times_ns()),
+        tmp_path / 't.csv',
+    )
+    assert main(['export', str(path), *MAPS, '-o', str(table)]) == 0
+    assert abs(lag_of(table)) < 1.0 / RATE_HZ
+
+
+def test_gaps_and_steps_back_are_told_with_their_place(tmp_path: Path):
+    stamp_ns = times_ns()
+    stamp_ns[1000:] += 50 * 10**6
+    log_ns = stamp_ns.copy()
+    stamp_ns[[300, 301]] = stamp_ns[[301, 300]]
+    path = bag(tmp_path / 'bag', log_ns, stamp_ns)
+    notes = mapped_series(Recording(path), {'position_m': TOPICS['position_m']})[1]
+    [gap] = [each for each in notes if 'gap' in each]
+    found = re.search(r'of ([0-9.]+) s after ([0-9.]+) s', gap)
+    assert found
+    assert [float(each) for each in found.groups()] == pytest.approx([0.0501, 0.0999], abs=1e-6)
+    [back] = [each for each in notes if 'goes back' in each]
+    assert '0.0001 s' in back
+    assert '1 of 2000' in back
+
+
 def test_uneven_blocks_of_a_simulated_clock_keep_their_pauses(tmp_path: Path):
     chance = np.random.default_rng(1)
     block = np.sort(chance.integers(0, 40, SAMPLES))
