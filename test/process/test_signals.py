@@ -17,7 +17,7 @@ def send(number):
     os.kill(os.getpid(), number)
 
 def await_stop():
-    stopping._asked.wait()
+    stopping._stop.wait()
 
 def work():
     {work}
