@@ -17,6 +17,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
+from itertools import takewhile
 from pathlib import Path
 from typing import Final, TypeAlias
 
@@ -48,13 +49,9 @@ _IDL_NUMBERS: Final = {
     'long long': 'int64',
     'unsigned long long': 'uint64',
 }
-_COMMENT: Final = re.compile(r'//[^\n]*|/\*.*?\*/', re.DOTALL)
+_COMMENT: Final = re.compile(r'//[^\n]*|/\*(?:.*?\*/|.*)', re.DOTALL)
 _ANNOTATION: Final = re.compile(r'@\w+\s*(\((?:[^()"]|"(?:[^"\\]|\\.)*")*\))?')
-_TYPEDEF: Final = re.compile(r'typedef\s+([^;]+?)\s+(\w+)\[(\d+)\]\s*;')
 _IDL_NAME: Final = re.compile(r'IDL:\s*(\S+)')
-_STRUCT: Final = re.compile(r'struct\s+\w+\s*\{([^}]*)\}')
-_MEMBER: Final = re.compile(r'(\w[\w:<>, ]*?)\s+(\w+)\s*(?:\[(\d+)\])?\s*;')
-_SEQUENCE: Final = re.compile(r'sequence<\s*(.+?)\s*(?:,\s*\d+\s*)?>')
 """What a .idl file of ROS 2 consists of, and the names of its numbers."""
 SEPARATOR: Final = re.compile(r'={3,}')
 NAMED: Final = re.compile(r'MSG:\s*(\S+)')
@@ -172,21 +169,39 @@ class Definitions:
 
 def text_of_idl(text: str) -> str:
     """Return the text of .msg files for that of .idl files, as ROS 2 makes these."""
-    text = _ANNOTATION.sub('', _COMMENT.sub('', text))
-    arrays = {name: (kind, count) for kind, name, count in _TYPEDEF.findall(text)}
+    sections = SEPARATOR.split(_ANNOTATION.sub('', _COMMENT.sub('', text)))
+    statements = [[each.strip() for each in re.split('[;{}]', section)] for section in sections]
+    arrays = {
+        name: (kind, size)
+        for several in statements
+        for each in several
+        if each.startswith('typedef ')
+        for kind, name, size in [_declared(each.removeprefix('typedef '))]
+    }
     parts = []
-    for section in SEPARATOR.split(text):
-        named, body = _IDL_NAME.search(section), _STRUCT.search(section)
+    for section, several in zip(sections, statements, strict=True):
+        begin = next((at for at, each in enumerate(several) if each.startswith('struct ')), None)
+        if begin is None:
+            continue
+        named = _IDL_NAME.search(section)
         lines = [f'MSG: {named[1]}'] if named else []
-        for declared, name, count in _MEMBER.findall(body[1] if body else ''):
-            kind, size = arrays.get(declared, (declared, count))
+        for each in takewhile(bool, several[begin + 1 :]):  # up to the empty one before its brace
+            declared, name, size = _declared(each)
+            kind, size = arrays.get(declared, (declared, size))
             bounds = f'[{size}]' if size else ''
-            if listed := _SEQUENCE.fullmatch(kind):
-                kind, bounds = listed[1], '[]'
-            kind = _IDL_NUMBERS.get(' '.join(kind.split()), kind).replace('::', '/')
+            if kind.startswith('sequence<'):
+                kind, bounds = kind[len('sequence<') :].rstrip('> ').partition(',')[0], '[]'
+            kind = _IDL_NUMBERS.get(kind.strip(), kind).replace('::', '/')
             lines.append(f'{kind.partition("<")[0].strip()}{bounds} {name}')
-        parts += ['\n'.join(lines)] if body else []
+        parts.append('\n'.join(lines))
     return '\n===\n'.join(parts)
+
+
+def _declared(statement: str) -> tuple[str, str, str]:
+    """Return kind, name and size of a declaration such as ``long x[3]``; no size of a number."""
+    declared, _, size = statement.partition('[')
+    *kind, name = declared.split() or ['']
+    return ' '.join(kind), name, size.strip('] ')
 
 
 def array(element: Kind, count: int | None) -> ArrayOf:

@@ -18,9 +18,11 @@ from mcap_records import foreign
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from stickslip_ros.budget import DEFINITION_MOST
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.message_types import FLOAT64
 from stickslip_ros.recording.any_message import numbers_of
+from stickslip_ros.recording.definition import text_of_idl
 from stickslip_ros.recording.reader import Recording
 
 TYPE = 'pkg/msg/T0'
@@ -339,6 +341,33 @@ def test_a_definition_in_idl_is_read(tmp_path: Path):
     files = Recording(tmp_path / 'run.mcap').files
     for path, value in {'is_on': 1, 'pair[1]': 2.5, 'parts[1].turns': 4, 'last': 77}.items():
         assert numbers_of(files, '/t', path)[1].tolist() == [value]
+
+
+@pytest.mark.parametrize(
+    'unit',
+    [
+        'typedef ',
+        ' ',
+        '/* ',
+        '@a(',
+        'sequence<',
+        'struct a { ',
+        'a ',
+        'typedef a ',
+        '"',
+        'x[',
+        '{;',
+    ],
+)
+def test_text_of_4_mb_that_is_no_idl_is_read_to_its_end(unit: str):
+    for begin in ('', 'typedef', 'struct a { sequence<', 'struct a {'):
+        text = begin + unit * (DEFINITION_MOST.most // len(unit))
+        assert len(text_of_idl(text)) <= 2 * len(text)
+
+
+def test_an_array_in_idl_is_read_however_it_is_spaced():
+    [line] = text_of_idl('struct a { unsigned  long x [ 3 ]; };').splitlines()
+    assert line == 'uint32[3] x'
 
 
 def test_a_type_without_a_definition_is_that_of_the_installed_ros(tmp_path: Path):
