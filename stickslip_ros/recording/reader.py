@@ -11,13 +11,14 @@ from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import islice, zip_longest
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 from mcap.records import Message as Stored
 
+from stickslip_ros.arrays import Array
 from stickslip_ros.budget import NAMES_MOST, load_json
 from stickslip_ros.errors import RecordingError, UnknownName
 from stickslip_ros.interface.cdr import unpack
@@ -128,8 +129,8 @@ class Recording:
     made of a drive of this package has no sequence numbers, and its parameters stand in
     ``~/info``. All times are simulated time: log time less the time origin; those of such a bag
     are first placed by the stamps of its readings. Raises RecordingError if the recording is
-    missing, no MCAP file of ROS 2, cut off, damaged, or without a summary; damage may be found
-    only when that part is read.
+    missing, no MCAP file of ROS 2, cut off, or damaged; damage may be found only when that part
+    is read.
 
     """
 
@@ -162,22 +163,40 @@ class Recording:
         self.is_copy = not self.is_ours and self._adopt()
 
     def _adopt(self) -> bool:
-        """Take parameters and topics from the first ``~/info``; return whether there is one."""
-        told = list[tuple[Described, dict[str, tuple[str, bytes]]]]()
-        for name, kind in self.types.items():
-            if kind == STRING and name.endswith(INFO_ENDING):
-                with suppress(RecordingError):
-                    first = islice(self._stored([name], in_time_order=True), 1)
-                    known = [told_run(name, str(unpack(kind, each.data))) for *_, each in first]
-                    told += filter(None, known)
-        for metadata, attachments in told if len(told) == 1 else ():
+        """Take parameters and topics of the drive whose ``~/info`` is recorded; if it is one."""
+        told = {}
+        for topic, text in self._infos():
+            if topic not in told and (known := told_run(topic, text)):
+                told[topic] = known
+        for metadata, attachments in told.values() if len(told) == 1 else ():
             self.metadata |= metadata
             self.attachments |= attachments
         return len(told) == 1
 
+    def _infos(self) -> Iterator[tuple[str, str]]:
+        """Give topic and text of each message on a ``~/info``, in the order of time."""
+        texts = [name for name, kind in self.types.items() if kind == STRING]
+        infos = [name for name in texts if name.endswith(INFO_ENDING)]
+        for kind, topic, message in self._stored(infos, in_time_order=True) if infos else ():
+            text = None
+            with suppress(ValueError, RecordingError):  # somebody else's may be of another form
+                text = str(unpack(kind, message.data))
+            if text is not None:
+                yield topic, text
+
+    @property
+    def _is_by_us(self) -> bool:
+        """Whether a recorder of this package wrote it: messages have numbers and drive's times."""
+        return self.is_ours and not self.is_copy
+
     @cached_property
-    def _clock(self) -> tuple[Places, Places] | None:
-        """Log times and stamps of the readings, ns; None where log times are simulated time."""
+    def _clock(self) -> tuple[Array, Array, int, int] | None:
+        """
+        Log times and stamps of the readings since the first, and both firsts, ns.
+
+        None where log times are simulated time.
+
+        """
         if not self.is_copy:
             return None
         topics = self.metadata[TOPICS_RECORD]
@@ -185,8 +204,8 @@ class Recording:
         log_ns: Places = np.empty(0, np.int64)
         stamps_ns, trace = log_ns, load_json(topics['trace'])['topic']
         if position in self.types:
-            read = (numbers_of(self.files, position, 'point.x', by_stamp=b) for b in (False, True))
-            log_ns, stamps_ns = (times_ns for times_ns, *_ in read)  # both rise
+            stamps_ns, _, log_ns = numbers_of(self.files, position, 'point.x')
+            log_ns = np.sort(log_ns)
         elif self.types.get(trace) == FLOAT64_ARRAY:  # a block comes at the time of its last row
             ends = list[tuple[int, float]]()
             for file in self.files:
@@ -198,18 +217,20 @@ class Recording:
             log_ns = np.array([each for each, _ in ends], np.int64)
             ends_s = np.maximum.accumulate([each for _, each in ends] or [0.0])[: len(ends)]
             stamps_ns = np.rint(ends_s * NS_PER_S).astype(np.int64) + self.time_origin_ns
-        is_same = not len(log_ns) or np.array_equal(log_ns, stamps_ns)
-        return None if is_same else (log_ns, stamps_ns)
+        if not len(log_ns) or np.array_equal(log_ns, stamps_ns):
+            return None
+        # Floats, and made once: each message is placed by them.
+        since = [(each - each[0]).astype(np.float64) for each in (log_ns, stamps_ns)]
+        return since[0], since[1], int(log_ns[0]), int(stamps_ns[0])
 
     def _placed(self, log_ns: Any) -> Any:
         """Return the times at which the drive sent what was recorded at some log times, ns."""
         if self._clock is None:
             return log_ns
-        known, stamps = self._clock
-        at, last = log_ns - known[0], known[-1] - known[0]
-        since = np.interp(at, known - known[0], stamps - stamps[0])
-        beyond = np.minimum(at, 0) + np.maximum(at - last, 0)
-        placed = stamps[0] + np.rint(since).astype(np.int64) + beyond
+        known, stamps, first_ns, stamp_ns = self._clock
+        at = log_ns - first_ns
+        beyond = np.minimum(at, 0) + np.maximum(at - int(known[-1]), 0)
+        placed = stamp_ns + np.rint(np.interp(at, known, stamps)).astype(np.int64) + beyond
         return np.maximum(placed, self.time_origin_ns)
 
     def _check_part(self, file: Path, first: Described, own: Described) -> None:
@@ -269,7 +290,12 @@ class Recording:
     @cached_property
     def time_origin_ns(self) -> int:
         """Time origin of the run; 0 if neither metadata nor a recorded ``~/info`` give it."""
-        said = self.metadata.get(RUN_RECORD, {}).get(TIME_ORIGIN, 0)
+        said = self.metadata.get(RUN_RECORD, {}).get(TIME_ORIGIN)
+        if said is None:  # of several drives, the first that told it
+            for _, text in self._infos():
+                with suppress(ValueError, TypeError, KeyError, RecursionError, RecordingError):
+                    return to_time_ns(load_json(text)[TIME_ORIGIN])
+            return 0
         try:
             return to_time_ns(said)
         except ValueError:
@@ -354,7 +380,7 @@ class Recording:
 
         """
         summaries = {topic: ChannelSummary(topic, kind) for topic, kind in self.types.items()}
-        is_numbered = self.is_ours and not self.is_copy
+        is_numbered = self._is_by_us
         if not (is_numbered and all(self._counts) and len(summaries) < TOPICS_MOST):
             for topic, message in self.records():
                 time_ns = message.log_time - self.time_origin_ns
@@ -394,13 +420,10 @@ class Recording:
             known = ', '.join(columns) or 'no samples'
             raise UnknownName(f'column of {name}', field, f'this recording has {known}')
         type_name = self.types[name]
-        quantity, is_logged = (
-            find_quantity(name, type_name, field),
-            self.is_ours and not self.is_copy,
-        )
+        quantity, by_us = find_quantity(name, type_name, field), self._is_by_us
         if type_name == JOINT_STATE:
             pairs = [
-                (at_ns if is_logged else each.stamp_ns - self.time_origin_ns, quantity.of(each))
+                (at_ns if by_us else each.stamp_ns - self.time_origin_ns, quantity.of(each))
                 for _, at_ns, each in self._read([name])
                 if isinstance(each, JointMessage)
             ]
@@ -413,7 +436,7 @@ class Recording:
                 self._files_within(window_ns),
                 name,
                 path,
-                by_stamp=not is_logged,
+                by_stamp=not by_us,
                 repeats=self._repeats,
                 window_ns=window_ns,
             )

@@ -82,8 +82,9 @@ def told_run(topic: str, text: str) -> tuple[Records, dict[str, tuple[str, bytes
         run = {name: str(each) for name, each in said['versions'].items()}
         run |= {'seed': str(flat['sim.seed']), 'dt_s': repr(flat['sim.dt'])}
         run |= {TIME_ORIGIN: str(to_time_ns(said[TIME_ORIGIN]))}
+        written = yaml.safe_dump({'/**': {'ros__parameters': flat}}).encode()
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
-        return None
+        return None  # of somebody else
     namespace, _, node = topic.removesuffix('/info').rpartition('/')
     topics = {
         name_in_file(each.key): json.dumps(
@@ -92,7 +93,6 @@ def told_run(topic: str, text: str) -> tuple[Records, dict[str, tuple[str, bytes
         for each in TOPICS
         if each.recorded
     }
-    written = yaml.safe_dump({'/**': {'ros__parameters': flat}}).encode()
     attachments = {PARAMETERS_FILE: ('application/yaml', written)}
     return {RUN_RECORD: run, TOPICS_RECORD: topics}, attachments
 

@@ -244,6 +244,28 @@ def test_a_recording_of_another_program_takes_the_origin_from_info(tmp_path: Pat
     assert recording.series('voltage').time_s.tolist() == [0.001]  # it came with this position
 
 
+def test_a_bag_of_two_drives_takes_the_origin_that_was_told_first(tmp_path: Path):
+    topics = [f'/{name}/stickslip_drive/info' for name in ('left', 'right')]
+    with Recorder(
+        tmp_path / 'bag.mcap', [Channel(each, STRING, Qos(1)) for each in topics]
+    ) as bag:
+        for late, topic in enumerate(reversed(topics)):
+            told = info_json(Parameters(), ORIGIN_NS + late)
+            bag.put(topic, ORIGIN_NS + MS_NS + late, cdr.pack_string(told))
+    recording = Recording(tmp_path / 'bag.mcap')
+    assert not recording.is_ours
+    assert recording.time_origin_ns == ORIGIN_NS
+
+
+def test_an_info_with_parameters_nested_too_deep_is_of_no_drive(tmp_path: Path):
+    deep = '[' * 400 + ']' * 400
+    own = f'"sim.seed": 1, "sim.dt": 1e-6, "a": {deep}'
+    text = f'{{"versions": {{}}, "time_origin_ns": 5, "parameters": {{{own}}}}}'
+    with Recorder(tmp_path / 'bag.mcap', [Channel('/robot/info', STRING, Qos(1))]) as bag:
+        bag.put('/robot/info', 9, cdr.pack_string(text))
+    assert not Recording(tmp_path / 'bag.mcap').is_ours
+
+
 @pytest.mark.parametrize(
     'text',
     [
