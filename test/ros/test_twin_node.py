@@ -202,6 +202,17 @@ def test_topics_whose_clocks_are_far_apart_are_told(operator: Operator, start_tw
     listener.wait_for('rig', lambda said: numbers_of(said)['last_refused'].endswith(told))
 
 
+def test_of_a_topic_each_number_has_the_clock_that_the_map_gives_it(
+    operator: Operator, start_twin: Callable
+):
+    by_log = f'{MAP} by log time, force_n=/rig/encoder.point.x'
+    twin: Any = start_twin(operator, {'twin.map': by_log})
+    play_on(operator)(7, tuple(each[:200] for each in motion(0.3)), late_s=0.4)
+    newest = twin._windows._newest
+    operator.spin_until(lambda: min(newest.values()) > 7e9, 'numbers of all topics')
+    assert newest['force_n'] - newest['voltage_v'] == pytest.approx(4e8, rel=0.1)
+
+
 @pytest.mark.slow  # 16 s of windows in real time
 def test_a_rig_of_topics_that_pauses_and_begins_anew_has_a_twin_that_finds_what_has_changed(
     operator: Operator, start_twin: Callable

@@ -66,7 +66,8 @@ def mapped_series(
         time_s, note = spread_blocks(time_s)
         notes += [f'{field}: {note}'] if note else []
         read[name] = times_ns[0], time_s, values, si_unit, f'{recording.path.name} {field}'
-    given = ' '.join(f'--map {name}="{text}{_BY_LOG}"' for name, text in topics.items())
+    fields = {name: text.removesuffix(_BY_LOG) for name, text in topics.items()}
+    given = ' '.join(f'--map {name}="{text}{_BY_LOG}"' for name, text in fields.items())
     notes += check_clocks(clocks, recording.path, f'take the log times of all: {given}')
     start_ns = min(first_ns for first_ns, *_ in read.values())
     return {

@@ -187,32 +187,31 @@ class StickSlipTwin(CheckedNode, GuardedNode, LifecycleNode):
                 package, _, type_name = types[topic][0].split('/')
                 message_type = getattr(import_module(f'{package}.msg'), type_name)
                 fields = [
-                    (name, path_of(topic, each.field[len(topic) + 1 :]), each.factor)
+                    (name, path_of(topic, each.field[len(topic) + 1 :]), each)
                     for name, each in named
                 ]
-                by_log = any(each.by_log for _, each in named)
-                take: Any = partial(self._take, fields, by_log)
+                take: Any = partial(self._take, fields)
                 self._heard[topic] = self.create_subscription(message_type, topic, take, profile)
             except Exception as error:  # noqa: BLE001 - the type is that of a foreign node
                 why = f'{types[topic][0]} cannot be read: {error}'
                 self._tell(f'{topic}: {why}; source its package')
 
-    def _take(self, fields: Any, by_log: bool, message: Any, info: Any) -> None:
+    def _take(self, fields: Any, message: Any, info: Any) -> None:
         """Take numbers of a message, at its stamp or its send time in the clock of the rig."""
         sent_ns = info['source_timestamp'] or info['received_timestamp']
-        header = None if by_log else getattr(message, 'header', None)
+        header = getattr(message, 'header', None)
         stamp_ns = 0 if header is None else header.stamp.sec * NS_PER_S + header.stamp.nanosec
-        if stamp_ns:
+        if stamp_ns and not all(mapped.by_log for *_, mapped in fields):
             self._rig_clock.learn(stamp_ns, sent_ns)
-        else:
-            stamp_ns = self._rig_clock.stamp_of(sent_ns)
+        came_ns = self._rig_clock.stamp_of(sent_ns)
         samples = _Samples()
-        for name, path, factor in fields:
+        for name, path, mapped in fields:
+            at_ns = came_ns if mapped.by_log or not stamp_ns else stamp_ns
             value = message
             try:
                 for part in path:
                     value = value[part] if isinstance(part, int) else getattr(value, part)
-                samples[name] = (stamp_ns,), (float(value) * factor,)
+                samples[name] = (at_ns,), (float(value) * mapped.factor,)
             except (AttributeError, LookupError, TypeError, ValueError) as error:
                 why = f'a message has no number for {name}: {error}'
                 raise StickSlipError(f'{why}; map a field that each message has') from error

@@ -136,6 +136,15 @@ def test_uneven_blocks_of_a_simulated_clock_keep_their_pauses(tmp_path: Path):
     assert len(notes) == len(TOPICS)
 
 
+def test_the_remedy_holds_where_one_of_the_topics_is_by_log_time_already(tmp_path: Path):
+    recording = Recording(bag(tmp_path / 'bag', times_ns(), times_ns(10**9)))
+    mixed = TOPICS | {'voltage_v': f'{TOPICS["voltage_v"]} by log time'}
+    with pytest.raises(StickSlipError) as refused:
+        mapped_series(recording, mixed)
+    named = dict(re.findall('--map (\\w+)="([^"]*)"', str(refused.value)))
+    assert set(mapped_series(recording, named)[0]) == set(TOPICS)
+
+
 def test_a_clock_that_was_set_back_is_refused(tmp_path: Path):
     stamp_ns = times_ns()
     stamp_ns[1200:] -= 3 * 10**9
