@@ -205,10 +205,8 @@ def optimise(
     progress: Callable[[int, float], None] | None = None,
 ) -> SearchResult:
     """Search all shapes, and check the results."""
-    done, shapes = (
-        0,
-        {name: ShapeResult(search.wave(name, search.start(name))) for name in _SEARCHED},
-    )
+    done = 0
+    shapes = {name: ShapeResult(search.wave(name, search.start(name))) for name in _SEARCHED}
     try:
         with pool_of(workers, scheduler) as pool:
             for name, wave, cost in evaluations(search, _SEARCHED, pool, journal):

@@ -32,6 +32,7 @@ from stickslip_ros.lab.experiments.sensor import lone_outliers
 from stickslip_ros.lab.experiments.sensor_clock import LEAD_S, check_limits
 from stickslip_ros.lab.measurements.measurement import TimeRun, measured
 from stickslip_ros.lab.measurements.recorded import recorded_stand
+from stickslip_ros.lab.readers.clocks import are_even
 from stickslip_ros.lab.readers.experiment import listed_sources, read_experiment
 from stickslip_ros.lab.readers.measured import OVER_TIME, MeasuredTable
 from stickslip_ros.lab.readers.numbers import BACK, NUMBERS, sigma_name
@@ -42,8 +43,6 @@ from stickslip_ros.parameters import SENSORS, Parameters, ReplaceableDefault, Sc
 from stickslip_ros.recording.run_file import TOPICS_RECORD
 
 _VOLTAGE = 'voltage_v'
-_UNEVEN = 0.2
-"""Times count as sampled if 80 % of the intervals are within 20 % of the median."""
 _NEXT = 1.5  # periods within which the next sample follows
 _SAMPLES_MIN = 32  # fewer readings make no trace
 MOVES_MIN = 1.2  # least scatter of readings that move, per noise
@@ -122,9 +121,7 @@ def played(given: DriveInput, stand: Parameters) -> Voltage:
     Uneven times are those of corners. Raises StickSlipError if samples show no wave to play.
 
     """
-    spacing_s = np.diff(given.time_s)
-    off = np.abs(spacing_s / np.median(spacing_s) - 1.0)
-    is_sampled = len(off) >= _SAMPLES_MIN and np.mean(off >= _UNEVEN) < _UNEVEN
+    is_sampled = len(given.time_s) > _SAMPLES_MIN and are_even(given.time_s)
     if is_sampled and given.is_voltage:
         hint = 'give a table of its corners, at uneven times'
         return _recognised(given.time_s, given.voltage_v, stand, hint)

@@ -26,7 +26,7 @@ APART_S = 1.0
 DRIFT = 1e-4  # largest difference of the rates of two clocks
 _DRIFT_MIN_S = 1e-3  # least drift between the ends of a recording that is told
 _UNEVEN, _GAP = 0.2, 5.0
-"""Samples are steady if 80 % of the intervals are within 20 % of the median; so many are a gap."""
+"""Times are even if 80 % of the intervals are within 20 % of the median; so many are a gap."""
 _ALIKE = 1e-3  # share by which distances of printed times may differ
 _LOCAL, _SHUFFLED = 0.02, 0.4
 """Rows are sorted if each is off by this share of all, or so many are earlier than the last."""
@@ -90,13 +90,23 @@ def check_clocks(clocks: Sequence[Clock], origin: object, remedy: str) -> list[s
     return notes
 
 
-def _gaps_of(clock: Clock) -> list[str]:
-    """Return a note on the gaps between samples of a steady rate, if any."""
-    apart_s = np.diff(clock.time_s)
+def are_even(time_s: Array) -> bool:
+    """Return whether times are those of samples at a rate, with some missing, or of corners."""
+    apart_s = np.diff(time_s)
     typical_s = float(np.median(apart_s)) if len(apart_s) else 0.0
-    is_steady = np.abs(apart_s - typical_s) <= _UNEVEN * typical_s
+    if not typical_s > 0.0:
+        return False
+    return bool(np.mean(np.abs(apart_s / typical_s - 1.0) >= _UNEVEN) < _UNEVEN)
+
+
+def _gaps_of(clock: Clock) -> list[str]:
+    """Return a note on the gaps between samples of an even rate, if any."""
+    if not are_even(clock.time_s):
+        return []
+    apart_s = np.diff(clock.time_s)
+    typical_s = float(np.median(apart_s))
     gaps = np.flatnonzero(apart_s > _GAP * typical_s)
-    if not typical_s or not len(gaps) or np.mean(is_steady) < 1.0 - _UNEVEN:
+    if not len(gaps):
         return []
     at = int(gaps[np.argmax(apart_s[gaps])])
     count = 'a gap' if len(gaps) == 1 else f'{len(gaps)} gaps'
