@@ -28,6 +28,7 @@ RELEASE := .venv-release
 CODES  := .venv-foreign
 LOCK   := requirements/$(DISTRO).txt
 TESTS  := requirements/$(DISTRO)-test.txt
+DOORS  := requirements/doors.txt
 
 PIP := -m pip --disable-pip-version-check --quiet
 
@@ -39,7 +40,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo panel test test-all test-ros test-apt test-pythons fuzz mutate evidence foreign same lint hooks bench docs studies wheel release colcon lock clean
+.PHONY: help setup demo panel test test-all test-ros test-apt test-pythons fuzz mutate evidence foreign same lint hooks bench docs pictures studies wheel release colcon lock clean
 
 help: ## show this list
 	@echo 'make <target> [DISTRO=jazzy|kilted] [PYTHON=python3]'
@@ -52,7 +53,8 @@ demo: $(VENV)/project.stamp ## run the instrument once: runs/demo.mcap and runs/
 	$(BIN)/stickslip demo $(ARGS)
 	@echo 'next: make panel, to see it move and to move it in the browser' >&2
 
-panel: $(VENV)/kernels.stamp ## a drive, its runner free, and its front panel in the browser, until Ctrl-C; ARGS='--stage clamp --port 0'
+# The page opens at once; the drive compiles what it needs, and the rest beside its blocks.
+panel: $(VENV)/project.stamp ## a drive, its runner free, and its front panel in the browser, until Ctrl-C; ARGS='--stage clamp --port 0'
 	@$(BIN)/drive $(addprefix --stage ,$(STAGE)) --ros-args --log-level warn -p load_cell.contact:=absent & drive=$$!; \
 	trap 'kill $$drive 2> /dev/null; wait $$drive' EXIT; trap : INT TERM; \
 	$(BIN)/stickslip panel $(filter-out --stage=%,$(PANEL_ARGS)) || test $$? -eq 130
@@ -63,17 +65,17 @@ PYTEST = $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-re
 test: $(VENV)/kernels.stamp $(VENV)/tests.stamp ## run the tests; ARGS='-k name' chooses, ARGS=--cov measures
 	$(PYTEST) -m 'not slow' $(ARGS)
 
-test-all: $(VENV)/kernels.stamp $(VENV)/tests.stamp ## the same with those that take minutes
+test-all: $(VENV)/kernels.stamp $(VENV)/doors.stamp ## the same with those that take minutes
 	$(PYTEST) $(ARGS)
 
-test-ros: $(VENV)/kernels.stamp $(VENV)/tests.stamp ## run the tests that may differ between distributions
+test-ros: $(VENV)/kernels.stamp $(VENV)/doors.stamp ## run the tests that may differ between distributions
 	$(PYTEST) $(OF_ROS) $(ARGS)
 
 # The packages of Ubuntu 24.04 in place of the lock, for the tests that start no launch file.
 APT := requirements/apt.txt
 WITHOUT_LAUNCH := $(addprefix test/,contact drive instrument interface kernels parameters recording runtime \
 	lab/comparison lab/fitting lab/runs lab/readers ros test_public.py test_public_calls.py) \
-	--ignore=test/lab/runs/test_batch.py --ignore=test/ros/test_docs_doors.py
+	--ignore=test/lab/runs/test_batch.py
 
 test-apt: $(VENV)/kernels.stamp $(VENV)/tests.stamp
 	$(PYTEST) -m 'not slow' $(WITHOUT_LAUNCH) $(ARGS)
@@ -116,11 +118,11 @@ lint-style: $(VENV)/tests.stamp
 lint-format: $(VENV)/tests.stamp
 	$(BIN)/ruff format --check .
 
-lint-types: $(VENV)/tests.stamp
+lint-types: $(VENV)/doors.stamp
 	$(BIN)/mypy
 	$(BIN)/mypy --explicit-package-bases test/*/conftest.py test/lab/*/conftest.py
 
-lint-examples: $(VENV)/tests.stamp
+lint-examples: $(VENV)/doors.stamp
 	$(BIN)/python scripts/check_examples.py
 
 lint-imports: $(VENV)/tests.stamp
@@ -141,6 +143,17 @@ bench: $(VENV)/kernels.stamp $(VENV)/tests.stamp ## compare with other programs:
 # -a: Sphinx keeps only the index entries of the pages that it writes.
 docs: $(DOCS)/lock.stamp ## build the documentation site, notebooks included: build/docs/index.html
 	PYTHONPATH="$(CURDIR)" $(DOCS)/bin/python -m sphinx -a -W --keep-going -d build/doctrees docs build/docs
+
+pictures: $(VENV)/kernels.stamp ## draw the figures of the pages anew: docs/images
+	$(BIN)/stickslip figures -o build/figures
+	cp build/figures/*.png docs/images
+	sed -n '/^```csv/,/^```/{/^```/!p}' docs/howto/compare.md > build/experiment.csv
+	$(BIN)/stickslip compare build/experiment.csv model --figure docs/images/compare.png
+	sed -n '/^```python/,/^```/{/^```/!p}' docs/start/control_engineer.md > build/loop.py
+	printf 'figure.figsize: 7, 3\nfigure.constrained_layout.use: True\n' | cat stickslip_ros/lab/figures/screen.mplstyle - > build/matplotlibrc
+	cd docs/images && MATPLOTLIBRC=../../build MPLBACKEND=agg $(CURDIR)/$(BIN)/python ../../build/loop.py
+	$(BIN)/stickslip bode --params config/realistic.yaml --figure docs/images/bode.png
+	$(BIN)/python docs/examples/step_map.py && cp runs/step_map.png docs/images
 
 studies: $(DOCS)/lock.stamp ## the same with every study in full: build/studies/studies
 	STUDIES=full PYTHONPATH="$(CURDIR)" $(DOCS)/bin/python -m sphinx -a -W --keep-going -d build/studies-doctrees docs build/studies
@@ -204,6 +217,11 @@ $(VENV)/lock.stamp: $(LOCK)
 
 $(VENV)/tests.stamp: $(TESTS) $(VENV)/project.stamp
 	@echo "installing what tests and lint need besides, of $(TESTS)"
+	@$(install)
+	@touch $@
+
+$(VENV)/doors.stamp: $(DOORS) $(VENV)/tests.stamp
+	@echo "installing the clients of the doors, of $(DOORS)"
 	@$(install)
 	@touch $@
 

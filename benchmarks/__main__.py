@@ -9,8 +9,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from benchmarks import fit, memory, paper, report, speed, start, sweeps, twin
-from benchmarks.node import axes, cpu, lockstep, recording
+from benchmarks import accuracy, fit, memory, paper, report, speed, start, sweeps, twin
+from benchmarks.node import axes, commands, cpu, lockstep, recording
 from benchmarks.outcome import Outcome
 from benchmarks.sizes import FULL, TINY, Sizes
 
@@ -28,6 +28,8 @@ BENCHMARKS: dict[str, Callable[[Sizes], Outcome]] = {
     'node-lockstep': lockstep.run,
     'node-recording': recording.run,
     'node-axes': axes.run,
+    'node-commands': commands.run,
+    'accuracy': accuracy.run,
 }
 
 

@@ -16,7 +16,7 @@ from benchmarks.outcome import Outcome, Row
 from benchmarks.rival import HALVES, Springs, equal_springs
 from benchmarks.sizes import Sizes
 from stickslip_ros.arrays import Array
-from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
+from stickslip_ros.lab.experiments.experiment import Experiment, Readout, Voltage
 from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.lab.fitting.fit import FitOptions, fit
 from stickslip_ros.parameters import Parameters
@@ -89,11 +89,11 @@ def _experiment(cycles: int) -> Experiment:
         'benchmark',
         {},
         Voltage(np.array(rows)),
-        (Seen('position_m', np.zeros_like(time_s), time_s),),
+        (Readout('position_m', np.zeros_like(time_s), time_s),),
     )
     [[shown]] = predict(stand, [asked])
     noise_m = np.random.default_rng(SEED).normal(0.0, NOISE_M, len(time_s))
-    return replace(asked, seen=(Seen('position_m', shown.values + noise_m, time_s),))
+    return replace(asked, observed=(Readout('position_m', shown.values + noise_m, time_s),))
 
 
 def _ours(seen: Experiment) -> tuple[int, float]:
@@ -104,7 +104,7 @@ def _ours(seen: Experiment) -> tuple[int, float]:
 
 def _scipy(seen: Experiment, move: Callable[..., Array]) -> tuple[int, float]:
     """Do so by least squares on springs, of the logarithms of the parameters."""
-    [readings], drive = seen.seen, seen.drive
+    [readings], drive = seen.observed, seen.drive
     assert isinstance(drive, Voltage)
     steps = round(drive.lasts_s / STEP_S)
     voltage_v = np.interp(STEP_S * np.arange(steps + 1), *drive.rows.T)

@@ -29,6 +29,7 @@ class Sizes:
     turn_s: float = 2.0
     lockstep_s: float = 0.5  # of a turn of round trips
     recorded_s: tuple[float, float] = (20.0, 60.0)  # recordings whose memory is measured
+    stands: int = 60  # random ones of each kind, of which the errors are bounded
 
 
 FULL = Sizes()
@@ -47,4 +48,5 @@ TINY = Sizes(
     turn_s=0.2,
     lockstep_s=0.1,
     recorded_s=(0.1, 0.3),
+    stands=2,
 )

@@ -34,7 +34,7 @@ import os
 sys.argv = ['drive', '--ros-args', '--log-level', 'error']
 from stickslip_ros.ros.start import drive
 from stickslip_ros.ros import executable
-executable.spin_until_stopped = lambda node, _: node.session and os._exit(0)
+executable.spin_until_stopped = lambda node: node.session and os._exit(0)
 drive()
 os._exit(1)
 """

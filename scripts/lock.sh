@@ -17,14 +17,19 @@ pin() {
         --custom-compile-command 'make lock' --output-file "$output" "$@"
 }
 
-# What the drive, its demo and its panel need, and beside it what tests and lint add.
+# What the drive, its demo, its panel and tests of a controller need, and beside it what our tests
+# and lint add.
 for distribution in jazzy kilted; do
     run=requirements/$distribution.txt
     pin "$run" setup.py requirements/build.in \
-        --extra "$distribution" --extra lab --extra completion --extra panel "$@"
+        --extra "$distribution" --extra lab --extra completion --extra panel \
+        --extra testing "$@"
     pin "requirements/$distribution-test.txt" setup.py requirements/build.in --constraint "$run" \
         --extra "$distribution" --extra "$distribution-test" --extra lab --extra test --extra lint "$@"
 done
+# What `make test-all` adds to the tests, for each distribution.
+pin requirements/doors.txt setup.py requirements/build.in --extra doors \
+    --constraint requirements/jazzy-test.txt --constraint requirements/kilted-test.txt "$@"
 # uv, then the build tools: every environment gets them first.
 pin requirements/uv.txt requirements/uv.in "$@"
 pin requirements/build.txt requirements/build.in --constraint requirements/jazzy.txt "$@"

@@ -17,7 +17,7 @@ __version__ = '1.0.0'
 PUBLIC = {
     'Bench': 'instrument.bench',
     'CompareOptions': 'lab.comparison.compare',
-    'ComparisonReport': 'lab.comparison.report',
+    'ComparisonReport': 'lab.comparison.compare',
     'DriveRun': 'lab.measurements.run_result',
     'Fit': 'lab.fitting.report',
     'FitOptions': 'lab.fitting.fit',

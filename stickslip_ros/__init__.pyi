@@ -21,20 +21,21 @@ from stickslip_ros.instrument.commands import Request as _Request
 from stickslip_ros.instrument.joints import Joints
 from stickslip_ros.instrument.reports import Output as Output
 from stickslip_ros.lab.comparison.compare import CompareOptions as _CompareOptions
-from stickslip_ros.lab.comparison.report import ComparisonReport as ComparisonReport
+from stickslip_ros.lab.comparison.compare import ComparisonReport as ComparisonReport
 from stickslip_ros.lab.drawing.picture import Drawing
 from stickslip_ros.lab.experiments.experiment import Experiment
 from stickslip_ros.lab.fitting.fit import FitOptions as _FitOptions
 from stickslip_ros.lab.fitting.free import Free as Free
-from stickslip_ros.lab.fitting.free import FreeParameters, Known
+from stickslip_ros.lab.fitting.free import FreeParameters, KnownValue
 from stickslip_ros.lab.fitting.report import Fit as Fit
 from stickslip_ros.lab.linear.linearise import LinearDrive as LinearDrive
 from stickslip_ros.lab.linear.swept_sine import MeasuredResponse as MeasuredResponse
 from stickslip_ros.lab.measurements.recorded_run import Run as _Run
+from stickslip_ros.lab.measurements.recorded_run import RunTable
 from stickslip_ros.lab.measurements.run_result import DriveRun as DriveRun
 from stickslip_ros.lab.measurements.run_result import SawtoothRun
+from stickslip_ros.lab.measurements.vocabulary import MeasuredTable
 from stickslip_ros.lab.readers.formats import Table
-from stickslip_ros.lab.readers.measured import MeasuredTable
 from stickslip_ros.lab.runs.batch import Progress
 from stickslip_ros.lab.runs.zero_amplitude import ZeroAmplitude as ZeroAmplitude
 from stickslip_ros.parameters import Parameters as Parameters
@@ -65,7 +66,13 @@ class Request(_Request):
     ) -> None: ...
 
 class SpringContact(_SpringContact):
-    def __init__(self, parameters: _Stand, normal_force_max_n: _Quantity) -> None: ...
+    def __init__(
+        self,
+        parameters: _Stand,
+        normal_force_max_n: _Quantity,
+        *,
+        rig_n_per_m: _Quantity = 0.0,
+    ) -> None: ...
 
 class CompareOptions(_CompareOptions):
     def __init__(
@@ -106,21 +113,22 @@ class FitOptions(_FitOptions):
         workers: int = 0,
         shape_m: _Quantity = 5e-10,
         step_share: float = 3e-3,
+        drift_m_per_s: _Quantity = 1e-6,
         starts: int = 5,
         seed: int = 1,
-        assume: Mapping[str, Known | str] = ...,
+        assume: Mapping[str, KnownValue | str] = ...,
     ) -> None: ...
 
 class Run(_Run):
     def __init__(
         self,
-        path: str | Path | None,
+        path: Table | Sequence[Table] | None,
         result: SawtoothRun | None = None,
         folder: Path | None = None,
         topics: Mapping[str, str] | None = None,
     ) -> None: ...
     def series_within(self, start_s: _Quantity, end_s: _Quantity) -> dict[str, Series]: ...
-    def table(self, window_s: Sequence[_Quantity] | None = None, every: int = 1) -> DataFrame: ...
+    def table(self, window_s: Sequence[_Quantity] | None = None, every: int = 1) -> RunTable: ...
     def plot(
         self,
         start_s: _Quantity | None = None,
@@ -130,7 +138,7 @@ class Run(_Run):
         width_mm: float | None = None,
     ) -> Figure: ...
 
-def open_run(path: str | Path, topics: Mapping[str, str] | None = None) -> Run: ...
+def open_run(path: Table | Sequence[Table], topics: Mapping[str, str] | None = None) -> Run: ...
 def simulate(
     parameters: _Stand | None = None,
     *,

@@ -4,6 +4,7 @@
 """Errors of the package: a message gives value, unit, limit and remedy."""
 
 import re
+from collections.abc import Sequence
 
 QUOTED, PROBLEM, MESSAGE = 60, 300, 2000
 """Longest quoted value, problem (which may quote a file) and message, characters."""
@@ -85,11 +86,19 @@ class WrongUse(StickSlipError, TypeError, AttributeError):
 
 
 class RecordingError(StickSlipError):
-    """A file cannot be written or read; the message gives the problem and the remedy."""
+    """
+    A file cannot be written or read; the message gives the problem and the remedy.
 
-    def __init__(self, path: object, problem: str, hint: str) -> None:
+    The table, titles and rows of texts, shows what is there; the command line prints it too.
+
+    """
+
+    def __init__(
+        self, path: object, problem: str, hint: str, *, table: Sequence[Sequence[str]] = ()
+    ) -> None:
         super().__init__(f'{path}: {_begin(problem, PROBLEM)}; {hint}')
         self.path = path
+        self.table = table
 
 
 class Miscounted(RecordingError):

@@ -5,6 +5,7 @@
 
 import contextlib
 import os
+import secrets
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -56,6 +57,7 @@ def make_folder(folder: Path) -> None:
         raise RecordingError(folder, 'cannot be written', 'choose another folder')
 
 
+SWEEP_PARTS = 'part-*-of-*.parquet'  # files of a sweep in a folder
 RUN_ENDINGS, PAGE_ENDINGS = ('.mcap', ''), ('.html', '.htm')
 
 
@@ -77,11 +79,18 @@ def prepare_output(path: Path, *, is_new: bool = False, endings: tuple[str, ...]
 
 @contextlib.contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Yield a temporary file to write to; when complete, it replaces the file at the path."""
-    part = path.with_name(f'{path.name}.part')
+    """
+    Yield a temporary file to write to; when complete, it replaces the file at the path.
+
+    Its name is hidden, so that no reader takes it for a part of a folder of tables, and is its
+    own, as two workers of a cluster may write the same table.
+
+    """
+    part = path.with_name(f'.{path.name}.{secrets.token_hex(4)}.part')
     try:
         check_folder(path.parent)
         yield part
+        _keep_on_disk(part)
         part.replace(path)
     except OSError as error:
         problem = f'cannot be written ({error.strerror or error})'
@@ -89,3 +98,9 @@ def replacing(path: Path) -> Iterator[Path]:
     finally:
         with contextlib.suppress(OSError):
             part.unlink()
+
+
+def _keep_on_disk(path: Path) -> None:
+    """Put a file onto the disk, so that a crash of the machine leaves it whole or absent."""
+    with path.open('rb') as file:
+        os.fsync(file.fileno())

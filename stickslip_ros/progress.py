@@ -41,7 +41,7 @@ def shown_progress(what: str, *, quiet: bool, resumes: bool = False) -> Iterator
 
     bar = r.Progress(
         r.TextColumn('{task.description}'),
-        r.BarColumn(),
+        r.BarColumn(20),  # of 80 characters in all
         r.MofNCompleteColumn(),
         RateColumn(),
         r.TimeRemainingColumn(),
@@ -55,7 +55,8 @@ def shown_progress(what: str, *, quiet: bool, resumes: bool = False) -> Iterator
             if not bar.tasks[task].started:
                 bar.reset(task, total=total or None, completed=done)
             text = f'{what}, {note}' if note else what
-            bar.update(task, description=text, completed=done, total=total or None)
+            bar.tasks[task].total = total or None  # by `update`, a new total begins a new rate
+            bar.update(task, description=text, completed=done)
 
         yield show
 

@@ -13,13 +13,18 @@ from stickslip_ros.units import FACTORS, display_unit, unit_of
 
 
 class Section(NamedTuple):
-    """A title, a table, sentences below it, and a function that draws a figure above it."""
+    """A title, a table, sentences below it, and a function that draws a figure above them."""
 
     title: str = ''
     rows: Sequence[Sequence[object]] = ()
     header: Sequence[object] = ()
     notes: Sequence[str] = ()
     draw: Callable[[], Any] | None = None
+
+    @property
+    def has_words(self) -> bool:
+        """Whether it is more than a figure, which only a page shows."""
+        return self.draw is None or bool(self.rows or self.notes)
 
 
 class NotebookView:
@@ -29,7 +34,7 @@ class NotebookView:
         raise NotImplementedError
 
     def _repr_html_(self) -> str:
-        return '\n'.join(html_of(each) for each in self.sections())
+        return '\n'.join(html_of(each) for each in self.sections() if each.has_words)
 
 
 def html_of(section: Section, heading: str = 'h4', picture: str = '') -> str:

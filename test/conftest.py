@@ -9,11 +9,13 @@ import os
 # this when numpy is loaded, as by the imports below.
 os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
 
+import fcntl
 import gc
 import re
 import runpy
 import signal
-from collections.abc import Iterator
+import sys
+from collections.abc import Generator, Iterator
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -43,7 +45,7 @@ settings.register_profile(
 settings.register_profile('thorough', settings.get_profile('deterministic'), max_examples=100)
 settings.load_profile('deterministic')
 
-pytest_plugins = ['stickslip_ros.testing.pytest_plugin', 'second_try']
+pytest_plugins = ['stickslip_ros.testing.pytest_plugin', 'second_try', 'processor_time']
 LONGEST = (
     'test_benchmarks.py',
     'test_browser.py',
@@ -51,6 +53,8 @@ LONGEST = (
     'test_fit_of_traces.py',
     'test_studies.py',
 )
+DOORS = 'test_docs_doors.py', 'test_docs_doors_guard.py', 'test_example_learn.py'
+"""Tests of examples that need the packages of requirements/doors.txt."""
 WINDOW = ('COLUMNS', 'LINES', 'FORCE_COLOR', 'NO_COLOR', 'TTY_COMPATIBLE')
 
 
@@ -63,14 +67,28 @@ def pytest_configure(config: pytest.Config) -> None:
         settings.load_profile('thorough')
 
 
-def pytest_ignore_collect(collection_path: Path) -> bool | None:
-    """Leave out what needs rosbags where it is missing: rosdep could install it by pip alone."""
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Leave out doors of `make test`, and what needs rosbags, which only pip installs."""
+    if collection_path.name in DOORS and 'not slow' in config.option.markexpr:
+        return True
     if collection_path.suffix != '.py' or find_spec('rosbags') is not None:
         return None
     needs_it = re.search(
         '^from rosbags', collection_path.read_text(encoding='utf-8'), re.MULTILINE
     )
     return True if needs_it else None
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(
+    collector: pytest.Collector,
+) -> Generator[None, pytest.CollectReport, pytest.CollectReport]:
+    """Let one worker compile a module of a fresh checkout, and the others load what it wrote."""
+    if not isinstance(collector, pytest.Module):
+        return (yield)
+    with collector.path.open() as module:
+        fcntl.flock(module, fcntl.LOCK_EX)
+        return (yield)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -85,7 +103,9 @@ def pytest_collection_finish() -> None:
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Say how many tests ran in a browser, which are skipped where there is none."""
+    """Say where doors are tested, and how many tests ran in a browser."""
+    if 'not slow' in terminalreporter.config.option.markexpr:
+        terminalreporter.write_line(f'make test-all also runs {" and ".join(DOORS)}')
     stats = terminalreporter.stats
     counts = {
         outcome: sum('test_browser.py' in each.nodeid for each in stats.get(outcome, ()))
@@ -137,6 +157,15 @@ def recorded_run(tmp_path_factory: pytest.TempPathFactory) -> tuple[SawtoothRun,
     """Give result and recording of twenty full steps at 1 kHz, with the default stand."""
     path = tmp_path_factory.mktemp('run') / 'run.mcap'
     return simulate(Parameters(), voltage_v=300.0, steps=20, record=path).result, path
+
+
+@pytest.fixture
+def unshared() -> Iterator[None]:
+    """Keep the interpreter with this thread until it waits: no other one runs meanwhile."""
+    interval_s = sys.getswitchinterval()
+    sys.setswitchinterval(1000.0)
+    yield
+    sys.setswitchinterval(interval_s)
 
 
 @pytest.fixture

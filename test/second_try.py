@@ -52,8 +52,7 @@ class SecondTry:
         failed = self._failed()
         for test, reports in failed.items():
             done = run_process(
-                [sys.executable, '-m', 'pytest', '-p', 'no:xdist', test],
-                cwd=self._config.rootpath,
+                [sys.executable, '-m', 'pytest', '-p', 'no:xdist', test], cwd=self._config.rootpath
             )
             if done.returncode == 0 and re.search(r'\b1 passed', done.stdout.splitlines()[-1]):
                 self._excuse(test, reports)

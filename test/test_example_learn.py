@@ -15,6 +15,8 @@ from gymnasium.utils.env_checker import check_env
 
 from stickslip_ros import Bench, Request
 
+pytestmark = pytest.mark.slow
+
 DOCS = Path(__file__).parents[1] / 'docs'
 SEED = 1234567
 STEPPED = 0.03
@@ -91,9 +93,7 @@ def test_mistakes_are_refused(learn: Any):
         learn.StickSlip().step(np.array([0.5]))
 
 
-def test_the_controller_of_the_page_reaches_its_target(
-    learn: Any, capsys: pytest.CaptureFixture[str]
-):
+def test_the_controller_of_the_page_reaches_its_target(learn, capsys):
     page = DOCS / 'howto' / 'gym.md'
     [example] = re.findall(r'```python\n(.*?)```', page.read_text(), re.DOTALL)
     exec(compile(example, str(page), 'exec'), {})

@@ -41,7 +41,7 @@ RESULTS: dict[str, Callable[[], Any]] = {
     'simulate': lambda: simulate(PROBED[0], waveform=WAVE, record=False).result.step_scatter_m,
     'linearise': lambda: linearise(PROBED[0]).matrix(np.array([100.0, 1e3])),
     'response': lambda: measure_response(PROBED[0], [1e3], workers=1).softening,
-    'cycle': lambda: run_course(measure(PROBED[0], WAVE)).trace(contacts=True),
+    'cycle': lambda: run_course(measure(PROBED[0], WAVE)).trace(),
 }
 
 

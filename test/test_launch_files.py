@@ -84,9 +84,7 @@ def test_all_are_installed_and_shipped(keywords: dict[str, Any]):
 
 
 @pytest.mark.parametrize('file', FILES, ids=lambda file: file.name)
-def test_executables_files_and_parameters_that_it_names_exist(
-    file: Path, keywords: dict[str, Any]
-):
+def test_executables_files_and_parameters_that_it_names_exist(file, keywords):
     scripts = {line.split(' = ')[0] for line in keywords['entry_points']['console_scripts']}
     for name, words in calls_of(file):
         if name in ('Node', 'LifecycleNode'):
@@ -186,9 +184,7 @@ def launch(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Launched]:
 
 
 @pytest.mark.parametrize('file', FILES, ids=lambda file: file.name)
-def test_every_argument_that_it_shows_changes_what_is_started(
-    launch: Callable[..., Launched], file: Path
-):
+def test_every_argument_that_it_shows_changes_what_is_started(launch, file):
     plain = launch(file)
     assert plain.shown <= ARGUMENTS | OWN.get(file.name, set())
     for name in plain.shown:
@@ -211,9 +207,7 @@ def test_two_drives_differ_in_names_seeds_and_frames(launch: Callable[..., Launc
         assert words['parameters'][1] == {'autostart': 'false', 'sim.seed': seed, **frames}
 
 
-def test_a_stage_has_three_drives_in_its_namespace_and_one_description_of_all(
-    launch: Callable[..., Launched],
-):
+def test_a_stage_has_three_drives_in_its_namespace_and_one_description_of_all(launch):
     (_, bodies), *drives, (kind, load) = launch(STAGE, namespace='lab', z_load='-0.1').nodes
     for axis, (_, words) in zip('xyz', drives, strict=True):
         assert (words['namespace'], words['name']) == (f'lab/{axis}', 'stickslip_drive')
@@ -244,9 +238,7 @@ def test_a_stage_has_three_drives_in_its_namespace_and_one_description_of_all(
     ]
 
 
-def test_each_axis_of_a_stage_can_be_of_another_kind_below_the_file_of_the_user(
-    launch: Callable[..., Launched],
-):
+def test_each_axis_of_a_stage_can_be_of_another_kind_below_the_file_of_the_user(launch):
     own = VALUES['params_file']
     _, *drives, _ = launch(STAGE, x='clamp', y='walker', params_file=own).nodes
     files = [words['parameters'][:-1] for _, words in drives]
@@ -271,9 +263,7 @@ def test_the_manager_of_nav2_keeps_no_bond_and_finds_the_drive(launch: Callable[
     assert (drive['name'], drive['parameters'][1]) == ('stage', {'autostart': 'false'})
 
 
-def test_ros2_control_has_description_manager_and_controllers_before_the_drive(
-    launch: Callable[..., Launched],
-):
+def test_ros2_control_has_description_manager_and_controllers_before_the_drive(launch):
     nodes = launch(ROOT / 'launch' / 'ros2_control.launch.py').nodes
     (_, bodies), (_, manager), (_, spawner), (_, drive) = nodes
     [text] = bodies['parameters'][0]['robot_description'].values
@@ -314,9 +304,7 @@ def test_the_view_shows_the_bodies_of_the_stand_in_the_frames_of_its_drive(
 
 
 @pytest.mark.parametrize('file', FILES, ids=lambda file: file.name)
-def test_a_file_of_parameters_that_is_not_there_starts_nothing(
-    launch: Callable[..., Launched], file: Path, tmp_path: Path
-):
+def test_a_file_of_parameters_that_is_not_there_starts_nothing(launch, file, tmp_path):
     missing = str(tmp_path / 'none.yaml')
     with pytest.raises((FileNotFoundError, RecordingError), match=missing):
         launch(file, params_file=missing)

@@ -109,8 +109,8 @@ REFUSED = {
     "sweep(stand, {'amplitude_m': 6e-8, 'preload': 0.1})": 'did you mean stand.preload',
     # files and tables
     "open_run('nope.mcap')": 'nope.mcap: it cannot be opened .*check the name',
-    'open_run(5)': 'path 5 is not str or Path',
-    'open_run(table)': '<DataFrame> is not str or Path',
+    'open_run(5)': 'data 5 is not a table .*give a path, a Run, a DataFrame or',
+    'open_run(table)': 'is by amplitude and has no times; give it to compare or fit',
     "load_yaml('nope.yaml')": 'nope.yaml: cannot be read .*check the path',
     "load_yaml({'stand.preload': 0.25})": 'is not str or Path',
     "fit('nope.csv', 'contact.friction')": 'nope.csv: cannot be read .*check the path',
@@ -119,6 +119,14 @@ REFUSED = {
     'stand.updated(stand_preload=0.2)': "updated({'stand.preload': 0.2})",
     'compare(stand, columns)': 'is not a table',
     "compare({'time_s': [0, 1], 'position_m': [0]}, stand)": 'columns of one length',
+    # results
+    "run.plot('position_m')": "start_s 'position_m' is not a number in us, ms or s",
+    'run.position_m': "did you mean run.frame['position_m']",
+    "run.save('x.docx')": 'ends with .mcap; end its name so',
+    "simulate(voltage_v=300.0, steps=1, record='x.docx')": 'ends with .mcap; end its name so',
+    "compare(run, run).save('x.docx')": 'ends with .html; end its name so',
+    "run.table(every='x')": 'give an integer',
+    'run.save(run.path)': 'it exists',
 }
 # fmt: on
 
@@ -167,10 +175,14 @@ def test_no_text_of_a_run_shows_its_temporary_file(names: dict[str, Any]):
 def test_the_axes_of_a_plotted_table_are_labelled(names: dict[str, Any]):
     mpl.use('Agg')
     frame = names['run'].frame
-    assert frame.plot().get_xlabel() == 'time_s'
-    assert frame.plot(y='force_n').get_ylabel() == 'force_n'
-    assert frame.plot.line(y=['force_n', 'position_m']).get_ylabel() == 'force_n, position_m'
-    assert frame.plot(y='force_n', ylabel='mine').get_ylabel() == 'mine'
+    assert frame.plot().axes[0].get_xlabel() == 'time_s'
+    position = frame.plot.line(y=['force_n', 'position_m'])
+    assert position.axes[0].get_ylabel() == 'force_n, position_m'
+    both = frame.plot(y='foot_m', ylabel='mine', ax=position)
+    assert both is position
+    assert both.axes[0].get_ylabel() == 'mine'
+    assert len(both.axes[0].lines) == 3
+    assert len(names['run'].table().plot(subplots=True).axes) == len(frame.columns)
 
 
 RESULTS = {

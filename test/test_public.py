@@ -1,9 +1,10 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The public Python interface: its names, its documentation, and what they give."""
+"""The public Python interface: its names, its documentation and examples, and what they give."""
 
 import ast
+import doctest
 import json
 import re
 import sys
@@ -23,7 +24,6 @@ import stickslip_ros
 from stickslip_ros import (
     CompareOptions,
     FitOptions,
-    Free,
     Parameters,
     Run,
     SpringContact,
@@ -31,7 +31,6 @@ from stickslip_ros import (
     compare,
     fit,
     open_run,
-    presliding,
     run_drive,
     simulate,
     sweep,
@@ -136,11 +135,6 @@ def test_typed_quantities_and_a_mapping_are_a_call_that_a_type_checker_takes():
     assert CompareOptions(window_s=('1ms', '3ms'), shift_s='1us').window_s == (1e-3, 3e-3)
 
 
-@pytest.mark.parametrize('name', PUBLIC)
-def test_every_public_name_is_there(name: str):
-    assert getattr(stickslip_ros, name).__name__ == name
-
-
 def test_an_unknown_name_is_refused_as_usual():
     with pytest.raises(AttributeError, match="'stickslip_ros' has no attribute 'sweeep'"):
         stickslip_ros.__getattr__('sweeep')
@@ -171,14 +165,6 @@ def test_a_run_that_is_not_recorded_has_a_result_and_no_file(run: Run, tmp_path:
     )
     with pytest.raises(StickSlipError, match='the run was not recorded; simulate with'):
         silent.save(tmp_path / 'run.mcap')
-
-
-def test_a_run_can_be_recorded_where_one_likes(tmp_path: Path):
-    path = tmp_path / 'run.mcap'
-    assert simulate(Parameters(), voltage_v=300.0, steps=1, record=path).path == path
-    assert repr(open_run(path)) == f'Run({path})'
-    with pytest.raises(StickSlipError, match='it exists'):
-        simulate(Parameters(), voltage_v=300.0, steps=1, record=path)
 
 
 @pytest.mark.parametrize('given', [{}, {'amplitude_m': 60e-9, 'voltage_v': 300.0}])
@@ -212,9 +198,7 @@ def test_a_table_is_a_stretch_of_the_frame_or_each_so_manieth_row(
         run.table(every=0)
 
 
-def test_a_run_that_is_too_long_is_read_by_stretches(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
+def test_a_run_that_is_too_long_is_read_by_stretches(run, tmp_path, monkeypatch):
     monkeypatch.setattr('stickslip_ros.recording.reader.TRACE_ROWS_MAX', 300)
     path = run.save(tmp_path / 'long.mcap')
     with pytest.raises(StickSlipError, match=r'rows of /trace, above the 300 .* --window'):
@@ -256,12 +240,6 @@ def test_a_simulated_file_lives_as_long_as_its_run():
     assert not path.exists()
 
 
-def test_a_run_is_drawn(run: Run):
-    whole, part = run.plot(), run.plot(0.001, 0.002)
-    assert whole.axes
-    assert part.axes[0].get_xlim()[1] < whole.axes[0].get_xlim()[1]
-
-
 def test_a_sweep_is_a_table_of_drives_alone():
     stand = Parameters().updated({'contact.friction': 0.25})
     amplitudes_m = np.array([50e-9, 113.76725643485543e-9])
@@ -283,25 +261,6 @@ def test_one_value_and_words_can_be_swept():
     )
     assert list(table['contact.profile']) == ['rough', 'smooth']
     assert set(table['frequency_hz']) == {-500.0}
-
-
-@pytest.mark.parametrize(
-    ('values', 'why'),
-    [
-        ({'stand.preload': [0.1]}, 'give amplitude_m'),
-        ({'amplitude_m': 60e-9, 'stand.prelaod': [1.0]}, 'did you mean stand.preload'),
-        ({'amplitude_m': [1.0]}, 'above the'),
-    ],
-)
-def test_a_sweep_that_cannot_be_is_refused(values: Any, why: str):
-    with pytest.raises(StickSlipError, match=why):
-        sweep(Parameters(), values)
-
-
-def test_presliding_takes_the_contact_of_the_stand():
-    contact = presliding(Parameters().updated({'contact.friction': 0.25}), normal_force_n=0.5)
-    assert contact.max_force_n == pytest.approx(0.125)
-    assert contact.tangential_force(contact.max_displacement_m) == pytest.approx(0.125)
 
 
 def test_comparisons_take_runs_files_and_parameters(run: Run, tmp_path: Path):
@@ -349,20 +308,6 @@ def test_files_that_tell_little_are_compared_and_fitted_with_what_is_said_of_the
             read()
 
 
-def test_a_fit_finds_the_friction_that_made_the_forces(tmp_path: Path):
-    truth = Parameters().updated({'contact.friction': 0.23})
-    rows = [
-        (amplitude_m, run_drive(truth, amplitude_m, 1000.0).force_mean_n)
-        for amplitude_m in (60e-9, 90e-9, 130e-9)
-    ]
-    table = tmp_path / 'forces.csv'
-    lines = [f'0.5,{amplitude_m!r},{force_n!r},0.001' for amplitude_m, force_n in rows]
-    table.write_text('\n'.join(['preload_n,amplitude_m,force_n,force_sigma_n', *lines]))
-    found = fit(table, Free('contact.friction', low=0.1, high=0.5), options=FitOptions(starts=1))
-    assert found.estimates[0].value == pytest.approx(0.23, rel=1e-3)
-    assert 'contact.friction' in found._repr_html_()
-
-
 def test_notebooks_show_tables_and_no_markup_of_names(run: Run):
     assert '<td>stand.preload</td><td>0.25</td><td>N</td>' in (
         Parameters().updated({'stand.preload': 0.25})._repr_html_()
@@ -372,24 +317,21 @@ def test_notebooks_show_tables_and_no_markup_of_names(run: Run):
     assert '&lt;b&gt;' in named._repr_html_()
 
 
-@pytest.mark.parametrize(
-    ('words', 'answer'),
-    [
-        ("run.plot('position_m')", "start_s 'position_m' is not a number in us, ms or s"),
-        ('run.position_m', r"did you mean run.frame\['position_m'\]"),
-        ("run.save('x.docx')", r'ends with \.mcap; end its name so'),
-        (
-            "simulate(voltage_v=300.0, steps=1, record='x.docx')",
-            r'ends with \.mcap; end its name so',
-        ),
-        ("compare(run, run).save('x.docx')", r'ends with \.html; end its name so'),
-        ("run.table(every='x')", 'give an integer'),
-    ],
-)
-def test_a_mistake_with_a_result_is_refused_with_the_remedy(
-    run: Run, words: str, answer: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(StickSlipError, match=answer):
-        eval(words, {'run': run, 'simulate': simulate, 'compare': compare})
-    assert not [*tmp_path.iterdir()]
+FINDER = doctest.DocTestFinder(recurse=False)
+NAMES = {name: getattr(stickslip_ros, name) for name in dir(stickslip_ros) if name[0] != '_'}
+EXAMPLES = {
+    name: test
+    for name, public in NAMES.items()
+    for test in FINDER.find(public, name, globs=dict(NAMES))
+    if test.examples
+}
+
+
+@pytest.mark.parametrize('name', EXAMPLES)
+def test_an_example_gives_what_it_says(name: str, capsys: pytest.CaptureFixture[str]):
+    failed, tried = doctest.DocTestRunner().run(EXAMPLES[name])
+    assert (failed, tried) == (0, len(EXAMPLES[name].examples)), capsys.readouterr().out
+
+
+def test_most_of_what_computes_has_an_example():
+    assert {'simulate', 'run_drive', 'sweep', 'presliding', 'linearise', 'Bench'} <= {*EXAMPLES}

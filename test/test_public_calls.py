@@ -21,17 +21,16 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 import pytest
+from pages import DOCS, blocks_of, commands_of
 from processes import finish, start_process
+from rig_recording import write_a_rig
 
 import stickslip_ros
-from stickslip_ros.interface.cdr import pack_float64, pack_stamped
-from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.lab.cli.main import main
 from stickslip_ros.lab.cli.verbs import VERBS
-from stickslip_ros.message_types import FLOAT64, POINT_STAMPED
-from stickslip_ros.recording.recorder import Recorder
+from stickslip_ros.lab.figures.plotting import StyledFigure
 
-README = Path(__file__).resolve().parents[1] / 'README.md'
+README = DOCS.parent / 'README.md'
 s: Any = stickslip_ros
 """Without types: mappings stand for parameters here."""
 FREE = {'load_cell.contact': 'absent'}
@@ -155,10 +154,19 @@ def test_a_public_name_does_its_work(name: str):
     assert CALLS[name]() is not None or name in {'Fit', 'ComparisonReport'}  # which save
 
 
+def test_every_result_with_a_plot_returns_a_figure_that_only_its_user_shows():
+    drawn = run()
+    results = [drawn, drawn.frame, drawn.table(), fit(), compare(), s.linearise({}), measured()]
+    classes = {name for name in vars(s)['PUBLIC'] if hasattr(getattr(s, name), 'plot')}
+    assert classes == {type(each).__name__ for each in results} - {'DataFrame'}
+    for each in results:
+        assert isinstance(each.plot(), StyledFigure)
+        assert each.plot()._repr_png_().startswith(b'\x89PNG')  # in a notebook
+    assert not plt.get_fignums()
+
+
 @pytest.mark.parametrize('verb', LINES)
-def test_a_verb_does_its_work(
-    verb: str, ros_domain: int, quiet_ros: None, monkeypatch: pytest.MonkeyPatch
-):
+def test_a_verb_does_its_work(verb, ros_domain, quiet_ros, monkeypatch):
     monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
     assert main([verb, *LINES[verb].split()]) == 0
 
@@ -187,9 +195,7 @@ def stop(process: 'subprocess.Popen[str]') -> int:
 
 
 @pytest.mark.parametrize('verb', SERVED)
-def test_a_verb_serves_until_it_is_stopped(
-    verb: str, ros_domain: int, quiet_ros: None, monkeypatch: pytest.MonkeyPatch
-):
+def test_a_verb_serves_until_it_is_stopped(verb, ros_domain, quiet_ros, monkeypatch):
     words, said = SERVED[verb]
     process = started([verb, *words.split()], said, ros_domain)
     if verb == 'drive':
@@ -198,33 +204,14 @@ def test_a_verb_serves_until_it_is_stopped(
     assert stop(process) == (130 if verb == 'panel' else 0)
 
 
-def blocks(language: str, page: Path = README) -> list[str]:
-    """Return the examples of a page in a language."""
-    text = page.read_text(encoding='utf-8')
-    return re.findall(rf'```{language}\n(.*?)```', text, re.DOTALL)
-
-
-def write_a_rig(path: Path, preload: str) -> None:
-    """Write what a rig records: voltage and position, on the topics that README names."""
-    stand = s.Parameters().updated({**FREE, 'stand.preload': preload, 'runner.damping': 5.0})
-    frame = s.simulate(stand, voltage_v=150.0, frequency_hz=500.0, steps=30).frame
-    topics = {'/rig/amplifier': FLOAT64, '/rig/encoder': POINT_STAMPED}
-    with Recorder(path, [Channel(name, kind, Qos(1)) for name, kind in topics.items()]) as rig:
-        for time_s, row in frame.iterrows():
-            time_ns = round(1e9 * float(str(time_s)))
-            rig.put('/rig/amplifier', time_ns, pack_float64(row['voltage_v']), wait=True)
-            place = pack_stamped(time_ns, '', (row['position_m'], 0.0, 0.0))
-            rig.put('/rig/encoder', time_ns, place, wait=True)
-
-
 def test_the_examples_of_readme_run_as_they_stand(folder: Path, ros_domain: int, quiet_ros: None):
-    write_a_rig(folder / 'rig.mcap', '350mN')
-    [table] = blocks('csv', README.parent / 'docs' / 'howto' / 'compare.md')
-    (folder / 'experiment.csv').write_text(table, 'utf-8')
-    for example in blocks('python'):
-        exec(compile(example, 'README.md', 'exec'), {})
-    lines = ''.join(blocks('sh')).replace('\\\n', ' ').splitlines()
-    words = [shlex.split(line, comments=True) for line in lines]
+    write_a_rig(folder / 'rig.mcap')
+    [table] = blocks_of(DOCS / 'howto' / 'compare.md', 'csv')
+    (folder / table.file).write_text(table.text, 'utf-8')
+    for example in blocks_of(README, 'python'):
+        exec(compile(example.text, 'README.md', 'exec'), {})
+    commands = [command for block in blocks_of(README, 'sh') for command in commands_of(block)]
+    words = [shlex.split(each, comments=True) for each in commands]
     program = re.compile(r'stickslip(_ros)?')
     ours = [[*dropwhile(lambda word: not program.fullmatch(word), each)][1:] for each in words]
     ours = [each for each in ours if each]

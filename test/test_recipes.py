@@ -20,17 +20,19 @@ PROBE = 'instrument/sensors/eddy_probe.py'
 """A new file; it is the capacitive probe under another name."""
 DRAG = """
     drag: float = quantity(
-        0.0, 'N s^2/m^2', 'drag', bounds=(0.0, 1e6), typical=4.0, from_zero=True
+        0.0, 'N s^2/m^2', 'drag', bounds=(0.0, 1e6), typical=4.0, from_zero=True,
+        opposes=True, cause='a sail', assumed=0.2, resumable=True
     )
 """
 STROKE = """\
-    Topic('stroke', FLOAT64, STREAM, 'displacement of the feet, m',
+    Topic('stroke', POINT_STAMPED, STREAM, 'displacement of the feet, m',
           pace='trace.period', overridable=STREAMED),
 """
 PACKED_STROKE = """\
         if readings.time_ns % self._period_ns == 0:
             stroke_m = readings.truth[TRUTH.index('foot')]
-            yield Packed('stroke', readings.time_ns, pack_float64(stroke_m))
+            packed = pack_stamped(time_origin_ns + readings.time_ns, '', (stroke_m, 0.0, 0.0))
+            yield Packed('stroke', readings.time_ns, packed)
 """
 EDDY_PROBE = '''\
 @dataclass(frozen=True)
@@ -54,7 +56,7 @@ FIRM = """\
 """
 RECIPES = {
     'parameter': [
-        ('parameters/physics_groups.py', '\n\n@dataclass(frozen=True)\nclass AmplifierP', DRAG),
+        ('parameters/physics_groups.py', '\n\n@dataclass(frozen=True)\nclass AmplifierP', DRAG)
     ],
     'sensor': [
         ('parameters/sensors.py', '# fmt: off\nSENSORS', EDDY_PROBE),
@@ -64,7 +66,7 @@ RECIPES = {
     'friction law': [
         ('parameters/physics_groups.py', ')\n"""The contact model and', ", 'firm'"),
         ('contact/laws.py', ' = range(len(LAWS))', ', FIRM'),
-        ('contact/laws.py', '    ratio = v_m_per_s / law.stribeck', FIRM),
+        ('contact/laws.py', '    if law.number == DAHL or law.static', FIRM),
     ],
     'topic that is published': [
         ('interface/topics.py', '    Topic(TRACE,', STROKE),
@@ -76,13 +78,19 @@ PROGRAM = """
 import json, sys
 import numpy as np
 from stickslip_ros import Parameters, load_yaml, open_run, run_drive, simulate
-from stickslip_ros.lab.fitting.assumed import _OPPOSING
+from stickslip_ros.instrument.checkpoint import changed_stand
+from stickslip_ros.lab.fitting.assumed import ASSUMED_SHARES, OPPOSING
 from stickslip_ros.lab.fitting.free import Free, choose_free
+from stickslip_ros.lab.fitting.missing import _TRIED
+from stickslip_ros.lab.twin.health import _change_text
 
 stand = load_yaml(sys.argv[1])
 simulate(stand, amplitude_m=60e-9, frequency_hz=1050.0, steps=22, record=sys.argv[2])
 _, [free], _ = choose_free(Parameters(), [Free('runner.drag')])
-found = {'drag': stand.runner.drag, 'start': free.start, 'scales': 'runner.drag' in _OPPOSING}
+found = {'drag': stand.runner.drag, 'start': free.start, 'scales': 'runner.drag' in OPPOSING}
+found['tried'], found['assumed'] = 'runner.drag' in _TRIED, ASSUMED_SHARES['runner.drag']
+found['cause'] = _change_text('runner.drag', 5.0, 0.1, 3.0, 0.1)
+found['resumed'] = changed_stand(stand, {'runner.drag': 5.0}).runner.drag
 recorded = open_run(sys.argv[2])
 stroke = recorded.recording.series('/stroke')
 found['stroke'] = float(stroke.value[0])
@@ -135,6 +143,8 @@ def test_what_the_recipes_add_works_end_to_end(run_changed, tmp_path: Path):
     stand.write_text(f'/**: {{ros__parameters: {{{values}}}}}')
     found = json.loads(run_changed('-c', PROGRAM, stand, file))
     assert (found['drag'], found['start'], found['scales']) == (3.0, 4.0, True)
+    assert (found['tried'], found['assumed'], found['resumed']) == (True, 0.2, 5.0)
+    assert found['cause'].endswith('was 3 +- 0.1 at the start: a sail')
     assert found['stroke'] == pytest.approx(found['foot_m'], rel=1e-6)
     assert found['stroke'] != 0.0
     assert found['eddy_position_m'] == pytest.approx(found['position_m'], abs=1e-9)

@@ -8,12 +8,15 @@ import re
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import yaml
 
 from stickslip_ros import load_yaml, stage_file
-from stickslip_ros.errors import UnknownName
+from stickslip_ros.errors import StickSlipError, UnknownName
+from stickslip_ros.lab.cli.chosen import chosen_parameters
 from stickslip_ros.lab.cli.main import build_parser, main
+from stickslip_ros.parameters import load_ranges
 from stickslip_ros.parameters.stages import stage_files
 from stickslip_ros.ros.start import with_stage
 
@@ -58,6 +61,48 @@ def test_every_value_of_a_stage_has_a_source_or_is_assumed_and_lies_in_its_range
     assert faults_of(text) == []
 
 
+@pytest.mark.parametrize('file', FILES, ids=lambda file: file.stem)
+def test_the_ranges_that_a_fit_reads_are_those_of_the_comments(file: Path):
+    text, told = file.read_text(encoding='utf-8'), dict[str, tuple[float, float]]()
+    for group, body in re.findall(r'^ {4}(\w+):\n((?: {6}.*\n)+)', text, re.MULTILINE):
+        for above, name, _ in VALUE.findall(body):
+            comment = ' '.join(line.strip(' #') for line in above.splitlines())
+            if found := FROM_TO.search(comment):
+                told[f'{group}.{name}'] = float(found[1]), float(found[2])
+    ranges, stand = load_ranges(file), load_yaml(file)
+    assert {name.partition('[')[0]: each for name, each in ranges.items()} == told
+    assert stand.ranges == ranges
+    for name, (low, high) in ranges.items():
+        assert low <= np.min(stand.value(name)) <= np.max(stand.value(name)) <= high
+
+
+def test_a_given_value_has_no_range_any_more_wherever_it_was_given(tmp_path: Path):
+    file = tmp_path / 'own.yaml'
+    file.write_text('/**: {ros__parameters: {feet: {share: [1.0, 0.06]}}}')
+    words = ['fit', 'x.csv', '--free', 'runner.mass', '--stage', 'clamp', '--params', str(file)]
+    words += ['--set', 'contact.radius=5mm', '--preload', '8']
+    stand = chosen_parameters(build_parser(words[:1]).parse_args(words))
+    whole = load_ranges(stage_file('clamp'))
+    assert whole.keys() - stand.ranges.keys() == {'feet.share[1]', 'contact.radius'}
+    assert 'runner.mass' not in stand.updated({'runner.mass': 0.03}).ranges
+
+
+@pytest.mark.parametrize(
+    ('ranges', 'message'),
+    [
+        ('{runner.mas: [1.0, 2.0]}', 'did you mean runner.mass'),
+        ('{runner.mass: [2.0, 1.0]}', 'write runner.mass: [LOW, HIGH]'),
+        ('{runner.mass: 2.0}', 'not a low and a high number'),
+    ],
+)
+def test_a_range_that_is_none_is_refused(ranges: str, message: str, tmp_path: Path):
+    file = tmp_path / 'own.yaml'
+    values = '{ros__parameters: {runner: {mass: 1.5}}}'
+    file.write_text(f'/**: {values}\n/ranges: {{ros__parameters: {ranges}}}')
+    with pytest.raises(StickSlipError, match=re.escape(message)):
+        load_yaml(file)
+
+
 @pytest.mark.parametrize(
     ('lines', 'fault'),
     [
@@ -76,12 +121,11 @@ def test_a_value_without_a_source_or_outside_its_range_is_found(lines: str, faul
 @pytest.mark.parametrize('name', NAMES)
 def test_a_stage_is_loaded_by_name_and_its_arrays_belong_together(name: str):
     values: dict[str, Any] = {**load_yaml(stage_file(name)).flat()}
-    assert len({len(values[each]) for each in values if each.startswith('feet.')}) == 1
+    arrays = [each for name, each in values.items() if name.startswith('feet.')][:-1]
+    assert len(set(map(len, arrays))) == 1
 
 
-def test_the_stages_are_those_of_the_folder_which_are_installed_and_explained(
-    keywords: dict[str, Any],
-):
+def test_the_stages_are_those_of_the_folder_which_are_installed_and_explained(keywords):
     assert list(stage_files()) == [file.stem for file in FILES] == NAMES
     installed = dict(keywords['data_files'])['share/stickslip_ros/config/stages']
     assert installed == [f'config/stages/{file.name}' for file in FILES]
@@ -103,9 +147,7 @@ def test_a_stage_comes_before_files_wherever_it_is_typed():
     assert parsed.params == [stage_file('rod'), Path('a.yaml'), Path('b.yaml')]
 
 
-def test_files_and_single_values_win_over_the_stage(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-):
+def test_files_and_single_values_win_over_the_stage(tmp_path, capsys):
     file = tmp_path / 'own.yaml'
     file.write_text('/**: {ros__parameters: {runner: {mass: 0.04, damping: 9.0}}}')
     words = ['--set', 'runner.damping=8', '--params', str(file), '--stage', 'clamp', '--json']

@@ -89,9 +89,7 @@ def test_the_work_of_a_child_of_a_process_is_its_progress():
         process.communicate('\n')
 
 
-def test_a_process_that_no_longer_works_is_killed_with_what_it_said(
-    monkeypatch: pytest.MonkeyPatch,
-):
+def test_a_process_that_no_longer_works_is_killed_with_what_it_said(monkeypatch):
     monkeypatch.setattr(waiting, 'PROGRESS_S', 0.0)
     monkeypatch.setattr(waiting, 'GIVE_UP_S', 0.5)
     program = "import time; print('here', flush=True); time.sleep(3600)"

@@ -16,7 +16,6 @@ import signal
 import subprocess
 import sys
 import sysconfig
-from collections.abc import Collection
 from pathlib import Path
 
 import pytest
@@ -26,7 +25,6 @@ from test_public_calls import LINES, SERVED
 import stickslip_ros
 from stickslip_ros.extras import LAB
 from stickslip_ros.lab.cli.verbs import VERBS
-from stickslip_ros.lab.measurements.run_result import SawtoothRun
 
 ROOT = Path(__file__).parents[1]
 REMEDY = (
@@ -35,19 +33,16 @@ REMEDY = (
 )
 MCAP = "a recording needs the package 'mcap', which is missing; install it with: pip install mcap"
 OF_A_ROBOT = {
-    'command',
-    'compile',
-    'contact',
-    'draw',
-    'drive',
-    'info',
-    'interface',
-    'panel',
-    'parameters',
-    'recover',
-    'replay',
-}
+    'command', 'compile', 'contact', 'draw', 'drive', 'info', 'interface', 'panel', 'parameters',
+    'recover', 'replay',
+}  # fmt: skip
 STICKSLIP = 'import sys; from stickslip_ros.lab.cli.start import stickslip; sys.exit(stickslip())'
+REFUSES = """
+import sys
+from stickslip_ros.lab.cli.main import main
+for each in sys.argv[1:]:
+    assert main(each.split()) == 2, each
+"""
 VERBS_OF_A_ROBOT = f"""
 import sys
 from stickslip_ros.lab.cli.main import main
@@ -67,33 +62,34 @@ for name in stickslip_ros.PUBLIC:
 """
 
 
-def environment_without(names: Collection[str], folder: Path) -> Path:
-    """Make a folder with what is installed here, but for some packages."""
+def environment_without(left_out: re.Pattern[str], folder: Path) -> Path:
+    """Make a folder with what is installed here, but for packages whose names match."""
     folder.mkdir()
     for each in Path(sysconfig.get_path('purelib')).iterdir():
-        if re.split(r'\W', each.name)[0] not in names:
+        if not left_out.match(each.name):
             (folder / each.name).symlink_to(each)
     return folder
 
 
+def named(*names: str) -> re.Pattern[str]:
+    """Return a pattern that packages of these names match."""
+    return re.compile(rf'({"|".join(names)})\b')
+
+
 @pytest.fixture(scope='module')
-def robot(
-    tmp_path_factory: pytest.TempPathFactory,
-    compiled_kernels: None,
-    recorded_run: tuple[SawtoothRun, Path],
-) -> Path:
+def robot(tmp_path_factory, compiled_kernels, recorded_run) -> Path:
     """Give the packages of a robot that has installed no extra."""
     folder = tmp_path_factory.mktemp('robot')
     shutil.copy(recorded_run[1], folder / 'run.mcap')
     (folder / 'run.csv').write_text('time_s,position_m\n0,0\n1,1e-9\n', encoding='utf-8')
-    return environment_without(LAB, folder / 'packages')
+    return environment_without(named(*LAB), folder / 'packages')
 
 
 @pytest.fixture(scope='module')
 def from_apt(tmp_path_factory: pytest.TempPathFactory, compiled_kernels: None) -> Path:
     """Give the packages of a robot without those of pip alone."""
-    names = (*LAB, 'mcap', 'mcap_ros2', 'lz4', 'zstandard')
-    return environment_without(names, tmp_path_factory.mktemp('apt') / 'packages')
+    left_out = named(*LAB, 'mcap', 'mcap_ros2', 'lz4', 'zstandard')
+    return environment_without(left_out, tmp_path_factory.mktemp('apt') / 'packages')
 
 
 def surroundings(packages: Path) -> dict[str, str]:
@@ -149,19 +145,17 @@ def test_without_mcap_a_drive_that_records_from_its_start_is_not_activated(
     assert f'not activated: {MCAP}' in refused
 
 
-@pytest.mark.parametrize('verb', sorted(VERBS.keys() - OF_A_ROBOT))
-def test_a_verb_of_the_laboratory_is_refused_in_one_line(robot: Path, verb: str):
-    words = LINES.get(verb) or SERVED[verb][0]
-    done = run_there(robot, STICKSLIP, verb, *words.split())
-    assert (done.returncode, done.stdout) == (2, '')
-    needed = '|'.join(LAB)
-    refused = rf"stickslip: stickslip {verb} needs the package '({needed})', {re.escape(REMEDY)}\n"
-    assert re.fullmatch(refused, done.stderr), done.stderr
+def test_each_verb_of_the_laboratory_is_refused_in_one_line(robot: Path):
+    verbs = sorted(VERBS.keys() - OF_A_ROBOT)
+    lines = [f'{verb} {LINES.get(verb) or SERVED[verb][0]}' for verb in verbs]
+    done = run_there(robot, REFUSES, *lines)
+    assert (done.returncode, done.stdout) == (0, ''), done.stderr
+    for line, verb in zip(done.stderr.splitlines(), verbs, strict=True):
+        needs = rf"stickslip: stickslip {verb} needs the package '({'|'.join(LAB)})', "
+        assert re.fullmatch(needs + re.escape(REMEDY), line), line
 
 
-def test_command_and_panel_need_no_laboratory_either(
-    robot: Path, quiet_ros: None, ros_domain: int
-):
+def test_command_and_panel_need_no_laboratory_either(robot, quiet_ros, ros_domain):
     environment = {**os.environ, **surroundings(robot), 'ROS_DOMAIN_ID': str(ros_domain)}
     words = [sys.executable, '-S', '-c', STICKSLIP]
     process = start_process(

@@ -3,18 +3,13 @@
 
 """Without ROS 2, what needs it is refused in one line, and all else works."""
 
-import os
-import subprocess
-import sys
-import sysconfig
 from pathlib import Path
 
 import pytest
-from processes import run_process
+from test_without_lab import REFUSES, STICKSLIP, environment_without, run_there
 
 from stickslip_ros.extras import ROS_MODULES
 
-ROOT = Path(__file__).parents[1]
 REMEDY = (
     "is missing; source its setup.bash, or take the wheels: pip install 'stickslip_ros[jazzy]'"
 )
@@ -29,35 +24,12 @@ for each in sys.argv[1:]:
     assert main(each.split()) == 0
 print('panel:', Player(Path('run.mcap')).overview()['name'])
 """
-REFUSES = """
-import sys
-from stickslip_ros.lab.cli.main import main
-for each in sys.argv[1:]:
-    assert main(each.split()) == 2
-"""
-STICKSLIP = 'import sys; from stickslip_ros.lab.cli.start import stickslip; sys.exit(stickslip())'
 
 
 @pytest.fixture(scope='module')
 def packages(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Give a folder with what is installed here, but for ROS."""
-    folder = tmp_path_factory.mktemp('without_ros')
-    for each in Path(sysconfig.get_path('purelib')).iterdir():
-        if not ROS_MODULES.match(each.name):
-            (folder / each.name).symlink_to(each)
-    return folder
-
-
-def run_without_ros(packages: Path, program: str, *words: str) -> 'subprocess.CompletedProcess':
-    """Run a program; without ``site`` the interpreter finds only these packages and ours."""
-    environment = {
-        **os.environ, 'PYTHONPATH': f'{ROOT}:{packages}', '_ROS_WHEELS_BOOTSTRAP_COMPLETE': '1',
-    }  # fmt: skip
-    return run_process(
-        [sys.executable, '-S', '-c', program, *words],
-        env=environment,
-        cwd=packages,
-    )
+    return environment_without(ROS_MODULES, tmp_path_factory.mktemp('without_ros') / 'packages')
 
 
 @pytest.mark.parametrize(
@@ -67,10 +39,8 @@ def run_without_ros(packages: Path, program: str, *words: str) -> 'subprocess.Co
         (STICKSLIP, ('drive',), 'stickslip: stickslip drive needs ROS 2, but '),
     ],
 )
-def test_what_needs_ros_is_refused_in_one_line(
-    packages: Path, program: str, words: tuple[str, ...], start: str
-):
-    done = run_without_ros(packages, program, *words)
+def test_what_needs_ros_is_refused_in_one_line(packages, program, words, start):
+    done = run_there(packages, program, *words)
     assert (done.returncode, done.stdout) == (2, '')
     [line] = done.stderr.splitlines()
     assert line.startswith(start)
@@ -79,7 +49,7 @@ def test_what_needs_ros_is_refused_in_one_line(
 
 def test_every_verb_that_needs_ros_is_refused_in_one_line(packages: Path):
     verbs = ('command voltage 10V', 'demo', 'panel', 'twin')
-    done = run_without_ros(packages, REFUSES, *verbs)
+    done = run_there(packages, REFUSES, *verbs)
     assert (done.returncode, done.stdout) == (0, '')
     for line, verb in zip(done.stderr.splitlines(), verbs, strict=True):
         assert line.startswith(f'stickslip: stickslip {verb.split()[0]} needs ROS 2, but ')
@@ -87,14 +57,14 @@ def test_every_verb_that_needs_ros_is_refused_in_one_line(packages: Path):
 
 
 def test_an_import_says_the_remedy_and_can_be_passed_over(packages: Path):
-    done = run_without_ros(packages, 'import stickslip_ros.testing')
+    done = run_there(packages, 'import stickslip_ros.testing')
     assert done.stderr.splitlines()[-1].endswith(REMEDY)
     passed_over = 'try: import stickslip_ros.testing\nexcept ImportError: print("none")'
-    assert run_without_ros(packages, passed_over).stdout == 'none\n'
+    assert run_there(packages, passed_over).stdout == 'none\n'
 
 
 def test_help_needs_none(packages: Path):
-    assert run_without_ros(packages, DRIVE, '--help').stdout.startswith('usage: drive ')
+    assert run_there(packages, DRIVE, '--help').stdout.startswith('usage: drive ')
 
 
 @pytest.mark.usefixtures('compiled_kernels')
@@ -105,5 +75,5 @@ def test_simulation_comparison_fit_and_the_panel_of_a_recording_need_none(packag
         'compare run.csv run.mcap',
         'fit run.csv --free contact.friction --starts 1 --window 8ms@4ms',
     )
-    done = run_without_ros(packages, ALL_OF, *verbs)
+    done = run_there(packages, ALL_OF, *verbs)
     assert (done.returncode, done.stdout.splitlines()[-1]) == (0, 'panel: run.mcap'), done.stderr

@@ -8,7 +8,13 @@ from typing import Any
 import numpy as np
 
 from stickslip_ros.interface import messages as m
-from stickslip_ros.message_types import FLOAT64_ARRAY, JOINT_STATE, POINT_STAMPED, WRENCH_STAMPED
+from stickslip_ros.message_types import (
+    FLOAT64_ARRAY,
+    JOINT_STATE,
+    POINT_STAMPED,
+    VECTOR3_STAMPED,
+    WRENCH_STAMPED,
+)
 
 
 def _plain_array(message: Any) -> m.ArrayMessage:
@@ -23,7 +29,8 @@ def _stamp_ns(header: Any) -> int:
 
 
 def _plain_point(message: Any) -> m.StampedMessage:
-    header, point = message.header, message.point
+    header = message.header
+    point = message.point if hasattr(message, 'point') else message.vector
     return m.StampedMessage(_stamp_ns(header), header.frame_id, (point.x, point.y, point.z))
 
 
@@ -45,6 +52,7 @@ def plain(type_name: str, message: Any) -> str:
     kinds = {
         FLOAT64_ARRAY: _plain_array,
         POINT_STAMPED: _plain_point,
+        VECTOR3_STAMPED: _plain_point,
         WRENCH_STAMPED: _plain_wrench,
         JOINT_STATE: _plain_joints,
     }

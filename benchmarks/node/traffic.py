@@ -8,11 +8,11 @@ from itertools import cycle
 from typing import Any
 
 import numpy as np
-from geometry_msgs.msg import PointStamped, WrenchStamped
+from geometry_msgs.msg import PointStamped, Vector3Stamped, WrenchStamped
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64, Float64MultiArray, MultiArrayDimension
+from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.units import NS_PER_S
@@ -30,12 +30,13 @@ TYPES = {
     'position': PointStamped,
     'force': WrenchStamped,
     'joint_states': JointState,
-    'voltage': Float64,
+    'voltage': Vector3Stamped,
     'trace': Float64MultiArray,
 }
 ROWS = 'sample; time_origin_ns=0'
 """Label of the samples in a trace, as of the drive."""
-FRAMES = {'position': 'stage_base', 'force': 'load_cell', 'joint_states': 'stage_base'}
+FRAMES = dict.fromkeys(('position', 'joint_states', 'voltage'), 'stage_base')
+FRAMES['force'] = 'load_cell'
 
 
 class Traffic:
@@ -76,14 +77,14 @@ class Traffic:
         """Fill and publish the messages of the tick of this number, the first of which is 1."""
         seconds, nanoseconds = divmod(tick * BLOCK_NS, NS_PER_S)
         position, force, joint, voltage, trace = self._kept.values()
-        for message in (position, force, joint):
+        for message in (position, force, joint, voltage):
             message.header.stamp.sec = seconds
             message.header.stamp.nanosec = nanoseconds
         position.point.x = force.wrench.force.x = 0.0
         self._publishers['position'].publish(position)
         self._publishers['force'].publish(force)
         if tick % TRACE_BLOCKS == 0:
-            joint.position[0] = joint.effort[0] = voltage.data = 0.0
+            joint.position[0] = joint.effort[0] = voltage.vector.x = 0.0
             trace.data = array('d', next(self._tables))
             self._publishers['joint_states'].publish(joint)
             self._publishers['voltage'].publish(voltage)

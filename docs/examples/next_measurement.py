@@ -18,7 +18,7 @@ from stickslip_ros import FitOptions, Parameters, fit, run_drive
 FREE = Parameters().updated({'load_cell.contact': 'absent'})
 NAMES = ['contact.friction', 'actuator.gain']
 EXACT = ['scale', 'contact.radius', 'contact.young_runner', 'contact.young_sphere']
-EXACT += ['stand.preload', 'feet', 'load']
+EXACT += ['stand.preload', 'feet', 'load', 'voltage', 'position']
 CANDIDATES = [(n, v) for n in (0.1, 0.2, 0.35, 0.5, 0.7, 1.0) for v in (150.0, 225.0, 300.0)]
 """Preloads (N) and voltages (V)."""
 FREQUENCY_HZ, ERROR_M = 500.0, 0.2e-9

@@ -22,12 +22,12 @@ def lower_presliding_m(preload_n):
     return presliding(Parameters(), normal_force_n=np.sqrt(2) / 4 * preload_n).max_displacement_m
 
 
-def verdict(damping, frequency_hz):
+def verdict(loss_factor, frequency_hz):
     """Read the thresholds that serve and the rises of a set of assumptions, and judge it."""
-    row = {'damping': damping, 'frequency_hz': frequency_hz}
+    row = {'loss_factor': loss_factor, 'frequency_hz': frequency_hz}
 
     def net_n(preload_n, amplitude_m):
-        changes = {'stand.preload': preload_n, 'runner.damping': damping}
+        changes = {'stand.preload': preload_n, 'contact.loss_factor': loss_factor}
         return run_drive(Parameters().updated(changes), amplitude_m, frequency_hz).force_net_n
 
     for tolerance in (0.05, 0.10):
@@ -38,6 +38,8 @@ def verdict(damping, frequency_hz):
             f'low_{tolerance:.0%}_mn': 1e3 * max(low_n, 0),
             f'high_{tolerance:.0%}_mn': 1e3 * high_n,
         }
+    quarter = Parameters().updated({'stand.preload': 0.25, 'contact.loss_factor': loss_factor})
+    row['thesis_mn'] = 1e3 * run_drive(quarter, 160e-9, frequency_hz).force_mean_n
     rises = [net_n(n, 160e-9) / net_n(n, 140e-9) - 1 for n in PRELOADS_N]
     if rises[0] > 0.03:
         return {**row, 'verdict': '0.1 N does not saturate'}
@@ -50,12 +52,12 @@ def verdict(damping, frequency_hz):
 
 
 def search():
-    """Judge every pair of damping and frequency; return a row for each."""
-    dampings = np.linspace(0.0, 100.0, 21) if FULL else np.array([0.0, 10.0, 25.0, 50.0])
+    """Judge every pair of loss factor and frequency; return a row for each."""
+    losses = np.linspace(0.0, 0.5, 21) if FULL else np.array([0.0, 0.1, 0.2, 0.3])
     frequencies_hz = np.geomspace(100.0, 2000.0, 11) if FULL else np.array([200.0])
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         rows = list(
-            pool.map(lambda place: verdict(*map(float, place)), product(dampings, frequencies_hz))
+            pool.map(lambda place: verdict(*map(float, place)), product(losses, frequencies_hz))
         )
     return pd.DataFrame(rows)
 
@@ -70,15 +72,15 @@ MARKS = {
 
 
 def draw(table):
-    """Draw the verdicts over damping and frequency."""
+    """Draw the verdicts over loss factor and frequency."""
     _, axes = plt.subplots(figsize=(8, 4))
     for name, rows in table.groupby('verdict'):
-        axes.semilogy(rows['damping'], rows['frequency_hz'], MARKS[name], label=name)
-    axes.set(xlabel='damping c (N s/m)', ylabel='frequency (Hz)')
+        axes.semilogy(rows['loss_factor'], rows['frequency_hz'], MARKS[name], label=name)
+    axes.set(xlabel='loss factor', ylabel='frequency (Hz)')
     axes.legend(loc='upper center', bbox_to_anchor=(0.5, 1.25), ncols=2, fontsize='small')
 
 
-def onsets_of(stand):
+def onsets_of(stand, threshold_n):
     """Compare the onset of a set of assumptions with the presliding at each preload."""
     onsets = pd.DataFrame(
         {
@@ -87,7 +89,7 @@ def onsets_of(stand):
         }
     )
     onsets['onset (nm)'] = [
-        1e9 * force_onset_m(stand.updated({'stand.preload': n}), stand.step.frequency, 10e-3)
+        1e9 * force_onset_m(stand.updated({'stand.preload': n}), stand.step.frequency, threshold_n)
         for n in PRELOADS_N
     ]
     onsets['onset / presliding'] = onsets['onset (nm)'] / onsets['presliding (nm)']

@@ -73,8 +73,8 @@ def draw():
             pool.map(lambda a: rebound(sphere, a), angles_deg), angles_deg, COLUMNS
         )
     rigid = pd.DataFrame([rigid_rebound(sphere, a) for a in angles_deg], angles_deg, COLUMNS)
-    _, panels = plt.subplots(1, 2, figsize=(11, 4), layout='constrained')
-    for axes, name in zip(panels, COLUMNS[1:], strict=True):
+    _, panels = plt.subplots(1, 3, figsize=(14, 4), layout='constrained')
+    for axes, name in zip(panels, COLUMNS, strict=True):
         points = measured[measured['quantity'] == name]
         axes.plot(curve.index, curve[name], label='predicted')
         axes.plot(rigid.index, rigid[name], '--', color='0.5', label='rigid contact, Coulomb')
@@ -109,7 +109,7 @@ def errors():
             'of a rigid contact',
         ]
     )
-    for name in COLUMNS[1:]:
+    for name in COLUMNS:
         wrong, stiff = (
             missed(name, sphere.contact.friction),
             missed(name, sphere.contact.friction, rigid_rebound),

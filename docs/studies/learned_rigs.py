@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from stickslip_ros import FitOptions, StickSlipError, fit
+from stickslip_ros import FitOptions, StickSlipError, fit, load_yaml, stage_file
 
 sys.path.append(str(Path(__file__).parents[2] / 'test' / 'lab' / 'fitting'))
 from spring_rig import Rig, voltage
+from stage_rig import GRAVITY, Foot, StageRig, waves
 
 FULL = os.environ.get('STUDIES') == 'full'  # make studies
 RIGS = 50 if FULL else 1  # of each kind
@@ -29,6 +30,31 @@ PARAMETERS = {
 }
 CONTACT = ('contact.radius', 'contact.young_runner', 'contact.young_sphere')
 EXACT = dict.fromkeys((*CONTACT, 'stand.preload', 'scale', 'feet', 'load'), '+-0%')
+
+HERTZ = {
+    'clamp': (300.0, 600.0),
+    'heavy': (100.0, 200.0),
+    'rod': (300.0, 500.0),
+    'three_balls': (100.0, 200.0),
+    'walker': (50.0, 100.0),
+}
+"""Frequencies of two saw-teeth."""
+DRIFT, NOISE, NOISE_HERE = {'drift_m_per_s': 5e-7}, {'noise_m': 5e-9}, {'noise_m': 3e-9}
+DEFECTS = [
+    *[('clamp', 11 + k, each) for k, each in enumerate((DRIFT, NOISE, {'guide': 1.6}))],
+    *[('clamp', 14, {'hysteresis': 0.02}), ('clamp', 15, {'cyclic_m': 2e-9})],
+    *[('clamp', 16, {'dry': 0.03}), ('clamp', 17, {'load': 0.02})],
+    *[('rod', 21, DRIFT), ('rod', 22, NOISE), ('rod', 23, {'monitor_share': -0.01})],
+    *[('rod', 24, {'hysteresis': 0.05}), ('rod', 25, {'cyclic_m': 3e-9})],
+    *[('rod', 26, {'dry': 0.01}), ('rod', 27, {'load': 0.1})],
+    *[('three_balls', 31, DRIFT), ('three_balls', 32, NOISE)],
+    *[('three_balls', 33, {'hysteresis': 0.02}), ('three_balls', 34, {'cyclic_m': 1e-9})],
+    *[('three_balls', 35, {'dry_n': 5e-3}), ('three_balls', 36, {'position_share': 1e-3})],
+    *[('walker', 41, NOISE_HERE), ('walker', 42, {'heavier': 1.1})],
+    *[('heavy', 51, NOISE_HERE), ('heavy', 52, {'guide': 2.0})],
+]
+"""Stages, seeds, and what a rig has that its file does not name: dry friction and load as shares
+of the friction of the driven feet, the normal force of the guide and the weight as factors."""
 
 
 def rig_of(kind, chance):
@@ -117,3 +143,75 @@ def counted(kept):
     )
     held.loc['all'] = held.sum()
     return held
+
+
+def stage_rig_of(stage, seed, defect):
+    """Draw a rig like a stage; return it with its preload and its rows of times and voltages."""
+    on, chance = load_yaml(stage_file(stage)), np.random.default_rng(seed)
+
+    def factor(largest):
+        return float(np.exp(chance.uniform(-np.log(largest), np.log(largest))))
+
+    mass_kg = on.runner.mass * factor(1.7)
+    preload_n = on.stand.preload * factor(1.0 if stage == 'three_balls' else 1.3)
+    true = {
+        'radius_m': on.contact.radius * factor(1.15),
+        'friction': 0.3 * chance.uniform(0.65, 1.15),
+        'prefactor': on.contact.prefactor * factor(1.6),
+        'mass_kg': mass_kg,
+        'damping_n_s_per_m': on.runner.damping * factor(1.7),
+        'gain_m_per_v': on.actuator.gain * factor(1.3),
+        'load_n': on.stand.load * defect.get('heavier', 1.0),
+        'moduli_pa': (on.contact.young_sphere, on.contact.young_runner),
+    }
+    weight_n = mass_kg * GRAVITY * on.stand.weight
+    names = 'share', 'weight', 'count', 'gain', 'delay', 'friction', 'young'
+    columns, feet = [getattr(on.feet, each) for each in names], []
+    for share, weight, *others in zip(*columns, strict=True):
+        foot = Foot(share * preload_n + weight * weight_n, *others)
+        more = 1.0 if foot.gain else defect.get('guide', 1.0)
+        feet.append(foot._replace(normal_n=more * foot.normal_n))
+    limit_n = true['friction'] * sum(each.number * each.normal_n for each in feet if each.gain)
+    true['load_n'] -= limit_n * defect.get('load', 0.0)
+    true['dry_n'] = limit_n * defect.get('dry', 0.0)
+    own = {name: each for name, each in defect.items() if name in StageRig.__dataclass_fields__}
+    range_v, low_v = on.amplifier.range_v, on.amplifier.voltage_min
+    slow_hz, fast_hz = HERTZ[stage]
+    rows = waves(
+        (-0.2 * range_v, 0.9 * slow_hz, 1),
+        (-0.55 * range_v, 0.8 * slow_hz, 1),
+        (0.93 * range_v, slow_hz, 3),
+        (range_v, fast_hz, 4),
+        slew_v_per_s=150e6,
+        low_v=low_v,
+    )
+    return StageRig(tuple(feet), **{**true, **own}, seed=seed), on, preload_n, rows
+
+
+def learn_stages():
+    """Learn rigs that have a defect, with the file of their stage; return a row for each."""
+    found = []
+    for stage, seed, defect in DEFECTS if FULL else [('rod', 21, DRIFT)]:
+        rig, on, preload_n, rows = stage_rig_of(stage, seed, defect)
+        columns = zip(('time_s', 'voltage_v', 'position_m'), rig.recorded(rows, 50e3), strict=True)
+        preloads_n = () if on.stand.weight else (preload_n,)
+        options = FitOptions(preloads_n=preloads_n, starts=1, workers=1)
+        result = fit(pd.DataFrame(dict(columns)), [*PARAMETERS], parameters=on, options=options)
+        known = [each for each in result.estimates if not each.undetermined]
+        pairs = [(each, getattr(rig, PARAMETERS[each.name])) for each in known]
+        off = [
+            abs(np.log(each.value / true)) * each.value / each.standard_error
+            for each, true in pairs
+        ]
+        found.append(
+            {
+                'stage': stage,
+                'defect': ', '.join(defect),
+                'holds': result.holds,
+                'intervals': len(known),
+                'true': sum(each.low <= true <= each.high for each, true in pairs),
+                'largest miss': round(max(off), 1),
+                'named': result.missing[0].name if result.missing else '',
+            }
+        )
+    return pd.DataFrame(found)

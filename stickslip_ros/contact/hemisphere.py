@@ -19,7 +19,7 @@ from stickslip_ros.contact.profile import (
 )
 from stickslip_ros.contact.roughness import Spectrum, rough_line, rough_prefactor_1d
 from stickslip_ros.kernels.record import Record
-from stickslip_ros.parameters import ContactParameters, Parameters, checked_arguments
+from stickslip_ros.parameters import FEET_MAX, ContactParameters, Parameters, checked_arguments
 
 PROFILES_KEPT = 64
 """Profiles kept for the next call: a rough line takes milliseconds to build."""
@@ -92,16 +92,18 @@ def spectrum_of(contact: ContactParameters) -> Spectrum:
     return Spectrum(contact.hurst, contact.rms_height, contact.cutoff_lower, contact.cutoff_upper)
 
 
-def lines_of(contact: ContactParameters, radii_m: tuple[float, ...] = ()) -> Record:
+def lines_of(contact: ContactParameters, feet: tuple[ContactParameters, ...] = ()) -> Record:
     """
     Return the lines under the feet for travelling roughness, read-only.
 
-    ``radii_m`` are those of the first feet; others have ``contact.radius``.
+    ``feet`` are the contacts of the first feet; those of the others are ``contact``.
 
     """
     from stickslip_ros.contact.travel import track_of  # noqa: PLC0415 - numba is imported by it
 
-    return track_of(contact, spectrum_of(contact), elasticity_of(contact).normal_pa, radii_m)
+    each = (*feet, *[contact] * (FEET_MAX - len(feet)))
+    normal_pa = tuple(elasticity_of(one).normal_pa for one in each)
+    return track_of(contact, spectrum_of(contact), tuple(one.radius for one in each), normal_pa)
 
 
 def prefactor_of(contact: ContactParameters) -> float:

@@ -11,7 +11,7 @@ equations are not publicly available.
 z is the deflection of the bristles, v the sliding velocity, g(v) = [Fc + (Fs - Fc)
 exp(-(v/vs)^2)]/sigma0. If v and the coefficient of z are constant in a step,
 z' = v (1 - alpha z sgn(v)/g) has the solution z -> z_ss + (z - z_ss) exp(-alpha |v| dt/g). This
-exact solution is used, so stiff bristles cannot make a step unstable.
+exact solution is used, so stiff bristles cannot make a step unstable; EPM's alpha changes with z.
 
 """
 
@@ -22,9 +22,9 @@ from stickslip_ros.kernels.record import COUNT, FLOAT, Record, kind
 from stickslip_ros.parameters import LAWS
 
 MDR, COULOMB, DAHL, LUGRE, EPM = range(len(LAWS))
-SHARE_MIN = 1e-6
-"""Least plastic share of a step that ends beyond steady sliding."""
-
+SHORT_WAY = 0.25
+"""Longest way of bristles, per g, over which they decay by a fraction: an exponential costs more
+than the rest of a law."""
 
 LAW = kind(
     number=COUNT,  # MDR, COULOMB, DAHL, LUGRE or EPM
@@ -41,28 +41,48 @@ LAW = kind(
 @kernel
 def steady_deflection(law: Record, coulomb_n: float, v_m_per_s: float) -> float:
     """Return g(v) = |z_ss|, the deflection of steady sliding, m."""
-    if law.number == DAHL:
+    if law.number == DAHL or law.static_ratio <= 1.0:
         return coulomb_n / law.bristle_n_per_m
     ratio = v_m_per_s / law.stribeck_m_per_s
-    decay = math.exp(-ratio * ratio)
-    return coulomb_n * (1.0 + (law.static_ratio - 1.0) * decay) / law.bristle_n_per_m
+    stribeck = (law.static_ratio - 1.0) * math.exp(-ratio * ratio)
+    return coulomb_n * (1.0 + stribeck) / law.bristle_n_per_m
 
 
 @kernel
-def plastic_share(law: Record, z_m: float, v_m_per_s: float, steady_m: float) -> float:
-    """Return alpha: 0 for elastic bristles, 1 for sliding bristles; always 1 except in EPM."""
+def plastic_share(law: Record, bent: float) -> float:
+    """Return alpha at z sgn(v)/g: 0 of elastic, 1 of sliding bristles; always 1 except in EPM."""
     if law.number != EPM:
         return 1.0
-    if z_m * v_m_per_s <= 0.0:
-        return 0.0
-    breakaway_m = law.breakaway_ratio * steady_m
-    size_m = abs(z_m)
-    if size_m <= breakaway_m:
-        return 0.0
-    if size_m >= steady_m:
-        return 1.0
-    middle_m = 0.5 * (steady_m + breakaway_m)
-    return 0.5 + 0.5 * math.sin(math.pi * (size_m - middle_m) / (steady_m - breakaway_m))
+    place = (bent - law.breakaway_ratio) * (1.0 / (1.0 - law.breakaway_ratio))
+    if not 0.0 < place < 1.0:
+        return 1.0 if place > 0.0 else 0.0
+    return 0.5 - 0.5 * math.cos(math.pi * place)
+
+
+@kernel
+def bend(law: Record, bent: float) -> float:
+    """Return dz/du at z sgn(v)/g, 1 - alpha z sgn(v)/g."""
+    return 1.0 - plastic_share(law, bent) * bent
+
+
+@kernel
+def follow_plastic_share(law: Record, bent: float, way: float) -> tuple[float, float]:
+    """Return EPM's z sgn(v)/g after a way |du|/g, and its middle above the chord; Runge-Kutta."""
+    first = bend(law, bent)
+    second = bend(law, bent + 0.5 * way * first)
+    third = bend(law, bent + 0.5 * way * second)
+    last = bend(law, bent + way * third)
+    after = bent + way * (first + 2.0 * (second + third) + last) / 6.0
+    return min(after, max(1.0, bent)), way * (first - last) / 8.0
+
+
+@kernel
+def decay_over(way: float) -> float:
+    """Return exp(-way) of a way >= 0; by Pade's fraction, to 6e-10, if it is short."""
+    if way > SHORT_WAY:
+        return math.exp(-way)
+    even, odd = 120.0 + 12.0 * way * way, way * (60.0 + way * way)
+    return (even - odd) / (even + odd)
 
 
 @kernel
@@ -78,20 +98,22 @@ def deflect(
     """
     if du_m == 0.0:
         return z_m, law.bristle_n_per_m * z_m, 0.0
-    v_m_per_s = du_m / dt_s
-    steady_m = steady_deflection(law, coulomb_n, v_m_per_s)
-    # Second order for EPM: the plastic share at the middle of the elastic motion.
-    share = plastic_share(law, z_m + 0.5 * du_m, v_m_per_s, steady_m)
-    after_m = z_m + du_m
-    if share > 0.0 or abs(after_m) > steady_m:
-        share = max(share, SHARE_MIN)
-        end_m = math.copysign(steady_m, du_m) / share
-        after_m = end_m + (z_m - end_m) * math.exp(-share * abs(du_m) / steady_m)
-        largest_m = max(steady_m, abs(z_m))  # a long step of EPM would overshoot
-        after_m = min(max(after_m, -largest_m), largest_m)
-    rate_m_per_s = (after_m - z_m) / dt_s
-    damping_n = law.bristle_n_s_per_m * rate_m_per_s if law.number != DAHL else 0.0
-    damping_n += law.viscous_n_s_per_m * v_m_per_s
+    per_s = 1.0 / dt_s
+    v_m_per_s = du_m * per_s
+    sense, steady_m = math.copysign(1.0, du_m), steady_deflection(law, coulomb_n, v_m_per_s)
+    per_m = 1.0 / steady_m
+    bent, way = sense * (per_m * z_m), per_m * abs(du_m)
+    if law.number == EPM and way < 1.0:
+        after, bow = follow_plastic_share(law, bent, way)
+    else:  # Dahl and LuGre; in EPM the drive takes no such steps
+        decay = decay_over(0.5 * way)
+        after = 1.0 + (bent - 1.0) * decay * decay
+        bow = 1.0 + (bent - 1.0) * decay - 0.5 * (bent + after)
+    after_m = sense * (steady_m * after)
+    damping_n = law.viscous_n_s_per_m * v_m_per_s
+    if law.number != DAHL:
+        damping_n += law.bristle_n_s_per_m * per_s * (after_m - z_m)
     middle_n = 0.5 * law.bristle_n_per_m * (z_m + after_m)
     lost_j = middle_n * (du_m - (after_m - z_m)) + damping_n * du_m
+    lost_j += 2.0 / 3.0 * law.bristle_n_per_m * (steady_m * bow) * abs(du_m)  # Simpson's rule
     return after_m, law.bristle_n_per_m * after_m + damping_n, lost_j

@@ -13,8 +13,10 @@ friction limit.
 
 """
 
+import math
+
 from stickslip_ros.contact.ageing import AGEING
-from stickslip_ros.contact.laws import COULOMB, LAW, MDR, deflect
+from stickslip_ros.contact.laws import COULOMB, LAW, MDR, bend, deflect, steady_deflection
 from stickslip_ros.contact.memory import (
     MEMORY,
     U,
@@ -45,7 +47,6 @@ CONTACT = kind(
     bank=BANK,  # Springs for any preload
     law=LAW,  # Number of the law, and constants of the rival laws
     ageing=AGEING,  # Change of the friction coefficient
-    compliance=FLOAT,  # mu C_M: presliding per depth
     # Wanted preload, and its rate
     preload_n=FLOAT,
     preload_n_per_s=FLOAT,
@@ -59,8 +60,7 @@ CONTACT_STATE = kind(
     window_m=FLOAT,  # Displacement at which travelling roughness came to rest
     bristle_m=FLOAT,  # Deflection of the bristles of a rival law
     slip_m_per_s=FLOAT,  # Mean slip speed of ageing springs in the last step
-    # Stiffness of springs or bristles in the last step, N/m
-    answered_n_per_m=FLOAT,
+    answered_n_per_m=FLOAT,  # Stiffness of the springs in the last step
     springs=SPRINGS_STATE,  # Forces of the springs
 )
 """State of a contact."""
@@ -90,14 +90,14 @@ def react(contact: Record, state: Record, u_m: float, dt_s: float, holding_n: fl
     if remembers_turns(contact, state):
         move(contact.curve, state.memory, u_m)
         return
+    if contact.law.number != MDR:
+        react_by_law(contact, state, u_m, dt_s, holding_n)
+        return
     preload_n = next_preload(contact, state.preload_n, dt_s)
     before_n, way_m = state.memory.force_n, u_m - state.memory.u_m
     if way_m != 0.0:
         state.memory.sense = 1.0 if way_m > 0.0 else -1.0
-    if contact.law.number == MDR:
-        _react_by_springs(contact, state, u_m, dt_s, preload_n)
-    else:
-        _react_by_law(contact, state, u_m, dt_s, holding_n, preload_n)
+    _react_by_springs(contact, state, u_m, dt_s, preload_n)
     state.preload_n = preload_n
     if way_m != 0.0:
         answered_n_per_m = (state.memory.force_n - before_n) / way_m
@@ -107,19 +107,25 @@ def react(contact: Record, state: Record, u_m: float, dt_s: float, holding_n: fl
 
 @kernel
 def stick_stiffness(contact: Record, state: Record) -> float:
-    """Return the stiffness of springs or bristles without slip, N/m."""
-    if contact.law.number != MDR:
-        return contact.law.bristle_n_per_m
+    """Return the stiffness of springs without slip, N/m."""
     bank = contact.bank
+    friction, compliance = bank.friction[0], bank.compliance[0]
     normal_n_per_m = 0.0
     for group in range(bank.groups):
-        normal_n_per_m += bank.slope_n_per_m[state.springs.last[group]]
-    return normal_n_per_m * bank.friction / contact.compliance
+        # G*/E* of the group per that of the first, which is exactly 1 for feet of one stuff.
+        softness = (bank.friction[group] * compliance) / (friction * bank.compliance[group])
+        normal_n_per_m += softness * bank.slope_n_per_m[state.springs.last[group]]
+    return normal_n_per_m * friction / compliance
 
 
 @kernel
 def answer_towards(contact: Record, state: Record, direction: float) -> float:
     """Return the present stiffness of springs or bristles in a direction, N/m."""
+    if contact.law.number != MDR:
+        limit_n = friction_limit(contact.bank, state.preload_n)
+        steady_m = math.copysign(steady_deflection(contact.law, limit_n, direction), direction)
+        rate = bend(contact.law, state.bristle_m / steady_m)
+        return contact.law.bristle_n_per_m * max(rate, 0.0)
     if direction * state.memory.sense >= 0.0:
         return state.answered_n_per_m
     return stick_stiffness(contact, state)
@@ -165,25 +171,22 @@ def _react_by_springs(
 
 
 @kernel
-def _react_by_law(
-    contact: Record,
-    state: Record,
-    u_m: float,
-    dt_s: float,
-    holding_n: float,
-    preload_n: float,
+def react_by_law(
+    contact: Record, state: Record, u_m: float, dt_s: float, holding_n: float
 ) -> None:
     """Move a contact by a rival law."""
     memory = state.memory
     du_m = u_m - memory.u_m
-    limit_n = friction_limit(contact.bank, preload_n)
+    state.preload_n = next_preload(contact, state.preload_n, dt_s)
+    limit_n = friction_limit(contact.bank, state.preload_n)
     if contact.law.number == COULOMB:
         force_n = min(max(holding_n, -limit_n), limit_n)
         lost_j = force_n * du_m
     else:
         bristle_m, force_n, lost_j = deflect(contact.law, limit_n, state.bristle_m, du_m, dt_s)
         state.bristle_m = bristle_m
-    set_memory(memory, u_m, force_n, memory.sense, memory.lost_j + lost_j, 0.0)
+    sense = math.copysign(1.0, du_m) if du_m != 0.0 else memory.sense
+    set_memory(memory, u_m, force_n, sense, memory.lost_j + lost_j, 0.0)
 
 
 @kernel
@@ -192,7 +195,7 @@ def switch_to_springs(contact: Record, state: Record) -> None:
     if not remembers_turns(contact, state):
         return
     memory = state.memory
-    load_springs(contact.bank, contact.compliance, memory, state.preload_n, state.springs)
+    load_springs(contact.bank, memory, state.preload_n, state.springs)
     lost_j = lost_energy(contact.curve, memory)
     set_memory(memory, memory.u_m, memory.force_n, memory.sense, lost_j, 0.0)
     state.on_springs = True

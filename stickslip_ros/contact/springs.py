@@ -70,7 +70,9 @@ def bank_kind(springs: int) -> RecordKind:
         # Normal force of a group: its share of the preload, and its share of the weight
         shares=(FLOAT, (GROUPS_MAX,)),
         weights_n=(FLOAT, (GROUPS_MAX,)),
-        friction=FLOAT,  # Friction coefficient mu
+        # Friction coefficient mu of a group, and mu C_M, its presliding per depth
+        friction=(FLOAT, (GROUPS_MAX,)),
+        compliance=(FLOAT, (GROUPS_MAX,)),
     )
 
 
@@ -95,18 +97,14 @@ class Group(NamedTuple):
     """Equal contacts."""
 
     profile: Profile  # the indenter
+    elasticity: Elasticity  # effective moduli
+    friction: float  # friction coefficient mu
     contacts: int  # number of contacts
     share: float  # normal force of each per preload
     weight_n: float = 0.0  # normal force of each without preload, N
 
 
-def spring_bank(
-    groups: Sequence[Group],
-    elasticity: Elasticity,
-    friction: float,
-    preload_max_n: float,
-    springs: int = SPRINGS,
-) -> Record:
+def spring_bank(groups: Sequence[Group], preload_max_n: float, springs: int = SPRINGS) -> Record:
     """
     Choose the springs of a drive for preloads up to the largest, a number for each group.
 
@@ -115,21 +113,24 @@ def spring_bank(
     Raises OutOfRange if a profile is too short for the largest preload.
 
     """
-    rows = [_classes(group, elasticity, preload_max_n, springs) for group in groups]
+    rows = [_classes(group._replace(friction=0.0), preload_max_n, springs) for group in groups]
     heights_m, widths_m = (np.array(column) for column in zip(*rows, strict=True))
-    normal = 2.0 * elasticity.normal_pa * widths_m
+    moduli = [(group.elasticity.normal_pa, group.elasticity.shear_pa) for group in groups]
+    normal_pa, shear_pa = np.array(moduli).T[:, :, np.newaxis]
+    friction = np.array([group.friction for group in groups])
+    normal = 2.0 * normal_pa * widths_m
     slope = np.cumsum(normal, axis=1)
     steps_n = slope[:, :-1] * np.diff(heights_m, axis=1)
     area_n = np.concatenate((np.zeros((len(groups), 1)), np.cumsum(steps_n, axis=1)), axis=1)
     return bank_of_rows(
         heights_m,
-        friction * normal,
-        2.0 * elasticity.shear_pa * widths_m,
+        friction[:, np.newaxis] * normal,
+        2.0 * shear_pa * widths_m,
         area_n,
         slope,
         shares=[group.contacts * group.share for group in groups],
         weights_n=[group.contacts * group.weight_n for group in groups],
-        friction=friction,
+        slips=(friction, friction * [each.elasticity.cattaneo_mindlin for each in groups]),
     )
 
 
@@ -142,14 +143,22 @@ def bank_of_rows(
     *,
     shares: Sequence[float],
     weights_n: Sequence[float],
-    friction: float,
+    slips: tuple[Array, Array],
 ) -> Record:
-    """Return a bank whose springs lie in arrays of shape (groups, springs of each group)."""
+    """
+    Return a bank whose springs lie in arrays of shape (groups, springs of each group).
+
+    ``slips`` are friction and compliance of each group.
+
+    """
     groups, springs = heights_m.shape
     room = max(groups * springs, SPRINGS_IN_ALL)
 
     def flat(rows: Array) -> Array:
         return np.pad(rows.ravel(), (0, room - rows.size))
+
+    def of_groups(values: Sequence[float] | Array) -> Array:
+        return np.pad(np.asarray(values), (0, GROUPS_MAX - groups))
 
     firsts = np.full(GROUPS_MAX + 1, groups * springs)
     firsts[:groups] = springs * np.arange(groups)
@@ -167,19 +176,19 @@ def bank_of_rows(
         ),
         area_n=flat(area_n),
         slope_n_per_m=flat(slope_n_per_m),
-        shares=np.pad(np.array(shares), (0, GROUPS_MAX - groups)),
-        weights_n=np.pad(np.array(weights_n), (0, GROUPS_MAX - groups)),
-        friction=friction,
+        shares=of_groups(shares),
+        weights_n=of_groups(weights_n),
+        friction=of_groups(slips[0]),
+        compliance=of_groups(slips[1]),
     )
 
 
 @lru_cache(maxsize=CLASSES_KEPT)
-def _classes(
-    group: Group, elasticity: Elasticity, preload_max_n: float, springs: int
-) -> tuple[Array, Array]:
+def _classes(group: Group, preload_max_n: float, springs: int) -> tuple[Array, Array]:
     """Return mean height and half width of each class of springs, read-only."""
     profile = group.profile
-    area_m2 = (group.share * preload_max_n + group.weight_n) / (2.0 * elasticity.normal_pa)
+    normal_n = group.share * preload_max_n + group.weight_n
+    area_m2 = normal_n / (2.0 * group.elasticity.normal_pa)
     deepest_m = profile.depth_for(area_m2)
     bounds_m = deepest_m * (np.arange(springs + 1) / springs) ** GRADING
     half_width_m = profile.half_width(bounds_m)
@@ -252,6 +261,38 @@ def move_springs(
         total_n += force_n
         lost_j += loss_j
     return total_n, lost_j
+
+
+@kernel
+def drag_springs(
+    bank: Record,
+    springs: Record,
+    change_m: float,
+    before_n: float,
+    after_n: float,
+    rig_n_per_m: float,
+) -> float:
+    """
+    Move the far end of a rig that pulls all springs; return the sum of the tangential forces, N.
+
+    The runner moves by the change less the growth of the force per stiffness of the rig, found by
+    bisection.
+
+    """
+    held_n, limit_n = 0.0, friction_limit(bank, after_n)
+    for i in range(bank.first[bank.groups]):
+        held_n += springs.forces_n[i]
+    low_m = change_m - (limit_n - held_n) / rig_n_per_m
+    high_m = change_m + (limit_n + held_n) / rig_n_per_m
+    for _ in range(SHIFT_ITERATIONS):
+        du_m = 0.5 * (low_m + high_m)
+        grown_n = _shifted_sum(bank, springs.forces_n, after_n, du_m) - held_n
+        if du_m + grown_n / rig_n_per_m < change_m:
+            low_m = du_m
+        else:
+            high_m = du_m
+    force_n, _ = move_springs(bank, springs, 0.5 * (low_m + high_m), before_n, after_n)
+    return force_n
 
 
 @noinline_kernel
@@ -351,27 +392,24 @@ def friction_limit(bank: Record, preload_n: float) -> float:
     """Return the force of full slip at a preload, mu times the sum of the normal forces, N."""
     limit_n = 0.0
     for group in range(bank.groups):
-        limit_n += bank.friction * bank.shares[group] * preload_n
-        limit_n += bank.friction * bank.weights_n[group]
+        limit_n += bank.friction[group] * bank.shares[group] * preload_n
+        limit_n += bank.friction[group] * bank.weights_n[group]
     return limit_n
 
 
 @kernel
-def load_springs(
-    bank: Record, compliance: float, memory: Record, preload_n: float, springs: Record
-) -> None:
+def load_springs(bank: Record, memory: Record, preload_n: float, springs: Record) -> None:
     """
     Set the spring forces from the turning points, with the same total force.
 
-    The compliance is mu C_M, presliding per depth. The force of the bank differs from the
-    continuum's by up to BANK_ERROR. A common displacement of all springs, found by bisection,
-    removes the difference, so the force does not jump.
+    The force of the bank differs from the continuum's by up to BANK_ERROR. A common displacement
+    of all springs, found by bisection, removes the difference, so the force does not jump.
 
     """
     forces_n = springs.forces_n
     high_m = 0.0
     for group in range(bank.groups):
-        depth_m = depth_at(bank, group, preload_n)
+        depth_m, compliance = depth_at(bank, group, preload_n), bank.compliance[group]
         high_m = max(high_m, compliance * depth_m)
         for i in range(bank.first[group], bank.first[group + 1]):
             threshold_m = compliance * max(depth_m - bank.heights_m[i], 0.0)

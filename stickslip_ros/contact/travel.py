@@ -60,7 +60,7 @@ TRACK = kind(
     on=FLAG,  # Whether windows move
     springs=COUNT,  # Springs of a window
     spacing_m=FLOAT,  # Distance of the springs
-    normal_n_per_m=FLOAT,  # Normal stiffness of a spring, E* dx
+    normal_n_per_m=(FLOAT, (GROUPS_MAX,)),  # Normal stiffness of a spring of each foot, E* dx
     waves_in_all=COUNT,  # Used rows of ``waves``
     waves=(FLOAT, (WAVES, 4)),  # The line of the runner
     phases=(FLOAT, (GROUPS_MAX, WAVES)),  # Phases at spring 0, different for each foot
@@ -89,13 +89,13 @@ TRACK = kind(
 def track_of(
     contact: ContactParameters,
     spectrum: Spectrum,
-    normal_pa: float,
-    radii_m: tuple[float, ...] = (),
+    radii_m: tuple[float, ...],
+    normal_pa: tuple[float, ...],
 ) -> Record:
     """
     Return the lines under the feet, with windows at their start, read-only.
 
-    ``radii_m`` are those of the first feet; others have ``contact.radius``.
+    Each foot has a radius and a modulus E*, Pa.
 
     Raises OutOfRange if a window holds too many springs.
 
@@ -104,8 +104,7 @@ def track_of(
     power_m2 = line_power(spectrum, contact.line_length, contact.line_points)
     waves = waves_of_line(contact.travel * power_m2, contact)
     places_m = spacing_m * (np.arange(contact.line_points // 2) + 0.5)
-    radii = np.full((GROUPS_MAX, 1), contact.radius)
-    radii[: len(radii_m), 0] = radii_m
+    radii = np.array(radii_m)[:, np.newaxis]
     rises_m = places_m**2 / radii.max()
     # From the spectrum, not from random waves, so the width is the same for all seeds.
     covariance_m2 = contact.line_points * np.fft.irfft(power_m2, contact.line_points)
@@ -124,7 +123,7 @@ def track_of(
         on=True,
         springs=2 * half,
         spacing_m=spacing_m,
-        normal_n_per_m=normal_pa * spacing_m,
+        normal_n_per_m=np.array(normal_pa) * spacing_m,
         waves_in_all=len(waves),
         tiles=NO_PLACE,
         laid=NO_PLACE,
@@ -222,7 +221,7 @@ def press_foot(track: Record, foot: int, place: int, normal_n: float) -> float:
                 for i in range(TILE):
                     touching_m[touch] = line_m[i] - lowest_m
                     touch += 1 if touching_m[touch] < reach_m else 0
-        total_m = normal_n / track.normal_n_per_m
+        total_m = normal_n / track.normal_n_per_m[foot]
         depth_m = depth_of_sum(touching_m[:touch], total_m, track.depths_m[foot])
         if depth_m < reach_m or touch == track.springs:
             break
@@ -270,7 +269,6 @@ def depth_of_sum(heights_m: Array, total_m: float, depth_m: float) -> float:
 def tabulate_feet(
     track: Record,
     bank: Record,
-    compliance: float,
     preload_n: float,
     curve: Record,
     first: int,
@@ -280,25 +278,29 @@ def tabulate_feet(
     """
     Tabulate the virgin curve of the feet from ``first`` to before ``last`` at a place of windows.
 
-    ``bank`` is that of all feet, for load shares and friction; the compliance is mu C_M,
-    presliding per depth; the place is the displacement of the runner, in springs.
+    ``bank`` is that of all feet, for load shares and friction; the place is the displacement of
+    the runner, in springs.
 
     """
     counts, cells = track.counts, curve.cells
     force_max_n, limit_m = 0.0, 0.0
     for foot in range(first, last):
         normal_n = bank.shares[foot] * preload_n + bank.weights_n[foot]
-        limit_m = max(limit_m, compliance * press_foot(track, foot, place, normal_n))
-        force_max_n += bank.friction * normal_n
+        depth_m = press_foot(track, foot, place, normal_n)
+        limit_m = max(limit_m, bank.compliance[foot] * depth_m)
+        force_max_n += bank.friction[foot] * normal_n
     cells_per_m, width_m = CELLS / limit_m, limit_m / CELLS
     for j in range(CELLS + 1):
         counts[j] = 0.0
     for foot in range(first, last):
-        depth_m = track.depths_m[foot]
+        depth_m, compliance = track.depths_m[foot], bank.compliance[foot]
+        # Stiffness of a spring per that of the first foot, which is exactly 1 for one stuff.
+        own = track.normal_n_per_m[foot] * bank.friction[foot] * bank.compliance[first]
+        own /= track.normal_n_per_m[first] * bank.friction[first] * compliance
         for i in range(track.touch[foot]):
             slips_at = compliance * (depth_m - track.touching_m[foot, i]) * cells_per_m
             if slips_at > 0.0:
-                counts[min(math.ceil(slips_at), CELLS) - 1] += 1.0
+                counts[min(math.ceil(slips_at), CELLS) - 1] += own
     sum_of_means = 0.0
     for j in range(CELLS - 1, -1, -1):
         counts[j] += counts[j + 1]

@@ -39,10 +39,20 @@ def move_actuator(
 
     """
     half_s = pace.half_s
-    voltage_v = low_pass(plant, voltage_v, from_v, half_v, half_s, pace.settling)
-    middle_m = displace(plant, memory, voltage_v, pace.ring, half_s)
-    voltage_v = low_pass(plant, voltage_v, half_v, to_v, half_s, pace.settling)
-    foot_m = displace(plant, memory, voltage_v, pace.ring, half_s)
+    voltage_v, middle_m = _move_half(plant, memory, voltage_v, from_v, half_v, pace)
+    voltage_v, foot_m = _move_half(plant, memory, voltage_v, half_v, to_v, pace)
     speeding = ((foot_m - middle_m) - (middle_m - start_m)) / (half_s * half_s)
     speed = (foot_m - start_m) / (2.0 * half_s) - half_s * speeding
     return voltage_v, foot_m, speed, speeding
+
+
+@kernel
+def _move_half(
+    plant: Record, memory: Record, voltage_v: float, from_v: float, to_v: float, pace: Pace
+) -> tuple[float, float]:
+    """Move amplifier and piezo in half a step; return voltage, V, and displacement, m."""
+    after_v = low_pass(plant, voltage_v, from_v, to_v, pace.half_s, pace.settling)
+    # Mean of the output less the mean of its chord; tau V' = U - V gives the mean of V.
+    bow_v = 0.5 * (from_v + to_v - voltage_v - after_v)
+    bow_v -= plant.amplifier.tau_s / pace.half_s * (after_v - voltage_v)
+    return after_v, displace(plant, memory, after_v, bow_v, pace.ring, pace.half_s)

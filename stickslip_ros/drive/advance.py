@@ -6,9 +6,9 @@ Advance the drive under a wave: samples, stretches between corners of the voltag
 
 The voltage is piecewise linear. Its corners are known in advance: those of the command, and the
 end of slewing. The drive takes its steps between two corners. An ideal drive takes long steps. A
-rounded voltage, a nonlinear piezo, feet that differ, a stuck runner, a changing preload and rival
-laws need short steps, many of them in the presliding range. Their length follows from the highest
-possible speed of the feet, so no step is repeated.
+rounded voltage, a nonlinear piezo, feet that differ, a stuck runner, a changing preload and
+Coulomb's law need short steps, many of them in the presliding range. Their length follows from
+the highest possible speed of the feet, so no step is repeated.
 
 Passes of loops over time are counted. Every stretch and step must move the clock; if one does not,
 the loops still end, and the drive fails with the state that led there.
@@ -22,8 +22,6 @@ from typing import Any
 import numpy as np
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.contact.laws import MDR
-from stickslip_ros.contact.reaction import remembers_turns
 from stickslip_ros.drive import delay
 from stickslip_ros.drive.amplifier import (
     Stretch,
@@ -64,12 +62,10 @@ CROSSING_S = 4e-5
 in a step: an eighth of it at the default of 5 us."""
 CROSSING_STEPS_MIN = 2.0
 """Least number of steps in which such feet cross the presliding range."""
-SETTLING, RINGING = 2.0, 6.0
+SETTLING, RINGING = 1.0, 4.5
 """Length of a step in which the feet move on a parabola, per share of the presliding range that a
 step may cross: in time constants of the low-pass, and in inverse angular frequencies of the
 resonance."""
-LAW_REFINEMENT = 4
-"""Factor by which steps of a rival law are shorter, as its stiffness is not known beforehand."""
 LANES_MIN = 4
 """Least number of drives for which lanes are faster, though some stay empty."""
 RATE_REFINEMENT = 2
@@ -107,19 +103,39 @@ def observe_ideal(
     truth: Array,
     ramps: Array,
 ) -> None:
-    """Advance and sample like ``observe``, for a drive that ``takes_only_long_steps``."""
-    _observe(one_lane(), ((plants, states, wave, load_n, sample_s, truth, ramps),))
+    """Advance and sample like ``observe``, for a plain drive that ``takes_only_long_steps``."""
+    _observe(one_lane(), ((plants, states, wave, load_n, sample_s, truth, ramps),), True)
+
+
+@entry_point
+def observe_long(
+    plants: Record,
+    states: Record,
+    wave: Wave,
+    load_n: float,
+    sample_s: float,
+    truth: Array,
+    ramps: Array,
+) -> None:
+    """Advance and sample like ``observe_ideal``, also with a loss or a rival law."""
+    _observe(one_lane(), ((plants, states, wave, load_n, sample_s, truth, ramps),), False)
 
 
 @entry_point
 def observe_together(drives: tuple[Any, ...]) -> None:
     """Advance LANES drives, tuples of arguments of ``observe``; a negative sample time: none."""
-    _observe(all_lanes(), drives)
+    _observe(all_lanes(), drives, True)
+
+
+@entry_point
+def observe_long_together(drives: tuple[Any, ...]) -> None:
+    """Advance LANES drives like ``observe_together``, also with a loss or a rival law."""
+    _observe(all_lanes(), drives, False)
 
 
 @kernel
-def _observe(lanes: Record, drives: tuple[Any, ...]) -> None:
-    """Advance the drives in long steps, each from stretch to stretch."""
+def _observe(lanes: Record, drives: tuple[Any, ...], plain: bool) -> None:
+    """Advance the drives in long steps; the code of ``plain`` ones has no loss or rival law."""
     active = 0
     for i in range(len(lanes.h_s)):
         plants, states, _, load_n, sample_s, _, _ = drives[i]
@@ -133,7 +149,7 @@ def _observe(lanes: Record, drives: tuple[Any, ...]) -> None:
                 lanes.runs[i] = _next_stretch(lanes, i, drives[i])
                 active -= 1 - lanes.runs[i]
         # Ended lanes stay in: the loops have a fixed length, and `runs` skips their tables.
-        long_steps(lanes, drives)
+        long_steps(lanes, drives, plain)
 
 
 @kernel
@@ -241,7 +257,9 @@ def observe_samples(
     ramps: Array,
 ) -> None:
     """Advance and sample like ``observe``, with the fitting kernel; raises like `check_motion`."""
-    observer = observe_ideal if takes_only_long_steps(plants, states) else observe
+    observer = observe
+    if takes_only_long_steps(plants, states):
+        observer = observe_ideal if plants['plain'].item() else observe_long
     observer(plants, states, wave, load_n, sample_s, truth, ramps)
     check_motion(states, load_n)
 
@@ -265,7 +283,9 @@ def observe_all(
             observe_samples(*drive)
     if lanes:
         idle = (*lanes[0][:4], -1.0, *lanes[0][5:])
-        observe_together((*lanes, *[idle] * (LANES - len(lanes))))
+        plain = all(drive[0]['plain'].item() for drive in lanes)
+        observer = observe_together if plain else observe_long_together
+        observer((*lanes, *[idle] * (LANES - len(lanes))))
         for drive in lanes:
             check_motion(drive[1], drive[3])
 
@@ -282,12 +302,12 @@ def advance_stretch(
     """Advance the only drive, a tuple as in ``_observe``, along a straight voltage."""
     plants, states, _, load_n, _, _, _ = drives[0]
     plant, state = plants[0], states[0]
-    if plant.ideal and remembers_turns(plant.contacts[ALL], state.contacts[ALL]):
+    if plant.only_long_steps and not state.contacts[ALL].on_springs:
         lanes = one_lane()
         enter_lane(lanes, 0, plant, state, load_n)
         begin_stretch(lanes, 0, plant, state, start_v, rate_v_per_s, stretch_s)
         while lanes.left_s[0] > 0.0 and lanes.passes_left[0] >= 0:
-            long_steps(lanes, drives)
+            long_steps(lanes, drives, False)
         end_stretch(lanes, 0, plant, state)
     else:
         take_short_steps(plant, state, start_v, rate_v_per_s, load_n, stretch_s)
@@ -341,8 +361,6 @@ def _burst(
         own_v_per_s = state.history.rate_v_per_s[late.corner]
         own_s = _longest_in_burst(plant, late.piezo, late.voltage_v, own_v, own_v_per_s)
         longest_s = min(longest_s, own_s)
-    if contact.law.number != MDR:
-        longest_s /= LAW_REFINEMENT
     if contact.ageing.rate_share > 0.0:
         slip_m_per_s = state.contacts[1 if plant.separate else ALL].slip_m_per_s
         past_m_per_s = plant.gain_m_per_v * rate_v_per_s - state.velocity_m_per_s

@@ -10,8 +10,8 @@ from functools import lru_cache
 import numpy as np
 
 from stickslip_ros.contact.ageing import AGEING
-from stickslip_ros.contact.hemisphere import elasticity_of, lines_of
-from stickslip_ros.contact.laws import LAW, MDR
+from stickslip_ros.contact.hemisphere import lines_of
+from stickslip_ros.contact.laws import COULOMB, LAW, MDR
 from stickslip_ros.contact.mdr import Presliding
 from stickslip_ros.contact.reaction import CONTACT, relax
 from stickslip_ros.contact.springs import SPRINGS_IN_ALL, Group, bank_of_rows, spring_bank
@@ -30,12 +30,13 @@ from stickslip_ros.drive.layout import (
     NO_LAW_OF_SHARES,
     FeetMotion,
     contacts_at,
+    contacts_of,
+    contacts_of_kinds,
     driven_feet,
     groups_of,
     kinds_of,
     motion_of,
     motions_of,
-    radii_of,
     ratios_of,
     stiffest_share,
     weight_of,
@@ -68,10 +69,25 @@ PHASE_MAX = 1.1
 up to this limit the energy balances to a few 1e-3."""
 TRAVEL_MARGIN = 0.7
 """Factor of the longest step for travelling roughness, which allows for twice the stiffness."""
+TREAD_CYCLES = 0.75
+"""Cycles of the piezo's resonance in which a level of the converter still excites it."""
+LOW_TREAD = 4e-3
+"""Most that a level moves the feet, per the presliding range, where shorter levels than a step
+are a straight line: it errs by about that share."""
 TREADS_PER_STEP = 8
-"""Levels of the converter in the longest step at which they become a straight line."""
-LOW_TREAD = 1e-4
-"""Share of the presliding range; if a level moves the feet by less, one level a step is enough."""
+"""Most levels in the longest step, however high they or the resonance are."""
+RANGES_SPREAD = 2.0
+"""Largest presliding range that limits the steps, per the smallest of feet that move as one; 1.6
+for the smooth contacts of the paper."""
+LAW_REFINEMENT = 4
+"""Factor by which steps are shorter under a rival law that depends on velocity."""
+LITTLE_FRICTION = 0.1
+"""Friction limit of feet that move alike, per the mean of all such feet; those with less limit the
+steps in proportion less, since their errors count less."""
+FALLS_APART = 2.0
+"""Falls of a cycle up to which steps are as short as in a fall of all feet. Each of n falls moves
+an n-th of the friction, so its errors count less: with 12 delays the position errs by 6e-6 (4e-6
+with short steps; two delays: 4e-6), near the 0-amplitude by 3e-5 (2e-5; 2e-5)."""
 TREADS_KEPT = 8
 MODELS_KEPT = 64
 """Contact models kept for the next drive; a sweep over amplitudes needs one for each preload."""
@@ -113,9 +129,10 @@ def plant_of(parameters: Parameters) -> Record:
     plant.contacts[ALL] = all_contacts(parameters)
     plant.ratios[ALL], plant.counts[ALL] = 1.0, parameters.feet.total
     plant.driven = max(driven_feet(parameters), 1)
-    plant.presliding_m = plant.contacts[ALL].curve.limit_m
+    plant.presliding_m = _range_of(contacts_of(parameters))
     if parameters.contact.travel:
-        plant.track = lines_of(parameters.contact, radii_of(parameters.contact, parameters.feet))
+        each = contacts_of_kinds(parameters.contact, parameters.feet)
+        plant.track = lines_of(parameters.contact, each)
     motions = motions_of(parameters)
     if list(motions) != [COMMON_MOTION]:
         _separate_motions(plant, parameters, motions)
@@ -137,13 +154,14 @@ def tread_s(parameters: Parameters) -> float:
 
 
 def set_ideal(plant: Record) -> None:
-    """Set ``ideal`` and ``only_long_steps`` of a plant."""
+    """Set ``ideal``, ``only_long_steps`` and ``plain`` of a plant."""
     feet_are_one = is_linear(plant['piezo']) and not plant['separate']
     ideal = feet_are_one and in_python(is_direct)(plant) and not plant['stuck']
     ideal = ideal and not (plant['frame']['exists'] or plant['button']['exists'])
-    follows_model = plant['contacts'][ALL]['law']['number'] == MDR
     plant['ideal'] = ideal
-    plant['only_long_steps'] = ideal and follows_model
+    law = plant['contacts'][ALL]['law']['number']
+    plant['only_long_steps'] = ideal and law != COULOMB
+    plant['plain'] = law == MDR and not plant['loss_s']
 
 
 def _set_longest_step(plant: Record, parameters: Parameters) -> None:
@@ -153,9 +171,18 @@ def _set_longest_step(plant: Record, parameters: Parameters) -> None:
     if parameters.contact.travel:  # the contact may be stiffer elsewhere
         longest_s *= TRAVEL_MARGIN
     plant['dt_s'] = min(parameters.sim.dt, longest_s)
+    law = plant.contacts[ALL].law
+    depends_on_rate = law.static_ratio > 1.0 or law.bristle_n_s_per_m + law.viscous_n_s_per_m
+    if law.number > COULOMB and depends_on_rate:
+        plant['dt_s'] /= LAW_REFINEMENT
+    plant['loss_s'] = loss_of(parameters, plant)
     rise_m = plant['gain_m_per_v'] * plant['amplifier']['resolution_v']
-    is_low = rise_m < LOW_TREAD * plant['presliding_m']
-    plant['tread_s'] = plant['dt_s'] / (1 if is_low else TREADS_PER_STEP)
+    resonance_hz = parameters.actuator.resonance
+    if rise_m > LOW_TREAD * plant['presliding_m']:
+        unseen_s = 0.0
+    else:
+        unseen_s = TREAD_CYCLES / resonance_hz if resonance_hz else math.inf
+    plant['tread_s'] = np.clip(unseen_s, plant['dt_s'] / TREADS_PER_STEP, plant['dt_s'])
 
 
 def longest_step_s(parameters: Parameters, contact: Record, cell_n_per_m: float) -> float:
@@ -171,21 +198,44 @@ def longest_step_s(parameters: Parameters, contact: Record, cell_n_per_m: float)
     omega_per_s = math.sqrt((cell_n_per_m + contact_n_per_m) / mass_kg)
     law_n_s_per_m = float(law['bristle_n_s_per_m'] + law['viscous_n_s_per_m'])
     gamma_per_s = (parameters.runner.damping + law_n_s_per_m) / mass_kg
-    fastest_per_s = max(omega_per_s, gamma_per_s)
+    lost_s = parameters.contact.loss_factor / omega_per_s
+    fastest_per_s = max(omega_per_s, gamma_per_s + lost_s * omega_per_s**2)
     if parameters.frame.mass:
         frame_kg, frame_per_s = parameters.frame.mass, 2.0 * math.pi * parameters.frame.resonance
         between_per_s = math.sqrt(omega_per_s**2 + contact_n_per_m / frame_kg)
         loss_per_s = 2.0 * parameters.frame.damping_ratio * frame_per_s
+        loss_per_s += lost_s * between_per_s**2
         fastest_per_s = max(fastest_per_s, between_per_s, frame_per_s, loss_per_s)
     if parameters.actuator.stiffness:
         # A foot of the paper has at most a quarter of the stiffness of all feet.
         share = max(0.25, stiffest_share(parameters))
         foot_per_s = math.sqrt(share * contact_n_per_m / parameters.actuator.foot_mass)
-        fastest_per_s = max(fastest_per_s, foot_per_s)
+        fastest_per_s = max(fastest_per_s, foot_per_s, lost_s * foot_per_s**2)
     cell, button_per_s = parameters.load_cell, 2.0 * math.pi * parameters.load_cell.resonance
     if cell.contact == 'one_sided':
         fastest_per_s = max(fastest_per_s, button_per_s * max(1.0, 2.0 * cell.damping_ratio))
     return PHASE_MAX / fastest_per_s
+
+
+def loss_of(parameters: Parameters, plant: Record) -> float:
+    """
+    Return the viscous force of sticking contacts per rate of their elastic force, s.
+
+    Notes
+    -----
+    Contacts of stiffness K that stick have the viscous damping tau K; a mass m on them and on a
+    cell of stiffness k then has the damping ratio tau K/(2 sqrt(m (K + k))), half the loss factor.
+
+    """
+    contact, loss_factor = parameters.contact, parameters.contact.loss_factor
+    if not loss_factor:
+        return 0.0
+    # Not that of the tabulated curve, in whose first cell a foot of little friction slips already.
+    preload_n, weight_n = float(plant.contacts[ALL].preload_n), weight_of(parameters)
+    contacts = contacts_at(contact, parameters.feet, preload_n, weight_n)
+    contact_n_per_m = sum(each.stick_stiffness_n_per_m for each in contacts)
+    held_n_per_m = contact_n_per_m + plant['cell_n_per_m']
+    return float(loss_factor * math.sqrt(held_n_per_m * plant['mass_kg']) / contact_n_per_m)
 
 
 def amplifier_of(parameters: Parameters) -> Record:
@@ -227,7 +277,7 @@ def piezo_of(parameters: Parameters) -> Record:
         linear=1.0 - 0.5 * weight * plays,
         weight=weight,
         plays=plays,
-        play_v=0.5 * (amplifier.voltage_max - amplifier.voltage_min) / (plays + 1),
+        play_v=0.5 * amplifier.range_v / (plays + 1),
         creep=setting.creep,
         omega_per_s=omega_per_s,
         damping_ratio=setting.damping_ratio,
@@ -328,7 +378,6 @@ def _kept_contact(
         bank=_kept_bank(contact, feet, weight_n, largest_n, None),
         law=_law_of(LAWS.index(contact.law), law, contacts),
         ageing=ageing_of(contact),
-        compliance=contact.friction * elasticity_of(contact).cattaneo_mindlin,
         preload_n=stand.preload,
         preload_n_per_s=stand.preload_rate,
     )
@@ -346,7 +395,7 @@ def _kept_bank(
     kinds, groups = kinds_of(contact, feet), groups_of(contact, feet, weight_n)
     own = [g for each, g in zip(kinds, groups, strict=True) if motion in (None, motion_of(each))]
     springs = SPRINGS_IN_ALL // len(own)
-    return spring_bank(own, elasticity_of(contact), contact.friction, preload_max_n, springs)
+    return spring_bank(own, preload_max_n, springs)
 
 
 def ageing_of(contact: ContactParameters) -> Record:
@@ -393,7 +442,8 @@ def _separate_motions(
         limit, hint = 'of equal motion, but apart', 'put groups of equal motion side by side'
         raise OutOfRange('feet.gain', list(feet.gain), '', limit, hint)
     groups, stand = groups_of(contact, feet, weight_n), parameters.stand
-    loads_n = [_load_of(group, stand.preload) for group in groups]
+    each_n = [_limit_of(group, stand.preload, contact.friction) for group in groups]
+    limits_n = [group.contacts * each for group, each in zip(groups, each_n, strict=True)]
     delays_s = sorted({motion.delay_s for motion in motions} - {0.0})
     plant.delayed, plant.delays_s[: len(delays_s)] = len(delays_s), delays_s
     plant.separate, plant.moved = True, len(motions)
@@ -402,15 +452,15 @@ def _separate_motions(
         plant.ratios[k] = motion.gain
         plant.lates[k] = 1 + delays_s.index(motion.delay_s) if motion.delay_s else 0
         plant.counts[k] = sum(groups[i].contacts for i in own)
-        plant.parts[k] = sum(loads_n[i] for i in own) / sum(loads_n)
+        plant.parts[k] = sum(limits_n[i] for i in own) / sum(limits_n)
         plant.contacts[k].bank = _kept_bank(contact, feet, weight_n, largest_n, motion)
         _share_law(plant, k)
     _set_curves(plant, parameters)
 
 
-def _load_of(group: Group, preload_n: float) -> float:
-    """Return the normal force of a group at a preload, N."""
-    return group.contacts * (group.share * preload_n + group.weight_n)
+def _limit_of(group: Group, preload_n: float, friction: float) -> float:
+    """Return the friction limit of a foot of a group at a preload, per ``friction``, N."""
+    return group.friction / friction * (group.share * preload_n + group.weight_n)
 
 
 def separate_feet(plants: Record, parameters: Parameters) -> None:
@@ -419,11 +469,11 @@ def separate_feet(plants: Record, parameters: Parameters) -> None:
     before, motions = plant.copy() if plant.separate else plant, motions_of(parameters)
     groups = groups_of(parameters.contact, feet, weight_of(parameters))
     each = [i for i, group in enumerate(groups) for _ in range(group.contacts)]
-    preload_n = parameters.stand.preload
-    loads = np.array([groups[i].share + groups[i].weight_n / preload_n for i in each])
+    preload_n, friction = parameters.stand.preload, parameters.contact.friction
+    limits_n = np.array([_limit_of(groups[i], preload_n, friction) for i in each])
     is_one = not plant.separate
     plant.separate, plant.divided, plant.moved = True, True, len(each)
-    plant.parts[1 : len(each) + 1] = loads / loads.sum()
+    plant.parts[1 : len(each) + 1] = limits_n / limits_n.sum()
     plant.counts[1 : len(each) + 1] = 1.0
     plant.ratios[1 : len(each) + 1] = ratios_of(parameters)
     for k, i in enumerate(each, start=1):
@@ -456,7 +506,7 @@ def _set_contact_of_foot(plant: Record, k: int, group: Group, bank: Record) -> N
         bank.slope_n_per_m[np.newaxis, row] / contacts,
         shares=[group.share],
         weights_n=[group.weight_n],
-        friction=bank.friction,
+        slips=(bank.friction[[plant.groups[k]]], bank.compliance[[plant.groups[k]]]),
     )
     _share_law(plant, k)
 
@@ -467,7 +517,6 @@ def _share_law(plant: Record, k: int) -> None:
     own.law, own.ageing = whole.law, whole.ageing
     for name in ('bristle_n_per_m', 'bristle_n_s_per_m', 'viscous_n_s_per_m'):
         own.law[name] *= part
-    own.compliance = whole.compliance
     own.preload_n, own.preload_n_per_s = whole.preload_n, whole.preload_n_per_s
 
 
@@ -476,7 +525,7 @@ def _set_curves(plant: Record, parameters: Parameters) -> None:
     preload_n, weight_n = float(plant.contacts[ALL].preload_n), weight_of(parameters)
     contacts = contacts_at(parameters.contact, parameters.feet, preload_n, weight_n)
     plant.contacts[ALL].curve = tabulate(contacts)
-    plant.presliding_m = plant.contacts[ALL].curve.limit_m
+    plant.presliding_m = _range_of(contacts)
     plant.track.laid = NO_PLACE
     if not plant.separate:
         return
@@ -489,8 +538,23 @@ def _set_curves(plant: Record, parameters: Parameters) -> None:
         plant.contacts[k].curve = curve
     if len(motions) > 1:
         fastest = max(1.0, *(abs(motion.gain) for motion in motions))
-        ranges_m = [max(contact.max_displacement_m for contact in own) for own in moved]
-        plant.presliding_m = min(ranges_m) / fastest
+        limits_n = [sum(contact.max_force_n for contact in own) for own in moved]
+        little_n = LITTLE_FRICTION * sum(limits_n) / len(limits_n)
+        # A guide is not driven: only the runner slides on it, more slowly than feet in a fall.
+        ranges_m = [
+            _range_of(own) / min(1.0, limit_n / little_n)
+            for motion, own, limit_n in zip(motions, moved, limits_n, strict=True)
+            if motion.gain
+        ]
+        falls = len({motion.delay_s for motion in motions if motion.gain})
+        apart = max(1.0, math.sqrt(falls / FALLS_APART))
+        plant.presliding_m = apart * min(ranges_m, default=plant.presliding_m) / fastest
+
+
+def _range_of(contacts: Sequence[Presliding]) -> float:
+    """Return the presliding range of contacts that limits the steps, m."""
+    ranges_m = [contact.max_displacement_m for contact in contacts]
+    return min(max(ranges_m), RANGES_SPREAD * min(ranges_m))
 
 
 def change_preload(

@@ -1,11 +1,12 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Transfer the memory of contacts: from turning points to springs, from all feet to each foot."""
+"""Transfer the memory of contacts: to springs, to another friction, from all feet to each foot."""
 
 from stickslip_ros.contact.laws import MDR
 from stickslip_ros.contact.memory import U, move, set_memory
 from stickslip_ros.contact.reaction import contact_lost, remembers_turns, switch_to_springs
+from stickslip_ros.contact.springs import move_springs, stored_in_springs
 from stickslip_ros.drive.feet import active_contacts, lost_in_contacts, wanted_place
 from stickslip_ros.drive.records import ALL
 from stickslip_ros.drive.travel import update_curves
@@ -19,6 +20,29 @@ def switch_all_to_springs(plants: Record, states: Record) -> None:
     plant, state = plants[0], states[0]
     for k in active_contacts(plant):
         switch_to_springs(plant.contacts[k], state.contacts[k])
+
+
+@entry_point
+def slip_at_once(plants: Record, states: Record) -> None:
+    """
+    Let springs above their friction limit slip while the runner keeps its place.
+
+    Their force falls with the limit, so the elastic energy that they give off is friction loss.
+    Springs that age slip in the next steps, at the speed that their force gives them.
+
+    """
+    plant, state, total_n = plants[0], states[0], 0.0
+    if plant.contacts[ALL].law.number != MDR or plant.contacts[ALL].ageing.on:
+        return
+    for k in active_contacts(plant):
+        bank, own, memory = plant.contacts[k].bank, state.contacts[k], state.contacts[k].memory
+        before_j = stored_in_springs(bank, own.springs)
+        force_n, _ = move_springs(bank, own.springs, 0.0, own.preload_n, own.preload_n)
+        lost_j = memory.lost_j + (before_j - stored_in_springs(bank, own.springs))
+        set_memory(memory, memory.u_m, force_n, memory.sense, lost_j, 0.0)
+        state.feet[k].load_n = force_n
+        total_n += force_n
+    state.contact_n = total_n
 
 
 @entry_point

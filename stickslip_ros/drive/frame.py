@@ -31,7 +31,7 @@ def feel(plant: Record, state: Record, stride: Record) -> None:
         feet.speeding += in_mean(plant, k, speeding)
     stride.frame_m = frame_place(plant, state)
     sway.speed = state.centre_m_per_s - frame.feet_share * feet.speed
-    force_n = state.contact_n - holding_force(frame, stride.frame_m, sway.speed)
+    force_n = state.contact_n + stride.lag_n - holding_force(frame, stride.frame_m, sway.speed)
     sway.speeding = force_n * frame.per_kg - frame.feet_share * feet.speeding
 
 
@@ -55,6 +55,13 @@ def jerk_of_frame(plant: Record, stride: Record) -> float:
     n_per_s = stride.tangent * stride.runner.speed - stride.drive.speed
     n_per_s -= holding_force(plant.frame, stride.sway.speed, stride.sway.speeding)
     return n_per_s * plant.frame.per_kg
+
+
+@kernel
+def frame_speed(plant: Record, stride: Record, centre_m_per_s: float, time_s: float) -> float:
+    """Return the velocity of the frame after a time of the stride, m/s; 0 if it is rigid."""
+    foot_speed = stride.feet.speed + time_s * stride.feet.speeding
+    return centre_m_per_s - plant.frame.feet_share * foot_speed
 
 
 @kernel
@@ -82,6 +89,7 @@ def pass_middle(plant: Record, _state: Record, stride: Record) -> None:
     if not frame.exists:
         return
     missed_n = stride.middle_n - stride.before_n - 0.5 * h_s * stride.grows_n_per_s
+    missed_n += stride.middle_lag_n - stride.start_lag_n
     add_in_middle(centre, missed_n * frame.per_kg, h_s)
     feet_m = frame.feet_share * way_after(stride.feet, h_s)
     stride.frame_end_m = stride.frame_m + centre.end_m - feet_m
@@ -100,15 +108,17 @@ def arrive(plant: Record, state: Record, stride: Record) -> None:
     if not frame.exists:
         return
     missed_n = state.contact_n - stride.before_n - h_s * stride.grows_n_per_s
+    missed_n += stride.lag_n - stride.start_lag_n
     add_at_end(centre, missed_n * frame.per_kg, h_s)
     share, work_w, square = frame.feet_share, 0.0, 0.0
+    start_n, middle_n = stride.before_n + stride.start_lag_n, stride.middle_n + stride.middle_lag_n
     for weight, time_s, frame_m, centre_w, contact_n in (
-        (1.0, 0.0, stride.frame_m, centre.speed, stride.before_n),
-        (4.0, 0.5 * h_s, stride.frame_middle_m, centre.middle_m_per_s, stride.middle_n),
-        (1.0, h_s, stride.frame_end_m, centre.end_m_per_s, state.contact_n),
+        (1.0, 0.0, stride.frame_m, centre.speed, start_n),
+        (4.0, 0.5 * h_s, stride.frame_middle_m, centre.middle_m_per_s, middle_n),
+        (1.0, h_s, stride.frame_end_m, centre.end_m_per_s, state.contact_n + stride.lag_n),
     ):
         foot_speed = feet.speed + time_s * feet.speeding
-        speed = centre_w - share * foot_speed
+        speed = frame_speed(plant, stride, centre_w, time_s)
         work_w += weight * foot_speed * (contact_n - holding_force(frame, frame_m, speed))
         square += weight * speed * speed
     if not bends(plant):

@@ -26,8 +26,8 @@ from stickslip_ros.parameters import ContactParameters, FeetParameters, FootGrou
 
 FEET_STREAM = 40
 """Number of the random stream of the gains; sensors have others."""
-RADII_KEPT = 64
-"""Contacts with another radius that are kept for the next drive."""
+KINDS_KEPT = 64
+"""Contacts of feet of another radius or stuff that are kept for the next drive."""
 STANDARD_GRAVITY_M_PER_S2 = 9.80665
 NO_LAW_OF_SHARES = "refused under Coulomb's law, which does not define how feet share a load"
 
@@ -62,7 +62,7 @@ def motions_of(parameters: Parameters) -> dict[FeetMotion, list[int]]:
     for i, each in enumerate(kinds_of(parameters.contact, parameters.feet)):
         motions.setdefault(motion_of(each), []).append(i)
     if parameters.contact.law == 'coulomb' and list(motions) != [COMMON_MOTION]:
-        hint = 'set it to 1 and feet.delay to 0, or take another contact.law'
+        hint = 'set it to 1, feet.delay and feet.guide_friction to 0, or take another contact.law'
         raise OutOfRange('feet.gain', list(parameters.feet.gain), '', NO_LAW_OF_SHARES, hint)
     return motions
 
@@ -96,27 +96,31 @@ def groups_of(
     contact: ContactParameters, feet: FeetParameters, weight_n: float = 0.0
 ) -> list[Group]:
     """Return the contacts of each kind of foot under the weight of the runner, N (Eq. 19)."""
-    kinds, groups = kinds_of(contact, feet), list[Group]()
-    radii_m = radii_of(contact, feet)
-    for i, each in enumerate(kinds):
+    groups, each_contact = list[Group](), contacts_of_kinds(contact, feet)
+    for i, (each, own) in enumerate(zip(kinds_of(contact, feet), each_contact, strict=True)):
         if contact.travel:
-            profile: Profile = window_profile(lines_of(contact, radii_m), i)
+            profile: Profile = window_profile(lines_of(contact, each_contact), i)
         else:
-            index = i if contact.profile == 'rough_line' else 0
-            profile = profile_of(_with_radius(contact, radii_m[i]), index)
-        groups.append(Group(profile, each.feet, each.share, each.weight * weight_n))
+            profile = profile_of(own, i if contact.profile == 'rough_line' else 0)
+        friction = each.friction or contact.friction
+        fixed_n = each.weight * weight_n + each.friction_n / friction
+        groups.append(Group(profile, elasticity_of(own), friction, each.feet, each.share, fixed_n))
     return groups
 
 
-@lru_cache(maxsize=RADII_KEPT)
-def _with_radius(contact: ContactParameters, radius_m: float) -> ContactParameters:
-    """Return the parameters of a contact with another radius, m."""
-    return contact if radius_m == contact.radius else replace(contact, radius=radius_m)
+def contacts_of_kinds(
+    contact: ContactParameters, feet: FeetParameters
+) -> tuple[ContactParameters, ...]:
+    """Return the contact of each kind of foot, with its own radius and modulus."""
+    return tuple(_contact_of(contact, each) for each in kinds_of(contact, feet))
 
 
-def radii_of(contact: ContactParameters, feet: FeetParameters) -> tuple[float, ...]:
-    """Return the radius of each kind of foot, m."""
-    return tuple(each.radius_m or contact.radius for each in kinds_of(contact, feet))
+@lru_cache(maxsize=KINDS_KEPT)
+def _contact_of(contact: ContactParameters, each: FootGroup) -> ContactParameters:
+    if not (each.radius_m or each.young_pa):
+        return contact
+    radius_m, young_pa = each.radius_m or contact.radius, each.young_pa or contact.young_sphere
+    return replace(contact, radius=radius_m, young_sphere=young_pa)
 
 
 def contacts_of(parameters: Parameters) -> list[Presliding]:
@@ -129,11 +133,10 @@ def contacts_at(
     contact: ContactParameters, feet: FeetParameters, preload_n: float, weight_n: float
 ) -> list[Presliding]:
     """Return the contact of each foot at a preload and a weight of the runner, N."""
-    elasticity = elasticity_of(contact)
     contacts: list[Presliding] = []
     for group in groups_of(contact, feet, weight_n):
         normal_n = group.share * preload_n + group.weight_n
-        solved = solve_presliding(group.profile, elasticity, contact.friction, normal_n)
+        solved = solve_presliding(group.profile, group.elasticity, group.friction, normal_n)
         contacts += [solved] * group.contacts
     return contacts
 

@@ -18,13 +18,14 @@ class EnergyLedger(NamedTuple):
     """Energy of the drive since its start, J."""
 
     feet_work_j: float  # Work of the feet and of the external load
-    load_work_j: float
+    load_work_j: float  # and the kinetic energy of a mass that was added in motion
     # Kinetic energy of the runner; energy of the load cell and of the contact springs
     kinetic_j: float
     cell_j: float
     contact_stored_j: float
     contact_lost_j: float  # Losses by slip in the contacts, and by viscous damping
     damping_lost_j: float
+    sticking_lost_j: float = 0.0  # Energy lost in contacts that stick
     stops_j: float = 0.0  # Energy in the springs of the end stops
     stuck_lost_j: float = 0.0  # Kinetic energy lost when the runner got stuck
     # Energy of the frame: motion of its centre of mass, feet included, and its spring
@@ -39,8 +40,8 @@ class EnergyLedger(NamedTuple):
         """Energy put in minus energy found, J: the error of the integration."""
         found_j = self.kinetic_j + self.cell_j + self.contact_stored_j + self.stops_j
         found_j += self.frame_j + self.stacks_j
-        lost_j = self.contact_lost_j + self.damping_lost_j + self.stuck_lost_j
-        lost_j += self.stand_lost_j
+        lost_j = self.contact_lost_j + self.damping_lost_j + self.sticking_lost_j
+        lost_j += self.stuck_lost_j + self.stand_lost_j
         return self.feet_work_j + self.load_work_j - found_j - lost_j
 
 
@@ -59,6 +60,7 @@ def take_ledger(plants: Record, states: Record) -> EnergyLedger:
         contact_stored_j=stored_in_contacts(plant, state),
         contact_lost_j=lost_in_contacts(plant, state),
         damping_lost_j=sums.damping_lost_j,
+        sticking_lost_j=sums.sticking_lost_j,
         stops_j=stops_energy(plant, state.position_m),
         stuck_lost_j=sums.stuck_lost_j,
         frame_j=frame_energy(plant, state),

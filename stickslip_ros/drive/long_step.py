@@ -18,9 +18,12 @@ points are evaluated lane by lane. Each drive gets the same bits as alone.
 
 """
 
+import math
 from typing import Any
 
+from stickslip_ros.contact.laws import MDR
 from stickslip_ros.contact.memory import Branch, branch_towards, force_ahead, move, stiffness_on
+from stickslip_ros.contact.reaction import answer_towards, react_by_law
 from stickslip_ros.drive.amplifier import clamp
 from stickslip_ros.drive.oscillator import SIXTH, propagator
 from stickslip_ros.drive.records import ALL
@@ -51,13 +54,13 @@ SLOPE_STEPS_MIN = 6.0
 _COUNTS = 'runs may_be_cut rests walled passes_left samples row'
 FLOATS = (
     # Plant and load; gamma is damping per mass, 1/s
-    'per_kg damping_n_s_per_m gamma cell_n_per_m gain_m_per_v rest_v load_n '
+    'per_kg damping_n_s_per_m loss_s gamma cell_n_per_m gain_m_per_v rest_v load_n '
     # Stretch; remaining time of the sample
     'rate_v_per_s foot_m_per_s longest_s stretch_s left_s '
     'start_v target_v slope_v_per_s caught_s remaining_s '
     # State, as in STATE, and the force of the walls
     'voltage_v foot_m position_m velocity_m_per_s u_m contact_n wall_n '
-    'feet_work_j load_work_j damping_lost_j position_m_s '
+    'feet_work_j load_work_j damping_lost_j sticking_lost_j position_m_s '
     # Step: velocity and acceleration of the sliding; acceleration without damping of the sliding
     # and without the change of the contact force, and its rate
     'h_s speed speeding pull pull_rate jerk held_n_per_m omega_squared tangent '
@@ -68,6 +71,8 @@ FLOATS = (
     'y_middle w_middle y_end w_end middle_m next_m next_foot_m middle_n end_n impulse decay '
     # Acceleration that tangent and walls miss
     'missed_middle missed_by_walls '
+    # Force of contacts that lose energy, at the start
+    'start_n '
 )
 
 
@@ -86,6 +91,7 @@ def enter_lane(lanes: Record, i: int, plant: Record, state: Record, load_n: floa
     gamma = plant.damping_n_s_per_m * plant.per_kg
     lanes.runs[i], lanes.walled[i] = 1, plant.walls.exist
     lanes.per_kg[i], lanes.damping_n_s_per_m[i] = plant.per_kg, plant.damping_n_s_per_m
+    lanes.loss_s[i] = plant.loss_s
     lanes.gamma[i], lanes.cell_n_per_m[i], lanes.load_n[i] = (
         gamma,
         plant.cell_n_per_m,
@@ -100,6 +106,7 @@ def enter_lane(lanes: Record, i: int, plant: Record, state: Record, load_n: floa
     sums = state.sums
     lanes.feet_work_j[i], lanes.load_work_j[i] = sums.feet_work_j, sums.load_work_j
     lanes.damping_lost_j[i], lanes.position_m_s[i] = sums.damping_lost_j, sums.position_m_s
+    lanes.sticking_lost_j[i] = sums.sticking_lost_j
 
 
 @kernel
@@ -130,6 +137,7 @@ def end_stretch(lanes: Record, i: int, plant: Record, state: Record) -> None:
     sums = state.sums
     sums.feet_work_j, sums.load_work_j = lanes.feet_work_j[i], lanes.load_work_j[i]
     sums.damping_lost_j, sums.position_m_s = lanes.damping_lost_j[i], lanes.position_m_s[i]
+    sums.sticking_lost_j = lanes.sticking_lost_j[i]
     state.passes_made += state.passes_left - lanes.passes_left[i]
     state.passes_left = lanes.passes_left[i]
 
@@ -145,15 +153,15 @@ def longest_on_slope(plant: Record, rate_v_per_s: float) -> float:
 
 
 @kernel
-def long_steps(lanes: Record, drives: Any) -> None:
+def long_steps(lanes: Record, drives: Any, plain: bool) -> None:
     """Advance every drive, a tuple of plants, states and more, until a stiffness jumps."""
-    look_ahead(lanes, drives)
-    swing(lanes, drives)
-    arrive(lanes, drives)
+    look_ahead(lanes, drives, plain)
+    swing(lanes, drives, plain)
+    arrive(lanes, drives, plain)
 
 
 @kernel
-def look_ahead(lanes: Record, drives: Any) -> None:
+def look_ahead(lanes: Record, drives: Any, plain: bool) -> None:
     """Find forces and stiffnesses of the runners in this step, and its length."""
     # Loops without a branch or a table are separate: only these are computed four lanes at a time.
     for i in range(len(lanes.h_s)):
@@ -171,7 +179,7 @@ def look_ahead(lanes: Record, drives: Any) -> None:
         lanes.rests[i] = abs(speed) < RESTING * abs(speeding) * h_s
     for i in range(len(lanes.h_s)):
         if lanes.runs[i]:
-            find_branch(lanes, i, drives[i][0][0], drives[i][1][0])
+            find_branch(lanes, i, drives[i][0][0], drives[i][1][0], plain)
     for i in range(len(lanes.h_s)):
         speed, speeding, h_s = lanes.speed[i], lanes.speeding[i], lanes.h_s[i]
         held_n_per_m, gamma, sense = lanes.held_n_per_m[i], lanes.gamma[i], lanes.sense[i]
@@ -191,17 +199,25 @@ def look_ahead(lanes: Record, drives: Any) -> None:
 
 
 @kernel
-def find_branch(lanes: Record, i: int, plant: Record, state: Record) -> None:
+def find_branch(lanes: Record, i: int, plant: Record, state: Record, plain: bool) -> None:
     """Store the branch ahead, its tangent, and the stiffness of load cell and walls."""
-    curve, memory = plant.contacts[ALL].curve, state.contacts[ALL].memory
+    contact, memory = plant.contacts[ALL], state.contacts[ALL].memory
     direction = lanes.speeding[i] if lanes.rests[i] else lanes.speed[i]
     if plant.track.on:
         arrest(plant, state, ALL, direction)
-    ahead = branch_towards(curve, memory, direction)
-    lanes.tangent[i] = stiffness_on(curve, ahead, lanes.u_m[i])
+    if plain or contact.law.number == MDR:
+        ahead = branch_towards(contact.curve, memory, direction)
+        lanes.tangent[i] = stiffness_on(contact.curve, ahead, lanes.u_m[i])
+    else:
+        ahead = Branch(memory.u_m, memory.force_n, memory.sense, 1.0, 1.0, math.inf)
+        lanes.tangent[i] = answer_towards(contact, state.contacts[ALL], direction)
     lanes.origin_m[i], lanes.force_n[i] = ahead.origin_m, ahead.force_n
     lanes.sense[i], lanes.reach_m[i] = ahead.sense, ahead.reach_m
     lanes.fold[i], lanes.unfold[i] = ahead.fold, ahead.unfold
+    if not plain and plant.loss_s > 0.0:
+        damping_n_s_per_m = plant.damping_n_s_per_m + plant.loss_s * lanes.tangent[i]
+        lanes.gamma[i] = damping_n_s_per_m * plant.per_kg
+        lanes.speeding[i] = lanes.pull[i] - lanes.gamma[i] * lanes.speed[i]
     lanes.held_n_per_m[i] = lanes.cell_n_per_m[i]
     if plant.walls.exist:
         state.position_m, state.velocity_m_per_s = lanes.position_m[i], lanes.velocity_m_per_s[i]
@@ -232,7 +248,7 @@ def _branch(lanes: Record, i: int) -> Branch:
 
 
 @kernel
-def swing(lanes: Record, drives: Any) -> None:
+def swing(lanes: Record, drives: Any, plain: bool) -> None:
     """Move the runners on the tangents in two half steps; evaluate the contacts in the middle."""
     for i in range(len(lanes.h_s)):
         speed, pull, pull_rate = lanes.speed[i], lanes.pull[i], lanes.pull_rate[i]
@@ -249,9 +265,16 @@ def swing(lanes: Record, drives: Any) -> None:
         lanes.middle_m[i] = lanes.position_m[i] + 0.5 * h_s * lanes.foot_m_per_s[i] + y_middle
     for i in range(len(lanes.h_s)):
         if lanes.runs[i]:
-            plant, memory = drives[i][0][0], drives[i][1][0].contacts[ALL].memory
-            middle_m, curve = lanes.u_m[i] + lanes.y_middle[i], plant.contacts[ALL].curve
-            lanes.middle_n[i] = force_ahead(curve, memory, _branch(lanes, i), middle_m)
+            plant, own = drives[i][0][0], drives[i][1][0].contacts[ALL]
+            contact, middle_m = plant.contacts[ALL], lanes.u_m[i] + lanes.y_middle[i]
+            if plain or contact.law.number == MDR:
+                branch = _branch(lanes, i)
+                lanes.middle_n[i] = force_ahead(contact.curve, own.memory, branch, middle_m)
+            else:
+                react_by_law(contact, own, middle_m, 0.5 * lanes.h_s[i], 0.0)
+                lanes.middle_n[i] = own.memory.force_n
+            if not plain and plant.loss_s > 0.0:
+                _lose_in_middle(lanes, i)
             if plant.walls.exist:
                 missed_n = missed_by_walls(
                     plant, lanes.held_n_per_m[i], lanes.position_m[i], lanes.middle_m[i]
@@ -260,7 +283,7 @@ def swing(lanes: Record, drives: Any) -> None:
 
 
 @kernel
-def arrive(lanes: Record, drives: Any) -> None:
+def arrive(lanes: Record, drives: Any, plain: bool) -> None:
     """Move runners, feet and contacts to the end of the step, and add up the integrals."""
     for i in range(len(lanes.h_s)):
         h_s, y_middle = lanes.h_s[i], lanes.y_middle[i]
@@ -282,10 +305,19 @@ def arrive(lanes: Record, drives: Any) -> None:
         lanes.next_m[i], lanes.next_foot_m[i] = position_m, foot_m
     for i in range(len(lanes.h_s)):
         if lanes.runs[i]:
-            plant, memory = drives[i][0][0], drives[i][1][0].contacts[ALL].memory
-            next_m = lanes.next_m[i]
-            move(plant.contacts[ALL].curve, memory, next_m - lanes.next_foot_m[i])
+            plant, state, next_m = drives[i][0][0], drives[i][1][0], lanes.next_m[i]
+            contact, own = plant.contacts[ALL], state.contacts[ALL]
+            memory, end_m = own.memory, next_m - lanes.next_foot_m[i]
+            if plain or contact.law.number == MDR:
+                move(contact.curve, memory, end_m)
+            else:
+                react_by_law(contact, own, end_m, 0.5 * lanes.h_s[i], 0.0)
+                state.preload_n = own.preload_n
             lanes.u_m[i], lanes.end_n[i] = memory.u_m, memory.force_n
+            if not plain and plant.loss_s > 0.0:
+                lanes.start_n[i] = lanes.contact_n[i]
+                curved_n = memory.force_n - lanes.start_n[i] - lanes.tangent[i] * lanes.y_end[i]
+                lanes.w_end[i] -= plant.loss_s * curved_n * plant.per_kg
             if plant.walls.exist:
                 lanes.wall_n[i] = wall_force(plant, next_m)
                 missed_n = missed_by_walls(
@@ -310,6 +342,33 @@ def arrive(lanes: Record, drives: Any) -> None:
         # Exactly 0: a remainder of rounding would be a step that moves no clock.
         lanes.left_s[i] = left_s - h_s if h_s < left_s else 0.0
         lanes.passes_left[i] -= 1
+        if not plain:
+            lanes.w_end[i] = w_end
+    for i in range(len(lanes.h_s)):
+        if not plain and lanes.loss_s[i] > 0.0:
+            _book_loss(lanes, i)
+
+
+@kernel
+def _lose_in_middle(lanes: Record, i: int) -> None:
+    """Add the loss by what the tangent misses in the middle, as in `add_loss_in_middle`."""
+    missed_n = lanes.middle_n[i] - lanes.contact_n[i] - lanes.tangent[i] * lanes.y_middle[i]
+    lost = lanes.loss_s[i] * missed_n * lanes.per_kg[i]
+    lanes.w_middle[i] -= lost
+    lanes.y_end[i] -= 16.0 * SIXTH * lanes.impulse[i] * lost
+    lanes.w_end[i] += 16.0 * SIXTH * (1.0 - lanes.decay[i]) * lost
+
+
+@kernel
+def _book_loss(lanes: Record, i: int) -> None:
+    """Add the energy lost in sticking contacts, and the work of the feet, as `loss` does."""
+    start_n, middle_n, end_n = lanes.start_n[i], lanes.middle_n[i], lanes.contact_n[i]
+    lost_w = (4.0 * middle_n - 3.0 * start_n - end_n) * lanes.speed[i]
+    lost_w += 4.0 * (end_n - start_n) * lanes.w_middle[i]
+    lost_w += (start_n - 4.0 * middle_n + 3.0 * end_n) * lanes.w_end[i]
+    lanes.sticking_lost_j[i] += SIXTH * lanes.loss_s[i] * lost_w
+    lanes.feet_work_j[i] -= lanes.loss_s[i] * (end_n - start_n) * lanes.foot_m_per_s[i]
+    lanes.gamma[i] = lanes.damping_n_s_per_m[i] * lanes.per_kg[i]
 
 
 @kernel

@@ -52,6 +52,7 @@ SWING = kind(
     velocity=FLOAT,
     impulse=FLOAT,
     missed=FLOAT,
+    curved=FLOAT,  # Of it, the part of contacts that lose energy
 )
 """A body on a damped spring in a stride."""
 
@@ -123,3 +124,23 @@ def add_in_middle(body: Record, missed: float, h_s: float) -> None:
 def add_at_end(body: Record, missed: float, h_s: float) -> None:
     """Correct the velocity at the end by a missed acceleration, by Simpson's rule."""
     body.end_m_per_s += SIXTH * h_s * (4.0 * body.velocity * body.missed + missed)
+
+
+@kernel
+def add_loss_in_middle(body: Record, curved: float, loss_s: float) -> None:
+    """
+    Correct the motion by the loss in the contacts: loss_s times the rate of what they miss.
+
+    That force begins as the square of time. The rate has the momentum of the force itself.
+
+    """
+    body.curved = curved
+    body.middle_m_per_s += loss_s * curved
+    body.end_m += 16.0 * SIXTH * loss_s * body.impulse * curved
+
+
+@kernel
+def add_loss_at_end(body: Record, curved: float, loss_s: float) -> None:
+    """Correct the velocity at the end by the loss in the contacts."""
+    decayed = 16.0 * SIXTH * (1.0 - body.velocity) * body.curved
+    body.end_m_per_s += loss_s * (curved - decayed)

@@ -76,8 +76,15 @@ def prepare_piezo(plant: Record, memory: Record, h_s: float) -> Ring:
 
 
 @kernel
-def displace(plant: Record, memory: Record, voltage_v: float, ring: Ring, h_s: float) -> float:
-    """Return the displacement of the mean foot after a step to a voltage, m."""
+def displace(
+    plant: Record, memory: Record, voltage_v: float, bow_v: float, ring: Ring, h_s: float
+) -> float:
+    """
+    Return the displacement of the mean foot after a step to a voltage, m.
+
+    The voltage lies above its chord by ``bow_v`` in the mean: this drives a resonance too.
+
+    """
     static_m = hysteresis(plant, memory, voltage_v)
     driving_m = static_m
     if plant.piezo.creep > 0.0:
@@ -85,12 +92,13 @@ def displace(plant: Record, memory: Record, voltage_v: float, ring: Ring, h_s: f
     memory.static_m = static_m
     foot_m = driving_m
     if plant.piezo.omega_per_s > 0.0 and plant.piezo.stack_n_per_m == 0.0:
+        bow_m = plant.gain_m_per_v * bow_v
         memory.ring_m, memory.ring_m_per_s = swing_along(
             plant.piezo,
             memory.ring_m,
             memory.ring_m_per_s,
-            memory.driving_m,
-            driving_m,
+            memory.driving_m + bow_m,
+            driving_m + bow_m,
             ring,
             h_s,
         )

@@ -110,9 +110,9 @@ PLANT = kind(
     # Whether long steps are exact: equal feet, proportional to a piecewise linear voltage, and a
     # runner that can move
     ideal=FLAG,
-    # Whether all steps are long while turning points hold the history: ideal, under the contact
-    # model
+    # Whether all steps are long while no springs hold the history: ideal, not under Coulomb's law
     only_long_steps=FLAG,
+    plain=FLAG,  # Whether the contacts follow the contact model and lose nothing by sticking
     stuck=FLAG,  # Whether the runner is stuck
     load_n=FLOAT,  # Constant external load
     # Whether contacts move separately, and their number; whether each foot is one of them
@@ -143,6 +143,7 @@ PLANT = kind(
     # All contacts together, and the separate contacts
     contacts=(CONTACT, (CONTACTS,)),
     track=TRACK,  # Lines under the feet, if roughness travels
+    loss_s=FLOAT,  # Viscous force of sticking contacts per rate of their elastic force; 0: no loss
 )
 """Constants of the drive."""
 
@@ -178,10 +179,12 @@ CLOCK = kind(
 """Position of the drive in its wave."""
 
 SUMS = kind(
-    # Work of the feet and of the external load on runner and contacts
+    # Work of the feet, and of the external load and an added mass, on runner and contacts
     feet_work_j=FLOAT,
     load_work_j=FLOAT,
-    damping_lost_j=FLOAT,  # Energy lost in the viscous damping
+    # Energy lost in the viscous damping of the runner, and of its sticking contacts
+    damping_lost_j=FLOAT,
+    sticking_lost_j=FLOAT,
     position_m_s=FLOAT,  # Integral of the runner position over time
     stuck_lost_j=FLOAT,  # Kinetic energy lost when the runner got stuck
     # Energy lost in the damping of frame and load button, and in impacts
@@ -284,5 +287,9 @@ STATE = kind(
     passes_made=COUNT,  # Passes since the start
     # All contacts together, valid unless the feet are separate; each contact, valid if they are
     contacts=(CONTACT_STATE, (CONTACTS,)),
+    # Elastic force of each contact at the start and in the middle of a stride, if contacts lose
+    # energy
+    starts_n=(FLOAT, (CONTACTS,)),
+    middles_n=(FLOAT, (CONTACTS,)),
 )
 """State of the drive."""

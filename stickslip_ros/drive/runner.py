@@ -10,7 +10,14 @@ Its springs are a load cell, attached or touched, and end stops.
 
 import math
 
-from stickslip_ros.drive.oscillator import SIXTH, add_at_end, add_in_middle, swing_twice
+from stickslip_ros.drive.oscillator import (
+    SIXTH,
+    add_at_end,
+    add_in_middle,
+    add_loss_at_end,
+    add_loss_in_middle,
+    swing_twice,
+)
 from stickslip_ros.drive.stride import way_after
 from stickslip_ros.kernels.kernel import kernel
 from stickslip_ros.kernels.record import Record
@@ -133,7 +140,7 @@ def feel(plant: Record, state: Record, stride: Record) -> None:
     runner, per_kg = stride.runner, 0.0 if plant.stuck else plant.per_kg
     stride.per_kg = per_kg = per_kg / (1.0 + stride.others_kg * per_kg)
     force_n = force_on_runner(plant, state.position_m, state.contact_n, stride.load_n)
-    runner.pull = (force_n + stride.others_n) * per_kg
+    stride.pull = runner.pull = (force_n + stride.others_n) * per_kg
     runner.gamma = (plant.damping_n_s_per_m + stride.others_n_s_per_m) * per_kg
     runner.speed = state.velocity_m_per_s
     runner.speeding = runner.pull - runner.gamma * runner.speed
@@ -141,23 +148,27 @@ def feel(plant: Record, state: Record, stride: Record) -> None:
 
 @kernel
 def look_ahead(plant: Record, state: Record, stride: Record) -> None:
-    """Compute the stiffness on the runner, and the rate of its acceleration."""
+    """Compute the stiffness on the runner, its acceleration with all damping, and its rate."""
     runner = stride.runner
+    runner.gamma += plant.loss_s * stride.tangent * stride.per_kg
+    drag_along(plant, stride)
+    runner.speeding = runner.pull - runner.gamma * runner.speed
     stride.held_n_per_m = holding_stiffness(plant, state, runner.speeding, stride.longest_s)
     held_n_per_m = stride.held_n_per_m + stride.others_n_per_m + stride.tangent
     runner.omega_squared = held_n_per_m * stride.per_kg
-    drag_along(stride)
     runner.jerk = runner.pull_rate - runner.omega_squared * runner.speed
     runner.jerk = runner.jerk - runner.gamma * runner.speeding
 
 
 @kernel
-def drag_along(stride: Record) -> None:
-    """Compute the rate of the contact force on a runner at rest, from feet and frame."""
+def drag_along(plant: Record, stride: Record) -> None:
+    """Compute the contact force on a runner at rest that feet and frame cause, and its rates."""
     tangent, driven, pulled, sway = stride.tangent, stride.driven, stride.pulled, stride.sway
     stride.drive.speed = driven * pulled.speed + tangent * sway.speed
     stride.drive.speeding = driven * pulled.speeding + tangent * sway.speeding
-    stride.runner.pull_rate = stride.drive.speed * stride.per_kg
+    stride.runner.pull = stride.pull + plant.loss_s * stride.drive.speed * stride.per_kg
+    rate_n_per_s = stride.drive.speed + plant.loss_s * stride.drive.speeding
+    stride.runner.pull_rate = rate_n_per_s * stride.per_kg
     stride.runner.pull_jerk = stride.drive.speeding * stride.per_kg
 
 
@@ -172,9 +183,9 @@ def cut(plant: Record, state: Record, stride: Record) -> None:
 
 
 @kernel
-def swing(_plant: Record, _state: Record, stride: Record) -> None:
+def swing(plant: Record, _state: Record, stride: Record) -> None:
     """Move the runner exactly on the stiffness ahead."""
-    drag_along(stride)
+    drag_along(plant, stride)
     swing_twice(stride.runner, 0.5 * stride.lasts_s)
 
 
@@ -182,31 +193,36 @@ def swing(_plant: Record, _state: Record, stride: Record) -> None:
 def pass_middle(plant: Record, state: Record, stride: Record) -> None:
     """Correct the motion by the forces of contacts and walls in the middle."""
     runner, h_s = stride.runner, stride.lasts_s
-    add_in_middle(
-        runner, -missed_acceleration(plant, state, stride, runner.middle_m, 0.5 * h_s), h_s
-    )
+    curved = missed_acceleration(state, stride, runner.middle_m, 0.5 * h_s)
+    add_in_middle(runner, -(curved + of_walls(plant, state, stride, runner.middle_m)), h_s)
+    add_loss_in_middle(runner, -curved, plant.loss_s)
 
 
 @kernel
-def missed_acceleration(
-    plant: Record, state: Record, stride: Record, way_m: float, time_s: float
-) -> float:
-    """Return the acceleration after a way and a time beyond that of the stiffness, m/s^2."""
+def missed_acceleration(state: Record, stride: Record, way_m: float, time_s: float) -> float:
+    """Return the acceleration by the contacts beyond that of their stiffness, m/s^2."""
     missed_n = state.contact_n - stride.before_n - stride.tangent * way_m
     missed_n = missed_n + stride.driven * way_after(stride.pulled, time_s)
-    missed = (missed_n + stride.tangent * way_after(stride.sway, time_s)) * stride.per_kg
-    if plant.walls.exist:
-        start_m = state.position_m
-        walls_n = missed_by_walls(plant, stride.held_n_per_m, start_m, start_m + way_m)
-        missed += walls_n * stride.per_kg
-    return missed
+    return (missed_n + stride.tangent * way_after(stride.sway, time_s)) * stride.per_kg
+
+
+@kernel
+def of_walls(plant: Record, state: Record, stride: Record, way_m: float) -> float:
+    """Return the acceleration by the walls beyond that of their stiffness, m/s^2."""
+    if not plant.walls.exist:
+        return 0.0
+    start_m = state.position_m
+    walls_n = missed_by_walls(plant, stride.held_n_per_m, start_m, start_m + way_m)
+    return walls_n * stride.per_kg
 
 
 @kernel
 def arrive(plant: Record, state: Record, stride: Record) -> None:
     """Correct the motion at the end, add the integrals, move runner and mean foot to the end."""
     runner, start_m, h_s = stride.runner, state.position_m, stride.lasts_s
-    add_at_end(runner, -missed_acceleration(plant, state, stride, runner.end_m, h_s), h_s)
+    curved = missed_acceleration(state, stride, runner.end_m, h_s)
+    add_at_end(runner, -(curved + of_walls(plant, state, stride, runner.end_m)), h_s)
+    add_loss_at_end(runner, -curved, plant.loss_s)
     end_m, speed = start_m + runner.end_m, runner.end_m_per_s
     middle_m, middle_m_per_s = start_m + runner.middle_m, runner.middle_m_per_s
     book(plant, state, h_s, stride.load_n, end_m, speed, middle_m, middle_m_per_s)

@@ -15,8 +15,8 @@ where a loop closes, and where a wall is met.
 
 import math
 
-from stickslip_ros.contact.laws import COULOMB
-from stickslip_ros.drive import button, contacts, delay, frame, runner, stacks, travel
+from stickslip_ros.contact.laws import COULOMB, MDR
+from stickslip_ros.drive import button, contacts, delay, frame, loss, runner, stacks, travel
 from stickslip_ros.drive.actuator import Pace, move_actuator
 from stickslip_ros.drive.coulomb import take_rigid_stride
 from stickslip_ros.drive.piezo import prepare_piezo
@@ -29,6 +29,8 @@ TURN_SLACK_S = 1.1e-4
 """A reversal within (sim.dt/TURN_SLACK_S)^3 of the presliding range counts as immediate: 1e-4 of
 it at the default of 5 us. A hundredth of that gives the same errors of realistic stands with 9 %
 more steps."""
+LAW_SLACK = 1.0 / 64.0
+"""Share of it under a rival law, whose bristles may be twice as stiff after a reversal."""
 
 
 @kernel
@@ -37,6 +39,8 @@ def pace_of(plant: Record, state: Record, dt_s: float) -> Pace:
     half_s, tau_s = 0.5 * dt_s, plant.amplifier.tau_s
     settling = -math.expm1(-half_s / tau_s) if tau_s > 0.0 else 1.0
     slack_m = (plant.dt_s / TURN_SLACK_S) ** 3 * plant.presliding_m
+    if plant.contacts[ALL].law.number != MDR:
+        slack_m *= LAW_SLACK
     for j in range(plant.delayed):
         prepare_piezo(plant, state.late[j].piezo, half_s)
     return Pace(half_s, slack_m, settling, prepare_piezo(plant, state.piezo, half_s))
@@ -116,6 +120,7 @@ def take_stride(plant: Record, state: Record, stride: Record) -> None:
     travel.look_ahead(plant, state, stride)
     contacts.look_ahead(plant, state, stride)
     stacks.look_ahead(plant, state, stride)
+    loss.look_ahead(plant, state, stride)
     runner.look_ahead(plant, state, stride)
 
     # ... and the time until it jumps.
@@ -131,13 +136,18 @@ def take_stride(plant: Record, state: Record, stride: Record) -> None:
 
     # Correction by the contact forces in the middle ...
     contacts.pass_middle(plant, state, stride)
+    loss.follow_stick(plant, state, stride, 0.5 * stride.lasts_s)
+    stride.middle_lag_n = stride.lag_n
     runner.pass_middle(plant, state, stride)
     frame.pass_middle(plant, state, stride)
     stacks.pass_middle(plant, state, stride)
 
     # ... and at the end.
     contacts.arrive(plant, state, stride)
+    loss.follow_stick(plant, state, stride, stride.lasts_s)
     stacks.arrive(plant, state, stride)
     frame.arrive(plant, state, stride)
     runner.arrive(plant, state, stride)
+    if plant.loss_s > 0.0:
+        loss.book_loss(plant, state, stride)
     button.arrive(plant, state, stride)

@@ -67,8 +67,8 @@ def swing(plant: Record, state: Record, stride: Record) -> None:
         if is_guide(plant, k):
             continue
         foot, start_m, ratio = state.feet[k], state.places_m[k], ratio_of(plant, k)
-        foot.before_n = state.contacts[k].memory.force_n
         foot.n_per_s = foot.stiffness * (past_speed - foot.speed)
+        foot.before_n = state.contacts[k].memory.force_n + plant.loss_s * foot.n_per_s
         bent_m, grows_m = foot.before_n / piezo.stack_n_per_m, foot.n_per_s / piezo.stack_n_per_m
         speed, speeding = nominal_way(plant, state, stride, k)
         drive_0 = wanted_place(plant, state, k) + (bent_m - inert_m)
@@ -118,7 +118,7 @@ def frame_recoil(plant: Record, state: Record, stride: Record, time_s: float) ->
         frame_m, centre_w = stride.frame_end_m, stride.centre.end_m_per_s
     share = frame.feet_share
     held_n = holding_force(frame, frame_m, centre_w - share * mean_speed)
-    own = (state.contact_n - held_n) * frame.per_kg
+    own = (state.contact_n + stride.lag_n - held_n) * frame.per_kg
     return (own - share * pull / plant.driven) / (1.0 - share)
 
 

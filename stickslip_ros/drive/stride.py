@@ -45,6 +45,7 @@ STRIDE = kind(
     runner=SWING,
     per_kg=FLOAT,
     held_n_per_m=FLOAT,
+    pull=FLOAT,  # Its acceleration without damping and without loss in the contacts
     # Mass, damping, stiffness and force that other parts add to the runner
     others_kg=FLOAT,
     others_n_s_per_m=FLOAT,
@@ -62,6 +63,10 @@ STRIDE = kind(
     middle_n=FLOAT,
     drag_n=FLOAT,
     middle_drag_n=FLOAT,
+    # Viscous force of sticking contacts at the last evaluation, at the start and in the middle
+    lag_n=FLOAT,
+    start_lag_n=FLOAT,
+    middle_lag_n=FLOAT,
     # Power of the contacts on delayed feet at the start and in the middle, and at the time at
     # which they were evaluated last
     before_w=FLOAT,

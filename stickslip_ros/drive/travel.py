@@ -58,9 +58,7 @@ def update_curve(plant: Record, state: Record, k: int) -> None:
             for other in range(1, k):
                 first += int(plant.counts[other])
         bank, preload_n = plant.contacts[ALL].bank, contact.preload_n
-        tabulate_feet(
-            track, bank, contact.compliance, preload_n, contact.curve, first, first + feet, place
-        )
+        tabulate_feet(track, bank, preload_n, contact.curve, first, first + feet, place)
         track.laid[k] = place
 
 

@@ -10,7 +10,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
-from stickslip_ros.drive.ledger import EnergyLedger
+from stickslip_ros.drive.build import start_clock
+from stickslip_ros.drive.ledger import EnergyLedger, take_ledger
 from stickslip_ros.drive.waveform import can_be_played
 from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.files import read_bytes
@@ -19,9 +20,16 @@ from stickslip_ros.instrument.checks import BeyondSoftLimit
 from stickslip_ros.instrument.closed_loop import Observation, Outcome
 from stickslip_ros.instrument.commands import COMMANDS, Accepted, Request, check_request
 from stickslip_ros.instrument.motion import Motion
-from stickslip_ros.instrument.reports import Event, Identity, Output, Result, Status
+from stickslip_ros.instrument.reports import (
+    Event,
+    Identity,
+    Output,
+    Readings,
+    Result,
+    Status,
+)
 from stickslip_ros.instrument.sensing import Sensing
-from stickslip_ros.instrument.stand import SimulatedStand
+from stickslip_ros.instrument.stand import NO_RAMPS, SimulatedStand
 from stickslip_ros.instrument.state_tree import UNCHECKED, read_tree, refusal
 from stickslip_ros.kernels.record import Record
 from stickslip_ros.parameters import (
@@ -164,12 +172,12 @@ class Bench:
     @property
     def ledger(self) -> EnergyLedger:
         """Energy balance since the start or the last reset."""
-        return self.stand.ledger
+        return take_ledger(self.stand.plants, self.stand.states)
 
     @property
     def passes_made(self) -> int:
         """Passes of the loops over time, as a measure of the computing cost."""
-        return self.stand.passes_made
+        return int(self.state['passes_made'])
 
     def save(self, attached: Mapping[str, Any] | None = None) -> bytes:
         """
@@ -245,8 +253,8 @@ class Bench:
         first_cycle = self._start_wave()
         trace = self.stand.advance(self.motion.wave, samples)
         self.time_ns = until_ns
-        readings = self.sensing.read(trace, until_ns, self.stand.voltage_v, self.faults)
-        self._read = _if_finite(readings.position_m), _if_finite(readings.force_n)
+        [readings] = self.sensing.read_blocks(trace, until_ns, self.faults)
+        self._note(readings)
         motion = self.motion
         if self.stand.held_because:
             outcome = Outcome(Result.CORNER_LIMIT_REACHED, self.stand.held_because)
@@ -258,6 +266,46 @@ class Bench:
         events, self._events = tuple(self._events), []
         ramps = self.stand.ramps_since(first_cycle)
         return Output(readings, events, self.status, ramps)
+
+    def update_blocks(self, blocks: int) -> list[Output]:
+        """
+        Advance by blocks, with the outputs of ``update`` except their ramps.
+
+        Nothing can end within them, or it is only one.
+
+        """
+        if blocks == 1 or not self._is_undisturbed(blocks * self._block_ns * NANO):
+            return [self.update(self.time_ns + self._block_ns)]
+        samples = self._block_ns // self._sample_ns
+        trace = self.stand.advance(self.motion.wave, blocks * samples)
+        outputs: list[Output] = []
+        at_once = 1 if self.sensing.may_alarm else blocks
+        for first in range(0, len(trace), at_once * samples):
+            self.time_ns += at_once * self._block_ns
+            part = trace[first : first + at_once * samples]
+            read = self.sensing.read_blocks(part, self.time_ns, self.faults, at_once)
+            status = self.status
+            outputs += [Output(each, (), status, NO_RAMPS) for each in read]
+        self._note(outputs[-1].readings)
+        return outputs
+
+    def _is_undisturbed(self, duration_s: float) -> bool:
+        """Start a new wave; return whether no command can take effect or end in a duration."""
+        if self._delayed or self._events or not self.stand.is_preloaded:
+            return False
+        if self._preloading is not None or self.plant.delayed:  # which may hold the voltage
+            return False
+        self._start_wave()
+        motion = self.motion
+        wave = motion.wave
+        left_s = (wave.cycles - self.stand.cycle - 1) * (wave.period_s - wave.lead_s)
+        return not motion.is_running or (left_s > duration_s and not motion.may_end_early)
+
+    def _note(self, readings: Readings) -> None:
+        """Keep the last readings for events."""
+        position_m, force_n = readings.position_m, readings.force_n
+        self._read = _if_finite(position_m), _if_finite(force_n)
+        self.sensing.reading_m = self._read[0]
 
     def accept(self, request: Request) -> None:
         """Carry out a request now; its event comes with the next update."""
@@ -322,6 +370,7 @@ class Bench:
 
     def change_parameters(self, values: Mapping[str, Scalar]) -> None:
         self.parameters = self.parameters.updated(values)
+        self.stand.change_parameters(self.parameters)
         self.motion.change_parameters(self.parameters, self._observe())
 
     def apply_faults(self, faults: FaultParameters) -> None:
@@ -366,7 +415,7 @@ class Bench:
         if self.motion.is_new:
             self.motion.is_new = False
             self.motion.wave = self.stand.wave_with(self.motion.wave, self.faults)
-            self.stand.start_clock()
+            start_clock(self.stand.states)
         return self.stand.cycle
 
     def _observe(self) -> Observation:

@@ -12,7 +12,7 @@ A line of JSON identifies it. Compressed JSON follows with all parameters, the s
 import hashlib
 import json
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from types import GenericAlias
 from typing import Any
 
@@ -22,7 +22,7 @@ from stickslip_ros.drive.records import STATE
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.instrument.sensing import CLASSES
 from stickslip_ros.instrument.state_tree import HINT, read_tree, to_tree, without_gaps
-from stickslip_ros.parameters import Parameters, specs
+from stickslip_ros.parameters import Parameters, spec_of, specs
 
 FORMAT = 8
 HEAD = ('format', 'version', 'kinds', 'sha256')
@@ -33,23 +33,6 @@ KINDS_DIGEST = hashlib.sha256(
     repr([without_gaps(kind).descr for kind in _KINDS]).encode()
 ).hexdigest()
 """Digest of all fields of the records; it changes with the form of the state."""
-CHANGEABLE = ('closed_loop.', 'frame_id.', 'jog.', 'limits.', 'record.', 'step.')
-CHANGEABLE_NODE = frozenset(
-    (
-        'autostart',
-        'sim.checkpoint',
-        'sim.joint_name',
-        'sim.joint_states_rate',
-        'sim.lockstep',
-        'sim.publish_clock',
-        'sim.publish_truth',
-        'sim.real_time_factor',
-        'sim.time_origin',
-        'sim.wake',
-    )
-)
-CHANGEABLE_PLANT = frozenset(('amplifier.slew_rate', 'runner.damping', 'runner.mass'))
-"""Parameters that may change, because the saved state does not depend on them."""
 
 
 def pack_checkpoint(parameters: Parameters, state: Any, attached: Any) -> bytes:
@@ -114,20 +97,27 @@ def changed_stand(parameters: Parameters, changes: Mapping[str, object]) -> Para
     """
     Return the parameters of a saved state with changes.
 
-    Raises WrongKind if the saved state depends on a changed parameter.
+    Raises WrongKind if the saved state depends on a changed parameter, by its declaration.
 
     """
     stand = parameters.updated(changes)
     before, after = parameters.flat(), stand.flat()
     for name in changes:
-        is_free = name.startswith(CHANGEABLE) or name in CHANGEABLE_PLANT | CHANGEABLE_NODE
-        if before[name] != after[name] and not is_free:
-            hint = (
-                f'change {", ".join(sorted(CHANGEABLE_PLANT))} or {"*, ".join(CHANGEABLE)}*, or '
-                'start from rest'
-            )
+        if before[name] != after[name] and not spec_of(name).resumable:
+            hint = f'change {", ".join(_resumable())}, or start from rest'
             raise WrongKind(name, after[name], f'{before[name]}, as in the checkpoint', hint)
     return stand
+
+
+def _resumable() -> Iterator[str]:
+    """Yield what may change in a saved state: parameters, and whole groups, as ``jog.*``."""
+    free = [name for name, spec in specs().items() if spec.resumable]
+    parts = {name.partition('.')[0] for name in specs().keys() - free}
+    whole = (name.partition('.')[0] for name in free)
+    named = (
+        name if group in parts else f'{group}.*' for name, group in zip(free, whole, strict=True)
+    )
+    yield from dict.fromkeys(named)
 
 
 def _refusal(what: str, hint: str) -> WrongKind:

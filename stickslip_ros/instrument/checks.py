@@ -211,8 +211,26 @@ def check_live(parameters: Parameters, settings: Mapping[str, Scalar]) -> Mappin
         if is_fault(name) or not spec_of(name).live:
             live = (each for each, spec in specs().items() if spec.live and not is_fault(each))
             raise UnknownName('live parameter', name, f'use {", ".join(live)}')
-    parameters.updated(settings)
+    _check_drive(parameters, parameters.updated(settings))
     return settings
+
+
+def _check_drive(before: Parameters, after: Parameters) -> None:
+    """Refuse another friction or mass where the memory of the contacts does not allow it."""
+    law, feet = before.contact.law, before.feet
+    own_friction = law != 'mdr' and any(feet.friction)
+    old, new = before.flat(), after.flat()
+    for name, reason, excludes in (
+        ('contact.friction', 'contact.travel', before.contact.travel),
+        ('contact.friction', 'feet.guide_friction', feet.guide_friction),
+        ('contact.friction', f'feet.friction under contact.law {law}', own_friction),
+        ('runner.mass', 'stand.weight', before.stand.weight),
+    ):
+        if excludes and new[name] != old[name]:
+            unit = spec_of(name).unit
+            was = f'{old[name]:g} {unit}'.rstrip()
+            limit = f'a change from {was}, excluded by {reason} while the drive runs'
+            raise OutOfRange(name, new[name], unit, limit, 'deactivate the drive, then set it')
 
 
 def check_range(parameters: Parameters, name: str, voltage_v: float) -> None:
@@ -230,8 +248,7 @@ def check_range(parameters: Parameters, name: str, voltage_v: float) -> None:
 
 def check_amplitude(parameters: Parameters, name: str, amplitude_v: float) -> None:
     """Refuse an amplitude that is above the range of the amplifier, or not positive."""
-    amplifier = parameters.amplifier
-    range_v = amplifier.voltage_max - amplifier.voltage_min
+    range_v = parameters.amplifier.range_v
     if amplitude_v > range_v:
         limit = f"above the amplifier's {range_v:g} V"
         hint = 'lower it or raise amplifier.voltage_max'

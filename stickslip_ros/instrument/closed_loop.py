@@ -62,21 +62,7 @@ class Outcome:
 
 
 class ClosedLoop:
-    """
-    A closed-loop move, from its start to the end of its hold.
-
-    Attributes
-    ----------
-    goal : Goal
-        The present goal.
-    holds : bool
-        Whether the target was reached and is held.
-    in_position : bool
-        Whether the reading is within the tolerance of the target.
-    followed : Followed or None
-        For a trajectory: set point and reading of the last block.
-
-    """
+    """A closed-loop move, from its start to the end of its hold."""
 
     REMEMBERED: ClassVar[Mapping[str, Any]] = {
         'goal': Goal,
@@ -95,9 +81,9 @@ class ClosedLoop:
 
     def __init__(self, parameters: Parameters, goal: Goal, start: Observation) -> None:
         self.goal = goal
-        self.holds = False
-        self.in_position = False
-        self.followed: Followed | None = None
+        self.holds = False  # whether the target was reached and is held
+        self.in_position = False  # whether the reading is within the tolerance of the target
+        self.followed: Followed | None = None  # set point and reading of a trajectory's last block
         self._parameters = parameters
         self._set_point_m = start.position_m
         self._target_m = self._target_of(goal)
@@ -105,6 +91,9 @@ class ClosedLoop:
         self._loop = PositionLoop(loop_settings(parameters), start.voltage_v)
         self._start_ns = self._outside_ns = self._progress_ns = self._last_ns = start.time_ns
         self._nearest_m = math.inf
+        self._scale_to_steps(parameters)
+
+    def _scale_to_steps(self, parameters: Parameters) -> None:
         stroke_m = parameters.actuator.gain * parameters.step.amplitude
         self._progress_m = PROGRESS_SHARE * stroke_m
         self._pushed_m = PUSHED_STROKES * stroke_m
@@ -125,15 +114,14 @@ class ClosedLoop:
         if not (self._parameters.closed_loop.velocity or self.goal.direction or self.holds):
             self._set_point_m = math.nan  # restart from the runner, because it was at the target
         self._parameters = parameters
+        self._loop.rescale(loop_settings(parameters))
+        self._scale_to_steps(parameters)
 
     def pursue(self, goal: Goal, observation: Observation) -> bool:
         """
-        Change the goal; the learned step length stays, and steps towards the goal continue.
+        Change the goal; return whether it differs from the present one.
 
-        Returns
-        -------
-        bool
-            Whether the goal differs from the present one.
+        The learned step length stays, and steps towards the goal continue.
 
         """
         if goal == self.goal:
@@ -251,23 +239,26 @@ class ClosedLoop:
         if limit_m and follows and lag_m > limit_m:
             why = f'{lag_m:.4g} m from the set point, above limits.following_error {limit_m:g} m'
             return Outcome(Result.FOLLOWING_LIMIT_REACHED, why)
-        deviation = trajectory and _deviation(trajectory, observation, lag_m)
-        if deviation is not None:
-            return deviation
+        if trajectory is not None and (late := _deviation(trajectory, observation, lag_m)):
+            return late
         timeout_s = self._parameters.closed_loop.timeout
         is_timed = not (self.holds or self.goal.direction or trajectory)
         if is_timed and observation.time_ns - self._start_ns > to_nanoseconds(timeout_s):
             error_m = self._target_m - observation.position_m
             why = f'{error_m:.4g} m are left after closed_loop.timeout, {timeout_s:g} s'
             return Outcome(Result.TIMEOUT, why)
+        return self._blockage(observation)
+
+    def _blockage(self, observation: Observation) -> Outcome | None:
+        """Return the failure of a runner that makes steps but no progress; or None."""
         time_ns = observation.time_ns - self._progress_ns
-        if self._loop.is_coarse and time_ns > self._blocked_ns:
-            why = f'no progress for {time_ns * NANO:.3g} s at {observation.position_m:.6g} m'
-            if self._parameters.load_cell.contact != 'absent':
-                why += '; the load cell may hold the runner: choose a nearer target, or remove it'
-                why += ' (load_cell.contact absent)'
-            return Outcome(Result.END_STOP_REACHED, why)
-        return None
+        if not self._loop.is_coarse or time_ns <= self._blocked_ns:
+            return None
+        why = f'no progress for {time_ns * NANO:.3g} s at {observation.position_m:.6g} m'
+        if self._parameters.load_cell.contact != 'absent':
+            why += '; the load cell may hold the runner: choose a nearer target, or remove it'
+            why += ' (load_cell.contact absent)'
+        return Outcome(Result.END_STOP_REACHED, why)
 
 
 def _deviation(trajectory: Trajectory, observation: Observation, lag_m: float) -> Outcome | None:

@@ -7,26 +7,33 @@ from collections.abc import Callable
 
 from stickslip_ros.drive.advance import takes_only_long_steps
 from stickslip_ros.instrument.bench import Bench
-from stickslip_ros.instrument.commands import FAULT, Request
+from stickslip_ros.instrument.commands import FAULT, LIVE, Request
 from stickslip_ros.kernels.cache import NotKept, cache_folders, cache_problem, only_loads
 from stickslip_ros.parameters import SENSORS, Parameters
 
-KERNELS = 196 + 3 * len(SENSORS)
+KERNELS = 211 + 3 * len(SENSORS)
 """Kernels that ``compile_kernels`` compiles, with at least loop, low-pass and display of each
 sensor."""
-RUNS_KERNELS = 24  # further kernels of offline runs
+RUNS_KERNELS = 27  # further kernels of offline runs
 REPORT_EVERY = 20
 """Kernels after which the progress of the compilation is logged again."""
-SHORT_STEP_REQUESTS = 'preload', FAULT
-"""Requests that may end the long steps of an ideal drive, and so need all kernels."""
+_FRICTION = 'contact.friction'
+
+
+def needs_all_kernels(request: Request | None) -> bool:
+    """Return whether a request may end the long steps of an ideal drive."""
+    if request is None:
+        return False
+    return request.name in ('preload', FAULT) or _FRICTION in dict(request.settings)
 
 
 def compile_for(parameters: Parameters) -> bool:
     """
     Compile the kernels that a stand runs, or load them; return whether it can need no others.
 
-    An ideal drive needs others after ``SHORT_STEP_REQUESTS`` alone. All kernels are compiled for a
-    checkpoint, for scheduled faults, and if the disk cannot keep what another process compiles.
+    An ideal drive needs others only if it ``needs_all_kernels`` for a request. All kernels are
+    compiled for a checkpoint, for scheduled faults, and if the disk cannot keep what another
+    process compiles.
 
     """
     if parameters.sim.checkpoint or parameters.fault.schedule or cache_folders().write is None:
@@ -44,19 +51,23 @@ def compile_kernels() -> None:
     """
     Compile all kernels, or load them from the disk, so that nothing is compiled in real time.
 
-    A temporary bench executes everything with its own kernels: a run, another preload, a dead
-    foot. The kernels are the same for every stand.
+    A temporary bench executes everything with its own kernels: a run, one with the code of losses
+    and rival laws, another preload or friction, a dead foot. The kernels are the same for every
+    stand.
 
     """
     bench = Bench(Parameters().updated({row.switch: True for row in SENSORS if row.switch}))
-    bench.update(bench.parameters.sample_ns)
+    for plain in (True, False):
+        bench.stand.plants['plain'] = plain
+        bench.update(bench.time_ns + bench.parameters.sample_ns)
     _take_other_steps(bench)
 
 
 def _take_other_steps(bench: Bench) -> None:
-    """Advance with another preload, with a dead foot, and after a reset."""
+    """Advance with another preload and friction, with a dead foot, and after a reset."""
     for request in (
         Request('preload', (bench.parameters.stand.preload,)),
+        Request(LIVE, settings=((_FRICTION, 0.9 * bench.parameters.contact.friction),)),
         Request(FAULT, settings=(('fault.dead_foot', 1),)),
         Request('clear_faults'),
         Request('reset'),
@@ -79,17 +90,7 @@ def load_kernels() -> bool:
 def progress_reporter(
     say: Callable[[str], None], kernels: int = KERNELS + RUNS_KERNELS
 ) -> Callable[[int], None]:
-    """
-    Return a listener for ``compilation_reported`` that reports the progress in lines.
-
-    Parameters
-    ----------
-    say : callable
-        Receives a line at the first kernel, and after every ``REPORT_EVERY``.
-    kernels : int
-        Largest number of kernels to compile.
-
-    """
+    """Return a listener for ``compilation_reported``; it says a line every ``REPORT_EVERY``."""
 
     def report(done: int) -> None:
         if done == 0 and (why := cache_problem()):

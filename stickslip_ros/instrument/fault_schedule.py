@@ -34,6 +34,10 @@ class FaultSchedule:
     def __init__(self, entries: Iterable[TimedRequest] = ()) -> None:
         self._waiting = deque(sorted(entries, key=lambda entry: entry.time_ns))
 
+    @property
+    def is_over(self) -> bool:
+        return not self._waiting
+
     def due(self, now_ns: int) -> list[Request]:
         """Return each entry that has become due once, in the order of times."""
         found = []
@@ -55,18 +59,9 @@ def read_schedule(path: Path, feet: FeetParameters) -> FaultSchedule:
 
 def parse_schedule(text: str, origin: str, feet: FeetParameters) -> FaultSchedule:
     """
-    Read the text of a schedule.
+    Read a YAML list of ``{at: seconds, set: {fault: value}}`` or ``{at: seconds, clear: true}``.
 
-    Parameters
-    ----------
-    text : str
-        A YAML list of entries ``{at: seconds, set: {fault: value}}`` or
-        ``{at: seconds, clear: true}``; times count from the configuration. The prefix ``fault.``
-        of a name is optional.
-    origin : str
-        Name of the source, for messages.
-    feet : FeetParameters
-        Feet of the drive, of which an entry may stop one.
+    Times count from the configuration. The prefix ``fault.`` of a name is optional.
 
     """
     document = read_yaml(text, origin, FORM)

@@ -61,19 +61,7 @@ Report = Callable[[Identity, Result, str, int, float | None], None]
 
 
 class Motion:
-    """
-    The moves of one drive.
-
-    Attributes
-    ----------
-    wave : Wave
-        Present wave of the amplifier.
-    is_new : bool
-        Whether the clock of the wave must be started.
-    replaced : int
-        Number of set points replaced by the next one of their topic.
-
-    """
+    """The moves of one drive."""
 
     REMEMBERED: ClassVar[Mapping[str, Any]] = {
         'wave': Wave,
@@ -88,7 +76,7 @@ class Motion:
     def __init__(self, parameters: Parameters, report: Report) -> None:
         self._parameters = parameters
         self._report = report
-        self.replaced = 0
+        self.replaced = 0  # set points replaced by the next one of their topic
         self.reset(float(parameters.amplifier.voltage_initial))
 
     def reset(self, voltage_v: float) -> None:
@@ -266,8 +254,8 @@ class Motion:
         self._failed = Status(0)
 
     def _follow(self, wave: Wave) -> None:
-        self.wave = wave
-        self.is_new = True
+        self.wave = wave  # of the amplifier
+        self.is_new = True  # its clock must be started
 
     def _finish(self, why: str, observation: Observation) -> None:
         self._follow(level(observation.voltage_v))

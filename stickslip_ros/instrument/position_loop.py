@@ -71,26 +71,14 @@ def loop_settings(parameters: Parameters) -> LoopSettings:
         gain_m_per_v=parameters.actuator.gain,
         voltage_min_v=amplifier.voltage_min,
         voltage_max_v=amplifier.voltage_max,
-        step_v=parameters.step.amplitude,
+        step_v=min(parameters.step.amplitude, amplifier.range_v),
         share=min(1.0, closed_loop.gain * parameters.sim.block),
         deadband_m=closed_loop.tolerance,
     )
 
 
 class PositionLoop:
-    """
-    Choose the next action from each position reading.
-
-    Attributes
-    ----------
-    voltage_v : float
-        Expected voltage at the piezo, V.
-    is_coarse : bool
-        Whether the last action was a burst of steps or a jump, not a scan.
-    learned_m : float or None
-        Step length from the last burst that was long enough, m; None before.
-
-    """
+    """Choose the next action from each position reading."""
 
     REMEMBERED: ClassVar[Mapping[str, Any]] = {
         'voltage_v': float,
@@ -107,9 +95,9 @@ class PositionLoop:
 
     def __init__(self, settings: LoopSettings, voltage_v: float) -> None:
         self.settings = settings
-        self.voltage_v = voltage_v
-        self.is_coarse = True
-        self.learned_m: float | None = None
+        self.voltage_v = voltage_v  # expected at the piezo
+        self.is_coarse = True  # whether the last action was steps or a jump, not a scan
+        self.learned_m: float | None = None  # step length of the last long burst
         self._step_m = self._stroke_m(settings.step_v)
         self._burst = 0
         self._before_m = 0.0
@@ -118,18 +106,15 @@ class PositionLoop:
     def recall(self, values: dict[str, Any]) -> None:
         """Restore values from a checkpoint; the stroke may differ."""
         vars(self).update(values)
+        self.rescale(self.settings)
+
+    def rescale(self, settings: LoopSettings) -> None:
+        """Take other settings; the expected step stays within the stroke."""
+        self.settings = settings
         self._set_step(self._step_m)
 
     def update(self, target_m: float, position_m: float) -> Steps | Level:
-        """
-        Return the next action after the end of the last action.
-
-        Parameters
-        ----------
-        target_m, position_m : float
-            Target and position reading, m.
-
-        """
+        """Return the next action after the end of the last action."""
         self._learn(position_m)
         error_m = target_m - position_m
         self.is_coarse = not self._may_scan(error_m)

@@ -3,12 +3,12 @@
 
 """The sensors of the stand, from true values to readings."""
 
-import math
 from collections.abc import Mapping
 from importlib import import_module
 from typing import Any, ClassVar
 
 from stickslip_ros.arrays import Array
+from stickslip_ros.drive.records import VOLTAGE
 from stickslip_ros.instrument import sensors
 from stickslip_ros.instrument.reports import FIRST_READING, Readings
 from stickslip_ros.instrument.sensors.interferometer import Interferometer
@@ -52,9 +52,11 @@ class Sensing:
             setattr(self, row.name, CLASSES[row.name](row, column, parameters))
         # In reverse order, because the first sensors overwrite true values that others measure.
         self._readers: list[Reader] = [getattr(self, row.name) for row in installed[::-1]]
+        # Whether a status bit of a sensor can begin or end within blocks.
+        self.may_alarm = any(reader.may_alarm for reader in self._readers)
         self._sample_ns = parameters.sample_ns
         self._faults = FaultParameters()
-        self.reading_m: float | None = 0.0  # position at the end of the last block, if known
+        self.reading_m: float | None = 0.0  # position at the end of the last update, if known
 
     @property
     def position_m(self) -> float:
@@ -74,20 +76,34 @@ class Sensing:
         for name, memory in values.items():
             getattr(self, name).recall(memory)
 
-    def read(
-        self, trace: Array, time_ns: int, voltage_v: float, faults: FaultParameters
-    ) -> Readings:
-        """Fill times and readings into a trace of true values; return the readings to publish."""
+    def read_blocks(
+        self, trace: Array, end_ns: int, faults: FaultParameters, blocks: int = 1
+    ) -> list[Readings]:
+        """
+        Fill times and readings into a trace of true values; return the readings of its blocks.
+
+        More than one are allowed unless the sensors ``may_alarm``, as status bits are of the end.
+
+        """
         if faults is not self._faults:
             self._apply_faults(faults)
-        fill_times(trace, time_ns - len(trace) * self._sample_ns, self._sample_ns)
-        truth = trace[-1].copy()
+        samples = len(trace) // blocks
+        begin_ns, block_ns = end_ns - len(trace) * self._sample_ns, samples * self._sample_ns
+        fill_times(trace, begin_ns, self._sample_ns)
+        truths = trace[samples - 1 :: samples].copy()
         for reader in self._readers:
             reader.read(trace)
-        readings = Readings(time_ns, voltage_v, trace, truth)
-        position_m = readings.position_m
-        self.reading_m = position_m if math.isfinite(position_m) else None
-        return readings
+        self.interferometer.average(trace[-samples:])
+        voltages = truths[:, VOLTAGE].tolist()
+        return [
+            Readings(
+                begin_ns + (i + 1) * block_ns,
+                voltages[i],
+                trace[i * samples : (i + 1) * samples],
+                truths[i],
+            )
+            for i in range(blocks)
+        ]
 
     def _apply_faults(self, faults: FaultParameters) -> None:
         self._faults = faults

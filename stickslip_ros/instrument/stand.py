@@ -18,11 +18,10 @@ from stickslip_ros.drive.build import (
     separate_feet,
     set_ideal,
     set_preload,
-    start_clock,
     state_at_rest,
 )
+from stickslip_ros.drive.division import slip_at_once, switch_all_to_springs
 from stickslip_ros.drive.faults import apply_faults
-from stickslip_ros.drive.ledger import EnergyLedger, take_ledger
 from stickslip_ros.drive.records import STATE, Wave
 from stickslip_ros.drive.waveform import with_missed_steps
 from stickslip_ros.instrument.checks import check_load, check_preload
@@ -35,23 +34,7 @@ NO_RAMPS = np.zeros((0, 3))
 
 
 class SimulatedStand:
-    """
-    Plant and state of the drive, its load and its preload.
-
-    Attributes
-    ----------
-    plants : array of one record of PLANT
-        Constants of the drive; only preload and faults change them.
-    states : array of one record of STATE
-        State of the drive.
-    load_n : float
-        External force on the runner, N.
-    wanted_n : float
-        Wanted preload, N.
-    held_because : str
-        Cause for which the voltage was held in the last advance, or empty.
-
-    """
+    """Plant and state of the drive, its load and its preload."""
 
     REMEMBERED: ClassVar[Mapping[str, Any]] = {
         'load_n': float,
@@ -59,9 +42,10 @@ class SimulatedStand:
         'is_divided': bool,
         'states': (STATE, (1,)),
     }
-    plants: Record
-    states: Record
-    load_n: float
+    plants: Record  # one record of PLANT; preload, faults and live parameters change it
+    states: Record  # one record of STATE
+    load_n: float  # external force on the runner
+    wanted_n: float  # wanted preload
 
     def __init__(self, parameters: Parameters) -> None:
         self.parameters = parameters
@@ -69,19 +53,9 @@ class SimulatedStand:
         ramps = math.ceil(parameters.sim.block * parameters.amplifier.frequency_max) + 1
         self._ramps = np.zeros((ramps, 3))
         self._sample_s = parameters.sample_ns * NANO
-        self.held_because = ''
+        self.held_because = ''  # cause for which the last advance held the voltage
         self._columns = max(len(TRUTH), len(trace_columns(parameters)))
         self.reset()
-
-    @property
-    def ledger(self) -> EnergyLedger:
-        """Energy balance since the start or the last reset."""
-        return take_ledger(self.plants, self.states)
-
-    @property
-    def passes_made(self) -> int:
-        """Passes of the loops over time, as a measure of the computing cost."""
-        return int(self.states['passes_made'].item())
 
     @property
     def voltage_v(self) -> float:
@@ -105,7 +79,6 @@ class SimulatedStand:
 
     @property
     def is_preloaded(self) -> bool:
-        """Whether the preload has reached its target."""
         return bool(self._preload.item() == self.wanted_n)
 
     def reset(self) -> None:
@@ -134,14 +107,44 @@ class SimulatedStand:
         self.load_n, self.wanted_n = values['load_n'], values['wanted_n']
         self._set_states(values['states'])
         check_load(self.parameters, self.load_n)
-        stand, plant = self.parameters.stand, self.plants[0]
-        if (values['is_divided'] or faults.dead_foot) and not plant.divided:
-            separate_feet(self.plants, self.parameters)
+        stand = self.parameters.stand
         if self.wanted_n not in (stand.preload, stand.preload_end):
             check_preload(self.parameters, self.wanted_n)
-        set_preload(self.plants, self.parameters, self.wanted_n)
+        plant = self.plants[0]
         plant.dead, plant.stuck = faults.dead_foot, faults.runner_stuck
         plant.amplifier.on = is_powered
+        self._rebuild_plant(is_divided=values['is_divided'] or plant.dead > 0)
+
+    def change_parameters(self, parameters: Parameters) -> None:
+        """
+        Set friction, mass and damping at once; the runner keeps place and velocity.
+
+        After a change of friction, springs are the memory of the contacts, as after one of the
+        preload; those above their new limit slip at once. A mass that joins the runner brings its
+        kinetic energy along, (m' - m) v^2/2, which counts as external work.
+
+        """
+        before, self.parameters = self.parameters, parameters
+        is_other_contact = before.contact != parameters.contact
+        if is_other_contact:
+            switch_all_to_springs(self.plants, self.states)
+        if is_other_contact or before.runner != parameters.runner:
+            mass_kg, speed = self.plants[0].mass_kg, self.states[0].velocity_m_per_s
+            self._rebuild_plant(is_divided=self.is_divided)
+            added_kg = self.plants[0].mass_kg - mass_kg
+            self.states[0].sums.load_work_j += 0.5 * added_kg * speed**2
+        if is_other_contact:
+            slip_at_once(self.plants, self.states)
+
+    def _rebuild_plant(self, *, is_divided: bool) -> None:
+        """Build the plant from parameters and wanted preload, with its faults."""
+        before, self.plants = self.plants[0], plant_of(self.parameters)
+        plant = self.plants[0]
+        if is_divided and not plant.divided:
+            separate_feet(self.plants, self.parameters)
+        set_preload(self.plants, self.parameters, self.wanted_n)
+        plant.dead, plant.stuck = before.dead, before.stuck
+        plant.amplifier.on = before.amplifier.on
         set_ideal(plant)
 
     def apply_faults(self, faults: FaultParameters, *, is_powered: bool) -> None:
@@ -158,9 +161,6 @@ class SimulatedStand:
     def wave_with(self, wave: Wave, faults: FaultParameters) -> Wave:
         """Return a wave with the missed steps of the faults."""
         return with_missed_steps(wave, faults.missed_steps, self.parameters.sim.seed)
-
-    def start_clock(self) -> None:
-        start_clock(self.states)
 
     def has_arrived(self, wave: Wave) -> bool:
         """Return whether a wave is over and the voltage has reached its final value."""

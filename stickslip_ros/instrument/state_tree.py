@@ -118,13 +118,7 @@ def _read_composite(origin: Any, forms: Any, tree: Any, place: str, *, is_checke
     if origin is Annotated:
         return read_tree(forms[0], tree, place, is_checked=False)
     if origin is UnionType:
-        if tree is None and NoneType in forms:
-            return None
-        *others, last = (form for form in forms if form is not NoneType)
-        for form in others:
-            with suppress(WrongKind):
-                return read_tree(form, tree, place, is_checked=is_checked)
-        return read_tree(last, tree, place, is_checked=is_checked)
+        return _read_alternative(forms, tree, place, is_checked=is_checked)
     if origin is Sequence and isinstance(tree, str):
         return array('d', _read_array(FLOAT, (-1,), tree, place, is_checked=is_checked).tobytes())
     is_fixed = origin is tuple and forms[-1] is not Ellipsis
@@ -138,35 +132,52 @@ def _read_composite(origin: Any, forms: Any, tree: Any, place: str, *, is_checke
     return (tuple if origin is Sequence else origin)(values)
 
 
+def _read_alternative(forms: Any, tree: Any, place: str, *, is_checked: bool) -> Any:
+    """Return a value of the first form that fits; the refusal is that of the last."""
+    if tree is None and NoneType in forms:
+        return None
+    *others, last = (form for form in forms if form is not NoneType)
+    for form in others:
+        with suppress(WrongKind):
+            return read_tree(form, tree, place, is_checked=is_checked)
+    return read_tree(last, tree, place, is_checked=is_checked)
+
+
 def _read_scalar(form: Any, tree: Any, place: str, *, is_checked: bool) -> Any:
     """Return a number, a text or a member of an enumeration."""
     limits = WHOLE if form is int else form
     if isinstance(limits, range):
-        is_right, expected = (
-            type(tree) is int and tree in limits,
-            f'from {limits[0]} to {limits[-1]}',
-        )
-        expected += f' in steps of {limits.step}' if limits.step > 1 else ''
+        steps = f' in steps of {limits.step}' if limits.step > 1 else ''
+        found = tree if type(tree) is int and tree in limits else None
+        expected = f'from {limits[0]} to {limits[-1]}{steps}'
     elif form is float:
-        is_small = not is_checked or (type(tree) is float and abs(tree) <= LARGEST)
-        is_right = (type(tree) is float and is_small) or (type(tree) is int and tree in WHOLE)
+        found = _float_of(tree, is_checked=is_checked)
         expected = 'a finite number' if is_checked else 'a number'
-        tree = float(tree) if is_right and is_checked else tree
-    elif issubclass(form, int) and issubclass(form, Enum):
-        known = sum(int(each) for each in form)
-        is_right, expected = type(tree) is int and tree & known == tree, f'bits of {known}'
-        tree = form(tree) if is_right else tree
     elif issubclass(form, Enum):
-        is_right, expected = (
-            isinstance(tree, str) and tree in form.__members__,
-            f'a {form.__name__}',
-        )
-        tree = form[tree] if is_right else tree
+        found, expected = _member_of(form, tree)
     else:
-        is_right, expected = type(tree) is form, f'a {form.__name__}'
-    if not is_right:
+        found, expected = tree if type(tree) is form else None, f'a {form.__name__}'
+    if found is None:
         raise refusal(place, tree, expected)
-    return tree
+    return found
+
+
+def _float_of(tree: Any, *, is_checked: bool) -> Any:
+    """Return a number as a float, an unchecked one as it is; None of anything else."""
+    if type(tree) is int and tree in WHOLE:
+        return float(tree) if is_checked else tree
+    is_right = type(tree) is float and (not is_checked or abs(tree) <= LARGEST)
+    return tree if is_right else None
+
+
+def _member_of(form: type[Enum], tree: Any) -> tuple[Any, str]:
+    """Return the member of an enumeration, by name or by bits, or None; and what is expected."""
+    if issubclass(form, int):
+        known = sum(int(each) for each in form)
+        is_right = type(tree) is int and tree & known == tree
+        return form(tree) if is_right else None, f'bits of {known}'
+    is_right = isinstance(tree, str) and tree in form.__members__
+    return form[tree] if is_right else None, f'a {form.__name__}'
 
 
 def _read_array(kind: Any, shape: Any, text: Any, place: str, *, is_checked: bool = True) -> Any:

@@ -34,27 +34,13 @@ JOINT_TAIL_BYTES: Final = 12
 CACHED_HEADS: Final = 64
 """Number of frames and array layouts that stay packed."""
 
-_pack_float64: Final = struct.Struct('<4sd').pack
-_pack_int32: Final = struct.Struct('<4si').pack
-_pack_uint32: Final = struct.Struct('<4sI').pack
 _pack_words: Final = struct.Struct('<II').pack
 _pack_stamp: Final = struct.Struct('<4siI').pack
 pack_number: Final = struct.Struct('<d').pack  # a number behind a header, aligned
-
-
-def pack_float64(value: float) -> bytes:
-    """Pack a ``std_msgs/msg/Float64``."""
-    return _pack_float64(_HEADER, value)
-
-
-def pack_int32(value: int) -> bytes:
-    """Pack a ``std_msgs/msg/Int32``."""
-    return _pack_int32(_HEADER, value)
-
-
-def pack_uint32(value: int) -> bytes:
-    """Pack a ``std_msgs/msg/UInt32``."""
-    return _pack_uint32(_HEADER, value)
+pack_float64: Final = partial(struct.Struct('<4sd').pack, _HEADER)
+pack_int32: Final = partial(struct.Struct('<4si').pack, _HEADER)
+pack_uint32: Final = partial(struct.Struct('<4sI').pack, _HEADER)
+"""Pack a ``std_msgs/msg/Float64``, ``Int32`` or ``UInt32``."""
 
 
 def pack_string(text: str) -> bytes:
@@ -66,19 +52,11 @@ def pack_float64_array(
     values: Array, labels: Sequence[str], front: tuple[tuple[str, int], ...] = ()
 ) -> bytes:
     """
-    Pack a ``std_msgs/msg/Float64MultiArray`` in row-major order.
+    Pack a ``std_msgs/msg/Float64MultiArray`` in row-major order, with a label for each axis.
 
-    Raises WrongKind if there are not as many labels as axes.
-
-    Parameters
-    ----------
-    values : ndarray of float
-        Any number of axes.
-    labels : sequence of str
-        One label per axis of `values`; the stride of an axis is the product of its size and all
-        later sizes.
-    front : tuple of (str, int)
-        Labels and sizes of further axes in front, of stride 0: nothing changes along them.
+    The stride of an axis is the product of its size and all later sizes; that of the axes in
+    ``front``, by label and size, is 0: nothing changes along them. Raises WrongKind if there are
+    not as many labels as axes.
 
     """
     head = _array_head(np.shape(values), tuple(labels), front)
@@ -89,14 +67,7 @@ def pack_stamped(stamp_ns: int, frame_id: str, values: Sequence[float]) -> bytes
     """
     Pack a ``geometry_msgs/msg/PointStamped`` or ``WrenchStamped``.
 
-    Parameters
-    ----------
-    stamp_ns : int
-        Time, ns.
-    frame_id : str
-        Frame.
-    values : sequence of float
-        Three coordinates, m; or three forces, N, and three torques, N m.
+    The values are three coordinates, m; or three forces, N, and three torques, N m.
 
     """
     numbers = struct.pack(f'<{len(values)}d', *values)
@@ -131,22 +102,10 @@ def pack_joints(message: m.JointMessage) -> bytes:
 
 def unpack(type_name: str, data: bytes) -> m.Message:
     """
-    Read the bytes of one message.
+    Return the content of one message with its header, of a type such as ``std_msgs/msg/Float64``.
 
     Raises UnknownName if the type is not one that this package records; RecordingError if the
     bytes are cut off, in another encoding, or of another type.
-
-    Parameters
-    ----------
-    type_name : str
-        One of the types that this package records, as ``std_msgs/msg/Float64``.
-    data : bytes
-        The message with its header.
-
-    Returns
-    -------
-    float, int, str, ArrayMessage, StampedMessage or JointMessage
-        The content of the message.
 
     """
     read = _READERS.get(type_name)
@@ -216,11 +175,9 @@ class _Cursor:
         self._at = 0
 
     def int32(self) -> int:
-        """Take a signed word."""
         return int.from_bytes(self._claim(4, 4), 'little', signed=True)
 
     def uint32(self) -> int:
-        """Take an unsigned word."""
         return int.from_bytes(self._claim(4, 4), 'little')
 
     def text(self, limit: Limit = CHUNK_BYTES) -> str:
@@ -234,7 +191,6 @@ class _Cursor:
         return encoded[:-1].decode()
 
     def float64(self) -> float:
-        """Take a number."""
         return self.float64s(1)[0]
 
     def float64s(self, count: int) -> tuple[float, ...]:
@@ -276,7 +232,6 @@ class _Cursor:
         return message
 
     def check_end(self) -> None:
-        """Refuse bytes behind the last field."""
         left_bytes = len(self._body) - self._at
         if left_bytes > LONGEST_TAIL_BYTES:
             raise ValueError(f'{left_bytes} of them are left over')

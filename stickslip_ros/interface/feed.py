@@ -3,7 +3,7 @@
 
 """Packs the bench's output once: the same bytes go to a topic and to a file."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -12,11 +12,11 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.instrument.reports import FIRST_READING, Event, Output, Status, trace_columns
 from stickslip_ros.interface.cdr import (
     frame_field,
-    pack_float64,
     pack_float64_array,
     pack_joints,
     pack_number,
     pack_stamp,
+    pack_stamped,
     pack_string,
     pack_uint32,
 )
@@ -32,6 +32,10 @@ class Packed(NamedTuple):
     key: str
     time_ns: int
     data: bytes
+
+
+IsHeard = Callable[[str], bool]
+"""Tells whether the messages of a topic, by its key, go anywhere."""
 
 
 def pack_event(event: Event, time_origin_ns: int) -> Packed:
@@ -71,10 +75,17 @@ class Feed:
         """Continue with unsent samples, and with status and joint of the last message."""
         self.pending, self.status, self.joint = list(pending), status, joint
 
-    def pack(self, output: Output, time_origin_ns: int = 0) -> Iterator[Packed]:
-        """Yield the messages of one update; stamps begin with the time origin."""
+    def pack(
+        self, output: Output, time_origin_ns: int = 0, is_heard: IsHeard = lambda _: True
+    ) -> Iterator[Packed]:
+        """
+        Yield the messages of one update; stamps begin with the time origin.
+
+        Readings and events that are not heard, by the key of their topic, are left out.
+
+        """
         readings = output.readings
-        for event in output.events:
+        for event in output.events if is_heard('event') else ():
             yield pack_event(event, time_origin_ns)
         blocks = max(1, len(readings.trace) // self._samples)  # more may have gone together
         first = len(readings.trace) - 1 - (blocks - 1) * self._samples
@@ -84,29 +95,36 @@ class Feed:
             stamp_ns = time_origin_ns + time_ns
             stamp = pack_stamp(stamp_ns)
             for at, (key, frame, zeros, _) in enumerate(self._sensors, FIRST_READING):
-                yield Packed(key, time_ns, stamp + frame + pack_number(last[at]) + zeros)
+                if is_heard(key):
+                    yield Packed(key, time_ns, stamp + frame + pack_number(last[at]) + zeros)
             for key, frame, zeros, sees in self._sensors if self._tells_truth else ():
                 packed = stamp + frame + pack_number(readings.truth[sees]) + zeros
                 yield Packed(f'truth/{key}', time_ns, packed)
             if period_ns and time_ns // period_ns > before_ns // period_ns:
-                reading = last[FIRST_READING : FIRST_READING + 2]
-                yield Packed(
-                    'joint_states', time_ns, self._pack_joint(time_ns, stamp_ns, *reading)
-                )
+                joint = self._joint_after(time_ns, *last[FIRST_READING : FIRST_READING + 2])
+                if is_heard('joint_states'):
+                    message = JointMessage(stamp_ns, self._stage, (self._joint_name,), *joint)
+                    yield Packed('joint_states', time_ns, pack_joints(message))
         self.pending.append(readings.trace)
         if readings.time_ns % self._period_ns == 0:
-            yield Packed('voltage', readings.time_ns, pack_float64(readings.voltage_v))
-            labels = f'sample; time_origin_ns={time_origin_ns}', self._columns
-            table = pack_float64_array(np.concatenate(self.pending), labels)
+            stamp_ns, volts = time_origin_ns + readings.time_ns, (readings.voltage_v, 0.0, 0.0)
+            if is_heard('voltage'):
+                packed = pack_stamped(stamp_ns, self._stage, volts)
+                yield Packed('voltage', readings.time_ns, packed)
+            if is_heard('trace'):
+                labels = f'sample; time_origin_ns={time_origin_ns}', self._columns
+                table = pack_float64_array(np.concatenate(self.pending), labels)
+                yield Packed('trace', readings.time_ns, table)
             self.pending.clear()
-            yield Packed('trace', readings.time_ns, table)
         if output.status != self.status:
             self.status = output.status
             yield Packed('status', readings.time_ns, pack_uint32(int(output.status)))
 
-    def _pack_joint(self, time_ns: int, stamp_ns: int, position_m: float, force_n: float) -> bytes:
+    def _joint_after(
+        self, time_ns: int, position_m: float, force_n: float
+    ) -> tuple[tuple[float], ...]:
+        """Return position, velocity since the joint before, and force."""
         before_ns, before_m = self.joint
         self.joint = time_ns, position_m
         velocity_m_per_s = (position_m - before_m) / ((time_ns - before_ns) * NANO)
-        numbers = (position_m,), (velocity_m_per_s,), (force_n,)
-        return pack_joints(JointMessage(stamp_ns, self._stage, (self._joint_name,), *numbers))
+        return (position_m,), (velocity_m_per_s,), (force_n,)

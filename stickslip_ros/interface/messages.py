@@ -14,11 +14,13 @@ from stickslip_ros.message_types import (
     JOINT_STATE,
     POINT_STAMPED,
     UINT32,
+    VECTOR3_STAMPED,
     WRENCH_STAMPED,
 )
 
 STAMPED_FIELDS: Final = {
     POINT_STAMPED: ('x', 'y', 'z'),
+    VECTOR3_STAMPED: ('x', 'y', 'z'),
     WRENCH_STAMPED: ('force.x', 'force.y', 'force.z', 'torque.x', 'torque.y', 'torque.z'),
 }
 """Numbers behind the header of each type that has one."""
@@ -27,29 +29,13 @@ JOINT_UNITS: Final = {'position': 'm', 'velocity': 'm/s', 'effort': 'N'}
 
 
 class ArrayMessage(NamedTuple):
-    """
-    A ``std_msgs/msg/Float64MultiArray``.
+    """A ``std_msgs/msg/Float64MultiArray``."""
 
-    Attributes
-    ----------
-    labels : tuple of str
-        One label per dimension of the layout.
-    sizes : tuple of int
-        Length of each dimension.
-    data : ndarray of float
-        Shaped by `sizes` where the layout fits the data, otherwise flat.
-    strides : tuple of int
-        Stride of each dimension, as the layout gives it.
-    offset : int
-        Numbers in front of the data, as the layout gives it.
-
-    """
-
-    labels: tuple[str, ...]
-    sizes: tuple[int, ...]
-    data: Array
-    strides: tuple[int, ...] = ()
-    offset: int = 0
+    labels: tuple[str, ...]  # one per dimension of the layout
+    sizes: tuple[int, ...]  # length of each dimension
+    data: Array  # shaped by `sizes` where the layout fits the data, otherwise flat
+    strides: tuple[int, ...] = ()  # of each dimension, as the layout gives it
+    offset: int = 0  # numbers in front of the data, as the layout gives it
 
 
 class StampedMessage(NamedTuple):
@@ -61,25 +47,12 @@ class StampedMessage(NamedTuple):
 
 
 class JointMessage(NamedTuple):
-    """
-    A ``sensor_msgs/msg/JointState``.
-
-    Attributes
-    ----------
-    stamp_ns : int
-        Stamp, ns.
-    frame_id : str
-        Frame.
-    names : tuple of str
-        One name per joint.
-    positions, velocities, efforts : tuple of float
-        One number per joint, m, m/s and N of joints that slide; empty where there are none.
-
-    """
+    """A ``sensor_msgs/msg/JointState``."""
 
     stamp_ns: int
     frame_id: str
-    names: tuple[str, ...]
+    names: tuple[str, ...]  # one per joint
+    # One number per joint, m, m/s and N of joints that slide; empty where there are none:
     positions: tuple[float, ...] = ()
     velocities: tuple[float, ...] = ()
     efforts: tuple[float, ...] = ()
@@ -94,23 +67,11 @@ Message: TypeAlias = float | int | str | ArrayMessage | StampedMessage | JointMe
 
 
 class Quantity(NamedTuple):
-    """
-    One number of the messages of a topic.
+    """One number of the messages of a topic."""
 
-    Attributes
-    ----------
-    name : str
-        The field: ``x``, ``force.x``, ``data``, ``velocity``.
-    unit : str
-        SI unit; empty for a pure number.
-    place : int
-        Its place in a message of several.
-
-    """
-
-    name: str
-    unit: str
-    place: int
+    name: str  # the field: ``x``, ``force.x``, ``data``, ``velocity``
+    unit: str  # SI unit; empty for a pure number
+    place: int  # in a message of several
 
     def of(self, message: Message) -> float:
         """Return the number; refuse a message of several joints."""
@@ -128,21 +89,10 @@ class Quantity(NamedTuple):
 
 def find_quantity(topic: str, type_name: str, field: str) -> Quantity:
     """
-    Look up a field of a topic's messages.
+    Look up a field of a topic's messages; empty is the first, which is x, force.x or data.
 
-    Parameters
-    ----------
-    topic : str
-        Topic; its last part gives the unit of a plain number.
-    type_name : str
-        Type of its messages.
-    field : str
-        Name of the field; empty for the first, which is x, force.x or data.
-
-    Raises
-    ------
-    UnknownName
-        If the type has no such field, or none that is a number.
+    The last part of the topic gives the unit of a plain number. Raises UnknownName if the type has
+    no such field, or none that is a number.
 
     """
     names = STAMPED_FIELDS.get(type_name, ())
@@ -154,11 +104,11 @@ def find_quantity(topic: str, type_name: str, field: str) -> Quantity:
         known = ', '.join(names) or 'no numbers'
         raise UnknownName(f'field of {topic}', field, f'a {type_name} has {known}')
     name = field or names[0]
-    return Quantity(name, _unit(topic, name), names.index(name))
+    return Quantity(name, _unit(topic, type_name, name), names.index(name))
 
 
-def _unit(topic: str, field: str) -> str:
-    if field == 'data':
+def _unit(topic: str, type_name: str, field: str) -> str:
+    if field == 'data' or type_name == VECTOR3_STAMPED:
         command = COMMANDS.get(topic.rpartition('/')[2])  # that of a reading is the same
         return command.numbers[0].partition(' ')[2] if command and command.numbers else ''
     units = {'force': 'N', 'torque': 'N m', **JOINT_UNITS}

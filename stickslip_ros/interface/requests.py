@@ -5,7 +5,6 @@
 
 import json
 import math
-import re
 from array import array
 from collections.abc import Sequence
 from typing import Any
@@ -34,7 +33,7 @@ from stickslip_ros.interface.cdr import (
 from stickslip_ros.interface.feed import Packed
 from stickslip_ros.interface.topics import COMMAND_TOPICS, Topic
 from stickslip_ros.message_types import FLOAT64, FLOAT64_ARRAY, INT32, JOINT_STATE
-from stickslip_ros.parameters.typed import to_si
+from stickslip_ros.parameters.typed import to_si, with_point
 from stickslip_ros.units import NS_PER_S, parse_quantity
 
 _NAME_MAX = 1000
@@ -89,24 +88,11 @@ def pack_command(
     """
     Return the message of a command topic.
 
+    The values are a number or the numbers in order, or rows for a waveform; for a load or a
+    position, x alone is enough; for a joint, its position. NaN means "not commanded". A table is
+    played so many ``cycles``; 0 repeats until replaced. The ``tag`` comes back in its events.
     Raises WrongKind if a value is no number, their count is wrong, or the message has no room for
     a tag; OutOfRange if a number for a field of 32 bits is not whole, or too large.
-
-    Parameters
-    ----------
-    topic : Topic
-        A command topic.
-    values : float, int or sequence of float
-        The number, or the numbers in order; rows for a waveform. For a load or a position, x
-        alone is enough; for a joint, its position. NaN means "not commanded".
-    stamp_ns : int
-        Stamp, if the message has one; 0 means none.
-    frame_id : str
-        Frame, if the message has one; empty means none.
-    cycles : int
-        Number of times that a table is played; 0 repeats until replaced.
-    tag : str
-        Word that comes back in its events, if the message has a header or a layout.
 
     """
     wanted = f'send {", ".join(topic.numbers)}'
@@ -152,12 +138,7 @@ def _whole(name: str, value: Any, low: int, high: int) -> int:
 
 
 def typed_numbers(command: Command, words: Sequence[str]) -> list[float]:
-    """
-    Parse the numbers of a command as a user types them: in order, or by name.
-
-    A comma between digits is a decimal point.
-
-    """
+    """Parse the numbers of a command as a user types them: in order, or by name."""
     labels = [label.partition(' ')[::2] for label in command.numbers]
     wanted = ', '.join(command.numbers) or 'no numbers'
     hint = f'{command.name} takes {wanted}' + ', row after row' * command.is_table
@@ -172,8 +153,8 @@ def typed_numbers(command: Command, words: Sequence[str]) -> list[float]:
         if place >= count:
             raise WrongKind(f'{command.name} number', word, 'one of its numbers', hint)
         label, unit = labels[place % len(labels)]
-        text = re.sub(r'(?<=\d),(?=\d)', '.', text)
-        numbers[place] = _typed_number(number_name(command.name, label), text, unit)
+        number = number_name(command.name, label)
+        numbers[place] = _typed_number(number, with_point(number, text), unit)
     lacking = ', '.join(labels[k % len(labels)][0] for k, n in enumerate(numbers) if n is None)
     if lacking:
         raise StickSlipError(f'{hint}; nothing is given for {lacking}')
@@ -240,11 +221,8 @@ def receive_request(topic: Topic, data: bytes) -> Request:
     """
     Return the request in a message from the network, where waveforms have a largest size.
 
-    Raises
-    ------
-    StickSlipError
-        As `read_request`, and if a waveform has too many rows for a message, if there are too
-        many joints, or a name is too long.
+    Raises StickSlipError as `read_request`, and if a waveform has too many rows for a message, if
+    there are too many joints, or a name is too long.
 
     """
     request = read_request(topic, data)

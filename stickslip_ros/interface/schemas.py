@@ -13,6 +13,7 @@ from stickslip_ros.message_types import (
     POINT_STAMPED,
     STRING,
     UINT32,
+    VECTOR3_STAMPED,
     WRENCH_STAMPED,
 )
 
@@ -33,6 +34,7 @@ FIELDS: Final = {
     'geometry_msgs/Vector3': 'float64 x\nfloat64 y\nfloat64 z\n',
     'geometry_msgs/Wrench': 'Vector3 force\nVector3 torque\n',
     'geometry_msgs/PointStamped': 'std_msgs/Header header\nPoint point\n',
+    'geometry_msgs/Vector3Stamped': 'std_msgs/Header header\nVector3 vector\n',
     'geometry_msgs/WrenchStamped': 'std_msgs/Header header\nWrench wrench\n',
     'sensor_msgs/JointState': (
         'std_msgs/Header header\n'
@@ -68,6 +70,7 @@ TYPE_HASHES: Final = {
     STRING: 'RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18',
     FLOAT64_ARRAY: 'RIHS01_1025ddc6b9552d191f89ef1a8d2f60f3d373e28b283d8891ddcc974e8c55397f',
     POINT_STAMPED: 'RIHS01_4c0296af86e01e562e9e0405d138a01537247580076c58ea38d7923ac1045897',
+    VECTOR3_STAMPED: 'RIHS01_d4829622288cbb443886e7ea94ea5671a3b1be6bab4ad04224432a65f7d7887a',
     WRENCH_STAMPED: 'RIHS01_8dc3deaf06b2ab281f9f9a742a8961c328ca7cec16e3fd6586d3a5c83fa78f77',
     JOINT_STATE: 'RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e',
 }

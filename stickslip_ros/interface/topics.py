@@ -4,7 +4,9 @@
 """Every topic and service of the instrument: name, type, quality of service, meaning."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 from stickslip_ros.instrument.commands import COMMANDS, Command
 from stickslip_ros.instrument.reports import trace_columns
@@ -18,6 +20,7 @@ from stickslip_ros.message_types import (
     STRING,
     TRIGGER,
     UINT32,
+    VECTOR3_STAMPED,
     WRENCH_STAMPED,
 )
 from stickslip_ros.parameters import NODE_NAME, SENSORS, Parameters, Sensor, spec_of
@@ -82,7 +85,7 @@ class Topic:
 
     def exists(self, parameters: Parameters) -> bool:
         """Return whether the topic is offered under these parameters."""
-        return not self.switches or all(map(parameters.flat().get, self.switches))
+        return not self.switches or all(map(parameters.value, self.switches))
 
     def is_recorded(self, parameters: Parameters) -> bool:
         """Return whether recordings hold the topic under these parameters."""
@@ -93,12 +96,11 @@ class Topic:
         """Return the quality of service under these parameters; a stream keeps `KEPT_S`."""
         if not self.pace:
             return self.qos
-        pace = float(parameters.flat()[self.pace])
+        pace = float(parameters.value(self.pace))
         rate_hz = pace if spec_of(self.pace).unit == 'Hz' else 1.0 / pace
         return replace(self.qos, depth=max(self.qos.depth, math.ceil(KEPT_S * rate_hz)))
 
     def full_name(self, namespace: str = '/', node_name: str = NODE_NAME) -> str:
-        """Return the absolute name in a namespace."""
         relative = self.name.replace('~', node_name)
         if relative.startswith('/'):
             return relative
@@ -119,8 +121,14 @@ def _topic_of(command: Command) -> Topic:
     )
 
 
-READING_TYPES = {'m': (POINT_STAMPED, 'point.x'), 'N': (WRENCH_STAMPED, 'wrench.force.x')}
+READING_TYPES = {
+    'm': (POINT_STAMPED, 'point.x'),
+    'N': (WRENCH_STAMPED, 'wrench.force.x'),
+    'V': (VECTOR3_STAMPED, 'vector.x'),
+}
 """Message type of the readings in a unit, and the field of the reading; other fields are 0."""
+FORMER_TYPES = {'voltage': FLOAT64}
+"""Types of readings in recordings of versions up to 1.0, in which the voltage had no stamp."""
 
 
 def _reading_topic(row: Sensor, name: str, text: str, *switches: str) -> Topic:
@@ -146,9 +154,8 @@ TOPICS = (
     *(_reading_topic(
         row, row.reading, row.text + ': {field}; once per sim.block; stamp is the sample time'
     ) for row in SENSORS),
-    Topic('voltage', FLOAT64, STREAM,
-          'voltage at the piezo, V; once per trace.period; its stamp: time_origin_ns + t of the '
-          'last row of the next trace',
+    Topic('voltage', READING_TYPES['V'][0], STREAM,
+          'voltage at the piezo: vector.x, V; once per trace.period; stamp is the sample time',
           pace='trace.period', overridable=STREAMED),
     Topic(TRACE, FLOAT64_ARRAY, STREAM,
           f'oscilloscope: rows of {", ".join(trace_columns(Parameters()))}, then of sensors that '
@@ -191,7 +198,7 @@ READINGS = tuple(topic for topic in TOPICS if not topic.is_command)
 
 @dataclass(frozen=True)
 class Service:
-    """A service of the node other than those of its lifecycle."""
+    """A service of the node other than those of its lifecycle, or an action."""
 
     name: str
     type_name: str
@@ -217,20 +224,17 @@ SERVICES = (
 )
 
 
-class Action(Service):
-    """An action of the node, offered if its type is installed."""
-
-
-TRAJECTORY_ACTION = Action(
+TRAJECTORY_ACTION = Service(
     '~/follow_joint_trajectory',
     'control_msgs/action/FollowJointTrajectory',
     'closed loop along a trajectory of sim.joint_name; offered if control_msgs is installed',
 )
 
 
+@lru_cache(maxsize=8)
 def recorded_channels(
     parameters: Parameters, namespace: str = '/', node_name: str = NODE_NAME
-) -> dict[str, Channel]:
+) -> Mapping[str, Channel]:
     """Return the channels of the topics recorded under these parameters, by key."""
     return {
         topic.key: Channel(

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from functools import partial, wraps
 from inspect import Signature, signature
+from itertools import chain, cycle
 from types import NoneType, UnionType
 from typing import Any, TypeVar, Union, get_args, get_origin
 
@@ -25,24 +26,30 @@ def checked_arguments(public: Public) -> Public:
     if isinstance(public, type):
         public.__init__ = checked_arguments(public.__init__)  # type: ignore[misc]
         return public
-    form, readers = signature(public), dict[str, Any]()
-    for name, each in form.parameters.items():
-        read = _reader_of(each.annotation)
-        is_many = read and each.kind is each.VAR_POSITIONAL
-        readers[name] = partial(_to_each, read, 0) if is_many else read
+    form, fitting = signature(public), set[tuple[Any, ...]]()
+    readers = {name: _reader_of(each.annotation) for name, each in form.parameters.items()}
+    units = {name: unit_of(name) for name in readers}
+    places = [name for name, each in form.parameters.items() if each.kind < each.KEYWORD_ONLY]
+
+    def read(name: str, value: Any) -> Any:
+        reader = readers.get(name)
+        if reader is None or value is form.parameters[name].default:
+            return value
+        return reader(name, value, units[name])
 
     @wraps(public)
     def call(*given: Any, **named: Any) -> Any:
-        try:
-            bound = form.bind(*given, **named)
-        except TypeError as error:
-            name = public.__qualname__.removesuffix('.__init__')
-            right = _meant(name, form, given, named)
-            raise WrongUse(f'{name}: {error}; did you mean {right}?') from None
-        for name, value in bound.arguments.items():
-            if (read := readers[name]) and value is not form.parameters[name].default:
-                bound.arguments[name] = read(name, value, unit_of(name))
-        return public(*bound.args, **bound.kwargs)
+        shape = len(given), *named
+        if shape not in fitting:  # to bind again takes longer than the rest of a command
+            try:
+                form.bind(*given, **named)
+            except TypeError as error:
+                name = public.__qualname__.removesuffix('.__init__')
+                right = _meant(name, form, given, named)
+                raise WrongUse(f'{name}: {error}; did you mean {right}?') from None
+            fitting.add(shape)
+        ordered = map(read, chain(places, cycle(places[-1:])), given)
+        return public(*ordered, **{name: read(name, value) for name, value in named.items()})
 
     call.checks_arguments = True  # type: ignore[attr-defined]
     return call  # type: ignore[return-value]
@@ -56,7 +63,11 @@ def _meant(name: str, form: Signature, given: Sequence[Any], named: Mapping[str,
         stand, words = 'Parameters()', PARAMETER_NAMES
         named = {**named, **(given[1] if isinstance(given[-1], Mapping) else {})}
     for word in named.keys() - {*known}:
-        near = get_close_matches(word.removesuffix(f'_{unit_of(word).lower()}'), words, 1, 0.5)
+        bare = word.removesuffix(f'_{unit_of(word).lower()}')
+        near = get_close_matches(bare, words, 1, 0.5)
+        if near and '.' in near[0]:  # of groups with the same name the first
+            last = near[0].rpartition('.')[2]
+            near = [each for each in words if each.rpartition('.')[2] == last]
         if near and near[0] not in known and isinstance(named[word], str | int | float):
             return f'{stand}.updated({{{near[0]!r}: {named[word]!r}}})'
         if near and near[0] in known:

@@ -8,10 +8,11 @@ import difflib
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, TypeVar
 
 from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind
-from stickslip_ros.parameters.typed import to_si
+from stickslip_ros.parameters.typed import to_si, unit_meant
 from stickslip_ros.units import parse_quantity
 
 Scalar = bool | int | float | str
@@ -44,6 +45,12 @@ class Spec:
     typical: float = 0.0
     # true if 0 is the limit of small values; else 0 means "none" or "derived"
     from_zero: bool = False
+    opposes: bool = False  # true if it opposes a motion, in proportion to a force
+    cause: str = ''  # usual cause of another value: a twin says it, and a fit tries one
+    alike: str = ''  # parameter that acts so much alike that a fit does not try this one too
+    assumed: float = 0.0  # relative standard error of the value in a fit that does not free it
+    # true if a saved state does not depend on it; None: as the others of its group
+    resumable: bool | None = None
 
     @property
     def is_array(self) -> bool:
@@ -71,18 +78,16 @@ class Spec:
         if self.choices and converted not in self.choices:
             allowed = ', '.join(self.choices)
             raise OutOfRange(name, converted, '', 'not one of the choices', f'use {allowed}')
-        self._check_bounds(name, converted)
-        return converted
-
-    def _check_bounds(self, name: str, value: Scalar) -> None:
-        if isinstance(value, bool | str):
-            return
-        if self.minimum is not None and value < self.minimum:
+        if isinstance(converted, bool | str):
+            return converted
+        hint = unit_meant(converted, self.unit, self.minimum, self.maximum)
+        if self.minimum is not None and converted < self.minimum:
             limit = f'below the minimum {self.minimum:g} {self.unit}'.rstrip()
-            raise OutOfRange(name, value, self.unit, limit, self.below)
-        if self.maximum is not None and value > self.maximum:
+            raise OutOfRange(name, converted, self.unit, limit, self.below + hint)
+        if self.maximum is not None and converted > self.maximum:
             limit = f'above the maximum {self.maximum:g} {self.unit}'.rstrip()
-            raise OutOfRange(name, value, self.unit, limit, 'lower it')
+            raise OutOfRange(name, converted, self.unit, limit, f'lower it{hint}')
+        return converted
 
 
 def _elements_of(value: object) -> Iterable[object]:
@@ -106,13 +111,14 @@ def _to_float(name: str, value: object, unit: str) -> float:
     return number
 
 
-def _to_int(name: str, value: object, unit: str) -> int:
+def to_int(name: str, value: object, unit: str) -> int:
+    """Return a whole number, also of a text such as ``1e3``."""
     if isinstance(value, int) and not isinstance(value, bool):
         return value
     try:
         return int(str(value))
     except ValueError:
-        amount = parse_quantity(str(value), unit) if unit else None
+        amount = parse_quantity(str(value), unit) if unit or isinstance(value, str) else None
         if amount is not None and amount.is_integer():
             return int(amount)
         raise WrongKind(name, value, 'a whole number', 'give an integer such as 42') from None
@@ -131,11 +137,11 @@ def _to_str(name: str, value: object, _: str) -> str:
     return value
 
 
-CONVERTERS: Mapping[type, Any] = {float: _to_float, int: _to_int, bool: _to_bool, str: _to_str}
+CONVERTERS: Mapping[type, Any] = {float: _to_float, int: to_int, bool: _to_bool, str: _to_str}
 
 
 def quantity(
-    default: float,
+    default: float | tuple[float, ...],
     unit: str,
     text: str,
     *,
@@ -143,44 +149,47 @@ def quantity(
     source: str = ASSUMED,
     **others: Any,
 ) -> Any:
-    """Declare a quantity: a float in an SI unit, with inclusive bounds; others as in Spec."""
+    """
+    Declare a quantity: a float in an SI unit, or an array, with inclusive bounds of each.
+
+    Others are as in Spec.
+
+    """
     return declare_field(Spec(float, default, unit, source, text, *bounds, **others))
 
 
+opposing = partial(quantity, opposes=True)
+"""Declare a quantity that opposes a motion, in proportion to a force."""
+
+
 def count(
-    default: int, text: str, *, bounds: tuple[int, int], unit: str = '', live: bool = False
+    default: int | tuple[int, ...],
+    text: str,
+    *,
+    bounds: tuple[int, int],
+    unit: str = '',
+    source: str = ASSUMED,
+    **others: Any,
 ) -> Any:
-    """Declare a whole number with inclusive bounds."""
-    return declare_field(Spec(int, default, unit, ASSUMED, text, *bounds, live=live))
-
-
-def quantities(
-    default: tuple[float, ...], unit: str, text: str, *, bounds: tuple[float, float], source: str
-) -> Any:
-    """Declare an array of physical quantities in an SI unit, with inclusive bounds of each."""
-    return declare_field(Spec(float, default, unit, source, text, *bounds))
-
-
-def counts(default: tuple[int, ...], text: str, *, bounds: tuple[int, int], source: str) -> Any:
-    """Declare an array of whole numbers with inclusive bounds of each."""
-    return declare_field(Spec(int, default, '', source, text, *bounds))
+    """Declare a whole number, or an array, with inclusive bounds of each; others as in Spec."""
+    return declare_field(Spec(int, default, unit, source, text, *bounds, **others))
 
 
 def choice(
-    default: str, choices: tuple[str, ...], text: str, *, source: str = ASSUMED, live: bool = False
+    default: str, choices: tuple[str, ...], text: str, *, source: str = ASSUMED, **others: Any
 ) -> Any:
-    """Declare a choice among words."""
-    return declare_field(Spec(str, default, '', source, text, choices=choices, live=live))
+    """Declare a choice among words; others as in Spec."""
+    return declare_field(Spec(str, default, '', source, text, choices=choices, **others))
 
 
-def words(default: str, text: str) -> Any:
-    """Declare a free text, such as a path."""
-    return declare_field(Spec(str, default, '', ASSUMED, text))
+def words(default: str, text: str, **others: Any) -> Any:
+    """Declare a free text, such as a path; others as in Spec."""
+    return declare_field(Spec(str, default, '', ASSUMED, text, **others))
 
 
-def switch(default: bool, text: str, *, fixed: bool = False, live: bool = False) -> Any:
-    """Declare a switch."""
-    return declare_field(Spec(bool, default, '', ASSUMED, text, fixed=fixed, live=live))
+def switch(default: bool, text: str, **others: Any) -> Any:
+    """Declare a switch; others as in Spec."""
+    return declare_field(Spec(bool, default, '', ASSUMED, text, **others))
 
 
 def declare_field(spec: Spec) -> Any:
@@ -211,6 +220,10 @@ def with_fields(fields: Mapping[str, tuple[type, Any]], before: str) -> Callable
 class Checked:
     """Base of parameter groups: every instance holds allowed values only."""
 
+    def __init_subclass__(cls, *, resumable: bool = False) -> None:
+        """Say whether a saved state depends on no parameter of a group, unless it says else."""
+        cls.resumable = resumable  # type: ignore[attr-defined]
+
     def __post_init__(self) -> None:
         """Check the values that are not defaults, then the conditions between values."""
         for field in dataclasses.fields(self):  # type: ignore[arg-type]
@@ -238,10 +251,13 @@ class Checked:
         """Check conditions between values; groups override it."""
 
 
-def refuse_below_unless_zero(name: str, value: float, least: float, unit: str) -> None:
-    """Require 0 (off) or at least a minimum."""
+def refuse_below_unless_zero(
+    name: str, value: float, least: float, unit: str, zero: str = 'none'
+) -> None:
+    """Require at least a minimum, or 0, which stands for ``zero``."""
     if 0.0 < value < least:
-        raise OutOfRange(name, value, unit, f'between 0 and {least:g} {unit}', 'raise it; 0: none')
+        limit = f'between 0 and {least:g} {unit}'.rstrip()
+        raise OutOfRange(name, value, unit, limit, f'raise it; 0: {zero}')
 
 
 def full_name(group: type[Checked], field: str) -> str:
@@ -254,7 +270,10 @@ def declared_by(group: type[Checked]) -> dict[str, Spec]:
     found: dict[str, Spec] = {}
     for field in dataclasses.fields(group):  # type: ignore[arg-type]
         if 'spec' in field.metadata:
-            found[full_name(group, field.name)] = field.metadata['spec']
+            spec = field.metadata['spec']
+            if spec.resumable is None:
+                spec = dataclasses.replace(spec, resumable=group.resumable)  # type: ignore[attr-defined]
+            found[full_name(group, field.name)] = spec
         else:
             found |= declared_by(field.type)  # type: ignore[arg-type]
     return found

@@ -20,7 +20,7 @@ from stickslip_ros.parameters.sensors import SENSOR_FAULTS
 
 
 @dataclass(frozen=True)
-class SimParameters(Checked):
+class SimParameters(Checked, resumable=True):
     """Simulation: time step, block, pace, clock and start."""
 
     dt: float = quantity(
@@ -29,9 +29,14 @@ class SimParameters(Checked):
         'longest time step; fast resonances, steep voltages, contact springs and rival laws '
         'shorten it',
         bounds=(1e-8, 2e-5),
+        resumable=False,
     )
     block: float = quantity(
-        1e-3, 's', 'period of updates: of position, force and commands', bounds=(1e-4, 0.1)
+        1e-3,
+        's',
+        'period of updates: of position, force and commands',
+        bounds=(1e-4, 0.1),
+        resumable=False,
     )
     wake: float = quantity(
         0.0,
@@ -39,7 +44,7 @@ class SimParameters(Checked):
         'time of a wake-up, whose blocks run in a row, a multiple of sim.block; 0: one block',
         bounds=(0.0, 0.1),
     )
-    seed: int = count(1, 'seed of all random numbers', bounds=(0, 2**31 - 1))
+    seed: int = count(1, 'seed of all random numbers', bounds=(0, 2**31 - 1), resumable=False)
     real_time_factor: float = quantity(
         1.0,
         '',
@@ -51,6 +56,7 @@ class SimParameters(Checked):
         's',
         'largest lag that is caught up by running faster; a longer lag is dropped',
         bounds=(0.0, 3600.0),
+        resumable=False,
     )
     publish_clock: bool = switch(
         False, 'publish simulated time on /clock; not together with use_sim_time'
@@ -82,19 +88,19 @@ class SimParameters(Checked):
 
 
 @dataclass(frozen=True)
-class StepParameters(Checked):
+class StepParameters(Checked, resumable=True):
     """The saw-tooth of single steps, of jogging and of coarse positioning."""
 
     amplitude: float = quantity(
-        300.0, 'V', 'peak to peak voltage of a step', bounds=(0.001, 2000.0)
+        300.0, 'V', 'peak to peak voltage of a step', bounds=(0.001, 2000.0), live=True
     )
     frequency: float = quantity(
-        1e3, 'Hz', 'steps per second; jogging has its own', bounds=(0.001, 1e6)
+        1e3, 'Hz', 'steps per second; jogging has its own', bounds=(0.001, 1e6), live=True
     )
 
 
 @dataclass(frozen=True)
-class JogParameters(Checked):
+class JogParameters(Checked, resumable=True):
     """Jogging: steps that continue while commands arrive."""
 
     timeout: float = quantity(
@@ -107,7 +113,7 @@ class JogParameters(Checked):
 
 
 @dataclass(frozen=True)
-class ClosedLoopParameters(Checked):
+class ClosedLoopParameters(Checked, resumable=True):
     """The built-in position control: coarse steps, fine scan, hold."""
 
     tolerance: float = quantity(
@@ -136,7 +142,7 @@ class ClosedLoopParameters(Checked):
 
 
 @dataclass(frozen=True)
-class LimitsParameters(Checked):
+class LimitsParameters(Checked, resumable=True):
     """Limits of a move; a direct voltage ignores them."""
 
     soft_min: float = quantity(
@@ -187,7 +193,7 @@ class TraceParameters(Checked):
 
 
 @dataclass(frozen=True)
-class FrameIdParameters(Checked):
+class FrameIdParameters(Checked, resumable=True):
     """Frames of readings and commands."""
 
     stage: str = words('stage_base', 'frame of position, truth/position, command/position')
@@ -203,7 +209,7 @@ class FrameIdParameters(Checked):
 
 
 @dataclass(frozen=True)
-class RecordParameters(Checked):
+class RecordParameters(Checked, resumable=True):
     """Recordings: their files, format and content."""
 
     on_start: bool = switch(False, 'record from the activation on')

@@ -14,8 +14,7 @@ from stickslip_ros.parameters.declaration import (
     ReplaceableDefault,
     choice,
     count,
-    counts,
-    quantities,
+    opposing,
     quantity,
     refuse_below_unless_zero,
     switch,
@@ -54,7 +53,13 @@ class ContactParameters(Checked):
         'mdr', LAWS, 'contact model of the paper, or a rival friction law', source='Section 3'
     )
     radius: float = quantity(
-        0.5e-3, 'm', 'radius R of a hemisphere', bounds=(1e-6, 1.0), source=TABLE_1
+        0.5e-3,
+        'm',
+        'radius R of a hemisphere',
+        bounds=(1e-6, 1.0),
+        source=TABLE_1,
+        cause='another sphere, or a worn one',
+        assumed=0.1,
     )
     hurst: float = quantity(
         0.7, '', 'Hurst exponent H of the roughness', bounds=(0.01, 1.0), source='Section 4'
@@ -74,6 +79,7 @@ class ContactParameters(Checked):
         bounds=(0.0, 1.0),
         source='Section 4',
         from_zero=True,
+        cause='wear, or another surface',
     )
     line_length: float = quantity(
         1e-3,
@@ -107,13 +113,27 @@ class ContactParameters(Checked):
         bounds=(0.0, 1.0),
     )
     friction: float = quantity(
-        0.3, '', 'friction coefficient mu', bounds=(1e-3, 10.0), source=TABLE_1
+        0.3,
+        '',
+        'friction coefficient mu',
+        bounds=(1e-3, 10.0),
+        source=TABLE_1,
+        cause='dirt, moisture or wear; a constant load, as of a tilted rail, acts alike',
+        live=True,
     )
     friction_rate: float = quantity(
-        0.0, '', 'a: growth of friction per e-fold of the sliding velocity', bounds=(0.0, 0.1)
+        0.0,
+        '',
+        'a: growth of friction per e-fold of the sliding velocity',
+        bounds=(0.0, 0.1),
+        typical=0.01,
     )
     friction_ageing: float = quantity(
-        0.0, '', 'b: growth of friction per e-fold of the time at rest', bounds=(0.0, 0.1)
+        0.0,
+        '',
+        'b: growth of friction per e-fold of the time at rest',
+        bounds=(0.0, 0.1),
+        typical=0.01,
     )
     friction_distance: float = quantity(
         1e-6, 'm', 'slip D_c that renews an aged contact', bounds=(1e-10, 1e-3)
@@ -136,6 +156,7 @@ class ContactParameters(Checked):
         "Young's modulus E1 of the runner, steel X90CrMoV18",
         bounds=(1e3, 1e13),
         source=TABLE_1,
+        assumed=0.1,
     )
     young_sphere: float = quantity(
         370 * GIGA,
@@ -143,6 +164,7 @@ class ContactParameters(Checked):
         "Young's modulus E2 of a hemisphere, ruby",
         bounds=(1e3, 1e13),
         source=TABLE_1,
+        assumed=0.1,
     )
     poisson_runner: float = quantity(
         0.3, '', "Poisson's ratio of the runner", bounds=(0.0, 0.5), source=TABLE_1
@@ -150,10 +172,20 @@ class ContactParameters(Checked):
     poisson_sphere: float = quantity(
         0.3, '', "Poisson's ratio of a hemisphere", bounds=(0.0, 0.5), source=TABLE_1
     )
+    loss_factor: float = quantity(
+        0.0,
+        '',
+        'loss factor of sticking contacts; a stuck runner rings down with half of it as damping '
+        'ratio; about 0.1 measured elsewhere',
+        bounds=(0.0, 1.0),
+        typical=0.1,
+        from_zero=True,
+        alike='runner.damping',
+    )
 
     def check_together(self) -> None:
-        """Refuse a roughness or an ageing without effect, and a friction that is not positive."""
-        for name in ('friction_rate', 'friction_ageing'):
+        """Refuse roughness, ageing or loss without effect, and a friction that is not positive."""
+        for name in ('friction_rate', 'friction_ageing', 'loss_factor'):
             if getattr(self, name) and self.law != 'mdr':
                 limit, hint = f'without effect under contact.law {self.law}', 'set it to 0'
                 raise OutOfRange(f'contact.{name}', getattr(self, name), '', limit, hint)
@@ -189,10 +221,10 @@ class FrictionLawParameters(Checked):
     bristle_stiffness: float = quantity(
         0.0, 'N/m', 'sigma0; 0: the full-stick stiffness of all contacts', bounds=(0.0, 1e12)
     )
-    bristle_damping: float = quantity(
+    bristle_damping: float = opposing(
         0.0, 'N s/m', 'sigma1 of LuGre and EPM', bounds=(0.0, 1e6), from_zero=True
     )
-    viscous: float = quantity(
+    viscous: float = opposing(
         0.0, 'N s/m', 'sigma2, viscous friction', bounds=(0.0, 1e6), from_zero=True
     )
     static_ratio: float = quantity(
@@ -214,6 +246,7 @@ class StandParameters(Checked):
         'preload F_p of the external spring; 0.1 to 1 N in the paper',
         bounds=(1e-3, 100.0),
         source='Section 2',
+        assumed=0.05,
     )
     preload_end: float = quantity(
         0.0, 'N', 'end of a preload ramp that begins at the start; 0: no ramp', bounds=(0.0, 100.0)
@@ -225,7 +258,7 @@ class StandParameters(Checked):
     preload_limit: float = quantity(
         2.0, 'N', 'largest preload that a command may ask for', bounds=(1e-3, 100.0)
     )
-    load: float = quantity(
+    load: float = opposing(
         0.0,
         'N',
         'constant external force on the runner, beside that of a command: the weight of a z axis',
@@ -238,7 +271,7 @@ class StandParameters(Checked):
         -5e-3, 'm', 'position of the lower end stop', bounds=(-1.0, -1e-7)
     )
     travel_max: float = quantity(5e-3, 'm', 'position of the upper end stop', bounds=(1e-7, 1.0))
-    stop_stiffness: float = quantity(
+    stop_stiffness: float = opposing(
         0.0, 'N/m', 'stiffness of the end stops; 0: no end stops', bounds=(0.0, 1e9)
     )
 
@@ -250,11 +283,22 @@ class FootGroup(NamedTuple):
     share: float
     weight: float
     radius_m: float  # 0: contact.radius
+    # 0: contact.friction and contact.young_sphere
+    friction: float
+    young_pa: float
     gain: float
     delay_s: float
+    friction_n: float = 0.0  # friction limit beside that of preload and weight
 
 
-_FOR_ALL = {'weight': 0.0, 'radius': 0.0, 'gain': 1.0, 'delay': 0.0}
+_LEAST = {
+    'radius': (1e-6, 'm', 'contact.radius'),
+    'friction': (1e-4, '', 'contact.friction'),
+    'young': (1e3, 'Pa', 'contact.young_sphere'),
+    'delay': (DELAY_MIN_S, 's', 'none'),
+}
+"""Least values other than 0, their units, and what 0 stands for."""
+_FOR_ALL = {'weight': 0.0, 'gain': 1.0, **dict.fromkeys(_LEAST, 0.0)}
 """Values of groups for which none is given, if there are not as many groups as in the paper."""
 
 
@@ -263,43 +307,63 @@ class FeetParameters(Checked):
     """
     The feet, in groups of equal ones: an element of each array for each group.
 
-    An array of one element holds for all groups.
+    An array of one element holds for all groups. A dry guide is a group of its own, the last.
 
     """
 
-    count: tuple[int, ...] = counts(
+    count: tuple[int, ...] = count(
         (2, 4), 'feet in each group, 12 at most together', bounds=(1, FEET_MAX), source='Section 2'
     )
-    share: tuple[float, ...] = quantities(
+    share: tuple[float, ...] = quantity(
         (math.sqrt(2.0) / 2.0, math.sqrt(2.0) / 4.0),
         '',
         'normal force of one foot per preload',
         bounds=(1e-6, 100.0),
         source='Eq. 19',
     )
-    weight: tuple[float, ...] = quantities(
+    weight: tuple[float, ...] = quantity(
         (0.0, math.sqrt(2.0) / 4.0),
         '',
         'normal force of one foot per weight of the runner, where stand.weight is on',
         bounds=(0.0, 100.0),
         source='Eq. 19',
     )
-    radius: tuple[float, ...] = quantities(
+    radius: tuple[float, ...] = quantity(
         (0.0, 0.0), 'm', 'radius of a foot; 0: contact.radius', bounds=(0.0, 1.0), source=TABLE_1
     )
-    gain: tuple[float, ...] = quantities(
+    friction: tuple[float, ...] = quantity(
+        (0.0, 0.0),
+        '',
+        'friction coefficient of a foot, to which friction_rate and friction_ageing are '
+        'proportional; 0: contact.friction',
+        bounds=(0.0, 10.0),
+    )
+    young: tuple[float, ...] = quantity(
+        (0.0, 0.0),
+        'Pa',
+        "Young's modulus of a foot; 0: contact.young_sphere",
+        bounds=(0.0, 1e13),
+    )
+    gain: tuple[float, ...] = quantity(
         (1.0, 1.0),
         '',
         'displacement per that of actuator.gain; 0: a guide at rest; below 0: against the others',
         bounds=(-10.0, 10.0),
-        source='Section 2',
     )
-    delay: tuple[float, ...] = quantities(
+    delay: tuple[float, ...] = quantity(
         (0.0, 0.0),
         's',
         "delay of the group's voltage, for feet that fall one after another",
         bounds=(0.0, DELAY_MAX_S),
-        source='Section 2',
+    )
+    guide_friction: float = opposing(
+        0.0,
+        'N',
+        'dry friction of a guide at rest, one more contact, whatever the preload is; 0: none',
+        bounds=(0.0, 100.0),
+        typical=0.005,
+        from_zero=True,
+        cause='dirt or wear in the guide',
     )
 
     def check_together(self) -> None:
@@ -307,6 +371,8 @@ class FeetParameters(Checked):
         groups = len(self.count)
         for name, field in self.__dataclass_fields__.items():
             values = getattr(self, name)
+            if not isinstance(values, tuple):
+                continue
             is_default = values == field.default and name in _FOR_ALL
             if groups != len(values) and is_default:
                 values = (_FOR_ALL[name],)
@@ -315,13 +381,13 @@ class FeetParameters(Checked):
                 hint = 'give a value for each group, or one for all'
                 raise OutOfRange(f'feet.{name}', list(values), '', limit, hint)
             self.__dict__[name] = values * (groups if len(values) == 1 else 1)
-        if sum(self.count) > FEET_MAX:
+        if self.total > FEET_MAX:
             limit = f'above {FEET_MAX} feet together'
+            limit += ', of which feet.guide_friction is one' * bool(self.guide_friction)
             raise OutOfRange('feet.count', list(self.count), '', limit, 'lower it')
-        for radius in self.radius:
-            refuse_below_unless_zero('feet.radius', radius, 1e-6, 'm')
-        for delay in self.delay:
-            refuse_below_unless_zero('feet.delay', delay, DELAY_MIN_S, 's')
+        for name, row in _LEAST.items():
+            for value in getattr(self, name):
+                refuse_below_unless_zero(f'feet.{name}', value, *row)
 
     def check_foot(self, name: str, foot: int) -> None:
         """Refuse the number of a foot, from 1, that does not exist."""
@@ -331,21 +397,21 @@ class FeetParameters(Checked):
 
     @property
     def groups(self) -> tuple[FootGroup, ...]:
-        rows = zip(
-            self.count, self.share, self.weight, self.radius, self.gain, self.delay, strict=True
-        )
-        return tuple(FootGroup(*row) for row in rows)
+        names = [name for name in self.__dataclass_fields__ if name != 'guide_friction']
+        rows = zip(*(getattr(self, name) for name in names), strict=True)
+        guide = FootGroup(1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, self.guide_friction)
+        return (*(FootGroup(*row) for row in rows), *[guide] * bool(self.guide_friction))
 
     @property
     def total(self) -> int:
-        return sum(self.count)
+        return sum(self.count) + bool(self.guide_friction)
 
 
 @dataclass(frozen=True)
 class FrameParameters(Checked):
     """The frame as a mass on a spring: it carries the feet, and the table everything else."""
 
-    mass: float = quantity(
+    mass: float = opposing(
         0.0, 'kg', 'mass of the frame with its feet; 0: rigid frame', bounds=(0.0, 1e3)
     )
     resonance: float = quantity(
@@ -364,14 +430,26 @@ class FrameParameters(Checked):
 class RunnerParameters(Checked):
     """The moving body."""
 
-    mass: float = quantity(3e-3, 'kg', 'mass m of the runner', bounds=(1e-6, 10.0), source=TABLE_1)
-    damping: float = quantity(
+    mass: float = opposing(
+        3e-3,
+        'kg',
+        'mass m of the runner',
+        bounds=(1e-6, 10.0),
+        source=TABLE_1,
+        cause='something was put on the runner, or taken off',
+        resumable=True,
+        live=True,
+    )
+    damping: float = opposing(
         0.0,
         'N s/m',
         'viscous damping c of the runner; the paper gives none',
         bounds=(0.0, 1e4),
         typical=20.0,
         from_zero=True,
+        cause='something touches the runner',
+        resumable=True,
+        live=True,
     )
 
 
@@ -392,7 +470,13 @@ class AmplifierParameters(Checked):
         bounds=(-1e3, 1e3),
     )
     slew_rate: float = quantity(
-        150e6, 'V/s', 'fastest change of the output', bounds=(1e3, 1e12), source='Section 2'
+        150e6,
+        'V/s',
+        'fastest change of the output',
+        bounds=(1e3, 1e12),
+        source='Section 2',
+        cause='the amplifier, or another capacitance behind it',
+        resumable=True,
     )
     frequency_max: float = quantity(
         20e3, 'Hz', 'highest saw-tooth frequency that a command may ask for', bounds=(1.0, 1e6)
@@ -409,6 +493,11 @@ class AmplifierParameters(Checked):
         'largest current into actuator.capacitance, a limit of the slew rate; 0: no limit',
         bounds=(0.0, 1e3),
     )
+
+    @property
+    def range_v(self) -> float:
+        """Largest amplitude that the amplifier gives, V."""
+        return self.voltage_max - self.voltage_min
 
     def check_together(self) -> None:
         """Refuse an empty voltage range, a start outside it, and a bandwidth below SLOWEST_HZ."""
@@ -434,6 +523,7 @@ class ActuatorParameters(Checked):
         bounds=(1e-13, 1e-6),
         source='Section 2',
         below='raise it; if the piezo moves against its voltage, set feet.gain below 0',
+        cause='the piezo or its amplifier, of all feet or of one',
     )
     capacitance: float = quantity(
         5e-09,
@@ -469,13 +559,13 @@ class ActuatorParameters(Checked):
     damping_ratio: float = quantity(
         0.05, '', 'damping ratio of that resonance', bounds=(0.001, 10.0), typical=0.05
     )
-    stiffness: float = quantity(
+    stiffness: float = opposing(
         0.0,
         'N/m',
         'stiffness of the piezo under a foot: blocking force per stroke; 0: rigid',
         bounds=(0.0, 1e12),
     )
-    mass: float = quantity(
+    mass: float = opposing(
         0.0,
         'kg',
         'mass of a foot, for the recoil of the frame; 0 if resonance and stiffness give it',

@@ -18,6 +18,7 @@ from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters.declaration import (
     Checked,
     choice,
+    opposing,
     quantity,
     refuse_below_unless_zero,
     switch,
@@ -73,7 +74,7 @@ class LoadCellParameters(Checked):
         'runner fixed to the load cell, pressing on it from one side, or free',
         source='Eq. 20',
     )
-    stiffness: float = quantity(
+    stiffness: float = opposing(
         1e5, 'N/m', 'stiffness k of the load cell, Eq. 20; the paper gives none', bounds=(1.0, 1e9)
     )
     noise_density: float = quantity(

@@ -4,11 +4,11 @@
 """Immutable tree of all parameters, and its flat form ``{'group.name': value}``."""
 
 import dataclasses
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import compress
 from operator import attrgetter
-from typing import Any
+from typing import Any, ClassVar, TypeAlias
 
 from stickslip_ros.errors import OutOfRange, WrongKind, WrongUse
 from stickslip_ros.parameters.arguments import PARAMETER_NAMES, checked_arguments
@@ -52,6 +52,7 @@ from stickslip_ros.units import NS_PER_S
 
 TRAVEL = 'stand.travel_min', 'stand.travel_max'
 """Parameters that limit a commanded position, and show its limits."""
+Range: TypeAlias = tuple[float, float]
 _PAPER: tuple[str, ...] = 'none', 'the stand of the paper'
 
 
@@ -63,7 +64,10 @@ _PAPER: tuple[str, ...] = 'none', 'the stand of the paper'
 class Parameters(NotebookView, Checked):
     """All parameters, in groups; ``Parameters()`` is the test stand of the paper."""
 
-    autostart: bool = switch(True, 'configure and activate the node without a manager', fixed=True)
+    ranges: ClassVar[Mapping[str, Range]] = {}  # of assumed values, by name, as of a stage
+    autostart: bool = switch(
+        True, 'configure and activate the node without a manager', fixed=True, resumable=True
+    )
     sim: SimParameters = field(default_factory=SimParameters)
     contact: ContactParameters = field(default_factory=ContactParameters)
     friction_law: FrictionLawParameters = field(default_factory=FrictionLawParameters)
@@ -152,22 +156,46 @@ class Parameters(NotebookView, Checked):
         """
         Return a copy with other values, ``{'stand.preload': 0.25}``; texts are converted.
 
+        An element of an array is ``feet.share[1]``, from 0. A given value has no range any more.
+
         Raises
         ------
         UnknownName
             If a name is not declared.
         WrongKind, OutOfRange
-            If a value is not allowed.
+            If a value is not allowed, or an element does not exist.
 
         """
-        checked: dict[str, dict[str, object]] = {}
+        checked: dict[str, dict[str, Any]] = {}
         for name, value in values.items():
             group, _, leaf = str(name).rpartition('.')
-            checked.setdefault(group, {})[leaf] = spec_of(str(name)).check(name, value)
+            found, own = spec_of(str(name)).check(name, value), checked.setdefault(group, {})
+            leaf, bracket, number = leaf.partition('[')
+            if bracket:
+                elements = list(own.get(leaf, getattr(getattr(self, group), leaf)))
+                elements[_place_in(elements, str(name), number)] = found
+                found = tuple(elements)
+            own[leaf] = found
         changes = checked.pop('', {})
         for group, leaves in checked.items():
             changes[group] = getattr(self, group).with_checked(leaves)
-        return self.with_checked(changes)
+        return self.with_checked(changes).with_ranges(self.ranges, values)
+
+    def with_ranges(self, ranges: Mapping[str, Range], given: Iterable[str] = ()) -> 'Parameters':
+        """Return a copy with ranges of its assumed values, but for those that are given."""
+        if not ranges and not self.ranges:
+            return self
+        arrays = {name.partition('[')[0] for name in given}
+        kept = {
+            name: each for name, each in ranges.items() if name.partition('[')[0] not in arrays
+        }
+        return self.with_checked({'ranges': kept})
+
+    def value(self, name: str) -> Any:
+        """Return the value of a parameter, or of an element of an array, ``feet.share[1]``."""
+        array, bracket, number = name.partition('[')
+        found = attrgetter(array)(self)
+        return found[_place_in(found, name, number)] if bracket else found
 
     def sections(self) -> list[Section]:
         """Return a table of the values that differ from the stand of the paper."""
@@ -193,8 +221,19 @@ def specs() -> dict[str, Spec]:
 
 
 def spec_of(name: str) -> Spec:
-    """Return the declaration of a parameter; UnknownName suggests the nearest names."""
-    return find_spec(_SPECS, name, 'see docs/reference/parameters.md')
+    """
+    Return the declaration of a parameter, or of an element of an array, ``feet.share[1]``.
+
+    UnknownName suggests the nearest names.
+
+    """
+    array, bracket, _ = name.partition('[')
+    spec = find_spec(_SPECS, array, 'see docs/reference/parameters.md')
+    if not bracket:
+        return spec
+    if not spec.is_array:
+        raise WrongKind('parameter', name, 'an element of an array', f'write {array}')
+    return dataclasses.replace(spec, default=spec.default[0])
 
 
 def column_name(name: str) -> str:
@@ -224,6 +263,15 @@ def parse_assignments(
             raise WrongKind(form.partition(' ')[0], text, 'an assignment', f'write {form}')
         pairs[name.strip()] = value.strip()
     return pairs
+
+
+def _place_in(elements: Sequence[Any], name: str, number: str) -> int:
+    """Return the place of an element, whose name ends with its number."""
+    places = [f'{place}]' for place in range(len(elements))]
+    if number not in places:
+        limit = f'not one of its elements, 0 to {len(elements) - 1}'
+        raise OutOfRange('parameter', name, '', limit, f'write {name.partition("[")[0]}[0]')
+    return places.index(number)
 
 
 def _check_multiple(name: str, period_ns: int, of_name: str, of_ns: int) -> None:

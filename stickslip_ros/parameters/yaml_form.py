@@ -10,7 +10,7 @@ YAML that can be misunderstood is refused: repeated keys, numbers of base 60, al
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -22,12 +22,13 @@ from stickslip_ros import budget
 from stickslip_ros.errors import RecordingError, StickSlipError, UnknownName, WrongKind, quoted
 from stickslip_ros.files import read_text
 from stickslip_ros.parameters.arguments import checked_arguments
-from stickslip_ros.parameters.declaration import Scalar, Spec
-from stickslip_ros.parameters.tree import Parameters, specs
+from stickslip_ros.parameters.declaration import CONVERTERS, Scalar, Spec
+from stickslip_ros.parameters.tree import Parameters, Range, spec_of, specs
 
 NODE_NAME = 'stickslip_drive'
 ROS_KEY = 'ros__parameters'
 ANY_NODE = '/**'
+RANGES = 'ranges'
 _NUMBERS = ('tag:yaml.org,2002:int', 'tag:yaml.org,2002:float')
 _HINT = 'compare it with config/test_stand.yaml'
 _BASE: Any = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
@@ -60,12 +61,20 @@ def describe(spec: Spec, *, limits: bool = True) -> str:
     return f'{line} ({spec.source})'
 
 
-def dump_yaml(parameters: Parameters, heading: str) -> str:
-    """Return a ROS parameter file; ``heading`` is the comment at its top, without ``#``."""
+def dump_yaml(parameters: Parameters, heading: str, *, without: Collection[str] = ()) -> str:
+    """
+    Return a ROS parameter file; ``heading`` is the comment at its top, without ``#``.
+
+    Parameters ``without`` a value are left out but for their comment.
+
+    """
     lines = [f'# {line}'.rstrip() for line in heading.splitlines()]
     lines += [f'{ANY_NODE}:', f'  {ROS_KEY}:']
     flat = parameters.flat()
-    lines += [before + format_value(flat[name]) for name, before in _before_values().items()]
+    lines += [
+        before.rpartition('\n')[0] if name in without else before + format_value(flat[name])
+        for name, before in _before_values().items()
+    ]
     return '\n'.join(lines) + '\n'
 
 
@@ -95,17 +104,58 @@ def load_yaml(*paths: str | Path) -> Parameters:
         If a file has an unknown parameter or a value that is not allowed.
 
     """
-    values = {k: value for path in paths for k, value in load_values(Path(path)).items()}
-    return Parameters().updated(values)
+    read = _read(paths)
+    values = {k: value for each, origin in read for k, value in _values(each, origin).items()}
+    return Parameters().updated(values).with_ranges(_ranges(read))
 
 
 def load_values(path: Path) -> dict[str, object]:
     """Return the values of a ROS parameter file by name, unchecked; refuses like ``load_yaml``."""
+    return _values(_document(path), str(path))
+
+
+def load_ranges(*paths: str | Path) -> dict[str, Range]:
+    """
+    Return the ranges of assumed values: ROS takes their section for that of another node.
+
+    A later file that gives a value takes the range of an earlier one away.
+
+    """
+    return _ranges(_read(paths))
+
+
+def _read(paths: Iterable[str | Path]) -> list[tuple[object, str]]:
+    """Return the document and the name of each file."""
+    return [(_document(Path(path)), str(path)) for path in paths]
+
+
+def _ranges(read: Iterable[tuple[object, str]]) -> dict[str, Range]:
+    found = dict[str, Range]()
+    for document, origin in read:
+        given = {name.partition('[')[0] for name in _values(document, origin)}
+        found = {k: each for k, each in found.items() if k.partition('[')[0] not in given}
+        for name, body in _sections(document, '', origin):
+            if name == f'/{RANGES}':
+                found |= {k: _range(k, each) for k, each in _flat(body, origin).items()}
+    return found
+
+
+def _range(name: str, value: object) -> Range:
+    spec = spec_of(name)
+    ends = value if isinstance(value, list) else []
+    numbers = [CONVERTERS[spec.kind](name, each, spec.unit) for each in ends]
+    if len(numbers) != 2 or not numbers[0] < numbers[1]:
+        hint = f'write {name}: [LOW, HIGH]'
+        raise WrongKind(f'{RANGES} of {name}', value, 'a low and a high number', hint)
+    return float(numbers[0]), float(numbers[1])
+
+
+def _document(path: Path) -> object:
     text = read_text(path, 'check the path', 'give a ROS parameter file')
     document = read_yaml(text, str(path), _HINT, budget.PARAMETER_VALUES)
     if document is None:
         raise RecordingError(path, 'names no parameter', _HINT)
-    return _values(document, str(path))
+    return document
 
 
 def parse_yaml(text: str, origin: str) -> Parameters:

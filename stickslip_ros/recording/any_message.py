@@ -17,6 +17,9 @@ from numpy.typing import NDArray
 from stickslip_ros.arrays import Array
 from stickslip_ros.budget import DEFINITION_MOST, SKIPPED, load_json
 from stickslip_ros.errors import RecordingError, UnknownName, quoted
+from stickslip_ros.interface.cdr import unpack
+from stickslip_ros.interface.messages import JOINT_UNITS, JointMessage
+from stickslip_ros.message_types import JOINT_STATE
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.chunks import (
     ALL_TIMES_NS,
@@ -34,6 +37,7 @@ from stickslip_ros.recording.definition import (
     Kind,
     Number,
     Struct,
+    array_at,
     leaves,
     text_of_idl,
     way_to,
@@ -42,8 +46,9 @@ from stickslip_ros.recording.integrity import open_whole
 from stickslip_ros.recording.layout import TIME_MAX_NS
 from stickslip_ros.units import NS_PER_S
 
-PART: Final = re.compile(r'([^\W\d]\w*)((?:\[\d+\])*)')
-"""A name in the path of a field, with indices of arrays: ``position[0]``."""
+PART: Final = re.compile(r'([^\W\d]\w*)((?:\[[^\[\]]+\])*)')
+"""A name in the path of a field, with places in arrays: ``position[0]``, ``position[x]``."""
+_JOINT_FIRST: Final = re.compile(r'^(\[[^\[\]]+\])\.(\w+)')  # [x].position
 _ENCODINGS: Final = 'ros2msg', 'ros2idl', ''
 """Forms in which rosbag2 writes a definition; without one the installed type is read."""
 ORDERS: Final = {0: '>', 1: '<'}
@@ -55,12 +60,19 @@ LISTED, LEAVES = 20, 1000
 """Largest count of numbers that a refusal lists, and of fields that it searches for them."""
 
 
+class Joint(str):
+    """The name of an element of arrays, as a message has it in its array ``name``."""
+
+    __slots__ = ()
+
+
 def numbers_of(
     files: Sequence[Path],
     topic: str,
     field: str,
     *,
     by_stamp: bool = True,
+    in_blocks: bool = False,
     repeats: bool = False,
     window_ns: tuple[int, int] = ALL_TIMES_NS,
 ) -> tuple[Places, Array, Places]:
@@ -68,18 +80,19 @@ def numbers_of(
     Return time, ns, one number, and log time, ns, of each message of a topic, in order of time.
 
     The time is the stamp of the header if the message has one and it is requested, else the log
-    time. A field is a path such as ``point.x``, ``wrench.force.x``, ``data`` or ``position[0]``.
-    Messages that parts of a run repeat count once. For a window, all chunks that may hold messages
-    of these log times are read. RecordingError: a message is damaged, or of unknown
-    definition; UnknownName: no such field, or it is no number.
+    time. A field is a path such as ``point.x``, ``wrench.force.x``, ``data`` or ``position[0]``;
+    ``position[x]`` is the number of the joint x. ``in_blocks`` gives all numbers of an array, or
+    of a column, at the time of their message. Messages that parts of a run repeat count once. For
+    a window, all chunks that may hold messages of these log times are read. RecordingError: a
+    message is damaged, or of unknown definition; UnknownName: no such field, or it is no number.
 
     """
     none = np.empty(0, np.int64)
     found: list[tuple[Places, Array, Places]] = [(none, np.empty(0), none)]
-    last = -1
+    last, fields = -1, dict[int, Field]()
     for file in files:
         with open_whole(file) as reader:
-            fields: dict[int, Field] = {}
+            fields = {}
             is_first = True
             for piece in reader.pieces([topic], window_ns):
                 numbers = gather(piece.data, piece.starts + SEQUENCE_AT, '<u4')
@@ -91,17 +104,26 @@ def numbers_of(
                     if key not in fields:
                         channel = reader.get_summary().channels[key]
                         schema = reader.get_summary().schemas.get(channel.schema_id)
-                        kind = JsonField if channel.message_encoding == 'json' else Field
+                        kind = _field_kind(channel, schema, field, in_blocks)
                         fields[key] = kind(file, channel, schema, field, by_stamp=by_stamp)
                     places = np.flatnonzero(piece.channels[begin:] == key) + begin
                     blocks = (places[at : at + BLOCK] for at in range(0, len(places), BLOCK))
-                    found += [
-                        (*fields[key].read(piece, block), piece.times_ns[block])
-                        for block in blocks
-                    ]
+                    found += [fields[key].read(piece, block) for block in blocks]
+    if not any(len(values) for _, values, _ in found):
+        for each in fields.values():
+            each.refuse_absent()
     times_ns, values, logs_ns = map(np.concatenate, zip(*found, strict=True))
     order = np.argsort(times_ns, kind='stable')
     return times_ns[order], values[order], logs_ns[order]
+
+
+def _field_kind(
+    channel: Channel, schema: Schema | None, field: str, in_blocks: bool
+) -> 'type[Field]':
+    if channel.message_encoding == 'json':
+        return JsonField
+    is_joint = schema is not None and schema.name == JOINT_STATE and '[' in field
+    return BlockField if in_blocks else JointField if is_joint else Field
 
 
 class Field:
@@ -126,25 +148,42 @@ class Field:
             hint = 'source the ROS 2 workspace that has it, or record it anew'
             raise RecordingError(file, problem, hint) from None
         try:
-            self._value = way_to(kind, path)
+            self._find(kind, path)
         except (LookupError, ValueError):
             some = islice(leaves(kind), LEAVES)
-            raise self._unknown(name for name, leaf in some if isinstance(leaf, Number)) from None
+            names = [name for name, leaf in some if isinstance(leaf, Number)]
+            with suppress(LookupError):
+                array = array_at(kind, path)
+                if isinstance(array.element, Number) and array.count != 0:
+                    names.append(f'{field} at ...kHz, an array of samples')
+            raise self._unknown(names) from None
         self._stamp = None
         if by_stamp:
             with suppress(LookupError):
-                names = 'sec', 'nanosec'
-                self._stamp = [way_to(kind, ('header', 'stamp', name)) for name in names]
+                parts = 'sec', 'nanosec'
+                self._stamp = [way_to(kind, ('header', 'stamp', part)) for part in parts]
 
-    def read(self, piece: ChunkMessages, places: Places) -> tuple[Places, Array]:
-        """Return time, ns, and number of some messages; ValueError if one is damaged."""
+    def _find(self, kind: Struct, path: list[str | int]) -> None:
+        """Note the way to the number; LookupError if there is none."""
+        self._value = way_to(kind, path)
+
+    def _take(self, bodies: 'Bodies') -> tuple[Array, Places]:
+        """Return the numbers of messages, and how many each has."""
+        values = bodies.number(*self._value)
+        return values, np.ones(len(values), np.int64)
+
+    def refuse_absent(self) -> None:
+        """Refuse a field that no message had, if some might."""
+
+    def read(self, piece: ChunkMessages, places: Places) -> tuple[Places, Array, Places]:
+        """Return time, number and log time of some messages; ValueError if one is damaged."""
         starts, times_ns = piece.starts[places], piece.times_ns[places]
         ends = starts + gather(piece.data, starts - LENGTH_BYTES, '<i8')
         starts = starts + MESSAGE_HEAD.size
         if np.any(ends - starts < _HEAD_BYTES):
             raise ValueError(f'a message on {self._topic} is shorter than its head')
         representations = gather(piece.data, starts, '>u2')
-        values = np.empty(len(starts))
+        found = list[tuple[Places, Array, Places]]()
         for each in np.unique(representations).tolist():
             if each not in ORDERS:
                 raise ValueError(
@@ -153,13 +192,16 @@ class Field:
             these = representations == each
             bodies = Bodies(piece.data, starts[these] + _HEAD_BYTES, ends[these], ORDERS[each])
             try:
-                values[these] = bodies.number(*self._value)
+                values, counts = self._take(bodies)
             except IndexError as error:
                 raise UnknownName(f'field of {self._topic}', self._field, str(error)) from None
+            known_ns = logs_ns = times_ns[these]
             if self._stamp:
                 stamps_ns = self._to_ns(*(bodies.number(*way) for way in self._stamp))
-                times_ns[these] = np.where(stamps_ns == 0, times_ns[these], stamps_ns)
-        return times_ns, values
+                known_ns = np.where(stamps_ns == 0, logs_ns, stamps_ns)
+            found.append((np.repeat(known_ns, counts), values, np.repeat(logs_ns, counts)))
+        times_ns, values, logs_ns = map(np.concatenate, zip(*found, strict=True))
+        return times_ns, values, logs_ns
 
     def _unknown(self, names: Iterable[str]) -> UnknownName:
         """Return the refusal of the field, with the numbers that there are."""
@@ -185,6 +227,66 @@ class Field:
         return seconds.astype(np.int64) * NS_PER_S + nanoseconds.astype(np.int64)
 
 
+class JointField(Field):
+    """A number of a joint, by its name, or by a place that has one name."""
+
+    def _find(self, kind: Struct, path: list[str | int]) -> None:
+        self._known = set[str]()
+        name, self._place = path
+        super()._find(kind, [name, 0])
+        self._at = [*JOINT_UNITS].index(str(name))
+
+    def _take(self, bodies: 'Bodies') -> tuple[Array, Places]:
+        values, counts, place = list[float](), list[int](), self._place
+        for each in bodies.messages():
+            message = unpack(JOINT_STATE, each)
+            assert isinstance(message, JointMessage)
+            names, numbers = message.names, message.arrays[self._at]
+            self._known.update(names[place : place + 1] if isinstance(place, int) else names)
+            is_there = isinstance(place, int) or place in names
+            counts.append(int(is_there))
+            if is_there:
+                at = place if isinstance(place, int) else names.index(place)
+                if at >= len(numbers):
+                    raise IndexError(f'the array of a message has {len(numbers)} elements')
+                values.append(numbers[at])
+        if isinstance(place, int) and len(self._known) > 1:
+            known = sorted(self._known)
+            problem = f'place {place} of {self._topic} is {" and ".join(known)} in turn'
+            ways = ' or '.join(f'{self._topic}[{e}].{[*JOINT_UNITS][self._at]}' for e in known)
+            raise RecordingError(self._file, problem, f'name the joint: {ways}')
+        return np.array(values), np.array(counts, np.int64)
+
+    def refuse_absent(self) -> None:
+        raise self._unknown(f'{[*JOINT_UNITS][self._at]}[{e}]' for e in sorted(self._known))
+
+
+class BlockField(Field):
+    """All numbers of an array, or a column of a table whose layout says how many there are."""
+
+    def _find(self, kind: Struct, path: list[str | int]) -> None:
+        column = path.pop() if isinstance(path[-1], int) else None
+        self._column = column if isinstance(column, int) else None
+        self._value, self._width = way_to(kind, [*path, 0]), None
+        self._count = array_at(kind, path).count
+        with suppress(LookupError):
+            self._width = way_to(kind, [*path[:-1], 'layout', 'dim', 1, 'size'])
+
+    def _take(self, bodies: 'Bodies') -> tuple[Array, Places]:
+        values, counts = bodies.block(*self._value, self._count)
+        widths = {1}
+        with suppress(IndexError):  # without a second axis
+            widths = {*bodies.number(*self._width).tolist()} if self._width else widths
+        width = max(*widths, 1)
+        if self._column is None and (width == 1 or np.all(counts == width)):
+            return values, counts
+        if len(widths) > 1 or np.any(counts % width) or not (self._column or 0) < width > 1:
+            raise IndexError(f'a message is a table of {width} columns, or has none')
+        if self._column is None:
+            raise IndexError(f'a message is a table of {width} columns; name one, data[0]')
+        return values.reshape(-1, width)[:, self._column], counts // width
+
+
 class JsonField(Field):
     """A number in the messages of a channel in JSON; null is NaN."""
 
@@ -194,8 +296,8 @@ class JsonField(Field):
         self._file, self._topic, self._field = file, channel.topic, field
         self._path, self._by_stamp = path_of(channel.topic, field), by_stamp
 
-    def read(self, piece: ChunkMessages, places: Places) -> tuple[Places, Array]:
-        """Return time, ns, and number of some messages; refuse one without."""
+    def read(self, piece: ChunkMessages, places: Places) -> tuple[Places, Array, Places]:
+        """Return time, number and log time of some messages; refuse one without."""
         times_ns, values, stamps = piece.times_ns[places], np.empty(len(places)), []
         for at, place in enumerate(places.tolist()):
             stop_if_asked()
@@ -212,7 +314,7 @@ class JsonField(Field):
                 raise RecordingError(self._file, problem, 'name another topic') from None
             stamps.append(_stamp_in(message) if self._by_stamp else (0, 0))
         stamps_ns = self._to_ns(*np.array(stamps, object).T)
-        return np.where(stamps_ns == 0, times_ns, stamps_ns), values
+        return np.where(stamps_ns == 0, times_ns, stamps_ns), values, times_ns
 
 
 def _stamp_in(message: dict[str, Any]) -> tuple[Any, Any]:
@@ -257,6 +359,35 @@ class Bodies:
             elif (shortest := self._read('u4').min()) <= each:
                 raise IndexError(f'the array of a message has {shortest} elements')
         return self._read(dtype)
+
+    def block(
+        self, before: Sequence[Kind | int], dtype: str, count: int | None
+    ) -> tuple[Array, Places]:
+        """Return all numbers of an array of ``count``, or of the said length; and how many."""
+        self._at = np.zeros_like(self._starts)
+        counts = np.full_like(self._starts, count or 0)
+        places = [at for at, each in enumerate(before) if not isinstance(each, Kind)]
+        for at, each in enumerate(before):
+            if isinstance(each, Kind):
+                self._skip(each)
+                continue
+            counts = self._read('u4').astype(np.int64)
+            if (count is not None or at != places[-1]) and counts.min() <= each:
+                raise IndexError(f'the array of a message has {counts.min()} elements')
+        counts = counts if count is None else np.full_like(counts, count)
+        size = np.dtype(dtype).itemsize
+        self._advance(np.where(counts > 0, -self._at % size, 0))
+        begins = self._starts + self._at
+        self._advance(counts * size)
+        inside = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+        places_of = np.repeat(begins, counts) + size * inside
+        return gather(self._data, places_of, self._order + dtype).astype(np.float64), counts
+
+    def messages(self) -> Iterator[bytes]:
+        """Yield each with its head."""
+        for start, size in zip(self._starts.tolist(), self._sizes.tolist(), strict=True):
+            stop_if_asked()
+            yield bytes(self._data[start - _HEAD_BYTES : start + size])
 
     def _read(self, dtype: str) -> NDArray[Any]:
         size = np.dtype(dtype).itemsize
@@ -306,8 +437,10 @@ class Bodies:
 def path_of(topic: str, field: str) -> list[str | int]:
     """Return the names and places on the way to a number."""
     path: list[str | int] = []
-    for part in field.split('.'):
+    for part in re.split(r'\.(?![^\[]*\])', _JOINT_FIRST.sub(r'\2\1', field)):
         if (found := PART.fullmatch(part)) is None:
-            raise UnknownName(f'field of {topic}', field, 'write it as point.x or position[0]')
-        path += [found[1], *map(int, re.findall(r'\d+', found[2]))]
+            hint = 'write it as point.x, position[0] or position[JOINT]'
+            raise UnknownName(f'field of {topic}', field, hint)
+        places = re.findall(r'\[([^\[\]]+)\]', found[2])
+        path += [found[1], *(int(e) if e.isdecimal() else Joint(e) for e in places)]
     return path

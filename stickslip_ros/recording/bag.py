@@ -141,23 +141,8 @@ def _topic(channel: Channel, schema: Schema | None) -> dict[str, Any]:
 def bag_parts(path: Path) -> list[Path]:
     """Return the files that the description of a bag lists, all in its folder."""
     if not (path / METADATA_FILE).is_file():
-        problem, hint = 'it is a directory without a recording', 'name a file or a bag directory'
-        if files := files_of_a_bag(path):
-            problem = f'it is a directory without {METADATA_FILE}, which rosbag2 writes at the end'
-            hint = f'name a file of it, as {files[0]}, or {recover_hint(path)}'
-        elif packed := sorted(path.glob('*.zstd')):
-            refuse_foreign(packed[0])
-        raise RecordingError(path, problem, hint)
-    try:
-        text = read_text(path / METADATA_FILE, recover_hint(path), recover_hint(path))
-        description: Any = read_yaml(text, str(path / METADATA_FILE), recover_hint(path))
-        description = description[METADATA_ROOT]
-        storage = description['storage_identifier']
-        names = [PurePath(name).name for name in description['relative_file_paths']]
-        mode = str(description.get('compression_mode') or 'none').lower()
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
-        problem = f'its {METADATA_FILE} cannot be read ({type(error).__name__} {error})'
-        raise RecordingError(path, ' '.join(problem.split()), recover_hint(path)) from error
+        raise _undescribed(path)
+    storage, names, mode = _description_of(path)
     if storage not in STORAGES.values() and (
         storage or {PurePath(n).suffix for n in names} - STORAGES.keys()
     ):
@@ -166,14 +151,37 @@ def bag_parts(path: Path) -> list[Path]:
     if mode not in {'none', 'message'}:  # messages are unpacked as they are read
         raise RecordingError(path, f'it is compressed by {mode}', convert_hint(path))
     missing = [name for name in names if not (path / name).is_file()]
-    if missing or not names:
-        raise RecordingError(
-            path, f'{missing[0] if missing else "its list of files"} is missing', 'put it back'
-        )
+    if missing := missing + ['its list of files'] * (not names):
+        raise RecordingError(path, f'{missing[0]} is missing', 'put it back')
     if twice := [each for each, count in Counter(names).items() if count > 1]:
         problem = f'its {METADATA_FILE} lists {twice[0]} {names.count(twice[0])} times'
         raise RecordingError(path, problem, 'list each file once')
     return [path / name for name in names]
+
+
+def _undescribed(path: Path) -> RecordingError:
+    """Return the refusal of a directory without a description."""
+    problem, hint = 'it is a directory without a recording', 'name a file or a bag directory'
+    if files := files_of_a_bag(path):
+        problem = f'it is a directory without {METADATA_FILE}, which rosbag2 writes at the end'
+        hint = f'name a file of it, as {files[0]}, or {recover_hint(path)}'
+    elif packed := sorted(path.glob('*.zstd')):
+        refuse_foreign(packed[0])
+    return RecordingError(path, problem, hint)
+
+
+def _description_of(path: Path) -> tuple[str, list[str], str]:
+    """Return storage, names of the files and mode of compression of a bag."""
+    file, hint = path / METADATA_FILE, recover_hint(path)
+    try:
+        said: Any = read_yaml(read_text(file, hint, hint), str(file), hint)
+        said = said[METADATA_ROOT]
+        names = [PurePath(name).name for name in said['relative_file_paths']]
+        mode = str(said.get('compression_mode') or 'none').lower()
+        return said['storage_identifier'], names, mode
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        problem = f'its {METADATA_FILE} cannot be read ({type(error).__name__} {error})'
+        raise RecordingError(path, ' '.join(problem.split()), hint) from error
 
 
 def files_of_a_bag(path: Path) -> list[Path]:

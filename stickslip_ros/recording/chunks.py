@@ -257,6 +257,10 @@ class ChunkReader(SeekingReader):
             crc, left_bytes = zlib.crc32(block, crc), left_bytes - len(block)
         if crc != expected:
             raise ValueError('the checksum of its data is wrong')
+        self._check_counts()
+
+    def _check_counts(self) -> None:
+        """Refuse messages of channels that are not described, or that the statistics deny."""
         summary, counts = self.get_summary(), Counter[int]()
         for index in summary.chunk_indexes or [WHOLE_FILE]:
             said = _counts_in(index)

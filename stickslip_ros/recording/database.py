@@ -106,32 +106,42 @@ def _plain_tables(path: Path, connection: sqlite3.Connection) -> set[str]:
     return found
 
 
+def _whole(column: str) -> str:
+    """Return SQL for a whole number, or NULL in place of another value, however long."""
+    return f"CASE typeof({column}) WHEN 'integer' THEN {column} END"
+
+
+def _take_topics(path: Path, connection: sqlite3.Connection, summary: Summary) -> dict[int, int]:
+    """Add topics and definitions to a summary; return the channel of each topic's id."""
+    numbers, texts = dict[int, int](), dict[str, str]()
+    cut = f'substr({{}}, 1, {budget.NAME_CHARACTERS.most + 1})'.format
+    if _TABLES[-1] in _plain_tables(path, connection):  # not before Iron
+        most = budget.DEFINITION_MOST.most + 1
+        query = f'SELECT {cut("topic_type")}, substr(encoded_message_definition, 1, {most})'
+        query += f" FROM {_TABLES[-1]} WHERE encoding = 'ros2msg'"
+        texts = dict(connection.execute(query).fetchmany(_ROWS))
+        budget.NAMES_MOST.check(len(texts), path)
+    query = f'SELECT {_whole("id")}, {cut("name")}, {cut("type")}, '
+    query += f'{cut("serialization_format")} FROM topics ORDER BY rowid LIMIT {_ROWS}'
+    for number, (key, name, kind, encoding) in enumerate(connection.execute(query), 1):
+        if key in numbers or not isinstance(name, str) or not isinstance(kind, str):
+            raise ValueError(f'topic {quoted(key)} is {quoted(name)} of type {quoted(kind)}')
+        numbers[key] = number
+        text = str(texts.get(kind, '')).encode()
+        summary.schemas[number] = Schema(number, text, 'ros2msg', kind)
+        summary.channels[number] = Channel(number, name, encoding, {}, number)
+    chunks.check_names(path, summary)
+    return numbers
+
+
 @lru_cache(maxsize=chunks.SUMMARIES_KEPT)
 def _content_of(path: Path, size_bytes: int, _changed_ns: int) -> tuple[Summary, dict[int, int]]:
     """Return topics, blocks and counts, and the channel of each topic's id; do not change them."""
-    summary, numbers, counts = Summary(), dict[int, int](), Counter[int]()
-    texts: dict[str, str] = {}
+    summary, counts = Summary(), Counter[int]()
     with _connected(path) as connection:
-        cut = f'substr({{}}, 1, {budget.NAME_CHARACTERS.most + 1})'.format
-        whole = "CASE typeof({0}) WHEN 'integer' THEN {0} END".format  # or NULL, however long
-        if _TABLES[-1] in _plain_tables(path, connection):  # not before Iron
-            most = budget.DEFINITION_MOST.most + 1
-            query = f'SELECT {cut("topic_type")}, substr(encoded_message_definition, 1, {most})'
-            query += f" FROM {_TABLES[-1]} WHERE encoding = 'ros2msg'"
-            texts = dict(connection.execute(query).fetchmany(_ROWS))
-            budget.NAMES_MOST.check(len(texts), path)
-        query = f'SELECT {whole("id")}, {cut("name")}, {cut("type")}, '
-        query += f'{cut("serialization_format")} FROM topics ORDER BY rowid LIMIT {_ROWS}'
-        for number, (key, name, kind, encoding) in enumerate(connection.execute(query), 1):
-            if key in numbers or not isinstance(name, str) or not isinstance(kind, str):
-                raise ValueError(f'topic {quoted(key)} is {quoted(name)} of type {quoted(kind)}')
-            numbers[key] = number
-            text = str(texts.get(kind, '')).encode()
-            summary.schemas[number] = Schema(number, text, 'ros2msg', kind)
-            summary.channels[number] = Channel(number, name, encoding, {}, number)
-        chunks.check_names(path, summary)
+        numbers = _take_topics(path, connection, summary)
         blocks, room, held = summary.chunk_indexes, 0, 0
-        query = f'SELECT rowid, {whole("topic_id")}, {whole("timestamp")}, length(data)'
+        query = f'SELECT rowid, {_whole("topic_id")}, {_whole("timestamp")}, length(data)'
         query += ', typeof(rowid) || typeof(data) FROM messages ORDER BY rowid'
         for row, topic, time_ns, size, kind in connection.execute(query):
             stop_if_asked()

@@ -280,6 +280,18 @@ def way_to(kind: Kind, path: Sequence[str | int]) -> tuple[list[Kind | int], str
     raise LookupError
 
 
+def array_at(kind: Kind, path: Sequence[str | int]) -> ArrayOf:
+    """Return the array at the end of a path; LookupError if there is none."""
+    for part in path:
+        if isinstance(kind, Struct) and isinstance(part, str):
+            kind = dict(kind.fields)[part]
+        elif isinstance(kind, ArrayOf):
+            kind = kind.element
+    if not isinstance(kind, ArrayOf):
+        raise LookupError  # noqa: TRY004 - as of a path without a field
+    return kind
+
+
 def _joined(before: Sequence[Kind | int]) -> Iterator[Kind | int]:
     """Yield the same fields, with neighbours of fixed length joined."""
     width = _NOTHING

@@ -16,7 +16,7 @@ import zstandard
 from mcap.exceptions import McapError
 
 from stickslip_ros.errors import RecordingError, StickSlipError
-from stickslip_ros.files import read_bytes, readable
+from stickslip_ros.files import SWEEP_PARTS, read_bytes, readable
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.chunks import MAGIC, ZSTD_MAGIC, ChunkReader
 from stickslip_ros.recording.database import DATABASE_MAGIC, open_database
@@ -44,7 +44,9 @@ _FOOTER: Final = struct.Struct('<BQQQI')
 
 def is_recording(path: Path) -> bool:
     """Return whether a path is that of a recording, or of a log of another program."""
-    if path.is_dir() or path.suffix.lower() in STORAGES:
+    if path.is_dir():
+        return not any(path.glob(SWEEP_PARTS))
+    if path.suffix.lower() in STORAGES:
         return True
     return _begin_of(path).startswith(
         (MAGIC, DATABASE_MAGIC, _ROS_1_MAGIC, _PX4_MAGIC, ZSTD_MAGIC)

@@ -53,7 +53,6 @@ class Layout:
         return self.folder / f'{self.stem}_{number}{SUFFIX}'
 
     def parts(self) -> list[Path]:
-        """List the existing numbered files in order."""
         if not self.folder.is_dir():
             return []
         ends = [path.stem.removeprefix(f'{self.stem}_') for path in self.folder.iterdir()]
@@ -62,8 +61,8 @@ class Layout:
 
     def refuse_existing(self) -> None:
         """Refuse an existing run in parts; an existing single file is refused when it is made."""
-        found = [path for path in (self.path, *self.parts()) if path.exists()]
-        if found and self.numbered:
+        taken = (self.path, *self.parts()) if self.numbered else ()
+        if found := [path for path in taken if path.exists()]:
             raise RecordingError(
                 found[0], 'it exists and is not overwritten', 'choose another name'
             )

@@ -17,23 +17,20 @@ from typing import Any, Final
 
 import numpy as np
 from mcap.records import Message as Stored
+from mcap.summary import Summary
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.budget import NAMES_MOST, load_json
 from stickslip_ros.errors import RecordingError, UnknownName
 from stickslip_ros.interface.cdr import unpack
-from stickslip_ros.interface.messages import (
-    ArrayMessage,
-    JointMessage,
-    Message,
-    find_quantity,
-)
+from stickslip_ros.interface.messages import ArrayMessage, JointMessage, Message, find_quantity
 from stickslip_ros.interface.schemas import SCHEMAS
 from stickslip_ros.message_types import (
     FLOAT64_ARRAY,
     JOINT_STATE,
     POINT_STAMPED,
     STRING,
+    VECTOR3_STAMPED,
     WRENCH_STAMPED,
 )
 from stickslip_ros.process.stopping import stop_if_asked
@@ -50,12 +47,7 @@ from stickslip_ros.recording.run_file import (
     told_run,
 )
 from stickslip_ros.recording.series import Series, TraceColumns
-from stickslip_ros.recording.storage import (
-    CLOSING_RECORD,
-    FIRST_PART,
-    FOLLOWED_BY,
-    PART_RECORD,
-)
+from stickslip_ros.recording.storage import CLOSING_RECORD, FIRST_PART, FOLLOWED_BY, PART_RECORD
 from stickslip_ros.units import NANO, NS_PER_S
 
 INFO_ENDING: Final = '/info'
@@ -68,7 +60,11 @@ TRACE_END_MAX_S: Final = 1e9  # longer times of a trace are no times
 TOPICS_MOST: Final = 100  # of a recording whose messages are counted by its summary
 ALL_S: Final = -math.inf, math.inf
 Described = dict[str, dict[str, str]]  # metadata of a file
-FRONTS: Final = {POINT_STAMPED: 'point.', WRENCH_STAMPED: 'wrench.'}
+FRONTS: Final = {
+    POINT_STAMPED: 'point.',
+    VECTOR3_STAMPED: 'vector.',
+    WRENCH_STAMPED: 'wrench.',
+}
 """Start of a number's line in a definition, in front of its name."""
 
 
@@ -223,7 +219,7 @@ class Recording:
         since = [(each - each[0]).astype(np.float64) for each in (log_ns, stamps_ns)]
         return since[0], since[1], int(log_ns[0]), int(stamps_ns[0])
 
-    def _placed(self, log_ns: Any) -> Any:
+    def placed(self, log_ns: Any) -> Any:
         """Return the times at which the drive sent what was recorded at some log times, ns."""
         if self._clock is None:
             return log_ns
@@ -265,20 +261,7 @@ class Recording:
                     'export its columns as CSV with the program that wrote it: fit and compare '
                     'read tables',
                 )
-            schemas = {0: '', **{key: each.name for key, each in summary.schemas.items()}}
-            statistics = summary.statistics
-            said = statistics.channel_message_counts if statistics else {}
-            # A chunk of descriptions alone has no end.
-            chunks = [each for each in summary.chunk_indexes if each.message_end_time]
-            begins_ns = [each.message_start_time for each in chunks]
-            ends_ns = [each.message_end_time for each in chunks]
-            self._spans_ns.append((min(begins_ns), max(ends_ns)) if chunks else None)
-            counts: dict[str, int] = {}
-            for channel in summary.channels.values():
-                self.types.setdefault(channel.topic, schemas[channel.schema_id])
-                count = counts.get(channel.topic, 0) + said.get(channel.id, 0)
-                counts[channel.topic] = count
-            self._counts.append(counts if said else {})
+            self._take_summary(summary)
             own = {each.name: dict(each.metadata) for each in reader.iter_metadata()}
             if file == self.files[0]:
                 self.attachments = {
@@ -286,6 +269,21 @@ class Recording:
                 }
             NAMES_MOST.check(max(len(self.types), len(own), *map(len, own.values())), file)
         return own
+
+    def _take_summary(self, summary: Summary) -> None:
+        """Add the types, the span and the counts of a file."""
+        schemas = {0: '', **{key: each.name for key, each in summary.schemas.items()}}
+        said = summary.statistics.channel_message_counts if summary.statistics else {}
+        # A chunk of descriptions alone has no end.
+        chunks = [each for each in summary.chunk_indexes if each.message_end_time]
+        begins_ns = [each.message_start_time for each in chunks]
+        ends_ns = [each.message_end_time for each in chunks]
+        self._spans_ns.append((min(begins_ns), max(ends_ns)) if chunks else None)
+        counts = Counter[str]()
+        for channel in summary.channels.values():
+            self.types.setdefault(channel.topic, schemas[channel.schema_id])
+            counts[channel.topic] += said.get(channel.id, 0)
+        self._counts.append(dict(counts) if said else {})
 
     @cached_property
     def time_origin_ns(self) -> int:
@@ -309,7 +307,7 @@ class Recording:
         if not spans_ns:
             return math.nan, math.nan
         ends_ns = min(spans_ns)[0], max(end_ns for _, end_ns in spans_ns)
-        first_ns, last_ns = (int(self._placed(each)) for each in ends_ns)
+        first_ns, last_ns = (int(self.placed(each)) for each in ends_ns)
         origin_ns = self.time_origin_ns
         return (first_ns - origin_ns) / NS_PER_S, (last_ns - origin_ns) / NS_PER_S
 
@@ -441,7 +439,7 @@ class Recording:
                 window_ns=window_ns,
             )
             has_stamp = type_name in FRONTS
-            times_ns = (times_ns if has_stamp else self._placed(times_ns)) - self.time_origin_ns
+            times_ns = (times_ns if has_stamp else self.placed(times_ns)) - self.time_origin_ns
         series = Series(times_ns / NS_PER_S, values, quantity.unit, self._origin(name))
         return series.window(*self.window_s)
 
@@ -535,7 +533,7 @@ class Recording:
                         continue
                     last[channel.topic] = message.sequence
                     if self.is_copy:
-                        message.log_time = int(self._placed(message.log_time))
+                        message.log_time = int(self.placed(message.log_time))
                     yield schema.name if schema else '', channel.topic, message
 
     def _origin(self, topic: str) -> str:
@@ -581,31 +579,38 @@ def compare_data(first: Recording, second: Recording) -> Difference | None:
 
     """
     if first.is_copy:
-        topics = [each for each in second.types if each in first.types]
-        pairs = ((name, [one.records([name]) for one in (first, second)]) for name in topics)
-        for name, both in pairs:
-            for place, each in enumerate(zip_longest(*both)):
-                if None in each or each[0][1].data != each[1][1].data:
-                    at_ns = next(filter(None, each))[1].log_time - first.time_origin_ns
-                    what = 'missing' if None in each else 'data'
-                    return Difference(place, name, at_ns * NANO, what)
-        return None
+        return _compare_topics(first, second)
     for place, (ours, theirs) in enumerate(zip_longest(first.records(), second.records())):
         topic, message = ours or theirs
-        what = 'missing'
-        if ours and theirs:
-            differs = {
-                'topic': topic != theirs[0],
-                'data': message.data != theirs[1].data,
-                'sequence': message.sequence != theirs[1].sequence,
-                'time': (message.log_time, message.publish_time)
-                != (theirs[1].log_time, theirs[1].publish_time),
-            }
-            what = next((name for name, applies in differs.items() if applies), '')
+        what = _different_in(ours, theirs) if ours and theirs else 'missing'
         if what:
             source = first if ours else second
             time_s = (message.log_time - source.time_origin_ns) * NANO
             return Difference(place, topic, time_s, what)
+    return None
+
+
+def _different_in(ours: tuple[str, Stored], theirs: tuple[str, Stored]) -> str:
+    """Return in what two messages with their topics differ; empty if in nothing."""
+    (topic, one), (other_topic, other) = ours, theirs
+    differs = {
+        'topic': topic != other_topic,
+        'data': one.data != other.data,
+        'sequence': one.sequence != other.sequence,
+        'time': (one.log_time, one.publish_time) != (other.log_time, other.publish_time),
+    }
+    return next((name for name, applies in differs.items() if applies), '')
+
+
+def _compare_topics(first: Recording, second: Recording) -> Difference | None:
+    """Return the first difference of the bytes of each topic that both have."""
+    for name in (each for each in second.types if each in first.types):
+        both = (each.records([name]) for each in (first, second))
+        for place, each in enumerate(zip_longest(*both)):
+            if None in each or each[0][1].data != each[1][1].data:
+                at_ns = next(filter(None, each))[1].log_time - first.time_origin_ns
+                what = 'missing' if None in each else 'data'
+                return Difference(place, name, at_ns * NANO, what)
     return None
 
 

@@ -15,7 +15,8 @@ from stickslip_ros.errors import RecordingError, UnknownName
 from stickslip_ros.interface.channels import Channel
 from stickslip_ros.interface.schemas import SCHEMAS
 from stickslip_ros.recording.layout import FileForm, Layout
-from stickslip_ros.recording.storage import Attachments, Metadata, PartMark, RunFiles, Stored
+from stickslip_ros.recording.storage import PartMark, RunFiles
+from stickslip_ros.recording.writer import Attachments, Metadata, Stored
 
 #: Messages that wake the writer: more wake it less often, but it then holds the GIL longer.
 BATCH: Final = 64
@@ -103,7 +104,6 @@ class Recorder:
 
     @property
     def size_bytes(self) -> int:
-        """Present size of the existing files."""
         size = 0
         for path in self.files:
             with suppress(OSError):
@@ -241,7 +241,8 @@ class Recorder:
                         case PartMark() as mark:
                             self._files.begin_part(mark)
                     self._queue.popleft()
-                self._files.keep()
+                if not self._has_ended:  # the end of a file syncs it too
+                    self._files.keep()
             self._files.finish()
         except Exception as error:  # noqa: BLE001 - kept in `error`: a thread has no caller
             with self._lock:  # the queue is lost; no caller waits for room any more

@@ -6,6 +6,7 @@
 import json
 import os
 import shutil
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from io import BytesIO
@@ -41,8 +42,6 @@ from stickslip_ros.recording.integrity import (
     refuse_foreign,
 )
 from stickslip_ros.recording.layout import SUFFIX, Layout
-from stickslip_ros.recording.reader import ChannelSummary
-from stickslip_ros.recording.run_file import RUN_RECORD, TIME_ORIGIN, to_time_ns
 
 RECOVERY_RECORD: Final = 'stickslip_recovery'
 """Metadata record in which a recovered file says what it was made of and what is lost."""
@@ -52,44 +51,37 @@ _KINDS: Final = {int(each): each.name.lower().replace('_', ' ') for each in Opco
 
 @dataclass(frozen=True)
 class Loss:
-    """Bytes that cannot be read, what is wrong with them, and their times if they are a chunk."""
+    """Bytes that cannot be read, and what is wrong with them."""
 
     offset: int
     size_bytes: int
     problem: str
-    first_ns: int | None = None
-    last_ns: int | None = None
 
 
 @dataclass
 class Recovery:
-    """What could be read of a file, and what became of it; times are simulated time."""
+    """What could be read of a file, and what became of it."""
 
     source: str
     size_bytes: int
     is_whole: bool = False  # nothing was to recover; then all but the number of messages is empty
     output: str = ''  # the readable copy
-    lost_bytes: int = 0
     messages: int = 0  # that were read
-    unchecked: int = 0  # of them, covered by no checksum
     counted: int | None = None  # by the statistics of the file; None if it has none
-    last_ns: int | None = None  # time of the last message that was read
-    topics: list[ChannelSummary] = field(default_factory=list)
     losses: list[Loss] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)  # what the list of losses does not say
+
+    @property
+    def lost_bytes(self) -> int:
+        return sum(each.size_bytes for each in self.losses)
 
 
 def recover(path: Path, output: Path | None = None) -> tuple[list[Recovery], Path | None]:
     """Copy what is whole of a recording; return a report for each file, and the path."""
-    is_bag, hint = path.is_dir(), 'name the directory of a bag'
-    if is_bag and not (path := path if path.name else path.resolve()).name:
-        raise RecordingError(path, 'it is not a bag', hint)
-    layout = Layout.plan(path, bag=is_bag, split=True)
-    parts = [] if path.is_file() else layout.parts()
-    if is_bag and not (parts := parts or files_of_a_bag(path)):
-        bag_parts(path)  # which says how a compressed one is unpacked
-        raise RecordingError(path, 'it holds no recording', hint)
-    name = f'{path.name}{MARK}' if is_bag else f'{layout.stem}{MARK}{SUFFIX}'
+    is_bag = path.is_dir()
+    path = path if path.name else path.resolve()
+    parts = _parts_of(path)
+    name = f'{path.name}{MARK}' if is_bag else f'{path.name.removesuffix(SUFFIX)}{MARK}{SUFFIX}'
     copy = Layout.plan(output or path.with_name(name), bag=is_bag, split=bool(parts))
     copy.refuse_existing()
     check_folder(copy.path.parent)
@@ -99,12 +91,7 @@ def recover(path: Path, output: Path | None = None) -> tuple[list[Recovery], Pat
             for number, each in enumerate(parts or [path])
         ]
         if all(each.is_whole for each in recoveries):
-            if is_bag:
-                try:
-                    bag_parts(path)
-                except RecordingError:
-                    return recoveries, write_metadata(path, parts)
-            return recoveries, None
+            return recoveries, _describe_bag(path, parts)
         for number, each in enumerate(recoveries):
             if each.is_whole:
                 with replacing(copy.part(number)) as new:
@@ -118,6 +105,30 @@ def recover(path: Path, output: Path | None = None) -> tuple[list[Recovery], Pat
             shutil.rmtree(copy.folder, ignore_errors=True)
         raise
     return recoveries, copy.path
+
+
+def _parts_of(path: Path) -> list[Path]:
+    """Return the parts of a run or of a bag, none of a single file; refuse other directories."""
+    if path.is_file():
+        return []
+    is_bag, hint = path.is_dir(), 'name the directory of a bag'
+    if not path.name:
+        raise RecordingError(path, 'it is not a bag', hint)
+    parts = Layout.plan(path, bag=is_bag, split=True).parts()
+    if is_bag and not (parts := parts or files_of_a_bag(path)):
+        bag_parts(path)  # which says how a compressed one is unpacked
+        raise RecordingError(path, 'it holds no recording', hint)
+    return parts
+
+
+def _describe_bag(path: Path, parts: list[Path]) -> Path | None:
+    """Write the description of a whole bag that has none; return its path."""
+    try:
+        if path.is_dir():
+            bag_parts(path)
+    except RecordingError:
+        return write_metadata(path, parts)
+    return None
 
 
 def recover_file(source: Path, output: Path, *, is_part: bool = False) -> Recovery:
@@ -173,7 +184,7 @@ def _copy(stream: BinaryIO, target: BinaryIO, result: Recovery, summary: Summary
         copy.add(each)
     while at < size:
         stop_if_asked()
-        content, record = b'', None
+        content = b''
         try:
             content = _content(stream, at, size)
             record = _parse(content)
@@ -184,34 +195,31 @@ def _copy(stream: BinaryIO, target: BinaryIO, result: Recovery, summary: Summary
             why = str(error) or 'it ends too early'
             if content:
                 why = f'{_KINDS[content[0]]} damaged ({why})'
-            times_ns = []
-            if isinstance(record, r.Chunk):
-                times_ns = [record.message_start_time, record.message_end_time]
-            span_ns = (each - copy.origin_ns for each in times_ns)
-            result.losses.append(Loss(at, len(content) or size - at, why, *span_ns))
+            result.losses.append(Loss(at, len(content) or size - at, why))
             LOSSES.check(len(result.losses), result.source)
         at += len(content) or size
-    result.topics = [each for _, each in copy.channels.values()]
-    result.unchecked = copy.unchecked
-    result.lost_bytes = sum(each.size_bytes for each in result.losses)
-    result.messages = sum(each.messages for each in result.topics)
-    lasts_ns = [each.last_ns for each in result.topics if each.last_ns is not None]
-    result.last_ns = max(lasts_ns, default=None)
+    result.messages = copy.messages
     if said := summary.statistics:
-        result.counted, lost = said.message_count, said.message_count - result.messages
-        fate = f'{lost} of these are lost' if lost >= 0 else f'{-lost} more were read'
-        result.notes.append(f'its statistics count {result.counted} messages: {fate}')
+        result.counted = said.message_count
     stream.seek(max(size - len(MAGIC), 0))
-    if stream.read() != MAGIC:
-        note = 'it was not finished: what came after its last chunk was never written'
-        result.notes.append(note)
-    elif not result.losses:
-        note = 'every chunk is whole; its index, its metadata or a name may be damaged'
-        result.notes.append(f'{note}: look at them')
+    result.notes += _notes_on(result, is_finished=stream.read() == MAGIC)
     account = {**asdict(result), 'source': Path(result.source).name, 'output': ''}
     writer.add_metadata(RECOVERY_RECORD, {key: json.dumps(each) for key, each in account.items()})
     writer.finish()  # type: ignore[no-untyped-call]
     return header is not None or result.messages > 0
+
+
+def _notes_on(result: Recovery, *, is_finished: bool) -> Iterator[str]:
+    if result.counted is not None:
+        lost = result.counted - result.messages
+        fate = f'{lost} of these are lost' if lost >= 0 else f'{-lost} more were read'
+        yield f'its statistics count {result.counted} messages: {fate}'
+    if not is_finished:
+        yield 'it was not finished: what came after its last chunk was never written'
+    elif not result.losses:
+        yield (
+            'every chunk is whole; its index, its metadata or a name may be damaged: look at them'
+        )
 
 
 def _content(stream: BinaryIO, at: int, size: int) -> bytes:
@@ -252,9 +260,10 @@ class _Copy:
 
     def __init__(self, writer: Writer, path: str) -> None:
         self._writer, self._path = writer, path
-        self._schemas: dict[int, tuple[int, str]] = {}  # number in the copy, and name
-        self.channels: dict[int, tuple[int, ChannelSummary]] = {}
-        self.origin_ns = self.unchecked = 0
+        # Numbers in the copy by those in the file:
+        self._schemas: dict[int, int] = {0: 0}
+        self._channels: dict[int, int] = {}
+        self.messages = 0
 
     def add(self, record: r.McapRecord) -> None:
         """Write a record; of two descriptions of one thing the first one counts."""
@@ -264,32 +273,26 @@ class _Copy:
                 piece = find_messages(unpack_chunk(record), None, packed)
                 for each in piece.descriptions():
                     self.add(_parse(each))
-                if unknown := {*map(int, np.unique(piece.channels))} - self.channels.keys():
+                if unknown := {*map(int, np.unique(piece.channels))} - self._channels.keys():
                     raise ValueError(f'channel {min(unknown)} is not described')
                 for place in range(len(piece.starts)):
                     self.add(piece.message(place))
-                self.unchecked -= len(piece.starts) if record.uncompressed_crc else 0
             case r.Message():
-                number, summary = self.channels[record.channel_id]
+                number = self._channels[record.channel_id]
                 self._writer.add_message(
                     number, record.log_time, record.data, record.publish_time, record.sequence
                 )
-                summary.add(record.log_time - self.origin_ns, record.sequence)
-                self.unchecked += 1
+                self.messages += 1
             case r.Schema() if record.id not in self._schemas:
                 number = self._writer.register_schema(record.name, record.encoding, record.data)
-                self._schemas[record.id] = number, record.name
-            case r.Channel() if record.id not in self.channels:
-                schema, name = self._schemas.get(record.schema_id, (0, ''))
-                NAMES_MOST.check(len(self.channels) + 1, self._path)
+                self._schemas[record.id] = number
+            case r.Channel() if record.id not in self._channels:
+                NAMES_MOST.check(len(self._channels) + 1, self._path)
+                schema = self._schemas.get(record.schema_id, 0)
                 said = record.topic, record.message_encoding, schema, record.metadata
-                summary = ChannelSummary(record.topic, name)
-                self.channels[record.id] = self._writer.register_channel(*said), summary
+                self._channels[record.id] = self._writer.register_channel(*said)
             case r.Metadata():
                 self._writer.add_metadata(record.name, record.metadata)
-                if record.name == RUN_RECORD:
-                    with suppress(KeyError, ValueError):
-                        self.origin_ns = to_time_ns(record.metadata[TIME_ORIGIN])
             case r.Attachment():
                 times_ns, named = (record.create_time, record.log_time), record.media_type
                 self._writer.add_attachment(*times_ns, record.name, named, record.data)

@@ -16,7 +16,7 @@ from stickslip_ros.instrument.reports import Output, Status, trace_columns
 from stickslip_ros.instrument.state_tree import ANY_FLOAT, read_tree
 from stickslip_ros.interface.cdr import pack_string, pack_uint32
 from stickslip_ros.interface.channels import Channel
-from stickslip_ros.interface.feed import Feed, Packed
+from stickslip_ros.interface.feed import Feed, IsHeard, Packed
 from stickslip_ros.interface.requests import BY_TOPIC, pack_request
 from stickslip_ros.interface.topics import recorded_channels
 from stickslip_ros.kernels.record import FLOAT
@@ -68,6 +68,11 @@ class RunWriter:
         self.write(Packed('info', time_ns, self._info), Packed('status', time_ns, packed))
         self._part_bytes = 0
 
+    @property
+    def splits(self) -> bool:
+        """Whether the recording has several parts."""
+        return self._split_ns > 0 or self._record.split_size > 0
+
     def split_if_full(self, time_ns: int, save: Callable[[], bytes]) -> None:
         """Begin the next part, with the present state, if this one is full."""
         is_full = (
@@ -116,7 +121,8 @@ class ReportingBench:
 
     `publish` receives every packed message except requests that came over a topic. A given writer
     holds the run from its start; a given bench was restored and goes on. Stamps are the time
-    origin, which may be set before the first update, plus simulated time.
+    origin, which may be set before the first update, plus simulated time. Readings and
+    events that neither a file holds nor anyone hears are not packed.
 
     """
 
@@ -127,7 +133,9 @@ class ReportingBench:
         writer: RunWriter | None = None,
         bench: Bench | None = None,
         time_origin_ns: int = 0,
+        is_heard: IsHeard = lambda _: True,
     ) -> None:
+        self._is_heard = is_heard
         self.bench = bench or Bench(parameters)
         self.time_origin_ns = time_origin_ns
         self.writer: RunWriter | None = None
@@ -207,7 +215,8 @@ class ReportingBench:
 
     def report(self, output: Output) -> None:
         """Publish and write the output of an update."""
-        self._tell(*self._feed.pack(output, self.time_origin_ns))
+        is_heard = self._is_heard if self.writer is None else lambda _: True
+        self._tell(*self._feed.pack(output, self.time_origin_ns, is_heard))
 
     def _tell(self, *packed: Packed) -> None:
         for each in packed:

@@ -4,11 +4,13 @@
 """The file of a run: its name and its metadata."""
 
 import json
+import pickle
 import platform
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from datetime import datetime, timezone
+from functools import lru_cache, wraps
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numba
 import numpy as np
@@ -46,9 +48,26 @@ EXPERIMENT_FILE = 'experiment.csv'
 """Name of the attachment with the experiment of a recording."""
 NAME_MAX_BYTES = 200
 """Leaves room for the number of a part, ``.recovered`` and the suffix within the usual 255."""
+_Function = TypeVar('_Function', bound=Callable[..., Any])
+STANDS_KEPT = 8  # of which the texts that a recording begins with are kept
 WALL_TIME = '%Y-%m-%dT%H:%M:%S.%fZ'
 
 
+def _kept_per_stand(function: _Function) -> _Function:
+    """Keep what a function of a stand returned; -0.0 and 0.0 are equal, and have two texts."""
+
+    @lru_cache(maxsize=STANDS_KEPT)
+    def kept(parameters: Parameters, _exactly: bytes, *rest: Any) -> Any:
+        return function(parameters, *rest)
+
+    @wraps(function)
+    def call(parameters: Parameters, *rest: Any) -> Any:
+        return kept(parameters, pickle.dumps(tuple(parameters.flat().values())), *rest)
+
+    return cast('_Function', call)
+
+
+@_kept_per_stand
 def info_json(parameters: Parameters, time_origin_ns: int) -> str:
     """Return the text of ``~/info``: parameters, units, versions, time origin."""
     return json.dumps(
@@ -142,6 +161,11 @@ def save_checkpoint(checkpoint: bytes, parameters: Parameters) -> Path:
     return path
 
 
+@_kept_per_stand
+def _parameters_file(parameters: Parameters) -> bytes:
+    return dump_yaml(parameters, 'Parameters of the recorded run; SI units.').encode()
+
+
 def open_recorder(
     path: Path, parameters: Parameters, channels: Mapping[str, Channel], time_origin_ns: int = 0
 ) -> 'Recorder':
@@ -149,7 +173,6 @@ def open_recorder(
     mcap = load_extra('a recording', 'mcap')
     from stickslip_ros.recording.recorder import Recorder  # noqa: PLC0415 - it needs mcap
 
-    heading = 'Parameters of the recorded run; SI units.'
     run = {
         **versions(),
         'mcap': mcap.__version__,
@@ -186,7 +209,7 @@ def open_recorder(
         channels,
         metadata={RUN_RECORD: run, **({TOPICS_RECORD: topics} if NOTES in channels else {})},
         attachments={
-            PARAMETERS_FILE: ('application/yaml', dump_yaml(parameters, heading).encode()),
+            PARAMETERS_FILE: ('application/yaml', _parameters_file(parameters)),
             **experiment,
         },
         form=FileForm(

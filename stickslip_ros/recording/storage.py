@@ -5,20 +5,16 @@
 
 import os
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from mcap.exceptions import McapError
-from mcap.writer import CompressionType, Writer
-
 from stickslip_ros.errors import RecordingError, UnknownName
 from stickslip_ros.interface.channels import Channel
-from stickslip_ros.interface.schemas import SCHEMAS, TYPE_HASHES
 from stickslip_ros.recording.bag import file_metadata, write_metadata
-from stickslip_ros.recording.integrity import PROFILE
 from stickslip_ros.recording.layout import FileForm, Layout
+from stickslip_ros.recording.writer import COMPRESSIONS, Attachments, McapWriter, Metadata, Stored
 
 CLOSING_RECORD: Final = 'stickslip_recorder'
 """Metadata record of a finished file: its content and its losses."""
@@ -29,22 +25,9 @@ FOLLOWED_BY: Final = 'followed_by'
 """Entry of a part's closing record: the file in which the run goes on, or nothing."""
 SECURE_AFTER: Final = 1 / 2
 """Share of the flush period, by the clock, after which a chunk is written to the disk."""
-COMPRESSIONS: Final = {each.name.lower(): each for each in reversed(CompressionType)}
 
 _BUFFER_BYTES: Final = 1 << 12
 """Buffer of a file. A full disk loses it, and that of Python 3.14 has 128 kiB."""
-
-Attachments = Mapping[str, tuple[str, bytes]]  # media type and bytes of each attachment
-Metadata = Mapping[str, Mapping[str, str]]
-
-
-class Stored(NamedTuple):
-    """A message as stored in a file; channels are numbered from 1 in the order of declaration."""
-
-    channel_id: int
-    time_ns: int
-    data: bytes
-    sequence: int
 
 
 class PartMark(NamedTuple):
@@ -54,7 +37,7 @@ class PartMark(NamedTuple):
     repeated: Sequence[Stored]
 
 
-class McapFile:
+class McapFile(McapWriter):
     """A new MCAP file; makes its folder if it is missing."""
 
     def __init__(
@@ -66,7 +49,6 @@ class McapFile:
         attachments: Attachments,
     ) -> None:
         self.path = path
-        self._is_empty = True
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             self._stream = path.open('xb', _BUFFER_BYTES)
@@ -77,34 +59,14 @@ class McapFile:
             raise RecordingError(path, problem, hint) from error
         try:
             self._made = os.fstat(self._stream.fileno())
-            self._writer = Writer(
-                self._stream,
-                form.chunk_size_bytes,
-                COMPRESSIONS[form.compression],
-                enable_data_crcs=True,
-            )
-            self._writer.start(PROFILE)
+            super().__init__(self._stream, channels, form)
             self.attach(attachments)
-            self._describe(metadata)
-            schemas = {
-                name: self._writer.register_schema(name, 'ros2msg', SCHEMAS[name].encode())
-                for name in dict.fromkeys(channel.type_name for channel in channels)
-            }
-            for channel in channels:  # in the first chunk, and in the summary
-                self._writer.register_channel(
-                    channel.topic,
-                    'cdr',
-                    schemas[channel.type_name],
-                    {
-                        'offered_qos_profiles': channel.qos.to_yaml(),
-                        'topic_type_hash': TYPE_HASHES[channel.type_name],
-                    },
-                )
+            self.describe(metadata)
             self._stream.flush()
         except BaseException as error:
             self.abandon()
             path.unlink()
-            if isinstance(error, (OSError, McapError)):
+            if isinstance(error, OSError):
                 problem = f'it cannot be begun ({error})'
                 raise RecordingError(path, problem, 'choose another place') from error
             raise
@@ -116,38 +78,15 @@ class McapFile:
             finally:
                 os.close(folder)
 
-    def _describe(self, metadata: Metadata) -> None:
-        for name, entries in metadata.items():
-            self._writer.add_metadata(name, dict(entries))
-
-    def attach(self, attachments: Attachments) -> None:
-        """Add attachments; they carry no time of day."""
-        for name, (media_type, data) in attachments.items():
-            self._writer.add_attachment(0, 0, name, media_type, data)
-
-    def write(self, message: Stored) -> None:
-        """
-        Add a message to the present chunk; its time must not be before that of the last one.
-
-        The first message ends the first chunk: damage to later chunks leaves the topics readable.
-
-        """
-        channel_id, time_ns, data, sequence = message
-        self._writer.add_message(channel_id, time_ns, data, time_ns, sequence)
-        if self._is_empty:
-            self._writer.flush()  # type: ignore[no-untyped-call]
-            self._is_empty = False
-
     def secure(self) -> None:
         """End the present chunk, and sync the file to the disk."""
-        self._writer.flush()  # type: ignore[no-untyped-call]
+        self.end_chunk()
         self._sync()
 
     def finish(self, metadata: Metadata) -> None:
         """Write closing metadata, the last chunk, the summary and the end; close the file."""
-        self._describe(metadata)
-        self._writer.finish()  # type: ignore[no-untyped-call]
-        self._stream.flush()
+        self.describe(metadata)
+        self.end()
         self._sync()
         self._stream.close()
 
@@ -157,6 +96,7 @@ class McapFile:
             self._stream.close()
 
     def _sync(self) -> None:
+        self._stream.flush()
         os.fsync(self._stream.fileno())
         try:
             is_there = os.path.samestat(self.path.lstat(), self._made)
@@ -206,7 +146,6 @@ class RunFiles:
             raise
 
     def _begin(self, attachments: Attachments) -> McapFile:
-        """Make the next file."""
         metadata = {**self._metadata, **file_metadata()}
         if self._layout.numbered:
             keep = self._form.keep_parts or self.parts + 1

@@ -111,6 +111,11 @@ class Connections:
             return
         self.unsent[packed.key] += 1
 
+    def is_heard(self, key: str) -> bool:
+        """Return whether a topic has subscriptions; DDS is spared the message else."""
+        publisher = self._offered.get(key)
+        return publisher is not None and publisher.handle.get_subscription_count() > 0
+
     def check_graph(self) -> None:
         """Look for conflicts of names in the graph, and warn of them."""
         node = self._node
@@ -158,8 +163,11 @@ class Connections:
             self.incompatible[topic.name] = event.total_count
             policy = qos_policy_name_from_kind(event.last_policy_kind)
             other = 'publisher' if topic.is_command else 'subscription'
+            ours = getattr(self._offered.get(topic.key), 'qos_profile', None)
+            wanted = getattr(getattr(ours, policy.lower(), None), 'name', 'as the drive').lower()
             node.get_logger().warning(
-                f'a {other} on {topic.name} does not fit its {policy}: nothing passes between them'
+                f'a {other} on {topic.name} does not fit its {policy}: nothing passes between '
+                f'them; make that {other} {wanted}'
             )
 
         options: dict[str, Any] = {}

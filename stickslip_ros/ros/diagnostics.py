@@ -39,11 +39,9 @@ _OK, _WARN, _ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatu
 
 def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticStatus:
     """Return the status of the pace since the last report."""
-    wanted = session.pacer.real_time_factor
-    kept = f'{report.real_time_factor:.4f}'
     values = {
-        'real_time_factor': kept,
-        'real_time_factor_wanted': f'{wanted:g}',
+        'real_time_factor': f'{report.real_time_factor:.4f}',
+        'real_time_factor_wanted': f'{session.pacer.real_time_factor:g}',
         'lateness_mean_us': f'{report.lateness_mean_s / MICRO:.1f}',
         'lateness_p99_us': f'{report.lateness_p99_s / MICRO:.1f}',
         'lateness_max_us': f'{report.lateness_max_s / MICRO:.1f}',
@@ -57,18 +55,7 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
         'behind_s': f'{report.behind_s:.6f}',
         'paused': str(session.is_paused).lower(),
     }
-    level, message = _OK, 'paused' if session.is_paused else 'in time'
-    late_s = _lag_s(report)
-    missing_blocks = report.missing_s / session.parameters.sim.block
-    if report.real_time_factor < FACTOR_SHARE * wanted and missing_blocks > MISSING_BLOCKS:
-        level, message = _ERROR, f'real-time factor {kept} instead of {wanted:g}'
-        message += f'; {late_s:.1f} s late' * (late_s > STAMPS_OFF_MAX_S)
-    elif late_s > STAMPS_OFF_MAX_S:
-        level, pace = _WARN, f'{report.real_time_factor:.2g} times real time'
-        message = f'{late_s:.1f} s late, made up at {pace}'
-    elif report.overruns:
-        level = _WARN
-        message = f'{report.overruns} of {report.ticks} ticks late{report.stalls.most}'
+    level, message = _lateness(report, session)
     # Set back here: what the report says is whether a preload was on its way since the last one.
     ramped, session.worker.preload_ramped = session.worker.preload_ramped, False
     if ramped and level != _OK:
@@ -93,6 +80,21 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
         before = [] if level == _OK else [message]
         level, message = max(level, _WARN), '; '.join([*before, *problems])
     return _status(name, 'time', level, message, values)
+
+
+def _lateness(report: PaceReport, session: Session) -> tuple[bytes, str]:
+    """Return how late a drive is, as a level with its message."""
+    wanted, late_s = session.pacer.real_time_factor, _lag_s(report)
+    missing_blocks = report.missing_s / session.parameters.sim.block
+    if report.real_time_factor < FACTOR_SHARE * wanted and missing_blocks > MISSING_BLOCKS:
+        message = f'real-time factor {report.real_time_factor:.4f} instead of {wanted:g}'
+        return _ERROR, message + f'; {late_s:.1f} s late' * (late_s > STAMPS_OFF_MAX_S)
+    if late_s > STAMPS_OFF_MAX_S:
+        pace = f'{report.real_time_factor:.2g} times real time'
+        return _WARN, f'{late_s:.1f} s late, made up at {pace}'
+    if report.overruns:
+        return _WARN, f'{report.overruns} of {report.ticks} ticks late{report.stalls.most}'
+    return _OK, 'paused' if session.is_paused else 'in time'
 
 
 class Doubling:

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import partial
+from io import UnsupportedOperation
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from typing import Any
 import rclpy
 from rcl_interfaces.msg import SetParametersResult
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
+from rclpy.context import Context
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, ManagedEntity, TransitionCallbackReturn
@@ -23,6 +25,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.service import Service
 from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
 from rclpy.utilities import remove_ros_args
 
 import stickslip_ros
@@ -38,6 +41,8 @@ from stickslip_ros.process.stopping import (
 from stickslip_ros.runtime.pacing import wake_in_time
 
 DISCOVERY_VARIABLE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
+SPIN_S = 3600.0
+"""Limit of a wait: without one, EventsExecutor looks all the time (rclpy 7.1.6, 9.1.2)."""
 
 
 def stay_on_this_host() -> None:
@@ -61,9 +66,8 @@ def guard_services(node: Node) -> None:
     """
     Make every present service of a node refuse requests for which rclpy raises an error.
 
-    An error that rclpy raises in its own services, such as for a parameter of an unknown type or
-    for a transition that does not fit the state, would end the executor and so the process. The
-    client would wait for ever.
+    An error of rclpy's own services, as for a parameter of an unknown type or a transition that
+    does not fit the state, would end the process, and the client would wait for ever.
 
     """
     for service in node.services:
@@ -126,8 +130,7 @@ def run_node(name: str, make: Callable[[], Node], arguments: Sequence[str] | Non
             return REFUSED
         gc.freeze()  # see GarbageFreezer
         gc.enable()
-        with SingleThreadedExecutor() as executor:
-            spin_until_stopped(node, executor)
+        spin_until_stopped(node)
     except KeyboardInterrupt:  # while it compiled
         leave(name, 'ended before it had started', ENDED)
     except StillBusy as error:
@@ -148,6 +151,17 @@ def _refuse_unknown_words(words: list[str]) -> None:
         raise StickSlipError(f'{quoted(error.object)} is not text in UTF-8; use UTF-8') from None
     if others:
         raise StickSlipError(f'{quoted(others[0])} is not known; {hint}')
+
+
+def open_executor(context: Context) -> Executor:
+    """Return the executor of the least cost for a node without guard conditions."""
+    try:
+        from rclpy.experimental import EventsExecutor  # noqa: PLC0415
+
+        return EventsExecutor(context=context)
+    except (ImportError, UnsupportedOperation):  # rclpy is older, or stderr is no file
+        # It collects all entities of the node for each message: at 1 kHz half a processor.
+        return SingleThreadedExecutor(context=context)
 
 
 def end_node(executor: Executor, *nodes: Node) -> None:
@@ -174,22 +188,28 @@ def end_node(executor: Executor, *nodes: Node) -> None:
             node._state_machine.destroy_when_not_in_use()  # noqa: SLF001
 
 
-def spin_until_stopped(node: Node, executor: Executor) -> None:
+def spin(executor: Executor, until: Future, limit_s: float) -> None:
     """
-    Run a node until work is asked to end, then destroy the node; the executor remains.
+    Spin until a future is done or a time is over, or an entity is found destroyed.
 
-    Without work the executor sleeps, even after ``wake()``: so a request to end gives it some
-    work. Errors of callbacks, and of the node's destruction, are raised here.
+    EventsExecutor keeps the events of an entity that a callback destroys, and then raises
+    InvalidHandle (rclpy 7.1.6); SingleThreadedExecutor passes over them.
 
     """
+    with suppress(rclpy_implementation.InvalidHandle):
+        executor.spin_until_future_complete(until, timeout_sec=limit_s)
+
+
+def spin_until_stopped(node: Node) -> None:
+    """Run a node until work is asked to end, then destroy it; errors of callbacks are raised."""
+    executor, stopped = open_executor(node.context), Future()
     executor.add_node(node)
     try:
-        with wake_on_stop(lambda: executor.create_task(lambda: None)):
-            while not is_stop_requested():
-                executor.spin_once()
+        with wake_on_stop(lambda: stopped.set_result(None)):
+            while node.context.ok() and not is_stop_requested():
+                spin(executor, stopped, SPIN_S)
     finally:
-        executor.remove_node(node)
-        node.destroy_node()
+        end_node(executor, node)
 
 
 class GarbageFreezer(ManagedEntity):  # type: ignore[misc]

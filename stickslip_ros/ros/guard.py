@@ -9,6 +9,8 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
@@ -16,6 +18,30 @@ from rclpy.subscription import Subscription
 
 from stickslip_ros.errors import PROBLEM, StickSlipError
 from stickslip_ros.instrument.reports import Event
+
+
+class Summons:
+    """
+    A call of a function by the executor of its node, asked for on any thread.
+
+    It is a timer: EventsExecutor has no guard conditions, and a task with an error crashes it.
+
+    """
+
+    def __init__(self, node: Node, callback: Callable[[], object]) -> None:
+        self._node, self._callback = node, callback
+        clock = Clock(clock_type=ClockType.STEADY_TIME)
+        self.timer = node.create_timer(0.0, self._call, clock=clock)
+        self.timer.cancel()
+
+    def send(self) -> None:
+        self.timer.reset()
+        if self._node.executor is not None:
+            self._node.executor.wake()
+
+    def _call(self) -> None:
+        self.timer.cancel()
+        self._callback()
 
 
 class Guard:
@@ -33,7 +59,7 @@ class Guard:
         self.lost: Counter[str] = Counter()
         self.tell: Callable[[str], object] = node.get_logger().warning
         self._lines: deque[str] = deque()
-        self._wake = node.create_guard_condition(self._log)
+        self._log_soon = Summons(node, self._log)
         self._reported = 0
         self._held_back: dict[str, int] = {}
         self._lock = threading.Lock()
@@ -58,7 +84,7 @@ class Guard:
             self._held_back[name] = 0 if is_first else self._held_back[name] + 1
         if is_first:
             self._lines.append(line)
-            self._wake.trigger()
+            self._log_soon.send()
 
     def _log(self) -> None:
         while self._lines:
@@ -73,8 +99,7 @@ class Guard:
             for name, count in held_back.items()
             if count
         )
-        if self._lines:
-            self._wake.trigger()
+        self._log()
 
     def news(self, others: int = 0) -> str:
         """Return the number of unreported refusals in words, with all ``others`` of a drive."""

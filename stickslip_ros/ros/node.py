@@ -38,7 +38,7 @@ from stickslip_ros.recording.run_file import info_json
 from stickslip_ros.ros import diagnostics
 from stickslip_ros.ros.connections import Connections, offer_services
 from stickslip_ros.ros.executable import GarbageFreezer, describe_node, guard_services, run_node
-from stickslip_ros.ros.guard import GuardedNode
+from stickslip_ros.ros.guard import GuardedNode, Summons
 from stickslip_ros.ros.parameter_bridge import (
     SIM_TIME,
     CheckedNode,
@@ -108,7 +108,7 @@ class StickSlipDrive(CheckedNode, GuardedNode, LifecycleNode):
         self._trouble = ''  # cause for which the drive does not run, if there is one
         clock = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(DIAGNOSTICS_PERIOD_S, self._publish_diagnostics, clock=clock)
-        self._failed = self.create_guard_condition(self._leave_active)
+        self._failed = Summons(self, self._leave_active)
         self._logged_block_ns = -1
         self.add_on_set_parameters_callback(
             lambda changes: judge_changes(self, changes, runs=self._active is not None)
@@ -185,6 +185,7 @@ class StickSlipDrive(CheckedNode, GuardedNode, LifecycleNode):
             on_end=self._on_end,
             on_failure=self._on_failure,
             say=self.get_logger().warning,
+            is_heard=self._topics.is_heard,
         )
         with compilation_reported(progress_reporter(report, KERNELS)):
             return Session(parameters, self._topics.publish, callbacks)
@@ -274,7 +275,7 @@ class StickSlipDrive(CheckedNode, GuardedNode, LifecycleNode):
             self._trouble = f'the drive has stopped: {session.failure}'
             self.get_logger().error(self._trouble)
             self._send_diagnostics(diagnostics.drive_status(self._full_name, session, self.guard))
-        self._failed.trigger()
+        self._failed.send()
 
     def _on_end(self, event: Event) -> None:
         """Handle the end of a command, on the thread of the drive."""
@@ -309,6 +310,8 @@ class StickSlipDrive(CheckedNode, GuardedNode, LifecycleNode):
         if session is None:
             return
         faults, others = live_settings(changes)
+        if self._active is None:  # another friction, mass or damping builds the drive anew
+            others = tuple(e for e in others if not e[0].startswith(('contact.', 'runner.')))
         if faults and not self._is_putting_back:
             session.submit(Request(FAULT, settings=faults), AT_ONCE)
         if others:

@@ -18,15 +18,8 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from stickslip_ros.errors import OutOfRange, StickSlipError, UnknownName, WrongKind
-from stickslip_ros.parameters import (
-    Parameters,
-    Scalar,
-    Spec,
-    describe,
-    is_fault,
-    spec_of,
-    specs,
-)
+from stickslip_ros.instrument.checks import check_live
+from stickslip_ros.parameters import Parameters, Scalar, Spec, describe, is_fault, spec_of, specs
 from stickslip_ros.parameters.declaration import find_spec
 
 SIM_TIME, _CLOCK = 'use_sim_time', 'sim.publish_clock'
@@ -116,7 +109,7 @@ def check_clock(node: Node, changes: Mapping[str, object] = MappingProxyType({})
 
 def judge_changes(node: Node, changes: list[Parameter], *, runs: bool) -> SetParametersResult:
     """Accept or refuse a change of parameters; a running drive takes only live ones."""
-    new: dict[str, object] = {p.name: p.value for p in changes}
+    new: dict[str, Any] = {p.name: p.value for p in changes}
     wanted = {name: value for name, value in new.items() if name in specs()}
     fixed = [name for name in wanted if not spec_of(name).live]
     if fixed and runs:
@@ -127,7 +120,10 @@ def judge_changes(node: Node, changes: list[Parameter], *, runs: bool) -> SetPar
         if SIM_TIME in new or _CLOCK in new:
             check_clock(node, new)
         if wanted:
-            read_parameters(node).updated(wanted)
+            present = read_parameters(node)
+            present.updated(wanted)
+            if runs:
+                check_live(present, {n: each for n, each in wanted.items() if not is_fault(n)})
     except StickSlipError as error:
         return SetParametersResult(successful=False, reason=str(error))
     return SetParametersResult(successful=True)
@@ -209,6 +205,6 @@ def fault_defaults(node: Node) -> list[Parameter]:
 
 
 def differ_when_built(one: Parameters, other: Parameters) -> bool:
-    """Return whether two sets of parameters differ in more than live ones."""
+    """Return whether two sets of parameters differ in more than faults."""
     values = other.flat()
-    return any(value != values[n] for n, value in one.flat().items() if not spec_of(n).live)
+    return any(value != values[name] for name, value in one.flat().items() if not is_fault(name))

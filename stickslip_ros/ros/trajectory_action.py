@@ -25,6 +25,7 @@ from stickslip_ros.instrument.reports import Event, Result
 from stickslip_ros.interface.topics import TRAJECTORY_ACTION
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.ros.client import stamp_ns
+from stickslip_ros.ros.guard import Summons
 from stickslip_ros.runtime.orders import AT_ONCE
 from stickslip_ros.runtime.session import Session, await_reply
 from stickslip_ros.units import NANO, NS_PER_S
@@ -68,15 +69,9 @@ def read_goal(goal: Any, parameters: Parameters, now_ns: int, time_origin_ns: in
     points = list(trajectory.points)
     if not points:
         raise WrongKind('trajectory', [], 'a list of points', 'send at least one point')
-    counts = [tuple(map(len, _arrays(point))) for point in points]
-    if counts[0] not in ((1, 0, 0, 0), (1, 1, 0, 0), (1, 1, 1, 0)) or len(set(counts)) > 1:
-        number = next((k for k, each in enumerate(counts, 1) if each != counts[0]), 1)
-        expected = '[1, 0, 0, 0], [1, 1, 0, 0] or [1, 1, 1, 0], the same in all points'
-        hint = 'fill positions, velocities, accelerations, in this order; leave effort empty'
-        sizes = list(counts[number - 1])
-        raise WrongKind(f'sizes of the arrays of point {number}', sizes, expected, hint)
+    given = _given_arrays(points)
     rows = [(_seconds(each.time_from_start), *map(sum, _arrays(each)[:3])) for each in points]
-    settings: list[tuple[str, Any]] = [('degree', 2 * sum(counts[0]) - 1)]
+    settings: list[tuple[str, Any]] = [('degree', 2 * given - 1)]
     start_ns = stamp_ns(trajectory)
     if start_ns:
         start_ns -= time_origin_ns
@@ -94,6 +89,18 @@ def read_goal(goal: Any, parameters: Parameters, now_ns: int, time_origin_ns: in
     request = Request(TRAJECTORY, values, tuple(settings))
     check_request(request, parameters)
     return request
+
+
+def _given_arrays(points: list[Any]) -> int:
+    """Return how many arrays each point fills: positions, velocities, accelerations."""
+    counts = [tuple(map(len, _arrays(point))) for point in points]
+    if counts[0] not in ((1, 0, 0, 0), (1, 1, 0, 0), (1, 1, 1, 0)) or len(set(counts)) > 1:
+        number = next((k for k, each in enumerate(counts, 1) if each != counts[0]), 1)
+        expected = '[1, 0, 0, 0], [1, 1, 0, 0] or [1, 1, 1, 0], the same in all points'
+        hint = 'fill positions, velocities, accelerations, in this order; leave effort empty'
+        sizes = list(counts[number - 1])
+        raise WrongKind(f'sizes of the arrays of point {number}', sizes, expected, hint)
+    return sum(counts[0])
 
 
 def _arrays(point: Any) -> tuple[Any, ...]:
@@ -139,18 +146,8 @@ class TrajectoryAction:
     """
     The goals of a drive, each carried out as one of its commands.
 
-    A malformed goal is accepted and aborted: only a result can give the reason.
-
-    Parameters
-    ----------
-    node : LifecycleNode
-        Offers the action.
-    types : tuple
-        As `installed_types` returns them.
-    get_session : callable
-        Returns the running drive, or refuses.
-    on_refusal : callable
-        Receives the name of the action and the reason of a refusal.
+    A malformed goal is accepted and aborted: only a result can give the reason. ``get_session``
+    returns the running drive, or refuses.
 
     """
 
@@ -169,7 +166,7 @@ class TrajectoryAction:
         self._goals: dict[str, tuple[ServerGoalHandle, Future[None]]] = {}
         self._ended: deque[Event] = deque()
         self._is_closing = False
-        self._wake = node.create_guard_condition(self._answer_ended)
+        self._answer_soon = Summons(node, self._answer_ended)
         clock = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = node.create_timer(1.0 / FEEDBACK_RATE_HZ, self._send_feedback, clock=clock)
         self._timer.cancel()
@@ -187,7 +184,7 @@ class TrajectoryAction:
         """Handle the end of a command, on any thread."""
         if event.command == TRAJECTORY and event.tag in self._goals:
             self._ended.append(event)
-            self._wake.trigger()
+            self._answer_soon.send()
 
     def stop(self, session: Session) -> None:
         """Stop the motion before the drive is halted: it would go on at the next activation."""
@@ -203,7 +200,7 @@ class TrajectoryAction:
     def close(self) -> None:
         """Withdraw the action after the executor has sent the results that are due."""
         self._is_closing = True
-        self._wake.trigger()
+        self._answer_soon.send()
 
     def _judge(self, _: Any) -> GoalResponse:
         try:
@@ -239,7 +236,7 @@ class TrajectoryAction:
         tag = bytes(goal.goal_id.uuid).hex()
         if tag in self._goals and self._goals[tag][1].cancel():
             self._ended.append(_aborted(tag, 'cancelled before it had begun'))
-            self._wake.trigger()
+            self._answer_soon.send()
             return CancelResponse.ACCEPT
         if tag == next(reversed(self._goals), ''):  # another is being replaced already
             with suppress(StickSlipError):
@@ -258,7 +255,7 @@ class TrajectoryAction:
         if self._is_closing:
             self._server.destroy()
             self._node.destroy_timer(self._timer)
-            self._node.destroy_guard_condition(self._wake)
+            self._node.destroy_timer(self._answer_soon.timer)
 
     def _answer(self, goal: ServerGoalHandle, code: str, why: str) -> None:
         def conclude(goal: ServerGoalHandle) -> Any:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from stickslip_ros.errors import OutOfRange, StickSlipError, WrongKind
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.instrument.compilation import SHORT_STEP_REQUESTS
+from stickslip_ros.instrument.compilation import needs_all_kernels
 from stickslip_ros.interface.requests import read_request
 from stickslip_ros.interface.topics import COMMAND_TOPICS, Topic
 from stickslip_ros.parameters import to_nanoseconds
@@ -69,7 +69,7 @@ class Orders:
     Pending orders in the sequence of their arrival.
 
     With ``by_topic`` the orders of one block are sorted by topic, so that the sequence of their
-    delivery by the network does not matter. Without ``has_kernels``, ``SHORT_STEP_REQUESTS`` wait.
+    delivery by the network does not matter. Without ``has_kernels``, requests that need them wait.
 
     """
 
@@ -85,7 +85,7 @@ class Orders:
     @property
     def wait_for_kernels(self) -> bool:
         """Whether an order waits until all kernels are loaded."""
-        return any(each.name in SHORT_STEP_REQUESTS for each in self) and not self._has_kernels()
+        return not self._has_kernels() and any(needs_all_kernels(each.request) for each in self)
 
     def put(self, order: Order) -> Order:
         self._waiting.append(order)
@@ -98,9 +98,9 @@ class Orders:
             return []
         due: list[Order] = []
         later: list[Order] = []
-        held = () if self._has_kernels() else SHORT_STEP_REQUESTS
+        lacks_kernels = not self._has_kernels()
         for order in self._waiting:
-            waits = order.due_ns > now_ns or order.name in held
+            waits = order.due_ns > now_ns or (lacks_kernels and needs_all_kernels(order.request))
             (later if waits else due).append(order)
         self._waiting = deque(later)
         self.numbers -= sum(order.numbers for order in due)

@@ -129,10 +129,11 @@ class Pacer:
             time.thread_time()  # makes Linux count up to now; a sleep does so too
         before, self._noted = self._noted, (os.pread(self._schedstat, 64, 0), now_s)
         if is_late and before is not None:
-            counts = [[int(ns) for ns in each[0].split()[:2]] for each in (before, self._noted)]
-            work_s, processor_s = np.diff(counts, axis=0)[0] / NS_PER_S
+            counts = zip(before[0].split(), self._noted[0].split(), strict=True)
+            work_s, processor_s, _ = ((int(now) - int(then)) / NS_PER_S for then, now in counts)
             rest_s = max(0.0, now_s - before[1] - max(0.0, pause_s) - work_s - processor_s)
-            self._stalls = Stalls(*np.add(self._stalls, (work_s, processor_s, rest_s)).tolist())
+            spent = zip(self._stalls, (work_s, processor_s, rest_s), strict=True)
+            self._stalls = Stalls(*map(sum, spent))
 
     def hold(self) -> None:
         """Mark the begin of an intended standstill; a second call does nothing."""

@@ -57,7 +57,7 @@ class RemainingKernels:
         """Compile now if a request waits."""
         if is_wanted and not self._begin.is_set():
             self._begin.set()
-            self._say('preload and faults wait for their kernels, compiled once: 15 s of a core')
+            self._say('preload, friction, faults wait for kernels, compiled once: 15 s of a core')
 
     def _run(self, begin: threading.Event, end: threading.Event) -> None:
         begin.wait(COMPILE_AFTER_S)

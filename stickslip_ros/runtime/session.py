@@ -245,8 +245,9 @@ class Session:
         )
 
     def start_recording(self, channels: Mapping[str, Channel], namespace: str = '') -> str:
-        """Record from now on; return the path."""
-        if self.worker.writer is not None:
+        with self._changed:
+            begins = any(each.writer is not None for each in self._orders)
+        if begins or self.worker.writer is not None:
             raise StickSlipError('already recording')
         writer = self.open_recording(channels, namespace)
         try:
@@ -257,12 +258,11 @@ class Session:
         return writer.recorder.place
 
     def end_recording(self, logger: Any) -> str:
-        """End the recording; return its path."""
-        if self.worker.writer is None:
+        ended = await_reply(self.exchange_recording(None))  # one that is about to begin, too
+        if ended is None:
             failed = self.worker.failed_writer
             raise StickSlipError('not recording' if failed is None else why_lost(failed))
-        ended = await_reply(self.exchange_recording(None))
-        return '' if ended is None else self.close_recording(ended, logger)
+        return self.close_recording(ended, logger)
 
     def close_recording(self, writer: RunWriter, logger: Any) -> str:
         """
@@ -329,7 +329,7 @@ class Session:
                 self._steps.popleft().set_result(None)
             else:
                 self.pacer.resume()
-                self.worker.advance(self._due)
+                self.worker.advance(self._due, self._blocks_ahead())
             self._due = []
             self._busy_since_s = None
             # Only for a waiter: waking others costs a switch of threads in each block.
@@ -368,6 +368,15 @@ class Session:
             return None
         self._due = self._orders.take(now_ns)
         return Turn.STEP
+
+    def _blocks_ahead(self) -> int:
+        """Return the number of blocks until the next order, or the end of the wake-up."""
+        now_ns, block_ns = self.bench.time_ns, self.parameters.block_ns
+        left_ns = self._wake_ns - now_ns % self._wake_ns
+        if left_ns == block_ns or self.parameters.sim.lockstep:  # each block has a grant
+            return 1
+        due_ns = min((order.due_ns for order in self._orders), default=now_ns + left_ns)
+        return max(1, min(left_ns, due_ns - now_ns) // block_ns)
 
     def _sleep(self, pause_s: float) -> None:
         if pause_s <= LONG_PAUSE_S:

@@ -11,9 +11,9 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import start_bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.fault_schedule import FaultSchedule, read_schedule
-from stickslip_ros.instrument.reports import Event, Identity, Result, Status
+from stickslip_ros.instrument.reports import Event, Identity, Output, Result, Status
 from stickslip_ros.interface.cdr import pack_stamp
-from stickslip_ros.interface.feed import Packed, pack_event
+from stickslip_ros.interface.feed import IsHeard, Packed, pack_event
 from stickslip_ros.parameters import FaultParameters, Parameters, Scalar
 from stickslip_ros.recording.run import Publish, ReportingBench, RunWriter
 from stickslip_ros.runtime.orders import Order
@@ -34,6 +34,7 @@ class Callbacks:
     on_end: Callable[[Event], None] = lambda _: None  # how a command has ended
     on_failure: Callable[[], None] = lambda: None  # the drive itself has failed
     say: Callable[[str], None] = lambda _: None  # a line for the log, on any thread
+    is_heard: IsHeard = lambda _: True  # asked for each of the readings, and of the events
 
 
 NO_CALLBACKS = Callbacks()
@@ -47,7 +48,7 @@ class Worker(ReportingBench):
         self._schedule = read_schedule(Path(path), parameters.feet) if path else FaultSchedule()
         bench = start_bench(parameters)
         self._schedule.due(bench.time_ns - 1)  # skips faults of the time before a checkpoint
-        super().__init__(parameters, publish, bench=bench)
+        super().__init__(parameters, publish, bench=bench, is_heard=callbacks.is_heard)
         self._block_ns = parameters.block_ns
         self._keeps_clock = parameters.sim.publish_clock
         self.preload_ramped = False  # whether a preload was on its way; its reader sets it back
@@ -67,11 +68,29 @@ class Worker(ReportingBench):
         for order in orders:
             order.answer()
 
-    def advance(self, orders: list[Order]) -> None:
-        """Carry out orders and scheduled faults, advance by one block, publish the readings."""
+    def advance(self, orders: list[Order], blocks: int = 1) -> None:
+        """
+        Carry out orders and scheduled faults, advance, publish the readings.
+
+        It goes by at most so many blocks, by one if something may happen between them.
+
+        """
         now_ns = self.bench.time_ns
         self._carry_out(orders, self._schedule.due(now_ns))
-        output = self.advance_bench(now_ns + self._block_ns)
+        may_split = self.writer is not None and self.writer.splits
+        if self._schedule.is_over and not may_split:
+            for output in self.bench.update_blocks(blocks):
+                self._publish_block(output)
+        else:
+            self._publish_block(self.advance_bench(now_ns + self._block_ns))
+        if self.writer is not None and self.writer.recorder.error is not None:
+            failed, self.writer = self.writer, None
+            self.lose_recording(failed)
+        for order in orders:
+            order.answer()
+
+    def _publish_block(self, output: Output) -> None:
+        """Publish time, ends of commands and readings of a block."""
         self.preload_ramped |= bool(int(output.status) & _PRELOADING)
         if self._keeps_clock:  # before the readings: who gets one then has its time
             time_ns = output.readings.time_ns
@@ -79,11 +98,6 @@ class Worker(ReportingBench):
         for event in output.events:
             self._callbacks.on_end(event)
         self.report(output)
-        if self.writer is not None and self.writer.recorder.error is not None:
-            failed, self.writer = self.writer, None
-            self.lose_recording(failed)
-        for order in orders:
-            order.answer()
 
     def report_failure(self, error: BaseException) -> None:
         """Report that the drive has stopped, as an event and in the recording."""

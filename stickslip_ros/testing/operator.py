@@ -258,7 +258,6 @@ class Operator(DriveClient):
         return self.shake_hands()
 
     def call(self, service_type: Any, name: str, request: Any) -> Any:
-        """Call a service of the drive; return its answer."""
         future = self.ask(service_type, name, request)
         self.spin_until(future.done, f'answer of {name}')
         return future.result()

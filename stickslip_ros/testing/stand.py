@@ -14,12 +14,13 @@ from pathlib import Path
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.task import Future
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.parameters import Scalar
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.ros.client import open_context
-from stickslip_ros.ros.executable import DISCOVERY_VARIABLE, end_node
+from stickslip_ros.ros.executable import DISCOVERY_VARIABLE, end_node, open_executor, spin
 from stickslip_ros.testing.lockstep import Lockstep
 from stickslip_ros.testing.operator import LISTEN_DEPTH, TIMEOUT_S, Operator
 from stickslip_ros.units import NS_PER_S
@@ -129,7 +130,7 @@ class Stand:
             context=self._context,
             parameter_overrides=[Parameter(name, value=v) for name, v in parameters.items()],
         )
-        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor = open_executor(self._context)
         self._executor.add_node(self.drive)
         self._thread = threading.Thread(target=self._spin, name='executor of the drive')
         self._thread.start()
@@ -205,7 +206,7 @@ class Stand:
     def _spin(self) -> None:
         try:
             while not self._ended.is_set():
-                self._executor.spin_once(timeout_sec=_SPIN_S)
+                spin(self._executor, Future(), _SPIN_S)
         except Exception as error:  # noqa: BLE001 - it is raised where the test waits
             self._crash = error
 

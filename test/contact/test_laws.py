@@ -10,20 +10,13 @@ from hypothesis import strategies as st
 
 from stickslip_ros.contact.laws import DAHL, EPM, LUGRE, deflect
 from stickslip_ros.kernels.kernel import entry_point
-from stickslip_ros.lab.validation.laws import (
-    COULOMB_N,
-    SIGMA_0,
-    benchmark_law,
-    plain_law,
-    trace,
-)
+from stickslip_ros.lab.validation.laws import COULOMB_N, SIGMA_0, benchmark_law, plain_law, trace
 
 deflect = entry_point(deflect)
 
 
 LONGEST_M = 4.0 * COULOMB_N / SIGMA_0
-"""Steps of four times the deflection of steady sliding: the drive takes a small share of it. EPM
-takes its plastic share in the middle of a step; over steps twice as long it may give energy."""
+"""Steps of four times the deflection of steady sliding: the drive takes a small share of it."""
 
 
 @given(

@@ -9,13 +9,7 @@ import numpy as np
 import pytest
 
 from stickslip_ros.drive.advance import advance
-from stickslip_ros.drive.build import (
-    divide_feet,
-    plant_of,
-    set_ideal,
-    start_clock,
-    state_at_rest,
-)
+from stickslip_ros.drive.build import divide_feet, plant_of, set_ideal, start_clock, state_at_rest
 from stickslip_ros.drive.ledger import EnergyLedger, take_ledger
 from stickslip_ros.drive.records import ALL, Wave
 from stickslip_ros.kernels.record import Record

@@ -9,10 +9,8 @@ import numpy as np
 import pytest
 
 from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN, observe_samples
-from stickslip_ros.drive.build import plant_of
 from stickslip_ros.drive.records import FORCE
 from stickslip_ros.drive.waveform import level, sawtooth
-from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.linear.linearise import linearise
 from stickslip_ros.parameters import Parameters
 
@@ -116,11 +114,3 @@ def test_a_stuck_runner_lets_the_button_go(drive):
     machine.run(WAVE, [5e-3])
     assert np.isfinite(machine.state.button_m)
     assert abs(machine.state.button_m) < 1e-5
-
-
-def test_an_impact_under_coulombs_rigid_law_is_refused():
-    values = {
-        'load_cell.resonance': 1e3, 'contact.law': 'coulomb', 'load_cell.contact': 'one_sided'
-    }  # fmt: skip
-    with pytest.raises(OutOfRange, match='Coulomb'):
-        plant_of(Parameters().updated(values))

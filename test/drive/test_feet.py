@@ -177,9 +177,19 @@ def test_the_same_drive_moves_to_the_bit(drive):
     assert another.position_m != states[0].position_m
 
 
-def test_coulombs_law_does_not_say_how_different_feet_share_a_load():
-    with pytest.raises(OutOfRange, match=r'actuator.gain_tolerance 0.1 is refused under Coulomb'):
-        plant_of(Parameters().updated({'contact.law': 'coulomb', 'actuator.gain_tolerance': 0.1}))
+@pytest.mark.parametrize(
+    'values',
+    [
+        {'actuator.gain_tolerance': 0.1},
+        {'actuator.stiffness': 4e7, 'actuator.resonance': 1e5},
+        {'frame.mass': 1.0},
+        {'load_cell.resonance': 1e3, 'load_cell.contact': 'one_sided'},
+    ],
+    ids=str,
+)
+def test_coulombs_rigid_law_does_not_say_how_bodies_share_a_load(values):
+    with pytest.raises(OutOfRange, match=rf'{next(iter(values))} .* under Coulomb'):
+        plant_of(Parameters().updated({'contact.law': 'coulomb', **values}))
 
 
 @pytest.mark.parametrize(

@@ -141,7 +141,7 @@ def test_the_interferometer_measures_against_the_frame_if_told(drive):
     truth = {}
     for reference in ('table', 'frame'):
         machine = drive(**FRAME, interferometer__reference=reference)
-        truth[reference] = np.empty((50, 5))
+        truth[reference] = np.zeros((50, 5))
         ramps = np.empty((8, 3))
         machine.start(WAVE, ())
         observe_samples(machine.plants, machine.states, WAVE, 0.0, 2e-5, truth[reference], ramps)
@@ -160,9 +160,6 @@ def test_a_dead_foot_leaves_frame_and_momentum_where_they_are(drive):
     assert abs(machine.residual) < RESIDUAL
 
 
-@pytest.mark.parametrize(
-    'values', [{'frame.mass': 1e-3}, {'frame.mass': 1.0, 'contact.law': 'coulomb'}]
-)
-def test_a_frame_that_cannot_be_is_refused(values):
+def test_a_frame_lighter_than_its_feet_is_refused():
     with pytest.raises(OutOfRange, match=r'frame\.mass'):
-        plant_of(Parameters().updated({'actuator.mass': 2e-4, **values}))
+        plant_of(Parameters().updated({'actuator.mass': 2e-4, 'frame.mass': 1e-3}))

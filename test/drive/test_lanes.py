@@ -22,12 +22,16 @@ WALLS = {'load_cell.contact': 'one_sided', 'load_cell.gap': 2e-7, 'stand.stop_st
 DRIVES = [
     ({}, sawtooth(0.0, 300.0, 1000.0, 0), 0.0),
     ({'stand.preload': 0.1, 'runner.damping': 5.0}, sawtooth(0.0, 200.0, 700.0, 0), 0.01),
-    ({'stand.preload': 1.0, 'amplifier.slew_rate': 2e6}, sawtooth(0.0, 300.0, -400.0, 0), -0.02),
+    (
+        {'stand.preload': 1.0, 'amplifier.slew_rate': 2e6, 'contact.loss_factor': 0.1},
+        sawtooth(0.0, 300.0, -400.0, 0),
+        -0.02,
+    ),
     ({**WALLS, 'stand.travel_max': 1e-6}, sawtooth(0.0, 280.0, 900.0, 0), 0.0),
     (LINE, sawtooth(0.0, 150.0, 1500.0, 3), 0.0),
     ({**LINE, 'contact.travel': 0.5}, sawtooth(0.0, 300.0, 800.0, 0), 0.0),
     ({}, table([(0.0, 0.0), (4e-4, 250.0), (6e-4, 100.0), (1e-3, 0.0)], 0), 0.0),
-    ({'load_cell.contact': 'absent'}, sawtooth(0.0, 260.0, 1000.0, 0), 0.0),
+    ({'load_cell.contact': 'absent', 'contact.law': 'epm'}, sawtooth(0.0, 260.0, 1e3, 0), 0.0),
 ]
 
 
@@ -48,20 +52,24 @@ def bits(record):
     return [part for name in record.dtype.names for part in bits(record[name])]
 
 
-@pytest.mark.parametrize('count', [LANES, LANES_MIN])
-def test_drives_that_go_together_have_the_bits_that_they_have_alone(count, monkeypatch):
-    assert len(DRIVES) == LANES
-    alone, together = ([made(*drive) for drive in DRIVES[:count]] for _ in range(2))
+@pytest.mark.parametrize(
+    ('drives', 'kernel'),
+    [(DRIVES, 'observe_long_together'), (DRIVES[3:7], 'observe_together')],
+    ids=['some with a loss or a rival law', 'plain'],
+)
+def test_drives_that_go_together_have_the_bits_that_they_have_alone(drives, kernel, monkeypatch):
+    assert len(drives) in {LANES, LANES_MIN}
+    alone, together = ([made(*drive) for drive in drives] for _ in range(2))
     for drive in alone:
         observe_samples(*drive)
     in_lanes = []
-    observe_together = advance_module.observe_together
+    observe = getattr(advance_module, kernel)
 
     def noted(drives):
         in_lanes.append(len(drives))
-        observe_together(drives)
+        observe(drives)
 
-    monkeypatch.setattr(advance_module, 'observe_together', noted)
+    monkeypatch.setattr(advance_module, kernel, noted)
     observe_all(together)
     assert in_lanes == [LANES]
     for (_, one, *_, ramps), (_, other, *_, others) in zip(alone, together, strict=True):
@@ -70,7 +78,7 @@ def test_drives_that_go_together_have_the_bits_that_they_have_alone(count, monke
 
 
 def test_a_drive_that_cannot_go_in_lanes_goes_beside_them():
-    changes = [each for each, *_ in DRIVES[: LANES - 1]] + [{'contact.law': 'lugre'}]
+    changes = [each for each, *_ in DRIVES[: LANES - 1]] + [{'contact.law': 'coulomb'}]
     drives = [(each, *DRIVES[0][1:]) for each in changes]
     alone, together = ([made(*drive) for drive in drives] for _ in range(2))
     for drive in alone:

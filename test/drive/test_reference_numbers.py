@@ -45,13 +45,6 @@ def test_half_the_time_step_does_not_change_the_generated_force(preload_n, drive
     assert force_n == pytest.approx(finer_n, rel=STEP_ERROR, abs=0.0)
 
 
-def test_the_generated_force_grows_less_than_in_proportion_to_the_preload(drive):
-    forces_n = [_force_n(drive(stand__preload=preload_n)) for preload_n in (0.1, 0.5, 1.0)]
-    assert forces_n[0] < forces_n[1] < forces_n[2]
-    assert forces_n[1] < 5.0 * forces_n[0]
-    assert forces_n[2] < 2.0 * forces_n[1]
-
-
 def _step_length_nm(machine, amplitude_nm):
     wave = sawtooth(0.0, amplitude_nm * VOLT_PER_NM, 200.0, 120)
     machine.start(wave, [120 / 200.0 + 1e-4])

@@ -11,12 +11,7 @@ import pytest
 from stickslip_ros.contact.virgin import virgin_force
 from stickslip_ros.drive.advance import RAMP_MEAN
 from stickslip_ros.drive.records import ALL
-from stickslip_ros.drive.runner import (
-    cell_energy,
-    cell_force,
-    stops_energy,
-    stops_force,
-)
+from stickslip_ros.drive.runner import cell_energy, cell_force, stops_energy, stops_force
 from stickslip_ros.drive.waveform import level, sawtooth
 from stickslip_ros.kernels.kernel import entry_point, in_python
 

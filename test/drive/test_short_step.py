@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from stickslip_ros.drive.advance import (
-    LAW_REFINEMENT,
     RAMP_END,
     RAMP_MEAN,
     RAMP_START,
@@ -31,7 +30,6 @@ OTHER_STEPS = 2e-4
 
 def _cuts_between_steps(dt_s: float) -> list[float]:
     """Return pieces of time that end where a step of the uncut run ends, never at a fall's end."""
-    dt_s = dt_s / LAW_REFINEMENT
     first = PERIOD_S / math.ceil(PERIOD_S / dt_s)
     pieces = [7 * first, PERIOD_S - 7 * first]
     fall = FALL_S / math.ceil(FALL_S / (dt_s / SLEW_REFINEMENT))
@@ -55,8 +53,10 @@ def uncut(drive):
 
 
 def test_cuts_between_short_steps_leave_the_motion_as_it_is(drive):
-    uncut = drive(contact__law='dahl').start(WAVE, [CYCLES * PERIOD_S])
-    cut = drive(contact__law='dahl').start(WAVE, _cuts_between_steps(uncut.plant.dt_s))
+    # Coulomb's law takes short steps of equal length.
+    uncut, cut = drive(contact__law='coulomb'), drive(contact__law='coulomb')
+    uncut.start(WAVE, [CYCLES * PERIOD_S])
+    cut.start(WAVE, _cuts_between_steps(uncut.plant.dt_s))
     assert cut.state.clock.cycle == uncut.state.clock.cycle == CYCLES
     assert cut.state.position_m == pytest.approx(uncut.state.position_m, rel=SAME_STEPS, abs=0.0)
     np.testing.assert_allclose(cut.ramps[:CYCLES], uncut.ramps[:CYCLES], rtol=SAME_STEPS)

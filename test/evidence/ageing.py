@@ -119,12 +119,7 @@ class Runner(NamedTuple):
 
 @compiled
 def _slide(
-    n_per_m: Array,
-    normal_n: Array,
-    ageing: Ageing,
-    runner: Runner,
-    feet_m: Array,
-    steps_s: Array,
+    n_per_m: Array, normal_n: Array, ageing: Ageing, runner: Runner, feet_m: Array, steps_s: Array
 ) -> Array:
     """Step the runner by velocity Verlet; return its position at the end of each step, m."""
     a, b, distance_m, rest_s = ageing

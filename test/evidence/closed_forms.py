@@ -164,11 +164,6 @@ def hertz_force(depth_m: Array | float) -> Array:
     return np.asarray(4.0 / 3.0 * E_STAR_PA * np.sqrt(RADIUS_M) * depth_m**1.5)
 
 
-def cattaneo_ratio(fraction: Array | float) -> Array:
-    """Return T/(mu F_n) of a sphere at u/u_max (Cattaneo, Mindlin)."""
-    return np.asarray(1.0 - (1.0 - fraction) ** 1.5)
-
-
 def sphere_loss_ratio(fraction: Array | float) -> Array:
     """Return the loss per cycle W/(mu F_n u_max) of a sphere at the amplitude u*/u_max."""
     rest = 1.0 - fraction

@@ -20,12 +20,7 @@ import tamaas
 from ContactMechanics import FreeFFTElasticHalfSpace
 from ContactMechanics.Systems import NonSmoothContactSystem
 from numpy.typing import NDArray
-from slippy.core import (
-    bccg,
-    elastic_influence_matrix_spatial,
-    plan_convolve,
-    polonsky_and_keer,
-)
+from slippy.core import bccg, elastic_influence_matrix_spatial, plan_convolve, polonsky_and_keer
 from SurfaceTopography import Topography, UniformLineScan
 
 from evidence.closed_forms import (

@@ -85,7 +85,7 @@ GROUPS = [
     ),
     Group(
         FAMILY, 'loop_loss_j', dahl_loss_j,
-        (1e-5, 'trapezoidal rule of the loss, 400 steps per leg'),
+        (1e-9, "Simpson's rule of the loss, 400 steps per leg"),
         'Dahl: 4 Fc [X - (Fc/sigma0) tanh(sigma0 X/Fc)]', BY,
         grid(law=['dahl'], amplitude_m=[1.3e-5]),
     ),

@@ -17,6 +17,7 @@ after another; F pulls the runner along its way.
   L - 2 T_v(k d/2) after k falls of others (Masing). The ramp changes no force. All add up to F:
   2 (T_v(d/2) + T_v(2 d/2) + ... + T_v((n - 1) d/2)) = n L - F. A step is A - n d; if A < n d, the
   loops close, and it is 0. So the 0-amplitude is n d and the slope is 1.
+- A fast fall ends before the runner moves and unloads its own foot too: the sum ends at n d/2.
 - The step vanishes at d = A/n, under the load -F = 2 (T_v(A/2n) + ... + T_v((n - 1) A/2n)) - n L.
 - If all springs slip at once, T_v = min(L u/u_max, L), and F = 0: d = 2 u_max/(n - 1), and a step
   is A - 2 u_max n/(n - 1). Every T_v is concave, so no profile has a smaller step.
@@ -32,7 +33,15 @@ import numba
 import numpy as np
 from scipy.optimize import bisect
 
-from evidence.closed_forms import FRICTION, G_STAR_PA, Array, contact_of
+from evidence.closed_forms import (
+    E_STAR_PA,
+    FRICTION,
+    G_STAR_PA,
+    POISSON,
+    YOUNG_PA,
+    Array,
+    contact_of,
+)
 from evidence.group import NUMBA
 from stickslip_ros.lab.validation.references import TABLES, Reference, case_of
 
@@ -49,12 +58,14 @@ NO_STEP = 1e-3
 
 
 class Layout(NamedTuple):
-    """Groups of equal feet: number, F_n of a foot per preload, gain, delay in periods."""
+    """Groups of equal feet: number, F_n of a foot per preload, gain, delay in periods, stuff."""
 
     counts: tuple[int, ...]
     shares: tuple[float, ...]
     gains: tuple[float, ...]
     delays: tuple[float, ...]
+    stuffs: tuple[tuple[float, float], ...] = ((FRICTION, YOUNG_PA[1]),) * 6
+    """Friction coefficient and Young's modulus, Pa, of each group."""
 
 
 class Mesh(NamedTuple):
@@ -73,6 +84,22 @@ LAYOUTS = {
     'clamp': Layout((1, 1), (1.0, 1.0), (1.0, 0.0), (0.0, 0.0)),
     'light_clamp': Layout((1, 1), (1.0, 0.3), (1.0, 0.0), (0.0, 0.0)),
     'walker': Layout((1,) * 6, (ROOT / 4.0,) * 6, (1.0,) * 6, tuple(i / 6.0 for i in range(6))),
+    'ptfe_guide': Layout(
+        (2, 1), (0.5, 1.0), (1.0, 0.0), (0.0, 0.0), ((FRICTION, YOUNG_PA[1]), (0.05, 0.5e9))
+    ),
+    'rolling_guide': Layout(
+        (3, 2), (0.33, 0.5), (1.0, 0.0), (0.0, 0.0), ((0.21, 68e9), (0.004, 210e9))
+    ),
+    'sapphire_pads': Layout(
+        (2, 4), (0.71, 0.35), (1.0, 1.0), (0.0, 0.0), ((0.17, 435e9), (0.26, YOUNG_PA[1]))
+    ),
+    'mixed_walker': Layout(
+        (2, 2, 2),
+        (0.47, 0.4, 0.33),
+        (1.0, 0.9, 1.0),
+        (0.0, 1.0 / 3.0, 2.0 / 3.0),
+        ((0.3, 70e9), (0.19, 435e9), (0.24, 30e9)),
+    ),
 }
 
 
@@ -88,6 +115,7 @@ class Case(NamedTuple):
     last: int
     load_n: float = 0.0
     slew_v_per_s: float = SLEW_V_PER_S
+    loss_factor: float = 0.0
 
 
 K = 1e5
@@ -103,26 +131,49 @@ CASES = (
         for layout in ('clamp', 'light_clamp', 'walker')
         for cell_n_per_m in (0.0, K)
     ),
+    Case('ptfe_guide', 287.0, 500.0, 11.0, 0.0, 60, 20),
+    Case('rolling_guide', 279.0, 600.0, 9.0, 0.0, 60, 20),
+    Case('sapphire_pads', 291.0, 900.0, 13.0, K, 200, 50),
+    Case('mixed_walker', 283.0, 400.0, 17.0, 0.0, 60, 20),
+    Case('stand', 300.0, 1e3, 0.0, K, 40, 10, loss_factor=0.1),
+    Case('stand', 300.0, 1e3, 5.0, 0.0, 40, 10, loss_factor=0.3),
+    Case('light_clamp', 300.0, 500.0, 0.0, K, 40, 10, loss_factor=0.1),
+    Case('walker', 300.0, 500.0, 0.0, 0.0, 20, 10, loss_factor=0.1),
+    Case('ptfe_guide', 287.0, 500.0, 11.0, 0.0, 40, 10, loss_factor=0.2),
+    Case('rolling_guide', 279.0, 600.0, 0.0, K, 40, 10, loss_factor=0.15),
+    Case('sapphire_pads', 291.0, 900.0, 3.0, 0.0, 40, 10, loss_factor=0.1),
+    Case('mixed_walker', 283.0, 400.0, 7.0, K, 40, 10, loss_factor=0.25),
 )
 
 
-@lru_cache(maxsize=16)
-def springs_of(normal_n: float, count: int) -> tuple[Array, Array]:
-    """Return stiffnesses, N/m, and limits, N, of springs between heights of equal distance."""
-    contact = contact_of('rough', normal_n)
+@lru_cache(maxsize=32)
+def springs_of(
+    normal_n: float, count: int, friction: float = FRICTION, young_pa: float = YOUNG_PA[1]
+) -> tuple[Array, Array]:
+    """
+    Return stiffnesses, N/m, and limits, N, of springs between heights of equal distance.
+
+    With equal Poisson's ratios both moduli of a foot of another stuff change by one factor: the
+    contact is that of the paper under a force that is smaller by it.
+
+    """
+    softness = (1.0 - POISSON**2) * (1.0 / YOUNG_PA[0] + 1.0 / young_pa) * E_STAR_PA
+    contact = contact_of('rough', normal_n * softness)
     reaches_m = float(contact.displacement(0.0)) * np.arange(count, -1, -1) / count
     edges_m = np.array([0.0, *map(contact.core, reaches_m[1:-1]), contact.radius_m])
     stiffnesses = 2.0 * G_STAR_PA * edges_m
     limits_n = FRICTION * contact.normal_force(edges_m) + stiffnesses * reaches_m
-    return np.diff(stiffnesses), np.diff(limits_n)
+    return np.diff(stiffnesses) / softness, np.diff(limits_n) * friction / (FRICTION * softness)
 
 
-def zero_amplitude_m(feet: int, normal_n: float, load_n: float = 0.0) -> float:
-    """Return n d of a slow walker; ``load_n`` is F."""
+def zero_amplitude_m(
+    feet: int, normal_n: float, load_n: float = 0.0, is_fast: bool = False
+) -> float:
+    """Return n d of a walker with slow or fast falls; ``load_n`` is F."""
     contact = contact_of('rough', normal_n)
 
     def left_n(d_m: float) -> float:
-        pulls_n = 2.0 * sum(contact.pull(0.5 * k * d_m) for k in range(1, feet))
+        pulls_n = 2.0 * sum(contact.pull(0.5 * k * d_m) for k in range(1, feet + is_fast))
         return pulls_n - feet * FRICTION * normal_n + load_n
 
     return feet * bisect(left_n, 0.0, 2.0 * float(contact.displacement(0.0)), xtol=1e-18)
@@ -131,7 +182,10 @@ def zero_amplitude_m(feet: int, normal_n: float, load_n: float = 0.0) -> float:
 @lru_cache(maxsize=32)
 def run(case: Case, layout: Layout, mesh: Mesh) -> Array:
     """Return mean m, end m, friction loss J and work of the feet J of each cycle."""
-    pairs = [springs_of(PRELOAD_N * share, mesh.springs) for share in layout.shares]
+    pairs = [
+        springs_of(PRELOAD_N * share, mesh.springs, *stuff)
+        for share, stuff in zip(layout.shares, layout.stuffs, strict=False)
+    ]
     counts = np.array(layout.counts, dtype=np.float64)[:, None]
     stiffnesses, limits_n = (counts * np.array(each) for each in zip(*pairs, strict=True))
     gains, delays_s = M_PER_V * np.array(layout.gains), np.array(layout.delays) / case.frequency_hz
@@ -140,16 +194,19 @@ def run(case: Case, layout: Layout, mesh: Mesh) -> Array:
     parts_s = fall_s, fine_s - fall_s, 1.0 / (falls * case.frequency_hz) - fine_s
     steps = np.ceil(np.array(parts_s) / (mesh.fine_s, mesh.fine_s, mesh.coarse_s)).astype(int)
     steps_s, rows = np.tile(np.repeat(parts_s / steps, steps), falls), np.zeros((case.cycles, 4))
-    _step(case, steps_s, gains, delays_s, stiffnesses, limits_n, rows)
+    sticks_n_per_m = float(stiffnesses.sum())
+    lag_s = math.sqrt(MASS_KG * (sticks_n_per_m + case.cell_n_per_m)) / sticks_n_per_m
+    lag_s *= case.loss_factor
+    _step(case, lag_s, steps_s, gains, delays_s, stiffnesses, limits_n, rows)
     return rows
 
 
 @compiled
 def _step(
-    case: Case, steps_s: Array, gains: Array, delays_s: Array, stiffnesses: Array,
+    case: Case, lag_s: float, steps_s: Array, gains: Array, delays_s: Array, stiffnesses: Array,
     limits_n: Array, rows: Array,
 ) -> None:  # fmt: skip
-    """Step the runner, and fill the rows."""
+    """Step the runner, and fill the rows; a foot adds lag_s times the rate of its springs."""
     compliances, forces_n = 1.0 / stiffnesses, np.zeros(limits_n.shape)
     feet_m, feet_n = np.zeros((2, len(gains)))
     x, v, c, others_n = 0.0, 0.0, case.damping, case.load_n
@@ -178,9 +235,10 @@ def _step(
                     forces_n[g, j] = force_n
                     sum_n += force_n
                 lost_j += sum_j
-                work_j -= 0.5 * (feet_n[g] + sum_n) * foot_m
+                lag_n = lag_s * (sum_n - feet_n[g]) / h
+                work_j -= (0.5 * (feet_n[g] + sum_n) + lag_n) * foot_m
                 feet_n[g] = sum_n
-                others_n -= sum_n
+                others_n -= sum_n + lag_n
             v = (v + 0.5 * h * others_n / MASS_KG) / (1.0 + 0.5 * h * c / MASS_KG)
         rows[cycle] = (mean_m, x, lost_j, work_j)
 

@@ -18,13 +18,7 @@ from itertools import starmap
 
 import numpy as np
 
-from evidence.closed_forms import (
-    HURST,
-    RADIUS_M,
-    RMS_HEIGHT_M,
-    hertz_depth,
-    sphere_loss_ratio,
-)
+from evidence.closed_forms import HURST, RADIUS_M, RMS_HEIGHT_M, hertz_depth, sphere_loss_ratio
 from evidence.group import ROUNDING, SLACK, Group, printed
 from evidence.springs import SPRING_ERROR, SPRINGS, Springs, pull
 from stickslip_ros.contact.virgin import CELLS

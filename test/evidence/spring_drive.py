@@ -67,7 +67,8 @@ PAPER: dict[str, float | str] = {
     'actuator.stiffness': 0.0,
     'amplifier.bandwidth': 0.0,
     'amplifier.resolution': 0.0,
-    'amplifier.slew_rate': 150e6,
+    'amplifier.current_max': 0.75,  # 150 V/us into PIEZOS_F
+    'contact.loss_factor': 0.0,
     'contact.profile': 'rough',
     'frame.damping_ratio': 0.01,
     'frame.mass': 0.0,
@@ -85,7 +86,7 @@ PAPER: dict[str, float | str] = {
     'stand.weight': 0.0,
 }
 """The drive of the paper, and what the package assumes: what a case does not change."""
-RANGE_V = 300.0
+RANGE_V, PIEZOS_F = 300.0, 5e-9
 
 
 class CycleMotion(NamedTuple):
@@ -143,7 +144,12 @@ def run_springs(
         joint == 'attached',
         float(values['load_cell.gap']),
         load_n,
+        0.0,
     )
+    stick_n_per_m = 2.0 * G_STAR_PA * sum(map(_stick_radius, [values] * 6, BELOW))
+    held_n_per_m = stick_n_per_m + runner.is_fixed * runner.cell_n_per_m
+    lag_s = float(values['contact.loss_factor']) * math.sqrt(held_n_per_m * runner.mass_kg)
+    runner = runner._replace(lag_s=lag_s / stick_n_per_m)
     foot_per_s = 2.0 * math.pi * float(values['actuator.resonance'])
     foot_kg, stack_n_per_m = float(values['actuator.mass']), float(values['actuator.stiffness'])
     if stack_n_per_m:
@@ -198,7 +204,7 @@ def mean_foot(values: Values, voltage_v: float, steps_s: Array) -> Array:
     level_v = float(values['amplifier.resolution'])
     if level_v:
         signal = np.round(signal / level_v) * level_v
-    signal = _slew(signal, rest_v, float(values['amplifier.slew_rate']) * steps_s)
+    signal = _slew(signal, rest_v, float(values['amplifier.current_max']) / PIEZOS_F * steps_s)
     if values['amplifier.bandwidth']:
         tau_s = 1.0 / (2.0 * math.pi * float(values['amplifier.bandwidth']))
         signal = _lag(signal, rest_v, tau_s, steps_s)
@@ -305,6 +311,12 @@ def springs_under(values: Values, ends_s: Array, is_below: bool) -> Row:
     return Row(heights_m, 2.0 * width_m, np.interp(normal_n, corners_n, heights_m))
 
 
+def _stick_radius(values: Values, is_below: float) -> float:
+    """Return the radius of an upper or a lower contact under the first preload, m."""
+    share = LOWER_SHARE if is_below else UPPER_SHARE
+    return _radius(TERMS[str(values['contact.profile'])], share * float(values['stand.preload']))
+
+
 def _radius(terms: Terms, normal_n: float) -> float:
     """Return the contact radius of a normal force, m."""
     contact = PowerContact(terms, RADIUS_MAX_M)
@@ -312,7 +324,12 @@ def _radius(terms: Terms, normal_n: float) -> float:
 
 
 class Runner(NamedTuple):
-    """Of Eq. 20: m, c, k, whether it is fixed to the cell or a way off, F_ext; SI units."""
+    """
+    Of Eq. 20: m, c, k, whether it is fixed to the cell or a way off, F_ext; SI units.
+
+    A contact acts with its springs plus lag_s times the rate of their force.
+
+    """
 
     mass_kg: float
     damping_n_s_per_m: float
@@ -320,6 +337,7 @@ class Runner(NamedTuple):
     is_fixed: bool
     gap_m: float
     load_n: float
+    lag_s: float
 
 
 class Stack(NamedTuple):
@@ -358,7 +376,7 @@ class FootSprings(NamedTuple):
 
 
 @compiled
-def _step(
+def _step(  # noqa: PLR0915 - the algorithm in one piece
     runner: Runner,
     frame: Frame,
     stack: Stack,
@@ -376,7 +394,7 @@ def _step(
     places_m, forces_n = np.zeros(len(counts)), np.zeros(heights_m.shape)  # of feet and springs
     m, c, h_sum, cycle = runner.mass_kg, runner.damping_n_s_per_m, 0.0, 0
     x = v = contact_n = lost_j = centre_m = centre_w = frame_m = foot_w = 0.0
-    z, z_w, loads_n = np.zeros((3, len(places_m)))
+    z, z_w, loads_n, springs_n = np.zeros((4, len(places_m)))
     stiff = stack.omega_per_s**2
     others_n = runner.load_n
     for i in range(len(motion.steps_s)):
@@ -405,7 +423,7 @@ def _step(
         for foot in range(len(places_m)):
             place_m = z[foot] if stack.exists else motion.feet_m[i, foot]
             moved_m = x - frame_m - place_m - places_m[foot]
-            before_n = contact_n
+            force_of_foot_n = 0.0
             places_m[foot] += moved_m
             shear = G_STAR_PA * widths_m[foot]
             for j in range(heights_m.shape[1]):
@@ -415,8 +433,11 @@ def _step(
                 force_n = min(max(wanted_n, -limit_n), limit_n)
                 lost_j += (wanted_n - force_n) * force_n / shear
                 forces_n[foot, j] = force_n
-                contact_n += force_n
-            loads_n[foot] = (contact_n - before_n) / counts[foot]
+                force_of_foot_n += force_n
+            lag_n = runner.lag_s * (force_of_foot_n - springs_n[foot]) / h
+            springs_n[foot] = force_of_foot_n
+            contact_n += force_of_foot_n + lag_n
+            loads_n[foot] = (force_of_foot_n + lag_n) / counts[foot]
         cell_m = x if runner.is_fixed else max(x - runner.gap_m, 0.0)
         others_n = runner.load_n - runner.cell_n_per_m * cell_m
         pull = contact_n * frame.per_kg - frame.omega_per_s**2 * frame_m
@@ -444,7 +465,7 @@ def _step(
 
 FAMILY, BY = 'Drive', 'test/evidence/spring_drive.py'
 SOURCE = f'springs, 2 x {SPRINGS} a contact, steps of 20 and 250 ns'
-ERROR = 5e-4, 'its steps; our springs on ramps: seen 4.7e-4 with a coarse converter, else 2.3e-4'
+ERROR = 5e-4, 'its steps; our springs on ramps: seen 4.7e-4 with a coarse converter, else 3.4e-4'
 OF_LARGEST = ERROR[0], f'of the largest; {ERROR[1]}'
 VOLTAGE_V = 243.75
 """130 nm."""
@@ -476,7 +497,7 @@ CASES: tuple[dict[str, float | str], ...] = (
     {'voltage_v': VOLTAGE_V, **RISES},
     {'voltage_v': VOLTAGE_V, **FALLS},
     {'voltage_v': VOLTAGE_V, 'actuator.gain_tolerance': 0.2},
-    {'voltage_v': VOLTAGE_V, 'amplifier.slew_rate': 25e6},
+    {'voltage_v': VOLTAGE_V, 'amplifier.current_max': 0.125},
     {'voltage_v': VOLTAGE_V, 'amplifier.resolution': 5.0},
     {'voltage_v': VOLTAGE_V, 'amplifier.bandwidth': 5e4},
     {'voltage_v': VOLTAGE_V, 'actuator.hysteresis': 0.15},
@@ -491,6 +512,9 @@ CASES: tuple[dict[str, float | str], ...] = (
     {'voltage_v': -VOLTAGE_V, **STACKS, 'frame.mass': 0.01, 'frame.resonance': 5e3},
     {'voltage_v': VOLTAGE_V, **STACKS, **LIGHT},
     {'voltage_v': VOLTAGE_V, **STACKS, **LIGHT, **FREE},
+    {'voltage_v': VOLTAGE_V, 'actuator.gain_tolerance': 0.2, 'contact.loss_factor': 0.1},
+    {'voltage_v': -VOLTAGE_V, **FRAME, **FREE, 'contact.loss_factor': 0.1},
+    {'voltage_v': VOLTAGE_V, **STACKS, **LIGHT, 'contact.loss_factor': 0.1},
 )
 
 

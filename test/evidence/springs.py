@@ -17,15 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from evidence.closed_forms import (
-    E_STAR_PA,
-    FRICTION,
-    G_STAR_PA,
-    TERMS,
-    Array,
-    contact_of,
-    height,
-)
+from evidence.closed_forms import E_STAR_PA, FRICTION, G_STAR_PA, TERMS, Array, contact_of, height
 from evidence.group import Group, grid
 from stickslip_ros.contact.hemisphere import profile_of
 from stickslip_ros.contact.mdr import Presliding

@@ -31,6 +31,12 @@ PASSES_PER_S = 2e8
 """Passes of the loops over time that a simulated second may take."""
 RESIDUAL = 3e-3
 """Largest error of the energy balance, relative to all work in and out, and of one presliding."""
+DRIVE_CHANGES = {
+    'contact.friction': (0.05, 1.0),
+    'runner.mass': (3e-4, 0.1),
+    'runner.damping': (1.0, 200.0),
+}
+"""Live parameters of the drive itself, set once in a case at any time."""
 AT_REST = EnergyLedger(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 Numbers = Callable[[np.random.Generator, Parameters], tuple[float, ...]]
@@ -77,6 +83,9 @@ def run_case(stand: str, seed: int) -> Outcome:
     except StickSlipError as error:
         return Outcome([f'the stand is refused: {error}'])
     program = program_of(rng, parameters)
+    for name, span in DRIVE_CHANGES.items():
+        change = Request('parameters', settings=((name, drawn(rng, span)),))
+        program.insert(int(rng.integers(len(program))), (change, 1))
     outcome = Outcome(commands=Counter(request.name for request, _ in program))
     first, second = _Run(parameters), _Run(parameters)
     try:

@@ -26,7 +26,7 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.interface.cdr import pack_float64, pack_float64_array, pack_stamped
 from stickslip_ros.lab.fitting.result import read_draws
-from stickslip_ros.lab.readers.experiment import read_experiment
+from stickslip_ros.lab.measurements.tables import read_experiment
 from stickslip_ros.message_types import FLOAT64, FLOAT64_ARRAY, POINT_STAMPED
 from stickslip_ros.parameters import Parameters, dump_yaml, load_yaml
 from stickslip_ros.recording.any_message import numbers_of

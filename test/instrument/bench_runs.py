@@ -33,10 +33,7 @@ class BenchRun:
 
 
 def drive_bench(
-    bench: Bench,
-    end_ns: int,
-    requests: Mapping[int, Sequence[Request]],
-    step_ns: int = MS,
+    bench: Bench, end_ns: int, requests: Mapping[int, Sequence[Request]], step_ns: int = MS
 ) -> BenchRun:
     """Update in steps to ``end_ns``; ``requests`` come at their times since the call."""
     start_ns = bench.time_ns

@@ -11,7 +11,7 @@ from bench_runs import MS
 from test_compilation import REQUESTS, STANDS, parameters_of
 
 from stickslip_ros.instrument.bench import Bench
-from stickslip_ros.instrument.compilation import SHORT_STEP_REQUESTS, compile_for
+from stickslip_ros.instrument.compilation import compile_for, needs_all_kernels
 from stickslip_ros.kernels.cache import KernelCache
 
 loaded: list[str] = []
@@ -31,10 +31,10 @@ def run(name: str) -> dict[str, object]:
     before = loaded.copy()
     bench = Bench(parameters)
     for request in REQUESTS:
-        if can_do_all or request.name not in SHORT_STEP_REQUESTS:
+        if can_do_all or not needs_all_kernels(request):
             bench.update(bench.time_ns + MS, [request])
     late = loaded[len(before) :]
-    bench.update(bench.time_ns + MS, [REQUESTS[5], REQUESTS[7]])
+    bench.update(bench.time_ns + MS, [REQUESTS[5], REQUESTS[6], REQUESTS[8]])
     further = len(loaded) - len(before) - len(late)
     return {'can_do_all': can_do_all, 'before': before, 'late': late, 'further': further}
 

@@ -135,11 +135,6 @@ def test_a_stop_holds_the_voltage_at_which_it_comes(bench):
     assert run.status[3:] == [READY | Status.MOVING] + [READY] * 6
 
 
-def test_a_stop_or_a_reset_of_nothing_is_done_too(bench):
-    run = drive_bench(bench, MS, {0: [Request('stop'), Request('reset')]})
-    assert [event.result for event in run.events] == [Result.DONE, Result.DONE]
-
-
 def test_a_reset_brings_the_first_run_back_to_the_bit(bench):
     requests = {0: [sawtooth(300.0, 700.0)], 3 * MS: [load(0.05)], 6 * MS: [load(0.0)]}
     first = drive_bench(bench, 9 * MS, requests)
@@ -159,27 +154,6 @@ def test_a_reset_takes_load_voltage_and_refusal_back(bench):
     assert bench.ledger.feet_work_j == bench.ledger.load_work_j == 0.0
 
 
-def test_status_bits_tell_moving_loaded_and_refused(bench):
-    requests = {
-        0: [load(0.1)],
-        MS: [sawtooth(300.0, 1000.0)],
-        2 * MS: [Request('fly')],
-        3 * MS: [Request('stop')],
-        4 * MS: [load(0.0)],
-    }
-    status = drive_bench(bench, 5 * MS, requests).status
-    moving, loaded, refused = Status.MOVING, Status.LOADED, Status.REFUSED
-    expected = [loaded, moving | loaded, moving | loaded | refused, loaded, Status(0)]
-    assert status == [READY | bits for bits in expected]
-    assert [int(bit) for bit in (moving, loaded, refused)] == [1, 1 << 24, 1 << 25]
-
-
-def test_a_load_shifts_the_runner_towards_it(true_bench):
-    run = drive_bench(true_bench, 20 * MS, {0: [load(-0.2)]})
-    assert np.mean(run.trace[500:, POSITION]) < -1e-9
-    assert _force_is_that_of_the_spring(run.trace)
-
-
 def test_a_trace_holds_time_voltage_foot_position_and_force(true_bench):
     trace = drive_bench(true_bench, 3 * MS, {0: [sawtooth(300.0, 1000.0)]}).trace
     assert trace.shape == (150, 5)
@@ -187,13 +161,6 @@ def test_a_trace_holds_time_voltage_foot_position_and_force(true_bench):
     np.testing.assert_allclose(trace[:, FOOT], 160e-9 / 300.0 * trace[:, VOLTAGE], rtol=1e-12)
     assert _force_is_that_of_the_spring(trace)
     assert trace[24, VOLTAGE] == pytest.approx(150.0, rel=1e-9, abs=0.0)
-
-
-def test_a_free_runner_presses_on_nothing(stand):
-    free = Bench(stand.updated(PERFECT | {'load_cell.contact': 'absent'}))
-    trace = drive_bench(free, 3 * MS, {0: [sawtooth(300.0, 1000.0)]}).trace
-    assert set(trace[:, FORCE]) == {0.0}
-    assert trace[-1, POSITION] > 0.0
 
 
 def test_the_readings_are_those_of_the_last_row_of_the_trace(bench):

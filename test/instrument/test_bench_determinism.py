@@ -40,13 +40,17 @@ def reference():
     return _run(Parameters())
 
 
+def assert_same(found, expected):
+    np.testing.assert_array_equal(found[1].trace, expected[1].trace)
+    np.testing.assert_array_equal(found[1].ramps, expected[1].ramps)
+    assert found[0].state == expected[0].state
+
+
 def test_two_benches_tell_the_same(reference):
     bench, run = _run(Parameters())
-    np.testing.assert_array_equal(run.trace, reference[1].trace)
-    np.testing.assert_array_equal(run.ramps, reference[1].ramps)
+    assert_same((bench, run), reference)
     assert run.events == reference[1].events
     assert run.status == reference[1].status
-    assert bench.state == reference[0].state
     assert bench.ledger == reference[0].ledger
 
 
@@ -62,27 +66,46 @@ def test_another_seed_changes_the_noise_and_nothing_else(reference):
 
 @pytest.mark.parametrize('step_ns', [20_000, 500_000])
 def test_updates_of_another_length_tell_the_same_to_the_bit(step_ns, reference):
-    bench, run = _run(Parameters(), step_ns)
-    np.testing.assert_array_equal(run.trace, reference[1].trace)
-    np.testing.assert_array_equal(run.ramps, reference[1].ramps)
-    assert bench.state == reference[0].state
+    assert_same(_run(Parameters(), step_ns), reference)
 
 
 @pytest.mark.parametrize('block_s', [1e-4, 5e-3])
 def test_another_block_tells_the_same_to_the_bit(block_s, reference):
-    bench, run = _run(Parameters().updated({'sim.block': block_s}), round(block_s * 1e9))
-    np.testing.assert_array_equal(run.trace, reference[1].trace)
-    np.testing.assert_array_equal(run.ramps, reference[1].ramps)
-    assert bench.state == reference[0].state
+    values = {'sim.block': block_s}
+    assert_same(_run(Parameters().updated(values), round(block_s * 1e9)), reference)
 
 
 def test_refused_requests_change_neither_motion_nor_noise(reference):
     requests = {time_ns: [*REFUSED, *due] for time_ns, due in REQUESTS.items()}
     requests[5 * MS] = REFUSED
     bench, run = _run(Parameters(), requests=requests)
-    np.testing.assert_array_equal(run.trace, reference[1].trace)
-    np.testing.assert_array_equal(run.ramps, reference[1].ramps)
-    assert bench.state == reference[0].state
+    assert_same((bench, run), reference)
     refusals = [event for event in run.events if event.result is Result.INVALID_PARAMETER]
     assert len(refusals) == bench.refused == 4 * len(REFUSED)
     assert all(event.message for event in refusals)
+
+
+@pytest.mark.parametrize(
+    'stand',
+    [{}, {'load_cell.range': 0.3, 'load_cell.noise_density': 0.01}, {'amplifier.bandwidth': 1e4}],
+)
+def test_blocks_that_are_advanced_at_once_give_the_same_output_and_state(stand):
+    parameters = Parameters().updated(stand)
+    each, at_once = Bench(parameters), Bench(parameters)
+    one, others, most = [], [], 0
+    for requests in ([sawtooth(300.0, 730.0, 20)], [load(0.1)], [Request('voltage', (99.0,))]):
+        for bench in each, at_once:
+            for request in requests:
+                bench.accept(request)
+        one += [each.update(each.time_ns + MS) for _ in range(20)]
+        while at_once.time_ns < each.time_ns:
+            outputs = at_once.update_blocks((each.time_ns - at_once.time_ns) // MS)
+            most = max(most, len(outputs))
+            others += outputs
+    for output, other in zip(one, others, strict=True):
+        np.testing.assert_array_equal(output.readings.trace, other.readings.trace)
+        np.testing.assert_array_equal(output.readings.truth, other.readings.truth)
+        assert output[1:3] == other[1:3]
+        assert output.readings[:2] == other.readings[:2]
+    assert each.save() == at_once.save()
+    assert most >= 10

@@ -61,11 +61,7 @@ STANDS: Mapping[str, Mapping[str, Any]] = {
     'lugre': {'contact.law': 'lugre'},
     'travelling': {'contact.profile': 'rough_line', 'contact.travel': 0.7},
     'ageing': {'contact.friction_rate': 0.01, 'contact.friction_ageing': 0.01},
-    'walker': {
-        'feet.count': (2, 2, 2),
-        'feet.share': 0.5,
-        'feet.delay': (0.0, 3.1e-4, 6.2e-4),
-    },
+    'walker': {'feet.count': (2, 2, 2), 'feet.share': 0.5, 'feet.delay': (0.0, 3.1e-4, 6.2e-4)},
     'drifting': {'interferometer.random_walk': 1e-9, 'interferometer.latency': 2.3e-3},
 }
 

@@ -52,6 +52,7 @@ REQUESTS = (
     Request('waveform', (0.0, 0.0, 1e-3, 100.0)),
     Request('position', (1e-7, 0.0, 0.0)),
     Request('preload', (0.4,)),
+    Request('parameters', settings=(('contact.friction', 0.2), ('runner.mass', 0.012))),
     Request('load', (0.05, 0.0, 0.0, 0.0, 0.0, 0.0)),
     Request('fault', settings=(('fault.dead_foot', 6),)),
     Request('fault', settings=(('fault.runner_stuck', True), ('fault.missed_steps', 0.5))),
@@ -85,7 +86,7 @@ def test_a_stand_compiles_nothing_after_its_own_kernels(name, own_kernels):
 
 def test_an_ideal_stand_is_spared_the_kernels_of_short_steps(own_kernels):
     is_ideal = {name for name, own in own_kernels.items() if not own['can_do_all']}
-    assert is_ideal == {'default', 'smooth', 'rough line', 'travelling', 'walls'}
+    assert is_ideal == {'default', 'smooth', 'rough line', 'travelling', 'walls', 'lugre'}
     assert 'observe_ideal' in own_kernels['default']['before']
 
 
@@ -100,8 +101,8 @@ def test_no_stand_compiles_anything_once_the_kernels_are_compiled(name, compiled
     assert compiled == []
     assert abs(bench.ledger.residual_j) < 1.0
     # Coulomb's law has no feet of different force, and separate feet no such law; roughness that
-    # travels keeps the preload.
-    assert results[Result.INVALID_PARAMETER] <= (name in {'coulomb', 'travelling'})
+    # travels keeps preload and friction.
+    assert results[Result.INVALID_PARAMETER] <= {'coulomb': 1, 'travelling': 2}.get(name, 0)
 
 
 def test_the_number_of_compiled_kernels_is_reported(monkeypatch):

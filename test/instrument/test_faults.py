@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from bench_runs import MS, drive_bench, steps
 
-from stickslip_ros.drive.records import FOOT, POSITION, VOLTAGE
+from stickslip_ros.drive.records import FOOT, VOLTAGE
 from stickslip_ros.errors import OutOfRange, UnknownName
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request, check_request
@@ -50,15 +50,6 @@ def test_every_fault_shows_in_the_status_at_once_and_ends_when_cleared(bench, se
     assert bench.faults.names == ()
 
 
-def test_a_frozen_reading_stands_still_while_the_runner_moves(bench):
-    requests = {0: [steps(20)], 5 * MS: [fault(interferometer='freeze')], 15 * MS: [CLEAR]}
-    run = drive_bench(bench, 20 * MS, requests)
-    readings_m = run.trace[:, POSITION]
-    assert len(set(readings_m[250:750])) == 1
-    assert readings_m[760] > readings_m[749] + 300e-9
-    assert run.status[10] & Status.SENSOR_PRESENT
-
-
 def test_a_dropout_is_no_number_and_the_sensor_comes_back(bench):
     requests = {5 * MS: [fault(interferometer='dropout', load_cell='dropout')], 8 * MS: [CLEAR]}
     run = drive_bench(bench, 12 * MS, requests)
@@ -67,14 +58,6 @@ def test_a_dropout_is_no_number_and_the_sensor_comes_back(bench):
     assert not run.status[6] & Status.SENSOR_PRESENT
     assert run.status[-1] & Status.SENSOR_PRESENT
     assert math.isfinite(run.outputs[6].readings.truth_position_m)
-
-
-def test_an_offset_jumps_and_jumps_back(bench):
-    requests = {2 * MS: [fault(interferometer_offset=1e-6, load_cell_offset=0.5)], 4 * MS: [CLEAR]}
-    run = drive_bench(bench, 6 * MS, requests)
-    readings = [output.readings for output in run.outputs]
-    assert [round(each.position_m * 1e6) for each in readings] == [0, 0, 1, 1, 0, 0]
-    assert [round(each.force_n, 1) for each in readings] == [0.0, 0.0, 0.5, 0.5, 0.0, 0.0]
 
 
 def test_an_amplifier_without_power_lets_the_voltage_go_and_refuses_moves(bench):

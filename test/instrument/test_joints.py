@@ -11,7 +11,6 @@ from bench_runs import MS, drive_bench
 
 from stickslip_ros.errors import OutOfRange, StickSlipError, UnknownName, WrongKind
 from stickslip_ros.instrument.bench import Bench
-from stickslip_ros.instrument.checks import BeyondSoftLimit
 from stickslip_ros.instrument.closed_loop import Goal
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.instrument.joints import Joints
@@ -126,25 +125,10 @@ def test_what_makes_no_sense_is_refused_with_a_reason(request_, kind, message, s
     assert message in str(caught.value)
 
 
-def test_a_target_beyond_the_soft_limits_is_refused_as_such(stand):
-    narrow = stand.updated({'limits.soft_max': 1e-6})
-    with pytest.raises(BeyondSoftLimit):
-        check_request(to(2e-6), narrow)
-
-
 def test_without_possible_steps_a_velocity_is_refused(stand):
     slow = stand.updated({'amplifier.slew_rate': 1e5})
     with pytest.raises(StickSlipError, match='slew_rate'):
         check_request(at(1e-6), slow)
-
-
-def test_a_target_is_reached_and_held(bench_with):
-    run = drive_bench(bench_with(), 300 * MS, {0: [to(2e-6)]})
-    [event] = run.events
-    assert (event.command, event.result) == ('joint', Result.DONE)
-    assert run.status[-1] & Status.IN_POSITION
-    held = [output.readings.truth_position_m for output in run.outputs[-50:]]
-    assert np.abs(np.array(held) - 2e-6).max() < TOLERANCE_M
 
 
 def test_a_stream_of_one_target_is_as_good_as_one_message(bench_with):

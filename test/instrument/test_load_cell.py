@@ -112,13 +112,6 @@ def test_one_sample_at_the_end_of_the_range_is_enough_for_the_flag():
     assert not sensor.overrange
 
 
-def test_without_a_range_it_never_saturates():
-    sensor = load_cell_with()
-    truth = np.array([1e9, -1e9])
-    _assert_equal(sensor.readings(truth, HEALTHY), truth)
-    assert not sensor.overrange
-
-
 def test_the_tare_takes_from_one_side_of_the_range_and_adds_to_the_other():
     sensor = load_cell_with(range=RANGE)
     sensor.readings(np.full(5, 0.25 * RANGE), HEALTHY)

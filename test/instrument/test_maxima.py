@@ -35,6 +35,11 @@ STANDS = {
 WALKER = STANDS['walker']
 LONGEST = WALKER.updated({'feet.delay': (0.0, 0.01, 0.02, 0.03, 0.04, 0.05)})
 """The walker with the longest delay."""
+DEALT = 'heavy', 'walker', 'clamp', 'longest', 'rod', 'realistic', 'three_balls'
+"""Stands for which a pair takes longest: each pair runs on one of them, and on each of the others;
+of each command four or five."""
+BLOCK_S = 5e-4
+"""Time for each command of a pair: 500 rows of the densest waveform."""
 CONVERTER = {'amplifier.resolution': 0.05, 'amplifier.bandwidth': 2e4}
 DENSE_S = 1e-8
 """Time between rows that all lie within one delay."""
@@ -85,10 +90,14 @@ def follow(bench: Bench, requests: list[Request]) -> list[Any]:
 
 @pytest.mark.parametrize('stage', [*STANDS, 'longest'])
 def test_no_pair_of_the_largest_commands_ends_a_drive(stage):
-    parameters = STANDS.get(stage, LONGEST)
+    parameters = STANDS.get(stage, LONGEST).updated({'sim.block': BLOCK_S})
     bench, results = Bench(parameters), set()
-    for pair in combinations_with_replacement(largest_commands(parameters), 2):
-        results |= {event.result for event in follow(bench, [*pair, pair[0]])}
+    enable = Request('enable_amplifier', (1.0,))
+    numbered = [*enumerate(largest_commands(parameters))]
+    for (i, first), (j, second) in combinations_with_replacement(numbered, 2):
+        if stage in DEALT and (i + j) % len(DEALT) != DEALT.index(stage):
+            continue
+        results |= {event.result for event in follow(bench, [enable, first, second, first])}
     assert {Result.DONE, Result.INVALID_PARAMETER} <= results
     assert np.isfinite(bench.state.position_m)
 
@@ -135,10 +144,10 @@ def test_a_wave_has_no_more_corners_than_were_counted(stand, changes):
         ({}, lambda stand: zigzag(stand, 9001, DENSE_S), {'feet.delay': (0.0,) * 6}),
         ({}, lambda stand: zigzag(stand, 61, 1e-6, 0), {'feet.delay': (0.0, 1e-3, 0, 0, 0, 0)}),
         ({'amplifier.frequency_max': 1e6}, lambda _: sawtooth(50.0, 1e5), sawtooth(50.0, 2e4)),
-        ({'amplifier.resolution': 0.1}, lambda _: sawtooth(400.0, 100.0), sawtooth(400.0, 10.0)),
-        ({'amplifier.resolution': 0.1, 'step.amplitude': 400.0, 'step.frequency': 100.0},
+        ({'amplifier.resolution': 0.3}, lambda _: sawtooth(400.0, 100.0), sawtooth(400.0, 10.0)),
+        ({'amplifier.resolution': 0.3, 'step.amplitude': 400.0, 'step.frequency': 100.0},
          lambda _: Request('position', (1e-6, 0.0, 0.0)), {'amplifier.resolution': 0.0}),
-        ({'amplifier.resolution': 0.1}, lambda _: Request('jog', (100.0,)),
+        ({'amplifier.resolution': 0.3}, lambda _: Request('jog', (100.0,)),
          {'amplifier.resolution': 0.0}),
     ],
 )  # fmt: skip

@@ -106,11 +106,7 @@ def test_a_set_point_that_the_next_of_its_topic_replaces_is_counted_not_told(
 
 @pytest.mark.parametrize(
     'move',
-    [
-        steps(100),
-        Request('sawtooth', (300.0, 1000.0, 100.0)),
-        waveform((0.0, 0.0), (1.0, 100.0)),
-    ],
+    [steps(100), Request('sawtooth', (300.0, 1000.0, 100.0)), waveform((0.0, 0.0), (1.0, 100.0))],
     ids=['steps', 'sawtooth', 'waveform'],
 )
 def test_a_move_of_a_given_extent_that_the_next_of_its_kind_cuts_off_is_told(bench_with, move):
@@ -212,11 +208,7 @@ def test_what_the_amplifier_makes_of_a_saw_tooth_does_the_same_as_a_waveform(ben
     ('rows', 'cycles', 'message'),
     [
         (((0.0, 0.0), (1e-3, 5.0)), 0, 'last waveform voltage 5 V is not the first voltage, 0 V'),
-        (
-            ((0.0, 0.0), (1e-5, 5.0), (2e-5, 0.0)),
-            3,
-            'below 1/amplifier.frequency_max, 5e-05 s',
-        ),
+        (((0.0, 0.0), (1e-5, 5.0), (2e-5, 0.0)), 3, 'below 1/amplifier.frequency_max, 5e-05 s'),
         (HILL, 2**31, 'not from 0 to 2147483647'),
     ],
 )
@@ -253,13 +245,6 @@ def test_a_direct_voltage_knows_no_soft_limits(bench_with):
     run = drive_bench(bench, 5 * MS, {0: [Request('voltage', (300.0,))]})
     assert [e.result for e in run.events] == [Result.DONE]
     assert run.trace[-1, POSITION] > 1e-9
-
-
-def test_a_new_move_clears_what_the_last_one_left(bench_with):
-    bench = bench_with(limits__soft_max=1e-6)
-    drive_bench(bench, 40 * MS, {0: [steps(100)]})
-    run = drive_bench(bench, MS, {0: [Request('voltage', (10.0,))]})
-    assert not run.status[-1] & Status.MOVEMENT_FAILED
 
 
 def test_a_switched_off_amplifier_aborts_the_move_and_refuses_the_next_one(bench_with):
@@ -304,11 +289,6 @@ def test_moves_that_begin_beyond_a_soft_limit_do_not_go_on_outwards(bench_with, 
     assert later
     assert {(e.result, e.steps) for e in later} == {(Result.RANGE_LIMIT_REACHED, 0)}
     assert run.status[-1] & Status.MOVEMENT_FAILED
-
-
-def test_a_waveform_that_is_played_once_makes_no_steps(bench_with):
-    run = drive_bench(bench_with(), 5 * MS, {0: [waveform((0.0, 0.0), (2e-3, 100.0))]})
-    assert [(event.result, event.steps) for event in run.events] == [(Result.DONE, 0)]
 
 
 @pytest.mark.parametrize(('frequency_hz', 'count'), [(1000.0, 10), (-1000.0, 10), (300.0, 1)])

@@ -228,13 +228,6 @@ def test_blocks_of_any_size_give_the_bytes_of_one_long_call(name, whole, cuts):
     assert readings.tobytes() == whole[name].tobytes()
 
 
-def test_a_column_of_a_trace_is_read_like_an_array_of_its_own(name, whole):
-    trace = np.zeros((600, 5))
-    trace[:, 3] = shaken(name, 600)
-    readings = sensor_with_everything(name).readings(trace[:, 3], HEALTHY)
-    assert readings.tobytes() == whole[name].tobytes()
-
-
 @pytest.mark.parametrize('word', ['none', 'freeze', 'dropout'])
 def test_a_reset_sensor_gives_the_same_bytes_again(name, word, whole):
     sensor = sensor_with_everything(name)

@@ -104,9 +104,7 @@ def test_a_single_point_without_time_is_a_target():
         ({'goal_time_tolerance': 1e-3}, Result.TIMEOUT, 'after the end, above the goal tolerance'),
     ],
 )
-def test_what_is_not_kept_ends_it_and_says_by_how_much(
-    settings: dict[str, float], result: Result, words: str
-):
+def test_what_is_not_kept_ends_it_and_says_by_how_much(settings, result, words):
     bench = Bench(Parameters().updated({'limits.blocked_time': 10.0}))  # against the load cell
     [event] = run(bench, trajectory(**settings))
     assert event.result is result
@@ -140,9 +138,7 @@ BACK = ((0.0, 0.0, 0.0, 0.0), (0.1, 1e-6, -1e-4, 0.0), (0.2, 0.0, 0.0, 0.0))
         (trajectory(speed=1.0), "setting of a trajectory 'speed' is not known; use degree"),
     ],
 )
-def test_what_makes_no_sense_is_refused_with_value_limit_unit_and_remedy(
-    request_: Request, words: str
-):
+def test_what_makes_no_sense_is_refused_with_value_limit_unit_and_remedy(request_, words):
     with pytest.raises(StickSlipError, match=re.escape(words)):
         check_request(request_, LIMITED)
 

@@ -8,7 +8,7 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
-from geometry_msgs.msg import PointStamped, WrenchStamped
+from geometry_msgs.msg import PointStamped, Vector3Stamped, WrenchStamped
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
@@ -29,6 +29,7 @@ from stickslip_ros.message_types import (
     POINT_STAMPED,
     STRING,
     UINT32,
+    VECTOR3_STAMPED,
     WRENCH_STAMPED,
 )
 
@@ -43,11 +44,13 @@ ROS_TYPES = {
     STRING: String,
     FLOAT64_ARRAY: Float64MultiArray,
     POINT_STAMPED: PointStamped,
+    VECTOR3_STAMPED: Vector3Stamped,
     WRENCH_STAMPED: WrenchStamped,
     JOINT_STATE: JointState,
 }
 TEXTS = st.text(st.characters(exclude_categories=['Cs'], exclude_characters='\0'), max_size=12)
 STAMPS_NS = st.integers(-(2**31) * 10**9, 2**31 * 10**9 - 1)
+VECTOR_TYPES = POINT_STAMPED, VECTOR3_STAMPED
 VECTORS = st.tuples(st.floats(), st.floats(), st.floats())
 ANY_FLOATS = st.floats(width=64)
 
@@ -66,9 +69,9 @@ def array_case(values: np.ndarray, labels: list[str]) -> Case:
     return FLOAT64_ARRAY, cdr.pack_float64_array(values, labels), message
 
 
-def point_case(stamp_ns: int, frame_id: str, xyz: Vector) -> Case:
+def point_case(type_name: str, stamp_ns: int, frame_id: str, xyz: Vector) -> Case:
     message = m.StampedMessage(stamp_ns, frame_id, xyz)
-    return POINT_STAMPED, cdr.pack_stamped(stamp_ns, frame_id, xyz), message
+    return type_name, cdr.pack_stamped(stamp_ns, frame_id, xyz), message
 
 
 def wrench_case(stamp_ns: int, frame_id: str, force: Vector, torque: Vector) -> Case:
@@ -105,7 +108,9 @@ FULL_CASES = st.one_of(
     TEXTS.map(lambda x: (STRING, cdr.pack_string(x), x)),
     arrays(1, 1),
     arrays(2, 1),
-    st.builds(point_case, STAMPS_NS, TEXTS, VECTORS),
+    st.builds(
+        point_case, st.sampled_from([POINT_STAMPED, VECTOR3_STAMPED]), STAMPS_NS, TEXTS, VECTORS
+    ),
     st.builds(wrench_case, STAMPS_NS, TEXTS, VECTORS, VECTORS),
     joints(1),
 )
@@ -164,9 +169,7 @@ def test_cut_bytes_are_refused_wherever_they_are_cut(case: Case, data: st.DataOb
 
 @deterministic
 @given(st.sampled_from(list(ROS_TYPES)), st.binary(max_size=60), st.booleans())
-def test_foreign_bytes_are_read_or_refused_but_never_crash(
-    type_name: str, data: bytes, headed: bool
-):
+def test_foreign_bytes_are_read_or_refused_but_never_crash(type_name, data, headed):
     with suppress(RecordingError):
         cdr.unpack(type_name, b'\0\1\0\0' * headed + data)
 

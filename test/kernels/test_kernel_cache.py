@@ -414,15 +414,7 @@ def keep_another_thing(file: Path) -> None:
     kernel_cache.save_whole(file, pickle.dumps({'machine': 'code'}))
 
 
-DAMAGES = (
-    empty,
-    cut,
-    flip,
-    replace_by_folder,
-    rename_another,
-    keep_garbage,
-    keep_another_thing,
-)
+DAMAGES = (empty, cut, flip, replace_by_folder, rename_another, keep_garbage, keep_another_thing)
 
 
 @pytest.mark.parametrize('damage', DAMAGES)
@@ -489,10 +481,7 @@ def _as_user(user: int, place: Path) -> str:
     unusable = {'HOME': '/dev/null', 'XDG_CACHE_HOME': '/dev/null'}
     environment = {**os.environ, **unusable, 'NUMBA_CACHE_DIR': str(place / 'cache')}
     done = run_process(
-        [sys.executable, '-c', AS_ANOTHER_USER, str(user)],
-        cwd=place,
-        env=environment,
-        check=True,
+        [sys.executable, '-c', AS_ANOTHER_USER, str(user)], cwd=place, env=environment, check=True
     )
     return done.stdout
 

@@ -28,6 +28,7 @@ COUPLED = {
     'actuator.mass',
     'actuator.stiffness',
     'contact.friction_rate',
+    'contact.loss_factor',
     'contact.friction_ageing',
     'fault.dead_foot',
     'stand.weight',
@@ -83,9 +84,10 @@ def allowed_values(draw: st.DrawFn) -> dict[str, object]:
     if draw(st.booleans()):
         counts = draw(st.lists(st.integers(1, 4), min_size=1, max_size=3))
         values['feet.count'] = tuple(counts)
-        for name in ('share', 'weight', 'radius', 'gain', 'delay'):
+        for name in ('share', 'weight', 'radius', 'friction', 'young', 'gain', 'delay'):
             spec = specs()[f'feet.{name}']
-            each = st.floats(max(spec.minimum, 1e-6) if name != 'gain' else -10.0, spec.maximum)
+            least = {'gain': -10.0, 'friction': 1e-4, 'young': 1e3}.get(name, 1e-6)
+            each = st.floats(least, spec.maximum)
             values[f'feet.{name}'] = draw(st.tuples(*[each] * len(counts)))
         values['stand.weight'] = draw(st.booleans())
         values['fault.dead_foot'] = draw(st.integers(0, sum(counts)))
@@ -110,6 +112,7 @@ def allowed_values(draw: st.DrawFn) -> dict[str, object]:
         values |= {'contact.friction_cutoff': 1e-4, 'contact.friction_distance': 1e-6}
         values['contact.friction_rate'] = draw(st.floats(0.0, 0.01))
         values['contact.friction_ageing'] = draw(st.floats(0.0, 0.01))
+        values['contact.loss_factor'] = draw(st.floats(0.0, 1.0))
     block_s, rate_hz, period_s = draw(st.sampled_from(PERIODS))
     values['sim.wake'] = draw(st.sampled_from((0.0, block_s)))
     return values | {'sim.block': block_s, 'trace.sample_rate': rate_hz, 'trace.period': period_s}

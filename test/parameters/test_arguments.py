@@ -44,9 +44,7 @@ def test_numbers_are_read_whether_numpy_calls_them_a_union_or_an_alias(
 
 
 @pytest.mark.parametrize(
-    'annotation',
-    [Literal['a', 'b'], 'Table | None', list[int] | Literal[3], Any],
-    ids=str,
+    'annotation', [Literal['a', 'b'], 'Table | None', list[int] | Literal[3], Any], ids=str
 )
 def test_a_type_that_no_value_can_be_compared_with_takes_every_value(annotation: Any):
     assert function(annotation)(7) == 7

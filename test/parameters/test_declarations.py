@@ -1,19 +1,20 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Every parameter is declared in full, and every value passes its declaration."""
+"""Every parameter is declared in full, every value passes its declaration, shipped ones too."""
 
 import math
 import re
+from pathlib import Path
 
 import pytest
+import yaml
 from allowed_values import allowed_values
 from hypothesis import given
 
 from stickslip_ros.errors import StickSlipError, UnknownName
 from stickslip_ros.parameters import (
     ContactParameters,
-    LoadCellParameters,
     Parameters,
     ReplaceableDefault,
     Spec,
@@ -27,29 +28,14 @@ SI_UNITS = {
     'B', 'N/sqrt(Hz)', 'm/sqrt(Hz)', 'm/sqrt(s)', 'm/s', 'N/s', '1/s', 'A', 'F',
 }  # fmt: skip
 PURE_NUMBERS = {
-    'sim.real_time_factor',
-    'contact.hurst',
-    'contact.friction',
-    'contact.travel',
-    'contact.friction_ageing',
-    'contact.friction_rate',
-    'contact.poisson_runner',
-    'contact.poisson_sphere',
-    'friction_law.static_ratio',
-    'friction_law.breakaway_ratio',
-    'actuator.hysteresis',
-    'actuator.creep',
-    'actuator.damping_ratio',
-    'actuator.gain_tolerance',
-    'frame.damping_ratio',
-    'load_cell.damping_ratio',
-    'load_cell.hysteresis',
-    'load_cell.restitution',
-    'fault.missed_steps',
-    'feet.share',
-    'feet.weight',
-    'feet.gain',
-}
+    'sim.real_time_factor', 'contact.hurst', 'contact.friction', 'contact.travel',
+    'contact.friction_ageing', 'contact.friction_rate', 'contact.loss_factor',
+    'contact.poisson_runner', 'contact.poisson_sphere', 'friction_law.static_ratio',
+    'friction_law.breakaway_ratio', 'actuator.hysteresis', 'actuator.creep',
+    'actuator.damping_ratio', 'actuator.gain_tolerance', 'frame.damping_ratio',
+    'load_cell.damping_ratio', 'load_cell.hysteresis', 'load_cell.restitution',
+    'fault.missed_steps', 'feet.share', 'feet.friction', 'feet.weight', 'feet.gain',
+}  # fmt: skip
 """Quantities without a unit; counts and seeds have none either."""
 TABLE_1 = {
     'contact.young_runner': 210e9,
@@ -91,11 +77,6 @@ def test_the_defaults_of_table_1_say_so():
 def test_what_the_paper_does_not_give_is_marked_as_assumed():
     for name in ('load_cell.stiffness', 'runner.damping', 'sim.dt'):
         assert spec_of(name).source == 'assumed'
-
-
-def test_a_group_is_named_after_its_class():
-    assert LoadCellParameters.group() == 'load_cell'
-    assert Parameters.group() == ''
 
 
 def test_no_group_can_exist_with_a_value_outside_its_declaration():
@@ -190,3 +171,46 @@ def test_the_table_of_declarations_cannot_be_changed_from_outside():
 def test_an_unknown_name_is_refused_wherever_it_is_asked_for():
     with pytest.raises(UnknownName, match=r'did you mean stand\.preload'):
         spec_of('stand.preloads')
+
+
+CONFIG = Path(__file__).parents[2] / 'config'
+PATHS = [CONFIG / 'realistic.yaml', CONFIG / 'coupled.yaml']
+INDENT_OF_GROUP, INDENT_OF_VALUE = 4, 6
+
+
+def written(path: Path) -> dict[str, object]:
+    """Give the values of the file by their full names."""
+    groups = yaml.safe_load(path.read_text())['/**']['ros__parameters']
+    return {
+        f'{group}.{name}': value for group, each in groups.items() for name, value in each.items()
+    }
+
+
+def comments(path: Path) -> dict[str, str]:
+    """Give, for every line with a value, the comment above it within its group."""
+    found: dict[str, str] = {}
+    group = comment = ''
+    goes_on = False  # whether the line before was a comment too
+    for line in path.read_text().splitlines():
+        text = line.strip()
+        indent = len(line) - len(line.lstrip())
+        if indent == INDENT_OF_GROUP:
+            group, comment = text.rstrip(':'), ''
+        elif text.startswith('#'):
+            comment = f'{comment} {text}' if goes_on else text
+        elif indent == INDENT_OF_VALUE:
+            found[f'{group}.{text.partition(":")[0]}'] = comment
+        goes_on = text.startswith('#')
+    return found
+
+
+@pytest.mark.parametrize('path', PATHS, ids=lambda path: path.name)
+def test_every_name_is_a_parameter(path: Path):
+    assert written(path).keys() <= specs().keys()
+
+
+@pytest.mark.parametrize('path', PATHS, ids=lambda path: path.name)
+def test_every_value_stands_below_a_comment_that_calls_it_assumed(path: Path):
+    found = comments(path)
+    assert found.keys() == written(path).keys()
+    assert [name for name, comment in found.items() if 'assumed' not in comment] == []

@@ -53,7 +53,7 @@ def test_an_unknown_name_is_refused_with_a_suggestion(name, suggestion):
         ('stand.preload', '-inf', 'a number in uN, mN, N or kN'),
         ('sim.seed', 1.5, 'a whole number'),
         ('sim.seed', True, 'a whole number'),
-        ('sim.seed', '1e3', 'a whole number'),
+        ('sim.seed', '1.5e0', 'a whole number'),
         ('sim.seed', math.nan, 'a whole number'),
         ('autostart', 1, 'true or false'),
         ('autostart', 'yes', 'true or false'),
@@ -120,6 +120,26 @@ def test_whatever_the_value_only_a_refusal_of_the_package_is_raised(name, value)
     assert spec.check(name, kept) == kept
 
 
+@pytest.mark.parametrize(
+    ('name', 'typed', 'told'),
+    [
+        ('stand.preload', '250', 'above the maximum 100 N; lower it; did you mean 250 mN?'),
+        ('amplifier.slew_rate', '150', 'raise it; did you mean 150 V/us?'),
+        ('runner.mass', '30', 'did you mean 30 g?'),
+        ('stand.preload', '0,25', "'0,25' is not a number in uN, mN, N or kN; write 0.25"),
+        ('contact.friction', '0,3', "'0,3' is not a finite number; write 0.3"),
+    ],
+)
+def test_a_number_with_another_unit_or_a_decimal_comma_is_answered_with_what_is_meant(
+    name, typed, told
+):
+    assert told in _refusal({name: typed}, StickSlipError)
+
+
+def test_a_whole_number_may_have_a_power_of_ten():
+    assert Parameters().updated({'sim.seed': '1e3'}).flat()['sim.seed'] == 1000
+
+
 def test_a_word_that_is_no_choice_is_refused_with_the_choices():
     message = _refusal({'record.compression': 'zip'})
     assert message == "record.compression 'zip' is not one of the choices; use zstd, lz4, none"
@@ -143,6 +163,19 @@ def test_a_frame_that_would_take_all_motion_is_refused():
     assert _refusal({'frame.mass': 1e-12}) == (
         'frame.mass 1e-12 kg is between 0 and 0.0001 kg; raise it; 0: none'
     )
+
+
+@pytest.mark.parametrize('name', ['radius', 'friction', 'young'])
+def test_a_foot_has_values_of_its_own_or_those_of_the_contact(name):
+    of_contact = {'young': 'young_sphere'}.get(name, name)
+    assert _refusal({f'feet.{name}': 1e-7}).endswith(f'; raise it; 0: contact.{of_contact}')
+    assert Parameters().updated({f'feet.{name}': 0.0})
+
+
+def test_a_dry_guide_counts_as_a_foot():
+    feet = {'feet.count': 12, 'feet.share': 0.1}
+    assert Parameters().updated(feet)
+    assert 'of which feet.guide_friction is one' in _refusal({**feet, 'feet.guide_friction': 0.01})
 
 
 def test_a_roughness_without_effect_is_refused():

@@ -22,6 +22,7 @@ from stickslip_ros.message_types import (
     POINT_STAMPED,
     STRING,
     UINT32,
+    VECTOR3_STAMPED,
     WRENCH_STAMPED,
 )
 from stickslip_ros.recording.layout import FileForm
@@ -33,9 +34,10 @@ MS_NS = 1_000_000
 CHANNELS = (
     Channel('/stand/position', POINT_STAMPED, Qos(100)),
     Channel('/stand/force', WRENCH_STAMPED, Qos(100, reliable=False)),
-    Channel('/stand/voltage', FLOAT64, Qos(10)),
+    Channel('/stand/voltage', VECTOR3_STAMPED, Qos(10)),
     Channel('/stand/trace', FLOAT64_ARRAY, Qos(10)),
     Channel('/stand/command/steps', INT32, Qos(10)),
+    Channel('/stand/command/preload', FLOAT64, Qos(10)),
     Channel('/stand/drive/status', UINT32, Qos(1, latched=True)),
     Channel('/stand/drive/event', STRING, Qos(10)),
     Channel('/stand/truth/position', POINT_STAMPED, Qos(100)),
@@ -54,11 +56,13 @@ def _run() -> Iterator[tuple[str, int, bytes]]:
         wrench = cdr.pack_stamped(at_ns, 'load_cell', (-tick, 0, 0, 0, 0, 0.5))
         yield '/stand/force', at_ns, wrench
         if tick % 10 == 0:
-            yield '/stand/voltage', at_ns, cdr.pack_float64(10.0 * tick)
+            voltage = cdr.pack_stamped(at_ns, 'base', (10.0 * tick, 0, 0))
+            yield '/stand/voltage', at_ns, voltage
             yield '/stand/trace', at_ns, cdr.pack_float64_array(_block(tick), COLUMNS)
             joint = m.JointMessage(at_ns, 'base', ('runner',), (position_m,), (), (-tick,))
             yield '/stand/joint_states', at_ns, cdr.pack_joints(joint)
     yield '/stand/command/steps', at_ns, cdr.pack_int32(-3)
+    yield '/stand/command/preload', at_ns, cdr.pack_float64(0.4)
     yield '/stand/drive/event', at_ns, cdr.pack_string('{"result": "SUCCEEDED"}')
 
 

@@ -136,9 +136,7 @@ def recorded(path: Path, rows: list[bytes], text: str, name: str = TYPE) -> Reco
 
 
 @pytest.mark.parametrize('seed', range(60))
-def test_numbers_of_any_message_are_those_that_rosbags_and_mcap_ros2_read(
-    seed: int, tmp_path: Path
-):
+def test_numbers_of_any_message_are_those_that_rosbags_and_mcap_ros2_read(seed, tmp_path):
     random = Random(seed)
     types = drawn_types(random)
     text = text_of(types)
@@ -190,9 +188,7 @@ def headed(sec: int, nanosec: int, value: float) -> bytes:
         ('float64 header\nfloat64 x', 'x', struct.pack('<dd', 0.5, 1.5)),
     ],
 )
-def test_any_name_constant_default_and_bound_is_read(
-    text: str, field: str, data: bytes, tmp_path: Path
-):
+def test_any_name_constant_default_and_bound_is_read(text, field, data, tmp_path):
     recording = recorded(tmp_path / 'run.mcap', [LITTLE + data] * 2, text)
     times_ns, values, _ = numbers_of(recording.files, '/t', field)
     assert times_ns.tolist() == [MS_NS, 2 * MS_NS]
@@ -359,9 +355,9 @@ def test_a_definition_in_idl_is_read(tmp_path: Path):
         '{;',
     ],
 )
-def test_text_of_4_mb_that_is_no_idl_is_read_to_its_end(unit: str):
+def test_text_of_1_mb_that_is_no_idl_is_read_to_its_end(unit: str):
     for begin in ('', 'typedef', 'struct a { sequence<', 'struct a {'):
-        text = begin + unit * (DEFINITION_MOST.most // len(unit))
+        text = begin + unit * (DEFINITION_MOST.most // 4 // len(unit))
         assert len(text_of_idl(text)) <= 2 * len(text)
 
 
@@ -418,9 +414,7 @@ def test_numbers_in_json_are_read_at_their_stamps(tmp_path: Path):
         ({'x': 10**400}, 'is not JSON'),
     ],
 )
-def test_json_without_that_number_or_with_another_stamp_is_refused(
-    message: object, told: str, tmp_path: Path
-):
+def test_json_without_that_number_or_with_another_stamp_is_refused(message, told, tmp_path):
     with pytest.raises(StickSlipError, match=told):
         numbers_of([in_json(tmp_path / 'a.mcap', message)], '/t', 'x')
 

@@ -41,10 +41,7 @@ from stickslip_ros.recording.recover import recover_file
 GIGA = 1 << 30
 ROOM_BYTES = 100 << 20  # what may be taken beside what the process has
 LARGE_BYTES = 2 * ROOM_BYTES
-NUMBERS = [
-    Schema(1, b'float64 data', 'ros2msg', FLOAT64),
-    Channel(1, '/u', 'cdr', {}, 1),
-]
+NUMBERS = [Schema(1, b'float64 data', 'ros2msg', FLOAT64), Channel(1, '/u', 'cdr', {}, 1)]
 
 
 def encoded(*records: McapRecord) -> bytes:
@@ -136,9 +133,7 @@ HOSTILE: dict[str, tuple[Callable[[], Chunk], str]] = {
 
 
 @pytest.mark.parametrize('kind', HOSTILE)
-def test_a_chunk_that_is_not_what_it_announces_is_refused_in_little_memory(
-    kind: str, tmp_path: Path
-):
+def test_a_chunk_that_is_not_what_it_announces_is_refused_in_little_memory(kind, tmp_path):
     chunk, told = HOSTILE[kind]
     path = hand_made(tmp_path / 'run.mcap', plain(message(5, 1.5)), chunk())
     with memory_limited_to(ROOM_BYTES):
@@ -150,9 +145,7 @@ def test_a_chunk_that_is_not_what_it_announces_is_refused_in_little_memory(
     assert list(Recording(tmp_path / 'output.mcap').messages()) == [('/u', 5, 1.5)]
 
 
-def test_chunks_of_one_time_are_not_all_opened_if_they_are_large(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
+def test_chunks_of_one_time_are_not_all_opened_if_they_are_large(tmp_path, monkeypatch):
     parts = [plain(*(message(k) for k in range(100))) for _ in range(3)]
     path = hand_made(tmp_path / 'run.mcap', *parts)
     monkeypatch.setattr(chunks, 'CHUNK_MAX_BYTES', 2 * parts[0].uncompressed_size)
@@ -236,9 +229,7 @@ def test_a_small_chunk_does_not_unpack_to_many_records(kind: str, tmp_path: Path
         assert len(list(Recording(path).records())) == 50_000
 
 
-def test_a_large_file_without_chunks_is_recovered_into_chunks(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
+def test_a_large_file_without_chunks_is_recovered_into_chunks(tmp_path, monkeypatch):
     rows = [(at, at, float(at)) for at in range(100)]
     path = foreign_numbers(tmp_path / 'run.mcap', rows, use_chunking=False)
     monkeypatch.setattr(chunks, 'CHUNK_MAX_BYTES', path.stat().st_size // 2)

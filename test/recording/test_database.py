@@ -69,9 +69,7 @@ def numbers(count: int = 3) -> list[tuple[int, int, int, bytes]]:
     return [(row + 1, 5, 100 * row, cdr.pack_float64(row + 0.5)) for row in range(count)]
 
 
-def test_a_bag_of_either_storage_has_the_same_content(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
+def test_a_bag_of_either_storage_has_the_same_content(tmp_path, monkeypatch):
     monkeypatch.setattr(database, '_BLOCK_BYTES', 300)  # several blocks
     mcap = Recording(write_bag(tmp_path / 'mcap', StoragePlugin.MCAP))
     bag = write_bag(tmp_path / 'sqlite3', StoragePlugin.SQLITE3)
@@ -116,9 +114,7 @@ def test_a_directory_without_description_is_called_that_and_recover_describes_it
     assert [each.messages for each in Recording(bag).channels] == [ROWS] * 2
 
 
-def test_a_file_without_definitions_is_read_by_the_types_of_this_machine(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
+def test_a_file_without_definitions_is_read_by_the_types_of_this_machine(tmp_path, monkeypatch):
     rows = numbers()
     assert Recording(humble(tmp_path / 'a.db3', rows)).series('t').value.tolist() == [
         0.5,

@@ -16,7 +16,8 @@ from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.message_types import FLOAT64
 from stickslip_ros.recording.layout import FileForm, Layout
 from stickslip_ros.recording.recover import recover_file
-from stickslip_ros.recording.storage import RunFiles, Stored
+from stickslip_ros.recording.storage import RunFiles
+from stickslip_ros.recording.writer import Stored
 
 MESSAGES = 100
 SECTOR_BYTES = 128
@@ -26,9 +27,7 @@ KILLS = 4
 
 
 @pytest.mark.parametrize('compression', ['zstd', 'lz4', 'none'])
-def test_no_moment_loses_what_was_secured(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, compression: str
-):
+def test_no_moment_loses_what_was_secured(tmp_path, monkeypatch, compression):
     """
     The file only grows, so a kill leaves a beginning of it.
 

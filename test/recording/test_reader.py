@@ -57,9 +57,7 @@ def content_of(path: Path) -> tuple:
     return recording.channels, recording.metadata, recording.attachments, messages
 
 
-def test_messages_come_back_in_the_order_of_their_times(
-    recording: Recording, run: Run, channels: list[Channel]
-):
+def test_messages_come_back_in_the_order_of_their_times(recording, run, channels):
     types = {each.topic: each.type_name for each in channels}
     expected = [(topic, at, written(cdr.unpack(types[topic], data))) for topic, at, data in run]
     assert [(topic, at, written(each)) for topic, at, each in recording.messages()] == expected
@@ -121,9 +119,7 @@ def test_a_recording_without_messages_opens(tmp_path: Path):
         ('trace', 'force', 'N', 5 * 19e-3),
     ],
 )
-def test_a_quantity_is_asked_for_by_topic_and_field(
-    recording: Recording, topic: str, field: str, unit: str, last: float
-):
+def test_a_quantity_is_asked_for_by_topic_and_field(recording, topic, field, unit, last):
     series = recording.series(topic, field)
     assert series.unit == unit
     assert series.value[-1] == pytest.approx(last, rel=1e-12, abs=0)
@@ -204,9 +200,7 @@ def test_a_file_without_chunks_is_read_in_the_order_of_time(tmp_path: Path):
     assert (recording.channels[0].first_ns, recording.channels[0].last_ns) == (5, 7)
 
 
-def test_a_run_of_many_topics_is_counted_message_by_message_to_the_same_end(
-    recorded: Path, monkeypatch: pytest.MonkeyPatch
-):
+def test_a_run_of_many_topics_is_counted_message_by_message_to_the_same_end(recorded, monkeypatch):
     by_summary = Recording(recorded).channels
     assert len(by_summary) < reader.TOPICS_MOST
     monkeypatch.setattr(reader, 'TOPICS_MOST', len(by_summary))
@@ -265,9 +259,7 @@ HOSTILE: dict[str, tuple[bytes | Callable[[bytes], bytes], str]] = {
 
 
 @pytest.mark.parametrize('kind', HOSTILE)
-def test_a_file_that_is_not_whole_or_of_another_kind_is_refused(
-    recorded: Path, damaged: Path, kind: str
-):
+def test_a_file_that_is_not_whole_or_of_another_kind_is_refused(recorded, damaged, kind):
     content, refusal = HOSTILE[kind]
     damaged.write_bytes(content if isinstance(content, bytes) else content(recorded.read_bytes()))
     with pytest.raises(RecordingError, match=refusal):
@@ -289,9 +281,7 @@ def test_a_file_without_summary_is_read(tmp_path: Path, use_chunking: bool):
 
 @settings(derandomize=True, deadline=None, max_examples=100)
 @given(st.data())
-def test_a_file_that_was_cut_off_is_refused_wherever_it_was_cut(
-    recorded: Path, damaged: Path, data: st.DataObject
-):
+def test_a_file_that_was_cut_off_is_refused_wherever_it_was_cut(recorded, damaged, data):
     whole = recorded.read_bytes()
     damaged.write_bytes(whole[: data.draw(st.integers(8, len(whole) - 1))])
     with pytest.raises(RecordingError, match='its end is missing'):

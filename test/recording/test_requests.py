@@ -26,7 +26,7 @@ from stickslip_ros.interface import cdr
 from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.interface.feed import Packed
 from stickslip_ros.interface.requests import pack_command, pack_request, receive_request
-from stickslip_ros.interface.topics import COMMAND_TOPICS, Topic
+from stickslip_ros.interface.topics import COMMAND_TOPICS
 from stickslip_ros.message_types import FLOAT64, STRING
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording, compare_data, data_digest
@@ -97,22 +97,9 @@ def test_topics_have_the_names_in_a_recording_that_they_always_had(tmp_path):
     topics = {name: json.loads(text)['topic'] for name, text in names.items()}
     assert (topics['voltage'], topics['piezo']) == ('/command/voltage', '/voltage')
     assert (topics['target'], topics['position']) == ('/command/position', '/position')
-    assert topics.keys() - {'voltage', 'piezo', 'target', 'position'} == {
-        'sawtooth',
-        'steps',
-        'jog',
-        'waveform',
-        'load',
-        'preload',
-        'joint',
-        'joint_states',
-        'force',
-        'trace',
-        'status',
-        'event',
-        'request',
-        'info',
-    }
+    others = 'sawtooth steps jog waveform load preload joint joint_states force trace status event'
+    named = {'voltage', 'piezo', 'target', 'position', 'request', 'info', *others.split()}
+    assert topics.keys() == named
 
 
 def test_a_recording_that_is_no_run_has_no_requests(tmp_path):
@@ -158,13 +145,9 @@ def test_equal_recordings_are_equal_and_the_first_difference_is_named(tmp_path):
     assert compare_data(one, short) is not None
 
 
-def topic_of(name: str) -> Topic:
-    return BY_NAME[name]
-
-
 def received(name: str, message: Any) -> Request:
     """Give what the drive makes of a message that ROS has serialised."""
-    return receive_request(topic_of(name), bytes(serialize_message(message)))
+    return receive_request(BY_NAME[name], bytes(serialize_message(message)))
 
 
 def waveform(dims: list[tuple[int, int]], count: int, offset: int = 0) -> Float64MultiArray:
@@ -188,11 +171,9 @@ def waveform(dims: list[tuple[int, int]], count: int, offset: int = 0) -> Float6
         ('preload', 0.3, (0.3,)),
     ],
 )
-def test_a_value_goes_through_its_message_to_the_request(
-    name: str, value: object, values: tuple[float, ...]
-):
-    data = pack_command(topic_of(name), value)
-    request = received(name, deserialize_message(data, MESSAGE_TYPES[topic_of(name).type_name]))
+def test_a_value_goes_through_its_message_to_the_request(name, value, values):
+    data = pack_command(BY_NAME[name], value)
+    request = received(name, deserialize_message(data, MESSAGE_TYPES[BY_NAME[name].type_name]))
     assert Request(request.name, tuple(request.values)) == Request(name, values)
 
 
@@ -208,12 +189,7 @@ def test_a_value_goes_through_its_message_to_the_request(
         ('waveform', (0, 0, 1, 5), 'often', "cycles 'often' is not a whole number"),
         ('voltage', ['much'], 1, r"voltage \['much'\] is not a list of numbers; send voltage V"),
         ('voltage', {}, 1, 'voltage {} is not a list of numbers'),
-        (
-            'sawtooth',
-            ['300', '', 0],
-            1,
-            'sawtooth .* is not a list of numbers; send amplitude',
-        ),
+        ('sawtooth', ['300', '', 0], 1, 'sawtooth .* is not a list of numbers; send amplitude'),
         ('sawtooth', [[1], [2, 3]], 1, 'sawtooth .* is not a list of numbers'),
         ('voltage', 'much', 1, "voltage 'much' is not a list of numbers; send voltage V"),
         pytest.param('voltage', 10**400, 1, 'voltage 1000.* is not a list', id='huge'),
@@ -222,27 +198,19 @@ def test_a_value_goes_through_its_message_to_the_request(
         ('position', (0, 0, 0, 0), 1, 'position .* is not 1 to 3 numbers; send x m, y m, z m'),
     ],
 )
-def test_what_a_message_cannot_carry_is_refused_whoever_sends_it(
-    name: str, value: Any, cycles: Any, why: str
-):
+def test_what_a_message_cannot_carry_is_refused_whoever_sends_it(name, value, cycles, why):
     with pytest.raises((OutOfRange, WrongKind), match=why):
-        pack_command(topic_of(name), value, cycles=cycles)
+        pack_command(BY_NAME[name], value, cycles=cycles)
 
 
 @pytest.mark.parametrize(('name', 'value'), [('steps', -(2**31)), ('steps', 2**31 - 1)])
 def test_a_message_carries_every_number_of_its_field(name: str, value: int):
-    assert receive_request(topic_of(name), pack_command(topic_of(name), value)).values == (value,)
+    assert receive_request(BY_NAME[name], pack_command(BY_NAME[name], value)).values == (value,)
 
 
 def test_every_command_topic_is_covered():
     assert set(BY_NAME) == {name for name, row in COMMANDS.items() if row.has_topic} | {'grant'}
     assert len(BY_NAME) == 10
-
-
-def test_the_stamp_of_a_target_reaches_the_request():
-    message = PointStamped()
-    message.header.stamp = Time(sec=1_800_000_000, nanosec=123_456_789)
-    assert received('position', message).stamp_ns == 1_800_000_000_123_456_789
 
 
 def test_a_stamp_that_no_header_can_hold_is_refused():
@@ -252,12 +220,14 @@ def test_a_stamp_that_no_header_can_hold_is_refused():
         received('position', message)
 
 
-def test_all_coordinates_of_a_target_and_its_frame_reach_the_request():
+def test_all_coordinates_of_a_target_its_frame_and_its_stamp_reach_the_request():
     message = PointStamped()
     message.header.frame_id = 'camera'
+    message.header.stamp = Time(sec=1_800_000_000, nanosec=123_456_789)
     message.point.x, message.point.y, message.point.z = 1.0, 2.0, 3.0
     request = received('position', message)
     assert (request.values, request.frame_id) == ((1.0, 2.0, 3.0), 'camera')
+    assert request.stamp_ns == 1_800_000_000_123_456_789
 
 
 @pytest.mark.parametrize(
@@ -284,15 +254,15 @@ def test_what_follows_a_frame_is_a_tag():
 @pytest.mark.parametrize('name', ['voltage', 'steps'])
 def test_a_tag_without_room_is_refused_whoever_sends_it(name: str):
     with pytest.raises(WrongKind, match=f"tag of {name} 'left' is not none: it has no room; "):
-        pack_command(topic_of(name), 1, tag='left')
+        pack_command(BY_NAME[name], 1, tag='left')
 
 
 def test_a_message_without_a_tag_has_the_bytes_that_it_always_had():
-    packed = pack_command(topic_of('sawtooth'), (300.0, 1000.0, 5.0))
+    packed = pack_command(BY_NAME['sawtooth'], (300.0, 1000.0, 5.0))
     labels = (b'amplitude[V],frequency[Hz],steps',)
     assert all(label in packed for label in labels)
     assert b'#' not in packed
-    assert b'cycle' not in pack_command(topic_of('waveform'), (0.0, 0.0, 1.0, 5.0))
+    assert b'cycle' not in pack_command(BY_NAME['waveform'], (0.0, 0.0, 1.0, 5.0))
 
 
 def test_names_and_arrays_of_joints_reach_the_request_as_they_are():
@@ -304,10 +274,10 @@ def test_names_and_arrays_of_joints_reach_the_request_as_they_are():
 
 
 def test_a_position_without_more_is_a_joint_without_a_name():
-    data = pack_command(topic_of('joint'), 2e-6)
-    assert receive_request(topic_of('joint'), data).joints == Joints((), (2e-6,))
-    data = pack_command(topic_of('joint'), (math.nan, 1e-5))
-    assert receive_request(topic_of('joint'), data).joints.velocities == (1e-5,)
+    data = pack_command(BY_NAME['joint'], 2e-6)
+    assert receive_request(BY_NAME['joint'], data).joints == Joints((), (2e-6,))
+    data = pack_command(BY_NAME['joint'], (math.nan, 1e-5))
+    assert receive_request(BY_NAME['joint'], data).joints.velocities == (1e-5,)
 
 
 def test_more_joints_than_a_robot_has_are_refused():
@@ -353,31 +323,20 @@ def test_a_cycle_does_not_excuse_a_layout_of_other_columns():
         received('waveform', message)
 
 
-@pytest.mark.parametrize(
-    'message',
-    [
-        waveform([(6, 6)], 6),
-        waveform([(2, 6), (3, 3)], 6),
-        waveform([(3, 2), (2, 6)], 6),
-        waveform([(3, 6), (2, 1)], 6),
-        waveform([(2, 4), (2, 2)], 6),
-        waveform([(1, 6), (3, 6), (2, 2)], 6),
-        waveform([(2, 4), (2, 2)], 5),
-        waveform([(3, 6), (2, 2)], 6, offset=1),
-        waveform([], 6, offset=2),
-    ],
-    ids=[
-        'one axis',
-        'columns',
-        'column-major',
-        'stride',
-        'fewer',
-        'three axes',
-        'odd',
-        'offset',
-        'offset alone',
-    ],
-)
+NOT_ROWS = {
+    'one axis': waveform([(6, 6)], 6),
+    'columns': waveform([(2, 6), (3, 3)], 6),
+    'column-major': waveform([(3, 2), (2, 6)], 6),
+    'stride': waveform([(3, 6), (2, 1)], 6),
+    'fewer': waveform([(2, 4), (2, 2)], 6),
+    'three axes': waveform([(1, 6), (3, 6), (2, 2)], 6),
+    'odd': waveform([(2, 4), (2, 2)], 5),
+    'offset': waveform([(3, 6), (2, 2)], 6, offset=1),
+    'offset alone': waveform([], 6, offset=2),
+}
+
+
+@pytest.mark.parametrize('message', NOT_ROWS.values(), ids=NOT_ROWS)
 def test_a_layout_that_is_not_rows_of_two_is_refused(message: Float64MultiArray):
     with pytest.raises(WrongKind, match='rows of two; say'):
         received('waveform', message)
@@ -397,4 +356,4 @@ def test_the_longest_waveform_is_taken_and_a_longer_one_refused():
 
 def test_bytes_that_are_no_message_of_the_topic_are_refused():
     with pytest.raises(RecordingError, match='check the type of the topic'):
-        receive_request(topic_of('load'), pack_command(topic_of('voltage'), 1.0))
+        receive_request(BY_NAME['load'], pack_command(BY_NAME['voltage'], 1.0))

@@ -19,7 +19,7 @@ from stickslip_ros.recording import chunks
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.run import ReportingBench, RunWriter
-from stickslip_ros.recording.run_file import CHECKPOINT_FILE
+from stickslip_ros.recording.run_file import CHECKPOINT_FILE, PARAMETERS_FILE, info_json
 
 BLOCK_NS = Parameters().block_ns
 MOVE, NOTE = Request('sawtooth', (300.0, 1000.0, 2.0)), Request('tare_force')
@@ -46,9 +46,7 @@ def test_the_same_messages_are_written_and_published_but_for_commands_and_what_i
     assert published[0].key == 'request'
 
 
-def test_a_recording_begins_with_the_status_last_published_and_ends_when_it_is_exchanged(
-    tmp_path: Path,
-):
+def test_a_recording_begins_with_the_status_last_published_and_ends_when_it_is_exchanged(tmp_path):
     run = ReportingBench(Parameters())
     run.update(BLOCK_NS, [MOVE])
     with RunWriter(tmp_path / 'run.mcap', Parameters(), wait=True) as writer:
@@ -173,9 +171,7 @@ def in_parts(tmp_path_factory: pytest.TempPathFactory) -> Recording:
 @pytest.mark.parametrize(
     'window_s', [(0.0, 0.02), (0.0137, 0.0711), (0.05, 0.05), (0.09, 7.0), (3.0, 4.0)]
 )
-def test_a_stretch_has_what_the_whole_has_there(
-    in_parts: Recording, window_s: tuple[float, float]
-):
+def test_a_stretch_has_what_the_whole_has_there(in_parts, window_s):
     part, trace = in_parts.within(*window_s), in_parts.trace()
     pairs = [(part.series('position'), in_parts.series('position'))]
     pairs += [(each, trace[name]) for name, each in part.trace().items()]
@@ -186,9 +182,7 @@ def test_a_stretch_has_what_the_whole_has_there(
     assert part.trace().keys() in (set(), trace.keys())
 
 
-def test_of_a_stretch_no_more_chunks_are_opened_than_it_takes(
-    in_parts: Recording, monkeypatch: pytest.MonkeyPatch
-):
+def test_of_a_stretch_no_more_chunks_are_opened_than_it_takes(in_parts, monkeypatch):
     opened, unpack = [], chunks.unpack_chunk
 
     def noted(chunk: Any) -> bytes:
@@ -207,3 +201,13 @@ def test_a_recording_tells_from_when_to_when_it_goes(in_parts: Recording, tmp_pa
     assert in_parts.span_s == (0.0, 0.1)
     RunWriter(tmp_path / 'empty.mcap', Parameters()).close()
     assert all(math.isnan(each) for each in Recording(tmp_path / 'empty.mcap').span_s)
+
+
+def test_stands_that_differ_in_the_sign_of_a_zero_have_texts_of_their_own(tmp_path: Path):
+    stands = [Parameters().updated({'limits.soft_min': zero}) for zero in (0.0, -0.0)]
+    assert stands[0] == stands[1]
+    for stand, zero in zip(stands, ('0.0', '-0.0'), strict=True):
+        assert f'"limits.soft_min": {zero},' in info_json(stand, 0)
+        path = tmp_path / f'run{zero}.mcap'
+        RunWriter(path, stand).close()
+        assert f'soft_min: {zero}\n' in Recording(path).attachments[PARAMETERS_FILE][1].decode()

@@ -7,7 +7,6 @@ import gc
 import os
 import subprocess
 from collections.abc import Callable, Iterator, Mapping
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -36,9 +35,7 @@ def default_blocks() -> None:
 
 
 @pytest.fixture
-def start_drive(
-    request: pytest.FixtureRequest, start_drive: Callable[..., Stand]
-) -> Callable[..., Stand]:
+def start_drive(request, start_drive) -> Callable[..., Stand]:
     """Give the function with longer blocks in real time, which take less of the processor."""
     if 'default_blocks' in request.fixturenames:
         return start_drive
@@ -73,9 +70,7 @@ def started() -> list[subprocess.Popen[str]]:
 
 
 @pytest.fixture
-def start(
-    ros_domain: int, tmp_path: Path, started: list[subprocess.Popen[str]]
-) -> Iterator[Callable[..., subprocess.Popen[str]]]:
+def start(ros_domain, tmp_path, started) -> Iterator[Callable[..., subprocess.Popen[str]]]:
     """Give a function that starts the executable; what still runs at the end is killed."""
 
     def start_one(*words: str) -> subprocess.Popen[str]:
@@ -96,9 +91,7 @@ def start(
 
 
 @pytest.fixture
-def meet(
-    ros_domain: int, started: list[subprocess.Popen[str]]
-) -> Iterator[Callable[..., Operator]]:
+def meet(ros_domain, started) -> Iterator[Callable[..., Operator]]:
     """Give a function that gives an operator who hears the drive."""
     met: list[tuple[Operator, Context]] = []
 

@@ -71,6 +71,7 @@ class OddMessages:
         plain: dict[str, Callable[[], Any]] = {
             'double': self._number,
             'string': lambda: self._random.choice(TEXTS + LABELS),
+            'boolean': lambda: self._random.random() < 0.5,
             'octet': lambda: self._random.randbytes(1),
         }
         if typed in plain:

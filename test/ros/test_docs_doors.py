@@ -186,9 +186,7 @@ def say_on(console: Console) -> None:
         console.socket.sendall(b'x' * 1_000_000)
 
 
-def test_the_console_stands_long_lines_heaps_of_queries_crowds_and_strangers(
-    console: Callable[[], Console], port: int
-):
+def test_the_console_stands_long_lines_heaps_of_queries_crowds_and_strangers(console, port):
     first, second = console(), console()
     queries = b'getf 1\r\n' * QUERIES
     sending = threading.Thread(target=first.socket.sendall, args=(queries,), daemon=True)

@@ -97,9 +97,7 @@ def test_clients_without_a_password_lock_nobody_out(anc300: ModuleType):
     talk(anc300, act)
 
 
-def test_after_three_wrong_passwords_or_a_silence_the_console_closes(
-    anc300: ModuleType, monkeypatch: pytest.MonkeyPatch
-):
+def test_after_three_wrong_passwords_or_a_silence_the_console_closes(anc300, monkeypatch):
     async def act(connect: Connect) -> None:
         reader, writer = await connect()
         writer.write(b'wrong\r\n' * 200 + f'{PASSWORD}\r\n'.encode())

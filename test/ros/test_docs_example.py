@@ -5,28 +5,17 @@
 
 import importlib
 import json
-import re
 import runpy
-import shlex
 import shutil
-import signal
-import subprocess
 import sys
-from collections.abc import Iterable
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 import matplotlib.pyplot as plt
 import pytest
-from executables import BIN, end
-from processes import run_process, start_process
+from pages import DOCS, blocks_of
+from processes import run_process
 
-from stickslip_ros import CompareOptions, compare, open_run
-from stickslip_ros.lab.cli.main import main
-from stickslip_ros.process.signals import STOPPED
-
-DOCS = Path(__file__).parents[2] / 'docs'
 CLOCK_AHEAD_S = 5021.3
 HALF_A_ROW_S = 1e-4
 NOISE_M = 1e-9
@@ -57,18 +46,11 @@ print(json.dumps(move(node, publisher, events, {target_m})))
 """
 
 
-def examples(page: str) -> list[str]:
-    """Give the blocks of Python of a page."""
-    text = (DOCS / page).read_text(encoding='utf-8')
-    return re.findall(r'^```python\n(.*?)^```', text, re.DOTALL | re.MULTILINE)
-
-
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
     """Write the two Python blocks of the page about tests into the files that it names."""
-    conftest, tests = examples('howto/test_a_controller.md')
-    (tmp_path / 'conftest.py').write_text(conftest)
-    (tmp_path / 'test_controller.py').write_text(tests)
+    for block in blocks_of(DOCS / 'howto/test_a_controller.md', 'python'):
+        (tmp_path / block.file).write_text(block.text)
     return tmp_path
 
 
@@ -91,70 +73,16 @@ def test_the_example_of_the_page_fails_where_its_controller_cannot_reach_the_tar
     assert run_pytest(project).startswith('1 failed, 1 passed')
 
 
-def test_five_lines_wait_for_the_end_of_ones_own_command(
-    stand: Any, ros_domain: int, monkeypatch: pytest.MonkeyPatch
-):
+def test_five_lines_wait_for_the_end_of_ones_own_command(stand, ros_domain, monkeypatch):
     stand.operator.command('load', 0.01)
     stand.operator.wait_for_event('load', 0)
     monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
-    [example] = examples('reference/moves.md')
-    program = MOVER.format(example=example, target_m=20e-9)
+    [example] = blocks_of(DOCS / 'reference/moves.md', 'python')
+    program = MOVER.format(example=example.text, target_m=20e-9)
     done = run_process([sys.executable, '-c', program], check=True)
     event = json.loads(done.stdout)
     assert (event['command'], event['number'], event['result']) == ('position', 2, 'DONE')
     assert event['sent_ns'] > 0
-
-
-def typed(page: str, folder: Path) -> list[list[str]]:
-    """Write the blocks of Python of a page into the files that they name; give its commands."""
-    for block in examples(page):
-        (folder / block.split()[1]).write_text(block)
-    text = (DOCS / page).read_text(encoding='utf-8').replace('\\\n', ' ')
-    lines = ''.join(re.findall(r'^```sh\n(.*?)^```', text, re.DOTALL | re.MULTILINE)).splitlines()
-    return [shlex.split(line) for line in lines]
-
-
-def start(*command: str) -> 'subprocess.Popen[str]':
-    """Start what a page types beside other programs; the panel takes a free port."""
-    words = [*command, '--port', '0'] if command[1] == 'panel' else command
-    return start_process([BIN / words[0], *words[1:]], stdout=subprocess.PIPE)
-
-
-def walk(commands: Iterable[list[str]]) -> None:
-    """Carry out commands; Ctrl-C ends the drive after its controller, and the panel."""
-    with ExitStack() as processes:
-        for program, *words in commands:
-            if words[0] == 'drive':
-                drive = processes.enter_context(start(program, *words))
-                processes.callback(drive.kill)
-            elif words[0] == 'panel':
-                panel = processes.enter_context(start(program, *words))
-                processes.callback(panel.kill)
-                assert panel.stdout.readline().startswith('the panel is at http://127.0.0.1:')
-                assert end(panel, signal.SIGINT)[0] == STOPPED
-            elif program == 'python':
-                run_process([sys.executable, *words], check=True)
-                if words == ['controller.py']:
-                    assert end(drive, signal.SIGINT)[0] == 0
-            else:
-                assert main(words) == 0, words
-
-
-@pytest.mark.slow  # a drive and six verbs
-def test_the_walk_leads_from_a_drive_to_the_comparison_with_a_measurement(
-    ros_domain: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
-    monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
-    monkeypatch.chdir(tmp_path)
-    commands = typed('start/ros_developer.md', tmp_path)
-    walk(commands)
-    assert ['stickslip', 'replay', 'runs/walk.mcap'] in commands  # ends with 0 if it is identical
-    position_m = open_run('runs/walk.mcap').frame['position_m'].iloc[-1]
-    assert position_m == pytest.approx(1e-6, abs=NOISE_M)
-    aligned = compare('runs/stage.mcap', 'measured.csv', options=CompareOptions(align=True))
-    assert aligned.alignment.shift_s == pytest.approx(-CLOCK_AHEAD_S, abs=HALF_A_ROW_S)
-    assert abs(aligned.quantities[0].agreement.bias) < NOISE_M
-    assert Path('runs/walk.html').exists()
 
 
 def test_the_map_of_steps_is_the_table_of_its_page_and_a_load_speeds_the_runner_up(
@@ -179,10 +107,9 @@ def test_the_tests_of_the_example_package_pass(tmp_path: Path, monkeypatch: pyte
 def test_the_cells_of_the_design_predict_what_the_drive_does(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.syspath_prepend(str(EXAMPLE))
     monkeypatch.setenv('MPLBACKEND', 'agg')
-    text = (DOCS / 'howto' / 'design_a_controller.md').read_text(encoding='utf-8')
     names: dict[str, Any] = {}
-    for cell in re.findall(r'```{code-cell}\n(.*?)```', text, re.DOTALL):
-        exec(compile(cell, 'design_a_controller.md', 'exec'), names)
+    for cell in blocks_of(DOCS / 'howto' / 'design_a_controller.md', '{code-cell}'):
+        exec(compile(cell.text, 'design_a_controller.md', 'exec'), names)
     plt.close('all')
     assert abs(names['read_um'] - names['predicted_um']).max() < PREDICTED_UM
     assert names['margins'][:2] == pytest.approx((8.67, 81.3), rel=1e-2)

@@ -106,12 +106,7 @@ def test_a_refused_parameter_is_one_clear_line_and_status_2(start: Callable):
         (('--ros-args', '-p', 'sim.seeds:=[]'), "parameter 'sim.seeds' is not known; did you"),
     ],
 )
-def test_a_word_that_nobody_heeds_is_refused(
-    words: tuple[str, ...],
-    line: str,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-):
+def test_a_word_that_nobody_heeds_is_refused(words, line, monkeypatch, capsys):
     for step in ('begin', 'wake_in_time', 'stay_on_this_host'):  # for a process of its own
         monkeypatch.setattr(executable, step, lambda: None)
     assert drive(['drive', *words]) == 2
@@ -204,9 +199,7 @@ def test_a_signal_during_imports_ends_an_executable_in_one_line(words: list[str]
 
 @pytest.mark.parametrize('records', [pytest.param(False, marks=pytest.mark.slow), True])
 @pytest.mark.parametrize('seed', [0, pytest.param(1, marks=pytest.mark.slow)])
-def test_signals_from_a_random_moment_on_leave_a_whole_recording(
-    start: Callable, tmp_path: Path, seed: int, records: bool
-):
+def test_signals_from_a_random_moment_on_leave_a_whole_recording(start, tmp_path, seed, records):
     chance = random.Random(seed)
     words = ('-p', 'record.on_start:=true', '-p', f'record.directory:={tmp_path}')
     process = start(*DRIVE, '--ros-args', *words)
@@ -231,9 +224,7 @@ def test_signals_from_a_random_moment_on_leave_a_whole_recording(
 
 
 @pytest.mark.parametrize('words', [DRIVE, pytest.param(CLI_DRIVE, marks=pytest.mark.slow)])
-def test_signals_until_the_process_is_gone_do_not_kill_it(
-    start: Callable, meet: Callable, words: tuple[str, ...]
-):
+def test_signals_until_the_process_is_gone_do_not_kill_it(start, meet, words):
     """The interpreter takes its time to end, and gives signals with handlers back to death."""
     process = start(*words)
     operator = meet(wait=False)
@@ -251,9 +242,7 @@ EVERYWHERE, ON_THIS_HOST = '00000000', '0100007F'
 @pytest.mark.parametrize(
     ('given', 'kept'), [(None, 'LOCALHOST'), ('', 'LOCALHOST'), ('SUBNET', 'SUBNET')]
 )
-def test_discovery_leaves_this_host_only_if_it_was_told_to(
-    monkeypatch: pytest.MonkeyPatch, given: str | None, kept: str
-):
+def test_discovery_leaves_this_host_only_if_it_was_told_to(monkeypatch, given, kept):
     monkeypatch.setenv(DISCOVERY_VARIABLE, given or '')
     if given is None:
         monkeypatch.delenv(DISCOVERY_VARIABLE)
@@ -279,9 +268,7 @@ def udp_addresses(pid: int, domain: int) -> set[str]:
     return {address for address, port in udp_sockets(pid) if port in of_domain}
 
 
-def test_the_profile_binds_the_ports_of_the_domain_to_this_host(
-    start: Callable, meet: Callable, ros_domain: int
-):
+def test_the_profile_binds_the_ports_of_the_domain_to_this_host(start, meet, ros_domain):
     names = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')  # Jazzy, Kilted
     process = start('env', *(f'{name}={PROFILE}' for name in names), *DRIVE)
     operator = meet()  # has no profile, and hears the drive

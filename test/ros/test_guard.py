@@ -84,9 +84,7 @@ def reported(node: GuardedNode, status: Any) -> None:
     assert values['last_refused'] == node.guard.last != ''
 
 
-def test_a_drive_outlives_what_is_thrown_at_each_of_its_subscriptions(
-    start: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
-):
+def test_a_drive_outlives_what_is_thrown_at_each_of_its_subscriptions(start, monkeypatch):
     given = {'sim.publish_clock': False, 'use_sim_time': True, 'sim.real_time_factor': 0.0}
     drive = start(StickSlipDrive, given)
     assert {'/clock', '/command/joint'} <= {each.topic_name for each in drive.subscriptions}
@@ -128,9 +126,7 @@ def test_a_twin_outlives_what_is_thrown_at_each_of_its_subscriptions(
 
 
 @pytest.mark.parametrize('field', ['/rig/amplifier.data-x', '/rig/amplifier.data'])
-def test_a_twin_outlives_a_topic_that_it_cannot_read(
-    start: Callable[..., Any], context: Context, field: str, monkeypatch: pytest.MonkeyPatch
-):
+def test_a_twin_outlives_a_topic_that_it_cannot_read(start, context, field, monkeypatch):
     rig = Node('rig', context=context)
     rig.create_publisher(Float64, '/rig/amplifier', 1)
     twin, told = start(StickSlipTwin, {'twin.map': f'voltage_v={field}'}), list[str]()
@@ -171,9 +167,7 @@ def look(link: Link) -> None:
     assert link.twin_frame()
 
 
-def test_a_panel_outlives_what_is_thrown_at_each_of_its_subscriptions(
-    ros_domain: int, monkeypatch: pytest.MonkeyPatch
-):
+def test_a_panel_outlives_what_is_thrown_at_each_of_its_subscriptions(ros_domain, monkeypatch):
     link = Link(domain=ros_domain)
     try:
         throw(link._node, 3, lambda: look(link))

@@ -77,9 +77,7 @@ def run(start_drive: Callable, path: Path, delay_s: float = 0.0) -> tuple[Any, C
     return stand, controller
 
 
-def test_an_unmodified_node_with_timers_and_services_gets_the_same_bytes(
-    start_drive: Callable, tmp_path: Path
-):
+def test_an_unmodified_node_with_timers_and_services_gets_the_same_bytes(start_drive, tmp_path):
     files = []
     for delay_s in (0.0, 2e-3):
         stand, controller = run(start_drive, tmp_path / 'run.mcap', delay_s)

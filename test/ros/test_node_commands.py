@@ -5,7 +5,7 @@
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import pytest
@@ -42,9 +42,7 @@ NAMES = [topic.request for topic in COMMAND_TOPICS if topic.request != 'grant']
 
 
 @pytest.mark.parametrize('name', NAMES)
-def test_a_bad_command_is_refused_and_the_next_good_one_is_carried_out(
-    start_drive: Callable, name: str
-):
+def test_a_bad_command_is_refused_and_the_next_good_one_is_carried_out(start_drive, name):
     stand = start_drive({'load_cell.contact': 'absent', 'runner.damping': 5.0})
     operator = stand.operator
     operator.command(name, BAD[name])

@@ -62,9 +62,7 @@ def metadata_of(path: Path) -> list[Metadata]:
         return [each for each in StreamReader(stream).records if isinstance(each, Metadata)]
 
 
-def test_two_runs_of_the_node_give_the_same_bytes_but_for_the_wall_clock(
-    start_drive: Callable, tmp_path: Path
-):
+def test_two_runs_of_the_node_give_the_same_bytes_but_for_the_wall_clock(start_drive, tmp_path):
     """Each message has the same bytes; which of them share a chunk is a matter of the clock."""
     first, second = tmp_path / '0.mcap', tmp_path / '1.mcap'
     for path in (first, second):

@@ -4,9 +4,8 @@
 """Diagnostics say whether the drive keeps up, what it refused, and whether the disk keeps up."""
 
 import shutil
-import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -37,32 +36,13 @@ from stickslip_ros.testing import stamp_ns
 pytestmark = pytest.mark.usefixtures('frequent_diagnostics')
 
 TIME_KEYS = {
-    'real_time_factor',
-    'real_time_factor_wanted',
-    'lateness_mean_us',
-    'lateness_p99_us',
-    'lateness_max_us',
-    'ticks',
-    'overruns',
-    'overruns_total',
-    'overruns_work_ms',
-    'overruns_processor_ms',
-    'overruns_rest_ms',
-    'lag_s',
-    'behind_s',
-    'stamps_behind_s',
-    'paused',
-}
+    'real_time_factor', 'real_time_factor_wanted', 'lateness_mean_us', 'lateness_p99_us',
+    'lateness_max_us', 'ticks', 'overruns', 'overruns_total', 'overruns_work_ms',
+    'overruns_processor_ms', 'overruns_rest_ms', 'lag_s', 'behind_s', 'stamps_behind_s', 'paused',
+}  # fmt: skip
 RECORDER_KEYS = {
-    'file',
-    'written',
-    'queued',
-    'queue_peak',
-    'queue_length',
-    'dropped',
-    'length_s',
-    'size_bytes',
-}
+    'file', 'written', 'queued', 'queue_peak', 'queue_length', 'dropped', 'length_s', 'size_bytes',
+}  # fmt: skip
 
 
 def next_parts(stand: Any, heard: list[Any], *, ticked: bool = False) -> dict[str, Any]:
@@ -175,24 +155,13 @@ PACE = PaceReport(
         ({'real_time_factor': 0.91, 'missing_s': 0.09}, DiagnosticStatus.OK),
         ({'real_time_factor': 0.89, 'missing_s': 0.11}, DiagnosticStatus.ERROR),
         ({'real_time_factor': 0.89, 'missing_s': 0.11, 'overruns': 9}, DiagnosticStatus.ERROR),
-        ({'real_time_factor': 0.0, 'missing_s': 0.002}, DiagnosticStatus.OK),
+        ({'real_time_factor': 0.0, 'missing_s': 0.002}, DiagnosticStatus.OK),  # a block on its way
         ({'lag_s': 0.49}, DiagnosticStatus.OK),
         ({'lag_s': 0.51}, DiagnosticStatus.WARN),
-        ({'lateness_max_s': 0.51}, DiagnosticStatus.WARN),
+        ({'lateness_max_s': 0.51}, DiagnosticStatus.WARN),  # a lag that is over
         ({'given_up_s': 70.0}, DiagnosticStatus.WARN),
     ],
-    ids=[
-        'in time',
-        'late',
-        'nearly',
-        'slow',
-        'slow and late',
-        'a block on its way',
-        'a lag',
-        'a long lag',
-        'a lag that is over',
-        'given up',
-    ],
+    ids=str,
 )
 def test_the_level_of_a_pace(changes: dict[str, Any], level: bytes):
     session = Session(Parameters(), lambda _: None)
@@ -200,9 +169,7 @@ def test_the_level_of_a_pace(changes: dict[str, Any], level: bytes):
     assert status.level == level
 
 
-def test_stamps_that_are_far_from_the_time_of_the_system_are_a_warning(
-    monkeypatch: pytest.MonkeyPatch,
-):
+def test_stamps_that_are_far_from_the_time_of_the_system_are_a_warning(monkeypatch):
     session, now_ns = Session(Parameters(), lambda _: None), time.time_ns()
     monkeypatch.setattr(time, 'time_ns', lambda: now_ns)
     said = []
@@ -278,9 +245,7 @@ def test_on_a_host_that_stays_too_slow_the_log_says_so_once_and_at_each_doubling
     assert told == [3 * (2**n - 1) + after for n in range(10) for after in (0, 1)]
 
 
-def test_a_host_that_stays_too_busy_is_told_a_pace_at_which_nothing_is_late(
-    monkeypatch: pytest.MonkeyPatch,
-):
+def test_a_host_that_stays_too_busy_is_told_a_pace_at_which_nothing_is_late(monkeypatch):
     session, now_ns = Session(Parameters(), lambda _: None), time.time_ns()
     monkeypatch.setattr(time, 'time_ns', lambda: now_ns)
     session.worker.time_origin_ns = now_ns - 421 * 10**9
@@ -302,15 +267,6 @@ def test_what_is_behind_because_of_a_preload_on_its_way_says_so_once():
     messages = [pace_status('x', late, session).message for _ in range(2)]
     slow = 'real-time factor 0.5000 instead of 1'
     assert messages == [f'{slow}; a preload on its way steps every spring', slow]
-
-
-@pytest.fixture
-def unshared() -> Iterator[None]:
-    """Keep the interpreter with this thread until it waits: no other one runs meanwhile."""
-    interval_s = sys.getswitchinterval()
-    sys.setswitchinterval(1000.0)
-    yield
-    sys.setswitchinterval(interval_s)
 
 
 def test_a_queue_more_than_half_full_is_a_warning(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
@@ -338,11 +294,7 @@ def test_a_queue_more_than_half_full_is_a_warning(tmp_path: Path, monkeypatch: p
     ],
 )
 def test_a_disk_that_will_be_full_within_an_hour_is_a_warning(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    free_bytes: int,
-    keep_parts: int,
-    told: str,
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, free_bytes: int, keep_parts: int, told: str
 ):
     values = {'record.keep_parts': keep_parts, 'record.split_duration': 60.0}
     parameters = Parameters().updated(values)
@@ -396,9 +348,7 @@ def test_a_node_without_a_drive_that_runs_says_its_state_and_what_was_refused(ma
     last_of_the_drive(manual, heard, ok, 'running')
 
 
-def test_a_node_says_how_far_the_compilation_of_its_kernels_is(
-    manual: Any, monkeypatch: pytest.MonkeyPatch
-):
+def test_a_node_says_how_far_the_compilation_of_its_kernels_is(manual, monkeypatch):
     monkeypatch.setattr(kernel_cache, 'cache_folders', lambda: Folders((), None))
     monkeypatch.setattr(
         'stickslip_ros.runtime.remaining.compile_for',

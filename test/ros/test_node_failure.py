@@ -6,8 +6,6 @@
 import signal
 import sys
 import threading
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -77,9 +75,7 @@ def part_of(stand: Any, heard: list[Any], name: str, level: bytes) -> Diagnostic
 
 @pytest.mark.parametrize('error', [StickSlipError, OSError])
 @pytest.mark.filterwarnings('ignore::pytest.PytestUnhandledThreadExceptionWarning')
-def test_a_failed_drive_is_told_and_its_node_goes_back_to_unconfigured(
-    stand: Any, error: type[Exception]
-):
+def test_a_failed_drive_is_told_and_its_node_goes_back_to_unconfigured(stand, error):
     def fail(*_: object) -> None:
         raise error(WHY)
 
@@ -128,9 +124,7 @@ def test_a_block_that_takes_too_long_is_told_while_it_lasts(stand: Any):
 
 
 @pytest.mark.parametrize('where', ['drive', 'executor'])
-def test_a_kernel_that_never_ends_does_not_keep_the_process(
-    start: Callable[..., Any], tmp_path: Path, where: str
-):
+def test_a_kernel_that_never_ends_does_not_keep_the_process(start, tmp_path, where):
     program = HANGS.format(where=where, folder=tmp_path, messages=MESSAGES)
     process = start(sys.executable, '-c', program)
     assert process.stdout.readline() == 'hangs\n'

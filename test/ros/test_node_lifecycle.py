@@ -5,7 +5,6 @@
 
 import itertools
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -116,9 +115,7 @@ def test_a_drive_outlives_a_refused_rebuild(manual: Any):
 
 
 @pytest.mark.usefixtures('default_blocks')
-def test_cleanup_takes_topics_and_services_away_and_configure_begins_anew(
-    start_drive: Callable, tmp_path: Path
-):
+def test_cleanup_takes_topics_and_services_away_and_configure_begins_anew(start_drive, tmp_path):
     stand = start_drive({'autostart': False, 'record.on_start': True}, wait=False)
     stand.operator.change_state('configure')
     stand.operator.change_state('activate')
@@ -156,9 +153,7 @@ def test_a_transition_that_does_not_fit_the_state_is_refused(manual: Any, transi
     assert manual.operator.change_state('configure')
 
 
-def test_commands_to_an_inactive_drive_move_nothing_then_or_later(
-    start_drive: Callable, perfect_sensors: dict[str, float]
-):
+def test_commands_to_an_inactive_drive_move_nothing_then_or_later(start_drive, perfect_sensors):
     stand = start_drive({'autostart': False, **perfect_sensors}, wait=False)
     stand.operator.change_state('configure')
     operator = stand.operator

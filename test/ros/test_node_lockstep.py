@@ -48,9 +48,7 @@ def wait_for_time(stand: Any, time_ns: int) -> None:
     stand.operator.spin_until(lambda: time_ns_of(stand) == time_ns, f'{time_ns} ns')
 
 
-def test_nothing_happens_before_the_first_grant_and_then_only_what_was_granted(
-    start_drive: Callable,
-):
+def test_nothing_happens_before_the_first_grant_and_then_only_what_was_granted(start_drive):
     stand = start_drive(LOCKSTEP, wait=False)
     operator = stand.operator
     operator.wait_for_topics()
@@ -167,9 +165,7 @@ def controlled_run(start_drive: Callable, path: Path, seed: int) -> Path:
     return path.rename(path.with_name(f'{seed}.mcap'))
 
 
-def test_a_controller_gets_the_same_bytes_whatever_the_delays(
-    start_drive: Callable, tmp_path: Path
-):
+def test_a_controller_gets_the_same_bytes_whatever_the_delays(start_drive, tmp_path):
     files = [controlled_run(start_drive, tmp_path / 'run.mcap', seed) for seed in (1, 2)]
     assert rows_of(files[0]) == rows_of(files[1])
     recording = Recording(files[0])

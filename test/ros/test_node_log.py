@@ -87,9 +87,7 @@ def test_in_lockstep_it_says_what_it_waits_for(start_drive: Callable, log: Log):
     )
 
 
-def test_a_fault_of_the_program_in_a_transition_is_told(
-    start_drive: Callable, log: Log, monkeypatch: pytest.MonkeyPatch
-):
+def test_a_fault_of_the_program_in_a_transition_is_told(start_drive, log, monkeypatch):
     def fail(*_: Any) -> None:
         raise RuntimeError('a fault of the program')
 

@@ -131,6 +131,8 @@ def test_a_parameter_changed_without_a_drive_is_used_by_the_next_one(
         ('stand.preload', float('nan'), 'is not a finite number'),
         ('stand.preload', 'much', "stand.preload 'much' is not a number in"),
         ('stand.preload', [0.5], 'stand.preload [0.5] is not a finite number'),
+        ('stand.preload', True, 'is not a finite number; give a number'),
+        ('stand.preload', [True], 'is not a finite number; give a number'),
         ('stand.preload', [], 'stand.preload [] is not a finite number'),
         ('stand.preload', None, 'stand.preload [] is not a finite number'),
         ('record.name', 3, 'record.name 3 is not a text; put it in quotes'),
@@ -146,6 +148,16 @@ def test_a_parameter_changed_without_a_drive_is_used_by_the_next_one(
         ('trace.sample_rate', 3000.0, 'trace.sample_rate 3000 Hz is a period of'),
         ('sim.seed', -1, 'sim.seed -1 is below the minimum'),
         ('sim.seeds', 1, 'did you mean sim.seed'),
+        ('feet.count', [9, 4], 'feet.count [9, 4] is above 12 feet together; lower it'),
+        ('feet.count', [2, 2, 2], 'is of length 2, but feet.count is of length 3; give a value'),
+        ('feet.count', [2.0, 4.0], 'feet.count 2.0 is not a whole number; give an integer'),
+        ('feet.count', [], 'feet.count [] is not an array of at least one; give one value'),
+        ('feet.count', None, 'feet.count [] is not an array of at least one; give one value'),
+        ('feet.count', ['2', 'x'], "feet.count 'x' is not a whole number; give an integer"),
+        ('feet.gain', [11.0, 1.0], 'feet.gain 11 is above the maximum 10; lower it'),
+        ('feet.delay', 'late', "feet.delay 'late' is not a number in"),
+        ('feet.gain', [True, False], 'feet.gain True is not a finite number'),
+        ('fault.dead_foot', 7, 'fault.dead_foot 7 is above the number of feet, 6; lower it'),
     ],
 )
 @pytest.mark.usefixtures('default_blocks')
@@ -164,29 +176,6 @@ def test_a_bad_change_is_refused_with_a_reason_and_changes_nothing(
     values = values_of(manual.drive)
     changed = Parameters().updated(values).changed()
     assert changed.keys() == {'autostart', 'record.directory'}
-
-
-@pytest.mark.parametrize(
-    ('name', 'value', 'reason'),
-    [
-        ('feet.count', [9, 4], 'feet.count [9, 4] is above 12 feet together; lower it'),
-        ('feet.count', [2, 2, 2], 'is of length 2, but feet.count is of length 3; give a value'),
-        ('feet.count', [2.0, 4.0], 'feet.count 2.0 is not a whole number; give an integer'),
-        ('feet.count', [], 'feet.count [] is not an array of at least one; give one value'),
-        ('feet.count', None, 'feet.count [] is not an array of at least one; give one value'),
-        ('feet.count', ['2', 'x'], "feet.count 'x' is not a whole number; give an integer"),
-        ('feet.gain', [11.0, 1.0], 'feet.gain 11 is above the maximum 10; lower it'),
-        ('feet.delay', 'late', "feet.delay 'late' is not a number in"),
-        ('feet.gain', [True, False], 'feet.gain True is not a finite number'),
-        ('fault.dead_foot', 7, 'fault.dead_foot 7 is above the number of feet, 6; lower it'),
-    ],
-)
-def test_bad_feet_are_refused_with_a_reason(manual: Any, name: str, value: Any, reason: str):
-    before = values_of(manual.drive)
-    answer = manual.operator.set_parameter(name, value)
-    assert not answer.successful
-    assert reason in answer.reason
-    assert values_of(manual.drive) == before
 
 
 def test_feet_come_from_a_file_and_from_services_but_not_while_the_drive_runs(
@@ -220,8 +209,9 @@ def test_feet_are_set_together_without_a_drive_and_used_by_the_next_one(stand: A
     assert operator.set_parameter('feet.delay', '[0, 1e-4, 0.0]').successful
     operator.change_state('configure')
     operator.change_state('activate')
-    found = stand.drive.session.parameters.feet
-    assert found.groups[1:] == ((2, 0.5, 0.0, 0.0, 1.0, 1e-4), (2, 0.5, 0.0, 0.0, 0.0, 0.0))
+    _, late, guide = stand.drive.session.parameters.feet.groups
+    assert (late.feet, late.share, late.gain, late.delay_s) == (2, 0.5, 1.0, 1e-4)
+    assert (guide.feet, guide.share, guide.gain, guide.delay_s) == (2, 0.5, 0.0, 0.0)
     assert dumped(stand)['feet.gain'] == [1.0, 1.0, 0.0]
 
 
@@ -332,24 +322,15 @@ def test_a_live_parameter_set_to_what_it_was_ends_a_fault_that_a_schedule_brough
         ('limits.soft_max', 0, 0.0),
         ('feet.share', [1, 2], (1.0, 2.0)),
         ('feet.gain', 1, (1.0,)),
+        *(('actuator.gain', text, 1e-8) for text in ('1e-8', '1.0e-8', '1e-08')),
     ],
 )
-def test_whole_numbers_are_taken_for_doubles(manual: Any, name: str, value: Any, taken: Any):
+def test_whole_numbers_and_texts_of_numbers_are_taken_for_doubles(
+    manual: Any, name: str, value: Any, taken: Any
+):
     answer = manual.operator.set_parameter(name, value)
     assert answer.successful, answer.reason
     assert values_of(manual.drive)[name] == taken
-
-
-def test_a_truth_value_is_no_double(manual: Any):
-    for value in (True, [True]):
-        answer = manual.operator.set_parameter('stand.preload', value)
-        assert 'is not a finite number; give a number' in answer.reason
-
-
-@pytest.mark.parametrize('text', ['1e-8', '1.0e-8', '1e-08'])
-def test_a_text_that_is_a_number_is_taken_for_one(manual: Any, text: str):
-    assert manual.operator.set_parameter('actuator.gain', text).successful
-    assert manual.drive.get_parameter('actuator.gain').value == 1e-8
 
 
 @pytest.mark.parametrize(
@@ -396,6 +377,38 @@ def test_soft_limits_and_velocity_change_while_the_drive_runs(stand: Any):
         'settings': {'limits.soft_max': 1e-6},
     }
     assert stand.drive.session.bench.parameters.closed_loop.velocity == 1e-6
+
+
+def test_friction_mass_and_damping_change_at_once_in_a_drive_that_runs(stand: Any):
+    operator, bench = stand.operator, stand.drive.session.bench
+    changes = {'contact.friction': 0.2, 'runner.mass': 0.012, 'runner.damping': 9.0}
+    for name, value in changes.items():
+        assert operator.set_parameter(name, value).successful
+        operator.spin_until(
+            lambda: operator.info['parameters'][name] == value,  # noqa: B023 - at once
+            'the new information',
+        )
+        assert bench.parameters.flat()[name] == value
+    assert stand.drive.session.bench is bench
+    operator.change_state('deactivate')
+    operator.change_state('activate')
+    assert stand.drive.session.bench is bench
+
+
+def test_where_the_contacts_cannot_follow_friction_changes_in_an_inactive_drive(
+    start_drive: Callable,
+):
+    stand = start_drive({'feet.guide_friction': 0.1})
+    operator, bench = stand.operator, stand.drive.session.bench
+    reason = operator.set_parameter('contact.friction', 0.2).reason
+    assert 'from 0.3, excluded by feet.guide_friction' in reason
+    assert 'deactivate' in reason
+    assert stand.drive.get_parameter('contact.friction').value == 0.3
+    operator.change_state('deactivate')
+    assert operator.set_parameter('contact.friction', 0.2).successful
+    operator.change_state('activate')
+    assert stand.drive.session.bench is not bench
+    assert stand.drive.session.bench.parameters.contact.friction == 0.2
 
 
 def test_soft_limits_that_change_without_a_drive_that_runs_hold_when_it_does(stand: Any):

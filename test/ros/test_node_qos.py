@@ -123,8 +123,11 @@ def test_a_bad_override_leaves_the_node_unconfigured(start_drive: Callable, name
     assert not stand.operator.change_state('configure')
 
 
-@pytest.mark.parametrize('direction', ['publisher', 'subscription'])
-def test_an_endpoint_that_does_not_fit_is_told_and_counted(stand: Any, direction: str):
+@pytest.mark.parametrize(
+    ('direction', 'remedy'),
+    [('publisher', 'that publisher reliable'), ('subscription', 'that subscription volatile')],
+)
+def test_an_endpoint_that_does_not_fit_is_told_and_counted(stand, direction, remedy, capfd):
     node = stand.operator.node
     if direction == 'publisher':
         profile = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -149,3 +152,4 @@ def test_an_endpoint_that_does_not_fit_is_told_and_counted(stand: Any, direction
     part = misfits()[0]
     assert part.message == '1 of incompatible quality of service since the configuration'
     assert [(pair.key, pair.value) for pair in part.values] == [(topic, '1')]
+    assert f'make {remedy}' in capfd.readouterr().err

@@ -114,9 +114,7 @@ def test_a_deleted_recording_has_failed_and_the_drive_goes_on(
     assert [each['command'] for each in stand.operator.events] == ['recording']
 
 
-def test_a_recording_in_parts_is_told_by_names_that_exist(
-    start_drive: Callable, tmp_path: Path, capfd: pytest.CaptureFixture[str]
-):
+def test_a_recording_in_parts_is_told_by_names_that_exist(start_drive, tmp_path, capfd):
     values = {'record.split_duration': 0.1, 'record.flush_period': 0.1, 'record.name': 'run'}
     stand = start_drive(values)
     assert stand.operator.set_recording(wanted=True).message == f'{tmp_path}/run_0.mcap'
@@ -176,9 +174,7 @@ def test_record_on_start_records_from_time_zero(start_drive: Callable, tmp_path:
     assert len(position) == round(position.time_s[-1] / 1e-3)
 
 
-def test_record_on_start_over_an_existing_file_leaves_the_node_inactive(
-    start_drive: Callable, tmp_path: Path
-):
+def test_record_on_start_over_an_existing_file_leaves_the_node_inactive(start_drive, tmp_path):
     (tmp_path / 'kept.mcap').write_bytes(b'mine')
     stand = start_drive({'record.on_start': True, 'record.name': 'kept.mcap'}, wait=False)
     assert stand.operator.state() == 'inactive'
@@ -188,9 +184,7 @@ def test_record_on_start_over_an_existing_file_leaves_the_node_inactive(
 
 
 @pytest.mark.parametrize('transition', ['deactivate', 'shutdown'])
-def test_leaving_the_active_state_finishes_the_recording(
-    start_drive: Callable, tmp_path: Path, transition: str
-):
+def test_leaving_the_active_state_finishes_the_recording(start_drive, tmp_path, transition):
     stand = start_drive({'record.on_start': True, 'record.name': 'run.mcap'})
     session = stand.drive.session
     assert stand.operator.change_state(transition)
@@ -232,9 +226,7 @@ def test_types_hashes_and_quality_of_service_are_those_of_the_live_topics(stand:
 
 
 @pytest.mark.usefixtures('default_blocks')
-def test_as_fast_as_possible_waits_for_the_disk_and_loses_nothing(
-    start_drive: Callable, tmp_path: Path
-):
+def test_as_fast_as_possible_waits_for_the_disk_and_loses_nothing(start_drive, tmp_path):
     stand = start_drive(
         {
             'sim.real_time_factor': 0.0,
@@ -252,9 +244,7 @@ def test_as_fast_as_possible_waits_for_the_disk_and_loses_nothing(
     assert len(position) == round(position.time_s[-1] * 1e3) >= 1000
 
 
-def test_the_answer_names_the_file_wherever_it_is_read(
-    start_drive: Callable, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
+def test_the_answer_names_the_file_wherever_it_is_read(start_drive, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     stand = start_drive({'record.directory': 'here', 'record.name': 'run'})
     for wanted in (True, False):

@@ -49,20 +49,14 @@ def replay_and_check(stand: Any, tmp_path: Path) -> Recording:
         ('in the middle', {}),
         (
             'with the drive',
-            {
-                'record.split_duration': 0.07,
-                'record.flush_period': 0.05,
-                'record.trace': False,
-            },
+            {'record.split_duration': 0.07, 'record.flush_period': 0.05, 'record.trace': False},
         ),
         ('in the middle', {'record.split_size': 200_000, 'record.chunk_size': 50_000}),
     ],
     ids=['with the drive', 'in the middle', 'in parts by duration', 'in parts by size'],
 )
 @pytest.mark.usefixtures('default_blocks')
-def test_everything_asked_of_a_node_in_real_time_is_replayed(
-    start_drive: Callable, tmp_path: Path, begins: str, split: dict[str, Any]
-):
+def test_everything_asked_of_a_node_in_real_time_is_replayed(start_drive, tmp_path, begins, split):
     schedule = tmp_path / 'faults.yaml'
     schedule.write_text('- {at: 0.05, set: {missed_steps: 0.1}}\n- {at: 0.3, clear: true}\n')
     from_start = begins == 'with the drive'

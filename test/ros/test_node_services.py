@@ -30,18 +30,6 @@ def stopped(stand: Any, name: str) -> None:
     assert stand.operator.wait_for_event('sawtooth', 0)['result'] == 'ABORTED'
 
 
-def unloaded(stand: Any, name: str) -> None:
-    still(stand, name)
-    stand.operator.spin_until(lambda: not stand.operator.status & Status.LOADED, 'no load')
-
-
-def referenced(stand: Any, name: str) -> None:
-    still(stand, name)
-    stand.operator.spin_until(
-        lambda: bool(stand.operator.status & Status.IS_REFERENCED), 'the reference'
-    )
-
-
 def tared(stand: Any, name: str) -> None:
     still(stand, name)
     forces = stand.operator.listen('force')
@@ -49,16 +37,14 @@ def tared(stand: Any, name: str) -> None:
     assert abs(forces[-1].wrench.force.x) < 0.5
 
 
-def powerless(stand: Any, name: str) -> None:
-    still(stand, name)
-    stand.operator.spin_until(
-        lambda: not stand.operator.status & Status.AMPLIFIER_ENABLED, 'no power'
-    )
+def told_by(bit: Status, *, is_set: bool = False) -> Callable[[Any, str], None]:
+    """Give a witness that waits for a bit of the status."""
 
+    def wait(stand: Any, name: str) -> None:
+        still(stand, name)
+        stand.operator.spin_until(lambda: bool(stand.operator.status & bit) == is_set, bit.name)
 
-def sound(stand: Any, name: str) -> None:
-    still(stand, name)
-    stand.operator.spin_until(lambda: not stand.operator.status & Status.FAULT, 'no fault')
+    return wait
 
 
 def held(stand: Any, name: str) -> None:
@@ -79,13 +65,13 @@ def recorded(stand: Any, name: str) -> None:
 
 WITNESSES: Mapping[str, Callable[[Any, str], None]] = {
     'stop': stopped,
-    'reset': unloaded,
-    'zero_position': referenced,
+    'reset': told_by(Status.LOADED),
+    'zero_position': told_by(Status.IS_REFERENCED, is_set=True),
     'tare_force': tared,
-    'enable_amplifier': powerless,
+    'enable_amplifier': told_by(Status.AMPLIFIER_ENABLED),
     'set_paused': held,
     'step_simulation': held,
-    'clear_faults': sound,
+    'clear_faults': told_by(Status.FAULT),
     'save_checkpoint': saved,
     'set_recording': recorded,
 }
@@ -128,25 +114,17 @@ def test_every_service_has_its_witness():
     assert WITNESSES.keys() == set(SERVICE_NAMES)
 
 
-NOTED = (
-    ('stop', None),
-    ('zero_position', None),
-    ('tare_force', None),
-    ('enable_amplifier', True),
-    ('clear_faults', None),
-    ('reset', None),
-)
+NOTED = 'stop', 'zero_position', 'tare_force', 'enable_amplifier', 'clear_faults', 'reset'
 
 
 def test_what_came_by_service_is_noted_on_the_topic_and_in_the_file_at_its_time(stand: Any):
     operator = stand.operator
     path = operator.set_recording(wanted=True).message
-    for name, wanted in NOTED:
-        assert call(stand, name, wanted).success
+    for name in NOTED:
+        assert call(stand, name, wanted=True).success
     operator.set_recording(wanted=False)
-    names = [name for name, _ in NOTED]
     operator.spin_until(lambda: len(operator.requests) == len(NOTED), 'the notes')
-    assert [each['name'] for each in operator.requests] == names
+    assert [each['name'] for each in operator.requests] == [*NOTED]
     assert operator.requests[3] == {'name': 'enable_amplifier', 'values': [1.0], 'settings': {}}
     told = [
         (time_ns, json.loads(str(message)))
@@ -155,7 +133,7 @@ def test_what_came_by_service_is_noted_on_the_topic_and_in_the_file_at_its_time(
     ]
     assert [note for _, note in told] == operator.requests
     done_ns = {event['command']: event['time_ns'] for event in operator.events}
-    assert [time_ns for time_ns, _ in told] == [done_ns[name] for name in names]
+    assert [time_ns for time_ns, _ in told] == [done_ns[name] for name in NOTED]
 
 
 def test_what_an_inactive_drive_refuses_is_counted_and_told_once_as_news(manual: Any):
@@ -200,9 +178,7 @@ def test_a_drive_starts_where_another_one_was_saved(start_drive: Callable, tmp_p
 
 
 @pytest.mark.usefixtures('default_blocks')
-def test_a_checkpoint_of_another_stand_or_of_no_possible_state_is_refused(
-    start_drive: Callable, tmp_path: Path
-):
+def test_a_checkpoint_of_another_stand_or_of_no_possible_state_is_refused(start_drive, tmp_path):
     path, saved = tmp_path / 'saved.bin', Bench(Parameters()).save()
     path.write_bytes(saved)
     values = {'autostart': False, 'sim.checkpoint': str(path)}

@@ -153,9 +153,7 @@ def test_a_node_does_not_follow_the_clock_that_it_publishes(start_drive: Callabl
     assert not stand.drive._time_source.ros_time_is_active
 
 
-def test_following_another_clock_is_allowed_and_refused_is_then_to_publish_one(
-    start_drive: Callable,
-):
+def test_following_another_clock_is_allowed_and_refused_is_then_to_publish_one(start_drive):
     stand = start_drive({'autostart': False, 'use_sim_time': True}, wait=False)
     answer = stand.operator.set_parameter('sim.publish_clock', value=True)
     assert not answer.successful
@@ -169,9 +167,7 @@ def test_following_another_clock_is_allowed_and_refused_is_then_to_publish_one(
 
 
 @pytest.mark.usefixtures('default_blocks')
-def test_the_truth_is_published_and_recorded_if_asked_for(
-    start_drive: Callable, perfect_sensors: dict[str, float]
-):
+def test_the_truth_is_published_and_recorded_if_asked_for(start_drive, perfect_sensors):
     stand = start_drive({**perfect_sensors, 'sim.publish_truth': True})
     operator = stand.operator
     truth, force = stand.operator.listen('truth/position'), stand.operator.listen('truth/force')

@@ -153,9 +153,7 @@ def test_each_activation_begins_with_stamps_of_now(start_drive: Callable):
     assert restarted(stand, 'deactivate', 'activate', sim__time_origin='zero') == 0
 
 
-def test_a_position_from_before_the_activation_that_comes_late_keeps_its_time(
-    start_drive: Callable,
-):
+def test_a_position_from_before_the_activation_that_comes_late_keeps_its_time(start_drive):
     stand = start_drive()
     operator = stand.operator
     heard = operator.listen('position')

@@ -119,9 +119,7 @@ def asked(start: Callable, meet: Callable) -> Iterator[Asked]:
     assert 'Traceback' not in errors
 
 
-def test_every_request_is_answered_and_a_bad_one_refused_with_its_reason(
-    asked: Asked,
-):
+def test_every_request_is_answered_and_a_bad_one_refused_with_its_reason(asked):
     services = asked.services
     assert asked.offered() == services.keys()
     for name, (service_type, requests) in services.items():

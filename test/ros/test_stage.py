@@ -13,10 +13,15 @@ from types import ModuleType
 from typing import Any
 
 import pytest
+import rclpy
 from executables import DRIVE
+from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
+from stickslip_ros import Parameters, load_yaml
 from stickslip_ros.lab.cli.main import main
+from stickslip_ros.parameters import NODE_NAME, load_values
+from stickslip_ros.parameters.stages import stage_files
 from stickslip_ros.testing import Operator
 
 LAUNCH = Path(__file__).parents[2] / 'launch'
@@ -24,6 +29,20 @@ TARGETS_M = {'x': 1e-6, 'y': -1e-6, 'z': 2e-6}
 NEAR_M = 10e-9
 Z_LOAD_N = -0.05
 FREE = ['-p', 'load_cell.contact:=absent', '-p', 'runner.damping:=5.0', '-p', 'sim.block:=0.01']
+
+
+@pytest.mark.parametrize('name', stage_files())
+def test_ros_takes_the_values_of_a_stage_and_leaves_its_ranges(name: str, ros_domain: int):
+    file, context = stage_files()[name], rclpy.Context()
+    words = ['--ros-args', '--params-file', str(file)]
+    rclpy.init(args=words, context=context, domain_id=ros_domain)
+    node = Node(NODE_NAME, context=context, automatically_declare_parameters_from_overrides=True)
+    taken = {each: node.get_parameter(each).value for each in load_values(file)}
+    assert len(load_yaml(file).ranges) > 9
+    assert load_yaml(file) == Parameters().updated(taken)
+    assert not any(node.has_parameter(each) for each in load_yaml(file).ranges if '[' in each)
+    node.destroy_node()
+    context.shutdown()
 
 
 @pytest.fixture

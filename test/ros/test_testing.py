@@ -17,6 +17,7 @@ from waiting import wait_until
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.cli.demo import await_start
 from stickslip_ros.ros.executable import DISCOVERY_VARIABLE
+from stickslip_ros.ros.guard import Summons
 from stickslip_ros.testing import reserve_domain, stand
 from stickslip_ros.testing.stand import FIRST_PORT, PORTS_PER_DOMAIN, Stand
 
@@ -105,7 +106,7 @@ def test_what_ends_the_executor_of_the_drive_is_raised_where_the_test_waits(
         raise ZeroDivisionError
 
     stand = start_drive({'autostart': False}, wait=False)
-    stand.drive.create_guard_condition(fail).trigger()
+    Summons(stand.drive, fail).send()
     with pytest.raises(ZeroDivisionError):
         stand.operator.spin_until(lambda: False, 'nothing')
     stand.close()  # has nothing more to say

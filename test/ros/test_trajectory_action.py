@@ -205,9 +205,7 @@ def test_another_command_ends_a_goal(client: Client):
     assert client.result(handle) == (ABORTED, -1, 'replaced by command 2')
 
 
-def test_a_runner_that_cannot_follow_violates_a_path_tolerance(
-    start_drive: Callable[..., Stand], types: Any
-):
+def test_a_runner_that_cannot_follow_violates_a_path_tolerance(start_drive, types):
     """The runner of the paper presses on the load cell, and hardly moves."""
     client = Client(start_drive(), types)
     goal = client.goal(WAYS_M)
@@ -217,9 +215,7 @@ def test_a_runner_that_cannot_follow_violates_a_path_tolerance(
     assert 'above the path tolerance 5e-07 m; move slower, or allow more' in words
 
 
-def test_a_runner_that_is_not_there_in_time_violates_the_goal_tolerance(
-    start_drive: Callable[..., Stand], types: Any
-):
+def test_a_runner_that_is_not_there_in_time_violates_the_goal_tolerance(start_drive, types):
     client = Client(start_drive({'limits.blocked_time': 10.0}), types)
     goal = client.goal(WAYS_M)
     set_time(goal.goal_time_tolerance, 0.05)

@@ -23,11 +23,9 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 from std_msgs.msg import Float64MultiArray
-from std_srvs.srv import SetBool
 
 from stickslip_ros.interface.cdr import pack_float64_array
-from stickslip_ros.lab.cli.main import main
-from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
+from stickslip_ros.lab.experiments.experiment import Experiment, Readout, Voltage
 from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.lab.twin.node import StickSlipTwin
 from stickslip_ros.parameters import Parameters
@@ -148,7 +146,7 @@ def motion(friction: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     corners = [(s + t, v) for s in starts_s for t, v in ((0.0, 0.0), (1.0 / HZ - fall_s, VOLTS))]
     rows = np.array([*corners, (CYCLES / HZ, 0.0)])
     time_s = np.arange(1.7e-4, rows[-1, 0], 1.0 / RATE_HZ)
-    seen = Seen('position_m', np.zeros(len(time_s)), time_s)
+    seen = Readout('position_m', np.zeros(len(time_s)), time_s)
     rig = Parameters().updated(STAND | {'contact.friction': friction})
     [[found]] = predict(rig, [Experiment('', {}, Voltage(rows), (seen,))])
     return time_s, np.interp(time_s, *rows.T), found.values
@@ -183,9 +181,7 @@ def play_on(operator: Operator) -> Callable[..., None]:
 
 
 @pytest.mark.slow  # 10 s of windows in real time
-def test_a_rig_whose_encoder_has_a_clock_that_moves_is_told_so(
-    operator: Operator, start_twin: Callable
-):
+def test_a_rig_whose_encoder_has_a_clock_that_moves_is_told_so(operator, start_twin):
     listener = Listener(operator, start_twin(operator, {'twin.map': MAP}))
     run, rows = play_on(operator), motion(0.3)
     for number, late_s in enumerate((0.0, 0.0, 0.0, 3e-4, 3e-4), 1):
@@ -202,9 +198,7 @@ def test_topics_whose_clocks_are_far_apart_are_told(operator: Operator, start_tw
     listener.wait_for('rig', lambda said: numbers_of(said)['last_refused'].endswith(told))
 
 
-def test_of_a_topic_each_number_has_the_clock_that_the_map_gives_it(
-    operator: Operator, start_twin: Callable
-):
+def test_of_a_topic_each_number_has_the_clock_that_the_map_gives_it(operator, start_twin):
     by_log = f'{MAP} by log time, force_n=/rig/encoder.point.x'
     twin: Any = start_twin(operator, {'twin.map': by_log})
     play_on(operator)(7, tuple(each[:200] for each in motion(0.3)), late_s=0.4)
@@ -245,12 +239,11 @@ def test_a_rig_of_topics_that_pauses_and_begins_anew_has_a_twin_that_finds_what_
 
 
 def test_a_recording_of_a_drive_that_is_played_gives_the_fits_of_the_drive_to_the_digit(
-    start_drive: Callable, start_twin: Callable, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    start_drive: Callable, start_twin: Callable
 ):
     stand = start_drive({**STAND, 'sim.lockstep': True, 'sim.publish_clock': False})
     operator = stand.operator
-    settings = {'twin.period': 0.2, 'record.directory': str(tmp_path / 'twin')}
-    twin = start_twin(operator, settings)
+    twin = start_twin(operator, {'twin.period': 0.2})
     listener = Listener(operator, twin)
 
     def hears_all(publishers: Any, count: int) -> bool:
@@ -258,14 +251,12 @@ def test_a_recording_of_a_drive_that_is_played_gives_the_fits_of_the_drive_to_th
         return bool(trace.get_subscription_count() >= count)
 
     operator.spin_until(lambda: hears_all(stand.drive.publishers, 2), 'the trace')
-    assert listener.call(SetBool, 'set_recording', SetBool.Request(data=True)).success
     assert operator.set_recording(wanted=True).success
     operator.command('sawtooth', (VOLTS, HZ, 0.0))
     operator.command('grant', (0.26, 1))
     listener.wait_for_fits(1)
     operator.command('grant', (0.46, 1))
     listener.wait_for_fits(2)
-    recorded = listener.call(SetBool, 'set_recording', SetBool.Request(data=False)).message
     blocks = [
         row
         for row in rows_of(Path(operator.set_recording(wanted=False).message))
@@ -285,13 +276,6 @@ def test_a_recording_of_a_drive_that_is_played_gives_the_fits_of_the_drive_to_th
     listener.wait_for_fits(4)
     fits = [each.data for each in listener.heard['parameters']]
     assert fits[2:] == fits[:2]
-    monkeypatch.chdir(tmp_path)
-    for words in (
-        ['info'],
-        ['plot', '-o', 'twin.png'],
-        ['compare', 'model', '--window', '0.1s@0.1s'],
-    ):
-        assert main([words[0], recorded, *words[1:]]) == 0
 
 
 def block(time_s: Any, columns: str = 't[s],voltage[V],position[m]') -> bytes:
@@ -301,9 +285,7 @@ def block(time_s: Any, columns: str = 't[s],voltage[V],position[m]') -> bytes:
     return pack_float64_array(table, ('sample', columns))
 
 
-def test_odd_messages_on_a_trace_are_refused_told_and_survived(
-    operator: Operator, start_twin: Callable
-):
+def test_odd_messages_on_a_trace_are_refused_told_and_survived(operator, start_twin):
     twin = start_twin(operator, {})
     listener = Listener(operator, twin)
     rig = operator.node.create_publisher(Float64MultiArray, '/trace', 100)

@@ -51,16 +51,21 @@ def test_orders_of_one_tick_are_carried_out_in_the_order_in_which_they_came():
     assert taken == requests[::2] + requests[1::2]
 
 
-def test_without_all_kernels_preload_and_faults_wait_and_nothing_else_does():
+def test_without_all_kernels_preload_friction_and_faults_wait_and_nothing_else_does():
     kernels: list[str] = []
     orders = Orders(by_topic=False, has_kernels=lambda: bool(kernels))
+    fault, friction = (('fault.dead_foot', 1),), (('contact.friction', 0.2),)
     held = [
-        orders.put(Order(AT_ONCE, request=Request('fault', settings=(('fault.dead_foot', 1),)))),
+        orders.put(Order(AT_ONCE, request=Request('fault', settings=fault))),
+        orders.put(Order(AT_ONCE, request=Request('parameters', settings=friction))),
         orders.put(Order(NEXT_BLOCK, request=Request('preload', (0.4,)))),
     ]
-    free = orders.put(Order(NEXT_BLOCK, request=Request('voltage', (1.0,))))
+    mass = Request('parameters', settings=(('runner.mass', 0.012),))
+    free = [
+        orders.put(Order(NEXT_BLOCK, request=each)) for each in (Request('voltage', (1.0,)), mass)
+    ]
     assert orders.wait_for_kernels
-    assert orders.take(0) == [free]
+    assert orders.take(0) == free
     assert orders.take(0) == []
     kernels.append('all')
     assert not orders.wait_for_kernels

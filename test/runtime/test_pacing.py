@@ -10,7 +10,6 @@ import os
 import sys
 import threading
 import time
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -18,14 +17,7 @@ import pytest
 from processes import run_process
 
 from stickslip_ros.runtime import pacing
-from stickslip_ros.runtime.pacing import (
-    KNOWS_SLICES,
-    SLACK_S,
-    SLICE_S,
-    SWITCH_S,
-    Pacer,
-    Stalls,
-)
+from stickslip_ros.runtime.pacing import KNOWS_SLICES, SLACK_S, SLICE_S, SWITCH_S, Pacer, Stalls
 
 PERIOD_S = 0.002
 TICKS = 50
@@ -366,9 +358,7 @@ def test_what_took_most_of_the_time_is_said(late: tuple, words: str):
     assert Stalls(*late).most == f', mostly {words}'
 
 
-def test_where_linux_does_not_tell_nobody_knows(
-    told: Clock, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-):
+def test_where_linux_does_not_tell_nobody_knows(told, monkeypatch, tmp_path):
     late = [(1e-4, 1e-4, 1e-4), (1e-4, 9e-3, 1e-4)]
     monkeypatch.setattr(os, 'pread', lambda *_: b'0 0 0\n')
     assert all(map(math.isnan, accounted(told, late)))

@@ -76,7 +76,7 @@ def test_a_request_that_needs_other_kernels_waits_while_the_drive_goes_on(run):
     assert found['ended'] == ['clear_faults', 'voltage', 'preload']
     assert found['compiled'] == 0
     [line] = found['said']
-    assert line.startswith('preload and faults wait for their kernels')
+    assert line.startswith('preload, friction, faults wait for kernels')
     assert run('paced', lacks=False)['said'] == []
 
 

@@ -108,8 +108,16 @@ class Interferometer(
         noise = self.noise.take(len(trace))
         walk = self.walk.take(len(trace)) if self._wanders else noise
         read_positions(self.record, self.past_m, trace, self.sees, self.column, noise, walk)
-        mean_m = float(np.add.reduce(trace[:, self.column])) / len(trace)
+
+    def average(self, block: Array) -> None:
+        """Take the mean reading of a block, the last of a trace."""
+        mean_m = float(np.add.reduce(block[:, self.column])) / len(block)
         self.position_m = math.nan if self._is_lost.item() else mean_m
+
+    @property
+    def may_alarm(self) -> bool:
+        """Whether its beam can be lost."""
+        return bool(self.record[0].step_max_m < math.inf)
 
     @property
     def status_bits(self) -> int:
@@ -154,7 +162,6 @@ def read_positions(
 
 @kernel
 def _count(optics: Record, truth_m: float, noise: float, walk: float) -> None:
-    """Compute the count from the true position."""
     beam = optics.memory
     if abs(truth_m - beam.truth_m) > optics.step_max_m:
         beam.lost = True

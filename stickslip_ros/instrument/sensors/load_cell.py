@@ -65,6 +65,11 @@ class LoadCell(Reader):
     KERNEL = staticmethod(read_forces)
     ALARMS: ClassVar[Mapping[str, int]] = {'overrange': int(Status.FORCE_OVERRANGE)}
 
+    @property
+    def may_alarm(self) -> bool:
+        """Whether it has a range."""
+        return bool(self.record[0].limit_n < math.inf)
+
     @staticmethod
     def constants_of(setting: LoadCellParameters, rate_hz: float) -> Mapping[str, Any]:
         """Return hysteresis, drift and range."""

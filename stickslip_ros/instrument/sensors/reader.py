@@ -116,6 +116,11 @@ class Reader:
         memory.zero = memory.standing
 
     @property
+    def may_alarm(self) -> bool:
+        """Whether one of its ALARMS can be raised."""
+        return False
+
+    @property
     def status_bits(self) -> int:
         bits = 0
         for bit, flag in self._alarms:

@@ -10,9 +10,9 @@ import numpy as np
 from stickslip_ros.lab.cli.chosen import chosen_for, chosen_look, chosen_parameters
 from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.figures.plotting import save_figure
-from stickslip_ros.lab.linear.bode import BAND, bode_rows
+from stickslip_ros.lab.linear.bode import BAND
 from stickslip_ros.lab.linear.linearise import linearise
-from stickslip_ros.lab.linear.swept_sine import measure_response
+from stickslip_ros.lab.linear.swept_sine import bode_rows, measure_response
 from stickslip_ros.lab.measurements.sweep_table import check_table_path, write_table
 from stickslip_ros.lab.runs.sweep import parse_floats
 from stickslip_ros.parameters import FREQUENCY_SPEC

@@ -7,11 +7,12 @@ import argparse
 import sys
 from collections.abc import Callable
 from inspect import signature
+from pathlib import Path
 from typing import Any
 
-from stickslip_ros.errors import OutOfRange, printable
+from stickslip_ros.errors import OutOfRange, StickSlipError, printable
 from stickslip_ros.files import prepare_output
-from stickslip_ros.parameters import Parameters, load_values, parse_assignments
+from stickslip_ros.parameters import Parameters, load_ranges, load_values, parse_assignments
 from stickslip_ros.parameters.typed import to_si_list
 
 
@@ -27,17 +28,15 @@ def chosen_parameters(arguments: argparse.Namespace) -> Parameters:
         from stickslip_ros.lab.fitting.result import read_stand  # noqa: PLC0415 - takes long
 
         stand = read_stand(arguments.draws)
-    return stand.updated(chosen_values(arguments))
+    ranges = load_ranges(*arguments.params)
+    return stand.updated(chosen_values(arguments)).with_ranges(ranges, _typed(arguments))
 
 
 def chosen_draws(arguments: argparse.Namespace, count: int) -> list[Parameters]:
     """Return draws of the fit of ``--draws``; none without it."""
     if arguments.draws is None:
         return []
-    from stickslip_ros.lab.fitting.result import (  # noqa: PLC0415 - takes long
-        read_draws,
-        read_note,
-    )
+    from stickslip_ros.lab.fitting.result import read_draws, read_note  # noqa: PLC0415 - takes long
 
     changes = chosen_values(arguments)
     draws = [each.updated(changes) for each in read_draws(arguments.draws, count)]
@@ -51,16 +50,28 @@ def chosen_values(arguments: argparse.Namespace) -> dict[str, object]:
     values = {
         name: value for path in arguments.params for name, value in load_values(path).items()
     }
+    return {**values, **_typed(arguments)}
+
+
+def _typed(arguments: argparse.Namespace) -> dict[str, object]:
+    """Return the parameters given by options other than files."""
     named = {
         name: value for name, value in vars(arguments).items() if '.' in name and value is not None
     }
-    return {**values, **parse_assignments(arguments.assignments), **named}
+    return {**parse_assignments(arguments.assignments), **named}
 
 
 def chosen_for(owner: Callable[..., Any], arguments: argparse.Namespace) -> dict[str, Any]:
     """Return the arguments of a function, or fields of a record, given on a command line."""
     typed = {name: getattr(arguments, name, None) for name in signature(owner).parameters}
     return {name: value for name, value in typed.items() if value is not None}
+
+
+def asked_output(arguments: argparse.Namespace) -> Path:
+    """Return the file to write, which is missed after the checks of all other options."""
+    if arguments.output is None:
+        raise StickSlipError(f'-o FILE is missing; stickslip {arguments.verb.name} writes a file')
+    return Path(arguments.output)
 
 
 def chosen_look(arguments: argparse.Namespace) -> dict[str, Any]:

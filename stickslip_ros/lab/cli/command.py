@@ -6,6 +6,8 @@
 import argparse
 import re
 from collections.abc import Sequence
+from contextlib import suppress
+from time import monotonic
 from typing import Any
 
 from stickslip_ros.errors import OutOfRange, StickSlipError
@@ -22,6 +24,12 @@ from stickslip_ros.units import MICRO, NANO
 
 EVENT_S = 1e9
 """Longest time of a command, s; Ctrl-C ends the wait."""
+LOOK_S, LOOK_MAX_S = 0.6, 1.0
+"""
+Looks for a second drive in the namespace: from the start of the own node, which Fast DDS announces
+for 0.5 s; and at most after the first is met, on a host that is busy, s.
+
+"""
 ENDED_BY = re.compile(r'by command (\d+)$')
 
 
@@ -39,13 +47,18 @@ def command_verb(arguments: argparse.Namespace) -> Answer:
     stay_on_this_host()
     context = open_context(namespace=arguments.namespace)
     operator = Operator(context, arguments.node or NODE_NAME)
+    begun_s = monotonic()
     try:
         if not arguments.node and (name := find(operator, arguments.timeout)) != NODE_NAME:
             operator.close()
             operator = Operator(context, name)
         meet(operator, arguments.timeout)
         if not arguments.node:
-            find(operator, arguments.timeout)  # again, as all are seen by now
+            met_s = monotonic() - begun_s
+            look_s = min(max(LOOK_S - met_s, met_s / 2.0), LOOK_MAX_S)
+            with suppress(StickSlipError):  # none is the usual case
+                operator.spin_until(lambda: len(near(operator)) > 1, 'another drive', look_s)
+            find(operator, arguments.timeout)
         if command.has_service:
             answer = (
                 operator.switch(command.name, bool(numbers[0]))
@@ -70,8 +83,12 @@ def command_verb(arguments: argparse.Namespace) -> Answer:
     finally:
         operator.close()
         context.try_shutdown()
-    event = found[0]
-    outcome = f'{command.name}: {event["result"]} at {event["time_ns"] * NANO:.9g} s'
+    return _answer(command.name, found[0])
+
+
+def _answer(name: str, event: dict[str, Any]) -> Answer:
+    """Return the answer of the end of a command; refuse a failure with its reason."""
+    outcome = f'{name}: {event["result"]} at {event["time_ns"] * NANO:.9g} s'
     if event['result'] != Result.DONE.name:
         raise StickSlipError(f'{outcome}: {event["message"]}')
     steps = f', {event["steps"]} steps' if event['steps'] else ''
@@ -80,18 +97,19 @@ def command_verb(arguments: argparse.Namespace) -> Answer:
     return Answer(event, [f'{outcome}{steps}; position reading {reading}'])
 
 
+def near(operator: Operator) -> list[str]:
+    """Return the drives in the namespace of an operator."""
+    return drives_of(operator.node, operator.node.get_namespace())
+
+
 def find(operator: Operator, timeout_s: float) -> str:
     """Wait for a drive in the namespace of an operator; return its name, or refuse several."""
     namespace = operator.node.get_namespace()
-
-    def near() -> list[str]:
-        return drives_of(operator.node, namespace)
-
     try:
-        operator.spin_until(lambda: bool(near()), 'a drive', timeout_s)
+        operator.spin_until(lambda: bool(near(operator)), 'a drive', timeout_s)
     except StickSlipError:
         raise missing(operator, f'in namespace {namespace}', timeout_s) from None
-    if len(drives := near()) != 1:
+    if len(drives := near(operator)) != 1:
         why = f'namespace {namespace} has {len(drives)} drives: {", ".join(drives)}'
         raise StickSlipError(f'{why}; choose by --node')
     return drives[0].rpartition('/')[2]

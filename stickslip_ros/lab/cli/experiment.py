@@ -1,42 +1,38 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""``stickslip import``: tables of laboratories, and the options of verbs that read them."""
+"""``stickslip import``: write tables in SI units; and the options of verbs that read them."""
 
 import argparse
 import sys
-from collections.abc import Callable, Iterator
-from typing import Any
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
 
 from stickslip_ros.errors import WrongKind, printable
-from stickslip_ros.files import prepare_output, read_bytes
+from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.cli.chosen import chosen_for
-from stickslip_ros.lab.cli.options import to_path
 from stickslip_ros.lab.cli.printing import Answer
-from stickslip_ros.lab.readers.experiment import read_experiment, read_joined, write_experiment
-from stickslip_ros.lab.readers.instructions import Reading
-from stickslip_ros.lab.readers.measured import EXPERIMENT_COLUMNS, MeasuredTable
-from stickslip_ros.parameters import read_yaml
+from stickslip_ros.lab.measurements.measurement import as_table, measured
+from stickslip_ros.lab.measurements.table_options import TableOptions
+from stickslip_ros.lab.measurements.tables import write_experiment
+from stickslip_ros.lab.measurements.vocabulary import EXPERIMENT_COLUMNS, MeasuredTable
 
 _CSV = '.csv'
 
 
 def import_verb(arguments: argparse.Namespace) -> Answer:
-    """Read tables, and write them as CSV if asked."""
+    """Read tables or a recording, and write them as CSV if asked."""
     output = arguments.output
     if output is not None:
         if output.suffix.lower() != _CSV:
             raise WrongKind('output', str(output), 'a .csv file', 'end its name so')
         prepare_output(output)
     read: list[MeasuredTable] = []
-    reading = Reading(**chosen_for(Reading, arguments), report=read.append)
-    reading = reading.for_sources(arguments.files)
-    if len(arguments.files) == 1:
-        whole = read_experiment(arguments.files[0], reading)
-    else:
-        whole = read_joined(arguments.files, reading)
+    reading = chosen_reading(arguments, arguments.files)
+    run = measured(arguments.files, replace(reading, report=read.append))
     if output is not None:
-        write_experiment(whole, output)
+        write_experiment(as_table(run), output)
     files = [
         {
             'file': each.origin,
@@ -45,11 +41,17 @@ def import_verb(arguments: argparse.Namespace) -> Answer:
             'unused': each.unread,
             'notes': each.notes,
         }
-        for each in read
+        for each in read or [as_table(run)]
     ]
-    lines = [line for each in read for line in _lines(each)]
+    lines = [line for each in read or [as_table(run)] for line in _lines(each)]
     content = {'files': files, 'output': str(output or '')}
     return Answer(content, [*lines, f'table   {output}'] if output else lines)
+
+
+def chosen_reading(arguments: argparse.Namespace, sources: Sequence[Path]) -> TableOptions:
+    """Return how sources are read by a command line, which shows how each table was read."""
+    given = chosen_for(TableOptions, arguments)
+    return TableOptions(**given, report=shown_tables(arguments)).for_sources(sources)
 
 
 def shown_tables(arguments: argparse.Namespace) -> Callable[[MeasuredTable], None] | None:
@@ -61,25 +63,13 @@ def shown_tables(arguments: argparse.Namespace) -> Callable[[MeasuredTable], Non
     return None if arguments.json else show
 
 
-def read_headers(path: str) -> dict[str, str]:
-    """Return the names and headers of a YAML file."""
-    hint = 'write lines such as position_m: /rig/encoder.point.x'
-    content = read_bytes(to_path(path), 'check --map-file').decode('utf-8', 'replace')
-    headers: Any = read_yaml(content, path, hint)
-    if not isinstance(headers, dict) or not all(
-        isinstance(each, str) for pair in headers.items() for each in pair
-    ):
-        raise WrongKind(path, content[:80], 'names with headers', hint)
-    return headers
-
-
-def _lines(experiment: MeasuredTable) -> Iterator[str]:
+def _lines(table: MeasuredTable) -> Iterator[str]:
     """Yield the columns of a table as read, with unit, factor and first row."""
-    rows = len(next(iter(experiment.columns.values())))
-    yield f'read    {experiment.origin}: {experiment.kind}, {rows} rows'
-    for each in experiment.recognised:
-        first = f'{each.first:.6g} {EXPERIMENT_COLUMNS[experiment.kind][each.name].unit}'
+    rows = len(next(iter(table.columns.values()), ()))
+    yield f'read    {table.origin}: {table.kind}, {rows} rows'
+    for each in table.recognised:
+        first = f'{each.first:.6g} {EXPERIMENT_COLUMNS[table.kind][each.name].unit}'
         unit = f'in {each.unit}, times {each.factor:g}; first row {first}'
         yield f'        {each.name} is {each.header!r} {unit}'
-    yield from (f'unused  {header!r}' for header in experiment.unread)
-    yield from (f'note    {text}' for text in experiment.gaps)
+    yield from (f'unused  {header!r}' for header in table.unread)
+    yield from (f'note    {text}' for text in table.gaps)

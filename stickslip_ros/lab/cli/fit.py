@@ -14,11 +14,7 @@ from stickslip_ros.lab.figures.plotting import looking, save_figure
 from stickslip_ros.lab.fitting.figure import draw_fit
 from stickslip_ros.lab.fitting.fit import FitOptions, fit
 from stickslip_ros.lab.fitting.free import Free
-from stickslip_ros.lab.fitting.report import (
-    as_object,
-    check_output,
-    write_fit,
-)
+from stickslip_ros.lab.fitting.report import as_object, check_output, write_fit
 from stickslip_ros.parameters import parse_assignments, spec_of
 from stickslip_ros.progress import shown_progress
 from stickslip_ros.sections import Section

@@ -5,6 +5,7 @@
 
 import argparse
 import difflib
+import json
 import os
 import re
 import sys
@@ -119,8 +120,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Return the exit status: 0 done, 1 a check failed, 2 refused, 130 stopped.
 
     """
+    words = sys.argv[1:] if arguments is None else arguments
     try:
-        parsed = _parse(sys.argv[1:] if arguments is None else arguments)
+        parsed = _parse(words)
         with needs_ros(f'stickslip {parsed.verb.name}'):
             run_verb = parsed.verb.load()
             begin()
@@ -137,6 +139,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return STOPPED
     except StickSlipError as error:
         sys.stderr.write(f'stickslip: {error}\n')
+        _show_table(getattr(error, 'table', ()), words)
         return getattr(error, 'status', REFUSED)
     except BrokenPipeError:  # the reader, such as head, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -145,6 +148,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
         name = f'{printable(str(error.filename))}: ' if error.filename else ''
         sys.stderr.write(f'stickslip: {name}{error.strerror}; choose another path\n')
         return REFUSED
+
+
+def _show_table(table: Sequence[Sequence[str]], words: Sequence[str]) -> None:
+    """Print the table of a refusal below its line, or as JSON to stdout."""
+    if '--json' in words and table:
+        columns = [dict(zip(table[0], row, strict=True)) for row in table[1:]]
+        print(json.dumps({'columns': columns}, indent=2))
+        return
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    for row in table:
+        line = '  '.join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+        sys.stderr.write(f'  {printable(line)}\n'.rstrip(' '))
 
 
 def _parse(typed: Sequence[str]) -> argparse.Namespace:
@@ -165,14 +180,18 @@ def _compilation_reported(parsed: argparse.Namespace) -> Iterator[None]:
     if 'numba' not in sys.modules or parsed.verb.reports_compilation:
         yield
         return
+    from stickslip_ros.instrument.compilation import progress_reporter
     from stickslip_ros.kernels.cache import cache_problem
     from stickslip_ros.kernels.kernel import compilation_reported
 
-    def report(done: int) -> None:
-        line = cache_problem() or ('compiling kernels, once' if sys.stderr.isatty() else '')
-        if done == 0 and line:
-            sys.stderr.write(f'stickslip: {line}\n')
+    def say(line: str) -> None:
+        sys.stderr.write(f'stickslip: {line}\n')
 
+    def report_problem(done: int) -> None:
+        if done == 0 and (line := cache_problem()):
+            say(line)
+
+    report = progress_reporter(say) if sys.stderr.isatty() else report_problem
     with compilation_reported(report):
         yield
 

@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from stickslip_ros.errors import RecordingError, WrongKind
+from stickslip_ros.extras import require_lab
 from stickslip_ros.files import prepare_output
-from stickslip_ros.lab.cli.chosen import chosen_draws, chosen_for, chosen_look, chosen_parameters
+from stickslip_ros.lab.cli.chosen import asked_output, chosen_draws, chosen_for, chosen_parameters
 from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.design.objectives import COST_MAX, OBJECTIVES, WaveGoal, cell_of
-from stickslip_ros.lab.design.picture import draw_search
 from stickslip_ros.lab.design.search import (
     JOURNAL,
     SearchResult,
@@ -23,7 +23,6 @@ from stickslip_ros.lab.design.search import (
     optimise,
 )
 from stickslip_ros.lab.design.waves import PeriodicWave, write_wave
-from stickslip_ros.lab.figures.plotting import looking, save_figure
 from stickslip_ros.lab.runs.journal import Journal
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.parameters.typed import to_si_list
@@ -36,12 +35,12 @@ JUDGES = 8  # draws of a fit over which a wave is averaged
 
 
 def optimise_verb(arguments: argparse.Namespace) -> Answer:
-    """Search the best wave; write it, and draw it if asked."""
-    search, path = chosen_search(arguments), arguments.output
+    """Search the best wave, and write it."""
+    require_lab('stickslip optimise')
+    search, path = chosen_search(arguments), asked_output(arguments)
     if path.suffix != '.csv':
         raise RecordingError(path, 'is not a .csv file', 'end its name so')
     prepare_output(path)
-    look = chosen_look(arguments)
     objective = OBJECTIVES[search.goal.objective]
     sign = -1.0 if objective.is_largest else 1.0
 
@@ -66,9 +65,6 @@ def optimise_verb(arguments: argparse.Namespace) -> Answer:
             raise Stopped(f'{stop}; {kept}') from None
         write(result.shapes[result.best].wave)
         journal.remove()
-    if arguments.figure:
-        with looking(**look):
-            save_figure(draw_search(result), arguments.figure)
     return Answer(_content(result, path), _parts(result, path))
 
 
@@ -90,12 +86,11 @@ def _limits(name: str, text: str, unit: str) -> tuple[float, float]:
     texts = text.split(':')
     if len(texts) > 2:
         raise WrongKind(name, text, 'one quantity or two', 'write LOW:HIGH')
-    numbers = to_si_list(name, texts, unit)
+    numbers = to_si_list(name, texts, unit, ':')
     return numbers[0], numbers[-1]
 
 
 def _content(result: SearchResult, path: Path) -> dict[str, Any]:
-    """Return the answer for JSON."""
     objective = OBJECTIVES[result.search.goal.objective]
     shapes = {
         name: {
@@ -121,7 +116,6 @@ def _content(result: SearchResult, path: Path) -> dict[str, Any]:
 
 
 def _parts(result: SearchResult, path: Path) -> Iterator[Any]:
-    """Yield the answer for people."""
     search, best = result.search, result.best
     objective = OBJECTIVES[search.goal.objective]
     factor, unit = display_unit(objective.unit)

@@ -6,7 +6,7 @@
 import argparse
 import itertools
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cache, partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -40,7 +40,6 @@ class Verb(NamedTuple):
     takes_ros_arguments: bool = False  # whether ``--ros-args`` may follow
 
     def fill(self, parser: argparse.ArgumentParser) -> None:
-        """Add description and options to its parser."""
         parser.description = self.description
         for add in (*self.options, flag_option('--json', 'print one JSON object, SI units')):
             add(parser)
@@ -79,9 +78,10 @@ def option(
         text += ' (default: %(default)s)'
     if metavar is None and (flags.startswith('-') or kind is to_path):
         metavar = {to_path: 'FILE', int: 'N'}.get(kind) or unit.upper() or None
-    if unit:
+    if unit or kind in {int, float}:
         flag = flags.rsplit(maxsplit=1)[-1]
-        kind = lambda text: _late('parameters.typed.to_si')(flag, text, unit)  # noqa: E731
+        form = 'declaration.to_int' if kind is int else 'typed.to_si'
+        kind = lambda text: _late(f'parameters.{form}')(flag, text, unit)  # noqa: E731
     if kind is not None:
         more['type'] = kind
     return lambda to: to.add_argument(*flags.split(), metavar=metavar, help=text, **more)
@@ -152,23 +152,17 @@ def _declared(owner: str) -> dict[str, tuple[str, Any, str]]:
 
 
 class _Joined(argparse.Action):
-    """Joins the values of repeated options; values of a ``const`` option have less weight."""
+    """Joins the values of repeated options."""
 
     def __call__(self, _: Any, to: argparse.Namespace, values: Any, _flag: Any = None) -> None:
-        """Add the values."""
         old = getattr(to, self.dest) or type(values)()
-        if isinstance(values, list):
-            values = old + values
-        else:
-            values = values | old if self.const else old | values
-        setattr(to, self.dest, values)
+        setattr(to, self.dest, old + values if isinstance(values, list) else old | values)
 
 
 class _First(argparse.Action):
     """Puts its value before those of the other options of its name."""
 
     def __call__(self, _: Any, to: argparse.Namespace, values: Any, _flag: Any = None) -> None:
-        """Add the value."""
         setattr(to, self.dest, [values, *getattr(to, self.dest)])
 
 
@@ -217,20 +211,17 @@ def flag_option(flag: str, text: str, **more: Any) -> Option:
 
 def either(*options: Option, required: bool = False) -> Option:
     """Return options that exclude each other."""
-
-    def add(to: Any) -> None:
-        group = to.add_mutually_exclusive_group(required=required)
-        for each in options:
-            each(group)
-
-    return add
+    return _grouped(options, lambda to: to.add_mutually_exclusive_group(required=required))
 
 
 def titled(title: str, *options: Option) -> Option:
     """Return options under a title of their own."""
+    return _grouped(options, lambda to: to.add_argument_group(title))
 
+
+def _grouped(options: Iterable[Option], group_in: Callable[[Any], Any]) -> Option:
     def add(to: Any) -> None:
-        group = to.add_argument_group(title)
+        group = group_in(to)
         for each in options:
             each(group)
 
@@ -276,8 +267,8 @@ _FORMS: dict[str, tuple[str, str, Callable[[str], Any] | None]] = {
     ),
     'Mapping[str, str]': ('NAME=HEADER', _EXAMPLES + _REPEATED, None),
     'float | str': ('NAME=VALUE', _REPEATED, None),
-    'Known | str': ('NAME=VALUE+-SHARE', ', as runner.mass=3g+-1%%' + _REPEATED, None),
-    'Mapping[str, Known | str]': (
+    'KnownValue | str': ('NAME=VALUE+-SHARE', ', as runner.mass=3g+-1%%' + _REPEATED, None),
+    'Mapping[str, KnownValue | str]': (
         'NAME=VALUE+-SHARE',
         ', as contact.radius=0.5mm+-2%% or scale=+-30%%' + _REPEATED,
         None,
@@ -292,18 +283,7 @@ _FORMS: dict[str, tuple[str, str, Callable[[str], Any] | None]] = {
 READING = 'experiments.options.ReadingOptions'
 [WORKERS] = options_of(READING, 'workers')
 [WINDOW] = options_of(READING, 'window_s')
-MAP = (
-    *options_of(READING, 'headers'),
-    option(
-        '--map-file',
-        'YAML file of these names and headers; --map overrides it',
-        _late('lab.cli.experiment.read_headers'),
-        'FILE',
-        dest='headers',
-        action=_Joined,
-        const=True,
-    ),
-)
+MAP = options_of(READING, 'headers')
 LOOK = (
     option(
         '--style',

@@ -8,6 +8,7 @@ import json
 import os
 import sys
 from collections.abc import Iterable
+from itertools import zip_longest
 from typing import Any
 
 from stickslip_ros.errors import printable, shortened
@@ -30,13 +31,12 @@ class Answer:
     status: int = 0  # exit status of the process
 
     def show(self, *, as_json: bool) -> None:
-        """Print it as JSON or as text."""
         if as_json:
             print_json(self.content)
             return
         for place, part in enumerate(self.parts):
             section = Section(notes=(part,)) if isinstance(part, str) else part
-            if section.title:
+            if section.title and section.has_words:
                 print('\n' * (place > 0) + printable(section.title))
             if section.rows:
                 _print_table(section)
@@ -62,16 +62,13 @@ def _print_table(section: Section) -> None:
     shown = table.Table(
         box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, show_header=bool(header)
     )
-    for column in range(max(len(row) for row in [header, *rows])):
-        name = header[column] if header else ''
-        longest = max(len(row[column]) for row in rows if column < len(row))
-        is_number = column > 0 and longest <= _NUMBER_MAX
-        is_name = column == 0 and longest <= _NUMBER_MAX  # others wrap before it
+    for column, cells in enumerate(zip_longest(*rows, fillvalue='')):
+        is_short = max(map(len, cells)) <= _NUMBER_MAX
         shown.add_column(
-            text.Text(name),
-            justify='right' if is_number else 'left',
+            text.Text(header[column] if header else ''),
+            justify='right' if column and is_short else 'left',
             overflow='fold',
-            no_wrap=is_name,
+            no_wrap=is_short and not column,  # others wrap before a name
         )
     for row in rows:
         shown.add_row(*map(text.Text, row))

@@ -1,11 +1,13 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""``stickslip parameters`` and ``interface``: files and pages generated from the code."""
+"""``stickslip parameters``, ``interface`` and ``draw``: files made of parameters and code."""
 
 import argparse
 from collections.abc import Iterable, Iterator, Sequence
 
+from stickslip_ros.errors import UnknownName
+from stickslip_ros.files import prepare_output, replacing
 from stickslip_ros.instrument.reports import Result, Status
 from stickslip_ros.interface.topics import (
     COMMAND_TOPICS,
@@ -14,12 +16,11 @@ from stickslip_ros.interface.topics import (
     TRAJECTORY_ACTION,
     Topic,
 )
-from stickslip_ros.lab.cli.chosen import chosen_parameters
+from stickslip_ros.lab.cli.chosen import asked_output, chosen_parameters
 from stickslip_ros.lab.cli.printing import Answer
-from stickslip_ros.parameters import (
-    Parameters,
-    dump_yaml,
-)
+from stickslip_ros.lab.drawing.picture import draw_stand
+from stickslip_ros.lab.drawing.urdf import robot_description
+from stickslip_ros.parameters import Parameters, dump_yaml
 
 HEADING = """\
 The test stand of Nguyen, Teidelt, Popov, Fatikow, Physical Mesomechanics (2014),
@@ -35,6 +36,7 @@ Node `stickslip_drive`, executable `drive`. Names are relative, so a namespace m
 numbers are SI. +x is the direction in which a slow ramp of positive frequency pulls the runner.
 [Stamps](node.md#time) are simulated time. [Depths](node.md#quality-of-service) are those of the
 default [parameters](parameters.md); every topic is reliable.
+[Cost](../howto/several_drives.md#drives-per-core) of voltages, events and listeners.
 """
 
 
@@ -47,6 +49,18 @@ def parameters_verb(arguments: argparse.Namespace) -> Answer:
 def interface_verb(_: argparse.Namespace) -> Answer:
     """Return the page docs/reference/interface.md; as JSON the types of the topics."""
     return Answer({topic.name: topic.type_name for topic in (*COMMAND_TOPICS, *READINGS)}, _page())
+
+
+def draw_verb(arguments: argparse.Namespace) -> Answer:
+    """Write the drawing of a stand as SVG, or its bodies as URDF."""
+    parameters, path = chosen_parameters(arguments), asked_output(arguments)
+    if path.suffix not in {'.svg', '.urdf'}:
+        raise UnknownName('kind of drawing', path.suffix, 'use .svg or .urdf')
+    prepare_output(path)
+    text = (robot_description if path.suffix == '.urdf' else draw_stand)(parameters)
+    with replacing(path) as part:
+        part.write_text(text, encoding='utf-8')
+    return Answer({'drawing': str(path)}, [f'drawing {path}'])
 
 
 def _page() -> Iterator[str]:

@@ -12,10 +12,9 @@ from pathlib import Path
 
 from stickslip_ros.errors import WrongKind, printable
 from stickslip_ros.files import prepare_output
-from stickslip_ros.lab.cli.chosen import chosen_for, chosen_values
-from stickslip_ros.lab.cli.experiment import shown_tables
+from stickslip_ros.lab.cli.chosen import chosen_values
+from stickslip_ros.lab.cli.experiment import chosen_reading
 from stickslip_ros.lab.cli.printing import CHECK_FAILED, Answer
-from stickslip_ros.lab.readers.instructions import Reading
 from stickslip_ros.lab.runs.replay import Replay, read_drive_input, replay, replay_input
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.progress import shown_progress
@@ -46,8 +45,7 @@ def _replay(arguments: argparse.Namespace, output: Path) -> Replay:
         def show(now_ns: int, end_ns: int) -> None:
             progress(now_ns // 1_000_000, end_ns // 1_000_000)
 
-        reading = Reading(**chosen_for(Reading, arguments), report=shown_tables(arguments))
-        reading = reading.for_sources([arguments.file])
+        reading = chosen_reading(arguments, [arguments.file])
         if not reading.headers and is_recording(arguments.file):
             return replay(
                 arguments.file, output, changes, from_rest=arguments.from_rest, progress=show

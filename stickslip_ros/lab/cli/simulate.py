@@ -6,15 +6,23 @@
 import argparse
 from collections.abc import Sequence
 from dataclasses import fields, replace
+from pathlib import Path
 
 import numpy as np
 
+from stickslip_ros.arrays import Array
 from stickslip_ros.errors import RecordingError, StickSlipError, WrongKind
 from stickslip_ros.files import RUN_ENDINGS, prepare_output
-from stickslip_ros.lab.cli.chosen import chosen_draws, chosen_for, chosen_parameters
+from stickslip_ros.lab.cli.chosen import asked_output, chosen_draws, chosen_for, chosen_parameters
 from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.measurements.run_result import SawtoothRun
-from stickslip_ros.lab.measurements.sweep_table import STEP_BACK, check_table_path, write_table
+from stickslip_ros.lab.measurements.sweep_table import (
+    CSV,
+    PARQUET,
+    STEP_BACK,
+    check_table_path,
+    write_table,
+)
 from stickslip_ros.lab.runs.bands import BAND_DRAWS, LEVELS, band_of, bands_over
 from stickslip_ros.lab.runs.courses import Course
 from stickslip_ros.lab.runs.journal import Journal
@@ -28,6 +36,7 @@ from stickslip_ros.lab.runs.sweep import (
     run_sweep,
     stop_rule,
 )
+from stickslip_ros.lab.runs.sweep_parts import parts_for, run_parts
 from stickslip_ros.lab.runs.zero_amplitude import zero_amplitude
 from stickslip_ros.parameters import AMPLITUDE_SPEC, FREQUENCY_SPEC, Parameters, spec_of
 from stickslip_ros.progress import shown_progress
@@ -46,14 +55,7 @@ def simulate_verb(arguments: argparse.Namespace) -> Answer:
         wave, what = str(waveform or arguments.frequency_hz), 'a saw-tooth of a frequency above 0'
         raise WrongKind('wave of --both-ways', wave, what, 'change it, or leave --both-ways out')
     if waveform is not None:
-        try:
-            cycle = read_drive_input(waveform, parameters)
-        except RecordingError as error:
-            if '--map' not in str(error):
-                raise
-            hint = 'of stickslip import, and simulate its -o FILE'
-            raise StickSlipError(f'{error} {hint}') from None
-        waveform = np.column_stack((cycle.time_s, cycle.voltage_v))
+        waveform = _cycle(waveform, parameters)
     if arguments.output:
         prepare_output(arguments.output, is_new=True, endings=RUN_ENDINGS)
     given = {**chosen_for(simulate, arguments), 'waveform': waveform}
@@ -76,6 +78,18 @@ def simulate_verb(arguments: argparse.Namespace) -> Answer:
     held = 'the runner is fixed to the load cell, so its steps end; --no-load-cell frees it'
     note = [held] if parameters.load_cell.contact == 'attached' else []
     return Answer(content, [*result.sections(), *bands, *note])
+
+
+def _cycle(path: Path, stand: Parameters) -> Array:
+    """Return times, s, and voltages, V, of a table, which has no option that maps its columns."""
+    try:
+        cycle = read_drive_input(path, stand)
+    except RecordingError as error:
+        if '--map' not in str(error):
+            raise
+        hint = 'of stickslip import, and simulate its -o FILE'
+        raise StickSlipError(f'{error} {hint}') from None
+    return np.column_stack((cycle.time_s, cycle.voltage_v))
 
 
 def _bands(
@@ -101,19 +115,29 @@ def _bands(
 
 def sweep_verb(arguments: argparse.Namespace) -> Answer:
     """Run the drive at every combination of values, and write the table."""
-    path = arguments.output
-    check_table_path(path)
-    parameters = chosen_parameters(arguments)
     axes = parse_varied(arguments.vary)
     if arguments.preload is not None:
         axes.append(parse_axis('stand.preload', arguments.preload, spec_of('stand.preload')))
     sweep = Sweep(
-        parameters=parameters,
+        parameters=chosen_parameters(arguments),
         varied=tuple(axes),
         frequencies_hz=parse_floats('frequency', arguments.frequency, FREQUENCY_SPEC),
         amplitudes_m=parse_floats('amplitude', arguments.amplitude, AMPLITUDE_SPEC),
         **chosen_for(Sweep, arguments),
     )
+    path = asked_output(arguments)
+    is_table = path.name.endswith((CSV, PARQUET))
+    is_folder = not is_table and (path.is_dir() or not path.suffix)
+    return _parts(sweep, arguments) if is_folder else _table(sweep, arguments)
+
+
+def _table(sweep: Sweep, arguments: argparse.Namespace) -> Answer:
+    """Make all runs of a sweep, as one table."""
+    path = arguments.output
+    check_table_path(path)
+    if arguments.part:
+        hint = 'write -o NAME without an ending'
+        raise WrongKind('output of --part', str(path), 'a folder of tables', hint)
     journal_path = path.with_name(f'{path.name}.journal')
     with (
         Journal(journal_path, sweep.identity(), fresh=arguments.fresh) as journal,
@@ -123,15 +147,13 @@ def sweep_verb(arguments: argparse.Namespace) -> Answer:
         given = chosen_for(run_sweep, arguments)
         rows = run_sweep(sweep, **given, journal=journal, progress=progress)
         if draws := chosen_draws(arguments, BAND_DRAWS):
-            over_draws = [
-                run_sweep(replace(sweep, parameters=each), workers=arguments.workers or 0)
-                for each in draws
-            ]
+            stands = (replace(sweep, parameters=each) for each in draws)
+            over_draws = [run_sweep(each, workers=arguments.workers or 0) for each in stands]
             for case, row in enumerate(rows):
                 for name in _BANDS:
                     band = band_of([each[case][name] for each in over_draws])
                     row |= {f'{name}_{level}': value for level, value in band.items()}
-        write_table(rows, path, parameters)
+        write_table(rows, path, sweep.parameters)
         journal.remove()
     rule = stop_rule(sweep.steps)
     counts = [
@@ -143,6 +165,30 @@ def sweep_verb(arguments: argparse.Namespace) -> Answer:
     return Answer(
         {'file': str(path), 'stop_rule': rule, 'rows': rows},
         [Section('sweep', counts), f'stop    {rule}', f'table   {path}'],
+    )
+
+
+def _parts(sweep: Sweep, arguments: argparse.Namespace) -> Answer:
+    """Make one part of a sweep, or all, as tables in a folder."""
+    folder = arguments.output
+    if arguments.draws is not None:
+        what, hint = 'without --draws for a folder of tables', 'write a table, -o NAME.parquet'
+        raise WrongKind('sweep', str(arguments.draws), what, hint)
+    parts, numbers = parts_for(sweep, folder, arguments.part, fresh=arguments.fresh)
+    unit = 'parts' if arguments.scheduler else 'runs'
+    with shown_progress(unit, quiet=arguments.json, resumes=True) as progress:
+        workers = arguments.workers or 0
+        kept = run_parts(parts, numbers, workers, arguments.scheduler, progress)
+    rule, made = stop_rule(sweep.steps), len(numbers) - kept
+    counts = [
+        ('runs', sum(len(parts.cases_of(number)) for number in numbers)),
+        ('parts', f'{len(numbers)} of {parts.count}'),
+        ('of these taken from the folder', kept),
+    ]
+    files = [str(folder / parts.path(number).name) for number in numbers]
+    return Answer(
+        {'folder': str(folder), 'stop_rule': rule, 'files': files, 'made': made},
+        [Section('sweep', counts), f'stop    {rule}', f'tables  {folder}'],
     )
 
 

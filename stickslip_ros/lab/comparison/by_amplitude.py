@@ -12,6 +12,7 @@ import numpy as np
 import stickslip_ros
 from stickslip_ros.arrays import Array
 from stickslip_ros.lab.comparison.result import Compared, Incomparable, Part, threshold_of
+from stickslip_ros.lab.experiments.friction_loop import without_effect
 from stickslip_ros.lab.experiments.options import ReadingOptions
 from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.lab.experiments.reading import of_points
@@ -19,14 +20,17 @@ from stickslip_ros.lab.measurements.measurement import (
     AMPLITUDE_COLUMN,
     FORCE_COLUMN,
     FREQUENCY_COLUMN,
+    LOOP_COLUMN,
     PRELOAD_COLUMN,
+    ROW_COLUMN,
     SAME,
+    WAY_COLUMN,
     PointTable,
     is_constant,
     point_table,
 )
-from stickslip_ros.lab.readers.measured import POINT_COLUMNS
-from stickslip_ros.lab.readers.numbers import sigma_name
+from stickslip_ros.lab.measurements.numbers import sigma_name
+from stickslip_ros.lab.measurements.vocabulary import POINT_COLUMNS
 from stickslip_ros.lab.runs.batch import Progress, pool_of
 from stickslip_ros.lab.runs.zero_amplitude import WITHOUT_CELL
 from stickslip_ros.parameters import Parameters, Scalar, bare_name
@@ -50,7 +54,7 @@ def predicted_points(
     Raises StickSlipError if the stand cannot make a point, or a parameter is set and a column.
 
     """
-    names = [name for name in table.settings if name not in POINT_COLUMNS]
+    names = [name for name in table.settings if name not in {*POINT_COLUMNS, LOOP_COLUMN}]
     changed = parameters.changed()
     for name in map(bare_name, names):
         if name in changed:
@@ -72,7 +76,8 @@ def predicted_points(
             columns[name][row] = float(number.values[0])
             unsteady |= set() if number.is_steady else {row}
     described = {'stickslip_ros': stickslip_ros.__version__, **parameters.flat()}
-    return point_table(columns, MODEL, MODEL, described, len(unsteady))
+    notes = without_effect(parameters) if table.axis == ROW_COLUMN else ()
+    return point_table(columns, MODEL, MODEL, described, len(unsteady), notes)
 
 
 def compare_points(a: PointTable, b: PointTable) -> tuple[Compared, ...]:
@@ -91,19 +96,22 @@ def compare_points(a: PointTable, b: PointTable) -> tuple[Compared, ...]:
     for name in names:
         parts = tuple(part for at in shared if (part := _part(a, b, at, name)) is not None)
         if not parts:
-            ranges = []
-            for table in (a, b):
-                preloads_n = dict.fromkeys(table.columns[PRELOAD_COLUMN])
-                ranges.append(f'{", ".join(f"{n:g}" for n in preloads_n)} N')
-                if table.axis == AMPLITUDE_COLUMN:
-                    nm = NM * table.values(AMPLITUDE_COLUMN, range(table.side.rows))
-                    ranges[-1] += f', {min(nm):.5g} to {max(nm):.5g} nm'
-            problem = f'({ranges[0]}) has no point within {b.side.origin} ({ranges[1]})'
+            problem = f'({_range_of(a)}) has no point within {b.side.origin} ({_range_of(b)})'
             hint = f'compute its points with: stickslip compare {a.side.origin} model'
             raise Incomparable(a.side.origin, problem, hint)
         left_out = len(a.rows_of(name, range(a.side.rows))) - sum(len(part.x) for part in parts)
         quantities.append(Compared(name, parts, left_out))
     return tuple(quantities)
+
+
+def _range_of(table: PointTable) -> str:
+    """Return the preloads and the strokes of a table in words."""
+    preloads_n = dict.fromkeys(table.columns[PRELOAD_COLUMN])
+    words = f'{", ".join(f"{n:g}" for n in preloads_n)} N'
+    if table.axis != AMPLITUDE_COLUMN:
+        return words
+    nm = NM * table.values(AMPLITUDE_COLUMN, range(table.side.rows))
+    return f'{words}, {min(nm):.5g} to {max(nm):.5g} nm'
 
 
 def _varied(a: PointTable, b: PointTable) -> list[str]:
@@ -136,6 +144,8 @@ def _part(a: PointTable, b: PointTable, at: dict[str, Scalar], name: str) -> Par
     x_m, values_a = a.values(a.axis, inside), a.values(name, inside)
     sigma = _sigma(a, b, name, inside, rows_b)
     part = Part(at, a.axis, x_m, values_a, np.interp(x_m, nodes_m, nodes), sigma)
+    if a.axis == ROW_COLUMN:
+        return replace(part, way_m=a.values(WAY_COLUMN, inside))
     if name != FORCE_COLUMN:
         return part
     threshold_a = threshold_of(strokes_m, a.values(name, rows_a))

@@ -3,42 +3,41 @@
 
 """Compare two files, or a file and the model, over time or by amplitude."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stickslip_ros.lab.comparison import by_amplitude, in_time
-from stickslip_ros.lab.comparison.report import ComparisonReport
-from stickslip_ros.lab.comparison.result import (
-    TIME_COLUMN,
-    Alignment,
-    Compared,
-    Incomparable,
-)
+from stickslip_ros.lab.comparison.result import Alignment, Compared, Comparison, Incomparable
+from stickslip_ros.lab.comparison.words import sections, sentences
 from stickslip_ros.lab.experiments.options import ReadingOptions
 from stickslip_ros.lab.experiments.reading import experiment_of
 from stickslip_ros.lab.experiments.sensor import noise_of
 from stickslip_ros.lab.experiments.sensor_clock import LEAD_S
+from stickslip_ros.lab.figures.plottable import Plottable
 from stickslip_ros.lab.measurements.measurement import (
+    TIME_COLUMN,
     Measurement,
     PointTable,
     TimeRun,
     attached,
     measured,
-    of_table,
 )
-from stickslip_ros.lab.measurements.recorded_run import Run, recording_of
-from stickslip_ros.lab.readers.experiment import listed_sources, read_joined
-from stickslip_ros.lab.readers.measured import MeasuredTable
+from stickslip_ros.lab.measurements.recorded_run import Run
+from stickslip_ros.lab.measurements.tables import listed_sources
+from stickslip_ros.lab.measurements.vocabulary import MeasuredTable
 from stickslip_ros.lab.runs.bands import bands_with_noise
 from stickslip_ros.lab.runs.batch import Progress
 from stickslip_ros.parameters import Parameters, checked_arguments
 from stickslip_ros.progress import progress_of
+from stickslip_ros.sections import Section
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from stickslip_ros.lab.readers.formats import Table
 
 
@@ -53,6 +52,23 @@ class CompareOptions(ReadingOptions):
     """Estimate that shift by cross-correlation."""
     offset: bool = False
     """Shift the position of B to that of A, as its zero is arbitrary."""
+
+
+class ComparisonReport(Plottable, Comparison):
+    """The result of ``compare``."""
+
+    def sections(self) -> Iterator[Section]:
+        """Yield the findings, the two sides, and the numbers of each quantity."""
+        return sections(self, self._draw)
+
+    def _draw(self, quantities: Sequence[Compared] = ()) -> 'Figure':
+        # It takes long.
+        from stickslip_ros.lab.comparison.figure import draw_comparison  # noqa: PLC0415
+
+        return draw_comparison(self, quantities or self.quantities)
+
+    def __repr__(self) -> str:
+        return '\n'.join(sentences(self))
 
 
 @checked_arguments
@@ -90,24 +106,16 @@ def compare(
         If one cannot be read, or the two cannot be compared.
 
     """
-    if isinstance(b, Mapping) and all('.' in str(each) for each in b):
-        b = Parameters().updated(b)
+    b = _stand_of(b)
     given = listed_sources(a)
     window_s = None if options.align else options.window_s  # to align needs all of both
-    beside = [] if b is None or isinstance(b, Parameters) else listed_sources(b)
+    others = [] if b is None or isinstance(b, Parameters) else listed_sources(b)
     reading = options.reading(report, b if isinstance(b, Parameters) else None)
-    reading = reading.for_sources([*given, *beside])
-    for each in given if len(given) > 1 else []:
-        if recorded := recording_of(each, {}):
-            hint = f'compare it by itself: stickslip compare {recorded[0].path} model'
-            raise Incomparable(recorded[0].path, 'is a recording beside other sources', hint)
-    begins_s = LEAD_S if isinstance(b, Parameters) else 0.0  # a model runs from before the window
-    stretch_s = window_s and (window_s[0] - begins_s, window_s[1])
-    first = (
-        measured(given[0], reading, window_s=None if options.commands is not None else stretch_s)
-        if len(given) == 1
-        else of_table(read_joined(given, reading))
-    )
+    reading = reading.for_sources([*given, *others])
+    stretch_s = None
+    if window_s is not None and options.commands is None:  # a model runs from before the window
+        stretch_s = window_s[0] - LEAD_S * isinstance(b, Parameters), window_s[1]
+    first = measured(given, reading, window_s=stretch_s)
     if isinstance(first, PointTable):
         _check_timeless(first, options)
     if not isinstance(b, Parameters):
@@ -116,31 +124,41 @@ def compare(
             raise Incomparable('draws', 'need the model as B', hint)
         if b is None:
             return _compared(first, attached(first, reading), options)
-        [other] = listed_sources(b)
-        if window_s is not None and options.shift_s is not None:  # in B's own times
-            window_s = window_s[0] - options.shift_s, window_s[1] - options.shift_s
-        return _compared(
-            first, measured(other, reading, number=len(given), window_s=window_s), options
-        )
-    shown_by: Callable[[Parameters], Measurement]
-    if isinstance(first, TimeRun):
-        _check_unmoved(first, options)
-        options = replace(options, offset=True)
-        experiment = experiment_of(first, b, reading.preload_n(0), options)
-        shown_by = partial(in_time.predicted_run, experiment)
-    else:
-        if options.commands is not None:
-            hint = 'leave out --commands'
-            raise Incomparable(first.side.origin, 'is by amplitude: no voltage drove it', hint)
-        shown_by = partial(
-            by_amplitude.predicted_points,
-            first,
-            options=options,
-            progress=False if draws else progress,
-        )
+        [other], shift_s = others, options.shift_s or 0.0
+        window_s = window_s and (window_s[0] - shift_s, window_s[1] - shift_s)  # in B's own times
+        second = measured(other, reading, number=len(given), window_s=window_s)
+        return _compared(first, second, options)
+    quiet = False if draws else progress
+    shown_by, options = _model_for(first, b, reading.preload_n(0), options, quiet)
     return _with_bands(
         lambda stand: _compared(first, shown_by(stand), options), b, draws, progress
     )
+
+
+def _stand_of(b: Any) -> Any:
+    """Return a mapping of names of parameters as parameters, and anything else as it is."""
+    is_stand = isinstance(b, Mapping) and all('.' in str(each) for each in b)
+    return Parameters().updated(b) if is_stand else b
+
+
+def _model_for(
+    a: Measurement,
+    stand: Parameters,
+    preload_n: float | None,
+    options: CompareOptions,
+    progress: bool | Progress,
+) -> tuple[Callable[[Parameters], Measurement], CompareOptions]:
+    """Return what a stand shows under the voltage or at the points of A, and the options."""
+    if isinstance(a, TimeRun):
+        _check_unmoved(a, options)
+        options = replace(options, offset=True)
+        experiment = experiment_of(a, stand, preload_n, options)
+        return partial(in_time.predicted_run, experiment), options
+    if options.commands is not None:
+        hint = 'leave out --commands'
+        raise Incomparable(a.side.origin, 'is by amplitude: no voltage drove it', hint)
+    points = by_amplitude.predicted_points
+    return partial(points, a, options=options, progress=progress), options
 
 
 def _check_unmoved(a: TimeRun, options: CompareOptions) -> None:

@@ -12,13 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.lab.comparison.result import (
-    TIME_COLUMN,
-    Compared,
-    Comparison,
-    Part,
-)
-from stickslip_ros.lab.comparison.words import place, title
+from stickslip_ros.lab.comparison.result import Compared, Comparison, Part
 from stickslip_ros.lab.figures.plotting import (
     BLACK,
     GREY,
@@ -29,23 +23,22 @@ from stickslip_ros.lab.figures.plotting import (
     new_figure,
     styled,
 )
-from stickslip_ros.lab.measurements.measurement import (
-    AMPLITUDE_COLUMN,
-    PRELOAD_COLUMN,
-    VOLTAGE_COLUMN,
+from stickslip_ros.lab.measurements.measurement import TIME_COLUMN, VOLTAGE_COLUMN
+from stickslip_ros.lab.measurements.words import (
+    CURVE_AXES,
+    LEGEND_MAX,
+    quantity_words,
+    setting_words,
 )
-from stickslip_ros.units import NM, display_unit
+from stickslip_ros.units import display_unit
 
-ALONG = {
-    TIME_COLUMN: (1.0, 'time (s)'),
-    AMPLITUDE_COLUMN: (NM, 'stroke of the feet (nm)'),
-    VOLTAGE_COLUMN: (1.0, 'voltage (V)'),
-    PRELOAD_COLUMN: (1.0, 'preload (N)'),
-}
-"""Axes of the points: factor of SI and label."""
 _PIXELS = 800  # most points per curve
-LEGEND_MAX = 10
 _NAME_MAX = 40  # most characters of a file name in a legend; the end of a longer name is shown
+_CYCLE_SAMPLES = 1 << 16  # samples of a course in which a cycle is looked for
+_CYCLES_MIN, _CYCLE_SHOWN = 4, 1.2  # least cycles of a course with one enlarged, and cycles shown
+_TICKS_MAX = 6, 3  # intervals between times below a course and below a cycle
+_READINGS_MIN = 10  # least readings of an enlarged cycle
+_ALIKE_MIN = 0.2  # least autocorrelation of the changes after a cycle
 BARS_MAX = 200  # error bars of more points hide the points
 
 
@@ -54,15 +47,34 @@ def draw_comparison(comparison: Comparison, quantities: Sequence[Compared]) -> F
     """Draw quantities below each other, each with its difference below it."""
     figure = new_figure(8.0, 3.5 + 2.5 * len(quantities))
     ratios, axes = (2.0, 1.0) * len(quantities), {each.parts[0].axis for each in quantities}
-    panels = figure.subplots(len(ratios), 1, sharex=len(axes) == 1, height_ratios=ratios)
-    for quantity, overlay, residuals in zip(quantities, panels[::2], panels[1::2], strict=True):
-        _draw_quantity(comparison, quantity, overlay, residuals)
-        if len(axes) > 1 or residuals is panels[-1]:
-            residuals.set_xlabel(ALONG[quantity.parts[0].axis][1])
+    is_wide = axes == {TIME_COLUMN} and not is_narrow(figure)
+    named = {each.name: each for each in comparison.quantities}
+    clearest = named.get(VOLTAGE_COLUMN, quantities[0])
+    cycle_s = cycle_of(clearest.parts[0]) if is_wide else None
+    panels, *enlarged = figure.subplots(
+        len(ratios),
+        1 if cycle_s is None else 2,
+        sharex='col' if len(axes) == 1 else 'none',
+        height_ratios=ratios,
+        width_ratios=(2.0, 1.0)[: 1 if cycle_s is None else 2],
+        squeeze=False,
+    ).T
+    for columns, only_s in ((panels, None), *((each, cycle_s) for each in enlarged)):
+        for quantity, overlay, residuals in zip(
+            quantities, columns[::2], columns[1::2], strict=True
+        ):
+            _draw_quantity(comparison, quantity, overlay, residuals, only_s)
+            if len(axes) > 1 or residuals is columns[-1]:
+                place = 'center' if only_s is None else 'left'  # beside a common part of times
+                residuals.set_xlabel(CURVE_AXES[quantity.parts[0].axis][1], loc=place)
+    if enlarged:
+        for each, ticks in zip((panels, *enlarged), _TICKS_MAX, strict=True):
+            each[-1].locator_params(axis='x', nbins=ticks)
+    figure.align_ylabels(panels)
     if max(len(quantity.parts) for quantity in quantities) <= LEGEND_MAX:
         shown: dict[str, Any] = {}
-        for overlay in panels[::2]:
-            for handle, label in zip(*overlay.get_legend_handles_labels(), strict=True):
+        for each in panels:
+            for handle, label in zip(*each.get_legend_handles_labels(), strict=True):
                 shown.setdefault(label, handle)
         order = sorted(shown, key=lambda label: label[0])
         columns = 1 if is_narrow(figure) else 2
@@ -71,8 +83,27 @@ def draw_comparison(comparison: Comparison, quantities: Sequence[Compared]) -> F
     return figure
 
 
+def cycle_of(part: Part) -> tuple[float, float] | None:
+    """Return start and end of a little more than a cycle in the middle of a course, s, if any."""
+    time_s = np.linspace(part.x[0], part.x[-1], _CYCLE_SAMPLES)
+    changes = np.diff(np.interp(time_s, part.x, part.a))
+    power = np.abs(np.fft.rfft(changes - changes.mean(), 2 * _CYCLE_SAMPLES)) ** 2
+    alike = np.fft.irfft(power)[: _CYCLE_SAMPLES // _CYCLES_MIN]
+    first = int(np.argmax(alike <= 0.0))  # behind the peak at 0
+    lag = first + int(np.argmax(alike[first:]))
+    readings = lag * len(part.x) / _CYCLE_SAMPLES
+    if not first or readings < _READINGS_MIN or alike[lag] < _ALIKE_MIN * alike[0]:
+        return None
+    middle_s = float(time_s[_CYCLE_SAMPLES // 2])
+    return middle_s, middle_s + _CYCLE_SHOWN * float(time_s[lag] - time_s[0])
+
+
 def _draw_quantity(
-    comparison: Comparison, quantity: Compared, overlay: Axes, residuals: Axes
+    comparison: Comparison,
+    quantity: Compared,
+    overlay: Axes,
+    residuals: Axes,
+    only_s: tuple[float, float] | None,
 ) -> None:
     factor, unit = display_unit(quantity.unit)
     names = []
@@ -80,8 +111,8 @@ def _draw_quantity(
         name = PurePath(each.origin).name
         short = name if len(name) <= _NAME_MAX else f'…{name[1 - _NAME_MAX :]}'
         names.append(f'{side}: {escaped(short)}')
-    for index, part in enumerate(quantity.parts):
-        at = escaped(place(part.at))
+    for index, part in enumerate(each.within(only_s) for each in quantity.parts):
+        at = escaped(setting_words(part.at))
         labels = [f'{name}, {at}' if at else name for name in names]
         if part.axis == TIME_COLUMN:
             for axes, values, name, style in (
@@ -90,17 +121,20 @@ def _draw_quantity(
                 (residuals, part.difference, '', {'linewidth': 0.8, 'color': BLACK}),
             ):
                 axes.plot(*decimated(part.x, factor * values, _PIXELS), label=name, **style)
+            overlay.margins(x=0.0)
             residuals.margins(x=0.0)
             if part.sigma is not None:
                 for sign in (-1.0, 1.0):
                     noise = decimated(part.x, sign * factor * part.sigma, _PIXELS)
-                    residuals.plot(*noise, color=GREY, linewidth=0.8, linestyle='--')
+                    dashes: dict[str, Any] = {'color': GREY, 'linewidth': 0.8, 'linestyle': '--'}
+                    residuals.plot(*noise, label='± 1 sigma', **dashes)
             if part.band is not None:
                 _fill_bands(residuals, part.x, part, factor)
         else:
             _draw_part(overlay, residuals, part, factor, curve_style(index), labels)
-    overlay.set_ylabel(f'{title(quantity)} ({unit})')
-    residuals.set_ylabel(f'B − A ({unit})')
+    if only_s is None:
+        overlay.set_ylabel(f'{quantity_words(quantity.name)} ({unit})')
+        residuals.set_ylabel(f'B − A ({unit})')
     residuals.axhline(0.0, color=GREY, linewidth=0.8)
 
 
@@ -113,9 +147,9 @@ def _draw_part(
     labels: Sequence[str],
 ) -> None:
     """Draw one curve: A as points, with error bars where known, B as a line."""
-    order, scale = np.argsort(part.x, kind='stable'), ALONG[part.axis][0]
-    x, a, b = (each[order] for each in (part.x, part.a, part.b))
-    x, a, b = scale * x, factor * a, factor * b
+    order, scale = np.argsort(part.x, kind='stable'), CURVE_AXES[part.axis][0]
+    over = scale * (part.x if part.way_m is None else part.way_m)
+    x, a, b = over[order], factor * part.a[order], factor * part.b[order]
     bars = None
     if part.sigma is not None and len(x) <= BARS_MAX:
         bars = factor * part.sigma[order]
@@ -126,15 +160,17 @@ def _draw_part(
     )
     residuals.errorbar(x, b - a, linewidth=0.8, **style, **bar)
     if part.band is not None:
-        _fill_bands(residuals, scale * part.x, part, factor)
+        _fill_bands(residuals, over, part, factor)
 
 
 def _fill_bands(axes: Axes, x: Array, part: Part, factor: float) -> None:
     """Shade the differences expected from the unknowns of B and noise."""
-    order = np.argsort(x, kind='stable')
+    order = np.argsort(part.x, kind='stable')
     order = order[:: 1 + len(order) // _PIXELS]
     band = part.band or {}
     for share in ('95', '68'):
         ends = (part.b - band[f'{side}_{share}'] for side in ('high', 'low'))
         low, high = (factor * each[order] for each in ends)
-        axes.fill_between(x[order], low, high, color=GREY, alpha=0.25, linewidth=0.0)
+        label = f'B, {share} % band'
+        alpha = {'95': 0.25, '68': 0.5}[share]
+        axes.fill_between(x[order], low, high, color=GREY, alpha=alpha, linewidth=0.0, label=label)

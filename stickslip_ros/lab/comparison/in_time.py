@@ -3,25 +3,14 @@
 
 """Compare runs quantity by quantity in their common time."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 import stickslip_ros
-from stickslip_ros.arrays import Array
-from stickslip_ros.lab.comparison.clocks import (
-    OVERLAP_MIN,
-    TRUSTED,
-    as_good,
-    clock_shift,
-    coefficients,
-    farthest_s,
-    overlaps,
-    wander_s,
-)
+from stickslip_ros.lab.comparison.by_amplitude import MODEL
+from stickslip_ros.lab.comparison.clock_shift import TRUSTED, clock_shift
 from stickslip_ros.lab.comparison.result import (
-    TIME_COLUMN,
     Alignment,
     Compared,
     Incomparable,
@@ -32,21 +21,17 @@ from stickslip_ros.lab.experiments.experiment import Experiment, Voltage
 from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.lab.experiments.reading import behind_low_pass
 from stickslip_ros.lab.experiments.sensor_clock import lateness_in
-from stickslip_ros.lab.measurements.measurement import Side, TimeRun
-from stickslip_ros.lab.readers.numbers import sigma_name
+from stickslip_ros.lab.measurements.measurement import TIME_COLUMN, Side, TimeRun
+from stickslip_ros.lab.measurements.numbers import sigma_name
 from stickslip_ros.lab.runs.sawtooth_run import scatter_of
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.series import Series
 
-_MODEL = 'model'
 STANDS_STILL = 0.05  # least range of a model, per range of the readings
 _POSITION, _VOLTAGE = 'position_m', 'voltage_v'
+_SAMPLES_MIN = 4  # fewer give no shift
 RAMPS_MIN = 10  # ramps of a run with steps
-DECIDES = 0.9  # least coefficient of a quantity that decides the shift alone
 PERIOD_SLACK = 0.1  # largest deviation of the period of a ramp from the median, as a share
-_SAMPLES_MAX = 1 << 20
-_ON_GRID = 1e-4  # least unexplained variance of a shift between the samples
-TIED = 1e-9  # largest difference of equal coefficients; the smallest of their lags counts
 
 
 def predicted_run(experiment: Experiment, stand: Parameters) -> TimeRun:
@@ -57,57 +42,51 @@ def predicted_run(experiment: Experiment, stand: Parameters) -> TimeRun:
     assert isinstance(experiment.drive, Voltage)
     begins_s = experiment.drive.begins_s
     series = {}
-    for each, prediction in zip(experiment.seen, found, strict=True):
+    for each, prediction in zip(experiment.observed, found, strict=True):
         values = behind_low_pass(each, prediction.values)
-        series[each.quantity] = Series(each.time_s + begins_s, values, each.unit, _MODEL)
+        series[each.quantity] = Series(each.time_s + begins_s, values, each.unit, MODEL)
     rows = max(len(each) for each in series.values())
     described = {'stickslip_ros': stickslip_ros.__version__, **stand.flat()}
     notes = (*experiment.drive.notes, *experiment.notes)
-    for each in experiment.seen:
+    for each in experiment.observed:
         moved = float(np.ptp(series[each.quantity].value))
         if moved < STANDS_STILL * float(np.ptp(each.values)):
             share = moved / float(np.ptp(each.values))
             notes += (f'the range of {each.quantity} of the model is {share:.2g} of that of A',)
-    side = Side(_MODEL, _MODEL, rows, described, stand.changed(), notes)
+    side = Side(MODEL, MODEL, rows, described, stand.changed(), notes)
     alignment = Alignment(late_s, 'estimated', decided_by='falls of the voltage')
     return TimeRun(side, series, alignment=alignment if late_s else None)
 
 
 def align(a: TimeRun, b: TimeRun) -> Alignment:
-    """Estimate the shift of B; raise Incomparable without a common quantity that changes."""
-    pairs = {name: (_finite(a.series[name]), _finite(b.series[name])) for name in _shared(a, b)}
-    pairs = {name: pair for name, pair in pairs.items() if min(map(len, pair)) > 1}
-    if not pairs:
-        hint = 'give --shift instead of --align'
-        raise Incomparable('the shift', 'needs more than one sample of a quantity', hint)
-    changing = {
-        name: pair
-        for name, pair in pairs.items()
-        if all(np.ptp(each.value) > 0.0 for each in pair)
-    }
-    found = list[Alignment]()
-    if _VOLTAGE in changing:
-        one, other = changing[_VOLTAGE]
+    """
+    Estimate the shift of B from the voltage, or else from the quantity with the least error.
+
+    Raises Incomparable without a common quantity that changes alike.
+
+    """
+    found, correlations = list[Alignment](), list[float]()
+    for name in sorted(_shared(a, b), key=_VOLTAGE.__ne__):
+        one, other = _finite(a.series[name]), _finite(b.series[name])
+        if min(len(one), len(other)) < _SAMPLES_MIN or not np.ptp(one.value) * np.ptp(other.value):
+            continue
         clock = clock_shift(one.time_s, one.value, other.time_s, other.value, sampled=True)
-        if clock.coefficient >= TRUSTED:
-            number, error_s = clock.coefficient, clock.error_s
-            told = _VOLTAGE, tuple(clock.doubts())
-            found = [Alignment(clock.shift_s, 'estimated', number, None, error_s, *told)]
-            del changing[_VOLTAGE]
-            if not clock.doubts():
-                return found[0]
-    for name, pair in changing.items():
-        each = estimate_alignment([pair])
-        if (each.correlation or 0.0) > DECIDES:
-            found.append(replace(each, decided_by=name))
+        correlations.append(clock.coefficient)
+        if clock.coefficient < TRUSTED:
+            continue
+        doubts = tuple(clock.doubts())
+        given = clock.coefficient, clock.error_s, name, doubts
+        found.append(Alignment(clock.shift_s, 'estimated', *given))
+        if name == _VOLTAGE and not doubts:
+            return found[0]
     if found:
         return min(found, key=lambda each: each.error_s or 0.0)
-    both = replace(estimate_alignment(list(pairs.values())), decided_by=', '.join(changing))
-    if (both.correlation or 0.0) < TRUSTED:
-        problem = f'has a best correlation of {both.correlation:.3f}, below {TRUSTED:g}'
+    if correlations:
+        problem = f'has a best correlation of {max(correlations):.3f}, below {TRUSTED:g}'
         hint = 'give --shift, or two records of the same motion'
         raise Incomparable('the shift', problem, hint)
-    return both
+    problem = f'needs {_SAMPLES_MIN} samples of a quantity that changes in both'
+    raise Incomparable('the shift', problem, 'give --shift instead of --align')
 
 
 def compare_runs(a: TimeRun, b: TimeRun, *, offset: bool = False) -> tuple[Compared, ...]:
@@ -192,75 +171,3 @@ def _shared(a: TimeRun, b: TimeRun) -> list[str]:
         problem = f'has {has[1]}, {a.side.origin} has {has[0]}'
         raise Incomparable(b.side.origin, problem, 'compare runs that share a quantity')
     return names
-
-
-def estimate_alignment(pairs: Sequence[tuple[Series, Series]]) -> Alignment:
-    """
-    Estimate the shift of B to A from finite quantities of both, two samples or more.
-
-    All are interpolated to even times. The best whole number of samples has the largest mean of
-    Pearson's coefficients over the quantities, each over the overlap. A parabola through it and
-    its neighbours refines it. Its error is a sample, the wander of the clock, or the distance of
-    the farthest peak that is as good. Raises Incomparable if no quantity changes in both.
-
-    """
-    runs = [[pair[side] for pair in pairs] for side in (0, 1)]
-    series = [*runs[0], *runs[1]]
-    finest_s = min(float(np.median(np.diff(np.unique(each.time_s)))) for each in series)
-    longest_s = max(float(each.time_s[-1] - each.time_s[0]) for each in series)
-    step_s = max(finest_s, longest_s / _SAMPLES_MAX)
-    starts_s, values = list[float](), list[Array]()
-    for run in runs:  # on even times, shape (quantities, n)
-        start_s = max(float(each.time_s[0]) for each in run)
-        end_s = min(float(each.time_s[-1]) for each in run)
-        count = int(np.floor((end_s - start_s) / step_s + 0.5)) + 1 if end_s >= start_s else 1
-        times_s = start_s + step_s * np.arange(count)
-        starts_s.append(start_s)
-        values.append(np.array([np.interp(times_s, each.time_s, each.value) for each in run]))
-    a, b = values
-    scores = _scores(a, b)
-    lags = np.arange(1 - b.shape[1], a.shape[1])
-    tied = np.flatnonzero(scores >= np.max(scores) - TIED)
-    offset_s = starts_s[0] - starts_s[1]
-    best = int(tied[np.argmin(np.abs(offset_s + step_s * lags[tied]))])
-    vertex = 0.0
-    if 0 < best < len(scores) - 1:
-        before, middle, after = (float(value) for value in scores[best - 1 : best + 2])
-        bend = before - 2.0 * middle + after
-        vertex = 0.0 if bend >= 0.0 else float(np.clip(0.5 * (before - after) / bend, -0.5, 0.5))
-    shift_s = offset_s + step_s * (float(lags[best]) + vertex)
-    around = np.pad(scores, 1, constant_values=-1.0)
-    tops = (scores >= around[:-2]) & (scores >= around[2:])
-    alike_s = offset_s + step_s * lags[tops & as_good(scores, scores[best], _ON_GRID)]
-    wanders_s = [_wander_of(*pair, shift_s, step_s) for pair in pairs]
-    error_s = max(step_s, *wanders_s) + farthest_s([shift_s, *alike_s], shift_s)
-    return Alignment(shift_s, 'estimated', float(scores[best]), step_s, error_s)
-
-
-def _wander_of(a: Series, b: Series, shift_s: float, step_s: float) -> float:
-    """Return the largest further shift of a part of B to A."""
-    at_s = b.time_s + shift_s
-    inside = (at_s >= a.time_s[0]) & (at_s <= a.time_s[-1])
-    before, there, after = (
-        np.interp(at_s[inside] + each, a.time_s, a.value) for each in (-step_s, 0.0, step_s)
-    )
-    columns = np.column_stack((there, np.ones(len(there))))
-    gains = np.linalg.lstsq(columns, b.value[inside], rcond=None)[0]
-    return wander_s(
-        gains[0] * (after - before) / (2.0 * step_s), b.value[inside] - columns @ gains
-    )
-
-
-def _scores(a: Array, b: Array) -> Array:
-    """Return the mean coefficient at each lag; -1 with too short an overlap."""
-    found = [
-        coefficients(one - one.mean(), other - other.mean())
-        for one, other in zip(a, b, strict=True)
-        if np.ptp(one) > 0.0 and np.ptp(other) > 0.0
-    ]
-    if not found:
-        hint = 'record a motion, or give --shift'
-        raise Incomparable('the shift', 'needs a quantity that changes in both', hint)
-    overlap = overlaps(a.shape[1], b.shape[1])[2]
-    is_enough = overlap >= OVERLAP_MIN * min(a.shape[1], b.shape[1])
-    return np.where(is_enough, np.mean(found, axis=0), -1.0)

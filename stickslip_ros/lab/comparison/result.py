@@ -4,7 +4,7 @@
 """Results of a comparison: numbers of B minus A in SI units, see docs/howto/compare.md."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -13,12 +13,11 @@ from scipy.special import chdtrc
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.lab.measurements.measurement import Side
+from stickslip_ros.lab.measurements.measurement import TIME_COLUMN, Side
 from stickslip_ros.parameters import Scalar
 from stickslip_ros.sections import as_json
 from stickslip_ros.units import unit_of
 
-TIME_COLUMN = 'time_s'
 FLANK = (0.1, 0.5)  # shares of the largest force between which a force curve is almost straight
 FLANK_POINTS_MIN = 2
 ROUNDING = 1e-12  # largest relative spread of a constant
@@ -77,15 +76,24 @@ class Part:
     threshold_b: Threshold | None = None
     # ends of the bands of B by their names, shapes (n,), see ``lab.runs.bands``
     band: dict[str, Array] | None = None
+    way_m: Array | None = None  # displacement of the rows of a friction loop, shape (n,)
+
+    def within(self, limits: tuple[float, float] | None) -> 'Part':
+        """Return the points whose x lies within limits, if any are given."""
+        if limits is None:
+            return self
+        here = (self.x >= limits[0]) & (self.x <= limits[1])
+        band = self.band and {name: each[here] for name, each in self.band.items()}
+        sigma = None if self.sigma is None else self.sigma[here]
+        x, a, b = (each[here] for each in (self.x, self.a, self.b))
+        return replace(self, x=x, a=a, b=b, sigma=sigma, band=band)
 
     @property
     def difference(self) -> Array:
-        """B - A."""
         return self.b - self.a
 
     @cached_property
     def agreement(self) -> Agreement:
-        """Difference of B and A in this part."""
         return agreement_of([self])
 
     def to_json(self) -> dict[str, Any]:
@@ -213,7 +221,6 @@ class Alignment:
     shift_s: float
     method: str  # ``given`` or ``estimated``
     correlation: float | None = None  # of the quantity that decided
-    sample_s: float | None = None  # spacing of the samples compared
     error_s: float | None = None  # standard error, wander, or distance of the farthest rival
     decided_by: str = ''
     doubts: tuple[str, ...] = ()  # reasons for another shift
@@ -230,24 +237,15 @@ class Compared:
 
     @cached_property
     def agreement(self) -> Agreement:
-        """Difference of B and A over all parts."""
         return agreement_of(self.parts)
 
     @property
     def unit(self) -> str:
-        """SI unit of the quantity."""
         return unit_of(self.name)
 
     def to_json(self) -> dict[str, Any]:
-        """Return an object for JSON."""
-        return {
-            'name': self.name,
-            'agreement': self.agreement,
-            'parts': [part.to_json() for part in self.parts],
-            'left_out': self.left_out,
-            'offset': self.offset,
-            'unit': self.unit,
-        }
+        parts = [part.to_json() for part in self.parts]
+        return {**vars(self), 'parts': parts, 'agreement': self.agreement, 'unit': self.unit}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -273,16 +271,6 @@ class Comparison:
         )
 
     def to_json(self) -> Any:
-        """Return an object for JSON."""
-        return as_json(
-            {
-                'a': self.a.to_json(),
-                'b': self.b.to_json(),
-                'axis': self.axis,
-                'differences': self.differences,
-                'alignment': self.alignment,
-                'window_s': self.window_s,
-                'steps': self.steps,
-                'quantities': [each.to_json() for each in self.quantities],
-            }
-        )
+        sides = {'a': self.a.to_json(), 'b': self.b.to_json(), 'differences': self.differences}
+        quantities = [each.to_json() for each in self.quantities]
+        return as_json({**vars(self), **sides, 'quantities': quantities})

@@ -3,40 +3,18 @@
 
 """Sentences and tables of a comparison, the same on a screen and on a page."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from stickslip_ros.lab.comparison.result import (
-    ROUNDING,
-    TIME_COLUMN,
-    Compared,
-    Comparison,
-    Threshold,
-)
-from stickslip_ros.lab.measurements.measurement import (
-    AMPLITUDE_COLUMN,
-    FREQUENCY_COLUMN,
-    PRELOAD_COLUMN,
-    Side,
-)
-from stickslip_ros.lab.readers.numbers import NUMBERS
-from stickslip_ros.parameters import SENSORS, Scalar
+from stickslip_ros.lab.comparison.result import ROUNDING, Compared, Comparison, Threshold
+from stickslip_ros.lab.measurements.measurement import Side
+from stickslip_ros.lab.measurements.words import quantity_words, setting_words
 from stickslip_ros.sections import Section
 from stickslip_ros.units import MN, NM, display_unit, with_unit
 
-NAMES: Mapping[str, str] = {
-    **{name: each.words.partition(',')[0] for name, each in NUMBERS.items()},
-    'zero_amplitude_m': '0-amplitude',
-    'ringing_hz': 'frequency of ringing',
-    'decay_s': 'decay of ringing',
-    'energy_loss_per_step_j': 'friction loss per step',
-    **{each.quantity: each.words for each in SENSORS},
-    'voltage_v': 'voltage',
-    'foot_m': 'foot displacement',
-}
 _NONE = '–'
 _UNKNOWN = 'not in the file'
 _SAME_SETTINGS = (
@@ -89,7 +67,7 @@ def sections(
     for quantity in comparison.quantities:
         yield _numbers(quantity)._replace(draw=partial(draw, [quantity]))
         pairs = [
-            (place(part.at), part.threshold_a, part.threshold_b)
+            (setting_words(part.at), part.threshold_a, part.threshold_b)
             for part in quantity.parts
             if part.threshold_a and part.threshold_b
         ]
@@ -107,42 +85,18 @@ def sections(
         yield Section('steps in the second half of each run', rows, ('', 'A', 'B', 'unit'))
 
 
-def title(quantity: Compared) -> str:
-    """Return the heading of a quantity."""
-    return NAMES.get(quantity.name, quantity.name)
-
-
-def place(at: Mapping[str, Scalar]) -> str:
-    """Return the settings of a part, ``0.5 N`` or ``0.5 N, contact.friction 0.3``."""
-    parts = [f'{at[PRELOAD_COLUMN]:g} N'] if PRELOAD_COLUMN in at else []
-    for name, value in at.items():
-        if name in {PRELOAD_COLUMN, AMPLITUDE_COLUMN, TIME_COLUMN}:
-            continue
-        shown = f'{value:g}' if isinstance(value, float) else str(value)
-        parts.append(f'{shown} Hz' if name == FREQUENCY_COLUMN else f'{name} {shown}')
-    if AMPLITUDE_COLUMN in at:
-        parts.append(f'stroke {with_unit(float(at[AMPLITUDE_COLUMN]), "m")}')
-    if TIME_COLUMN in at:
-        parts.append(f'{at[TIME_COLUMN]:.9g} s')
-    return ', '.join(parts)
-
-
 def sentences(comparison: Comparison) -> list[str]:
     """Return the findings as sentences."""
     lines, alignment = list[str](), comparison.alignment
     if alignment is not None:
         text = f'The times of B were shifted by {alignment.shift_s:.9g} s, as {alignment.method}'
         if alignment.correlation is not None:
-            known = ' and '.join(
-                NAMES.get(name, name) for name in alignment.decided_by.split(', ')
-            )
+            known = ' and '.join(quantity_words(name) for name in alignment.decided_by.split(', '))
             text += f' from {known}, with a correlation of {alignment.correlation:.6f}'
         elif alignment.decided_by:
             text += f' from the {alignment.decided_by}'
         if alignment.error_s is not None:
             text += f', with an error of {alignment.error_s:.2g} s'
-        if alignment.sample_s is not None:
-            text += f', at a spacing of {alignment.sample_s:.4g} s'
         lines.append(f'{text}.')
         lines += [f'Doubtful: {each}.' for each in alignment.doubts]
     if comparison.window_s is not None:
@@ -152,7 +106,9 @@ def sentences(comparison: Comparison) -> list[str]:
 
 def _numbers(quantity: Compared) -> Section:
     """Return the numbers of a quantity, a column for each part and a column for all."""
-    columns = [(place(part.at) or 'whole run', part.agreement, part.at) for part in quantity.parts]
+    columns = [
+        (setting_words(part.at) or 'whole run', part.agreement, part.at) for part in quantity.parts
+    ]
     if len(columns) > 1:
         columns.append(('all', quantity.agreement, {}))
     factors = {_OWN: display_unit(quantity.unit)[0], '%': 100.0}
@@ -164,14 +120,16 @@ def _numbers(quantity: Compared) -> Section:
             chi, cell = agreement.chi_square, {**vars(agreement)}
             if field == 'largest_at':  # without the settings of the column
                 worst = agreement.largest_at.items()
-                cells.append(place({name: each for name, each in worst if name not in known}))
+                cells.append(
+                    setting_words({name: each for name, each in worst if name not in known})
+                )
             else:
                 cell |= vars(chi) if chi else {}
                 cells.append(_number(cell.get(field), form, factors.get(unit, 1)))
         if set(cells) != {_NONE}:
             rows.append((label, *cells, shown))
     header = 'B − A', *(name for name, _, _ in columns), 'unit'
-    return Section(title(quantity), rows, header)
+    return Section(quantity_words(quantity.name), rows, header)
 
 
 def _thresholds(pairs: Sequence[tuple[str, Threshold, Threshold]]) -> Iterator[Section]:
@@ -203,7 +161,7 @@ def _number(value: float | None, form: str, factor: float) -> str:
 
 
 def _findings(quantity: Compared) -> Iterator[str]:
-    name, unit, agreement = title(quantity), quantity.unit, quantity.agreement
+    name, unit, agreement = quantity_words(quantity.name), quantity.unit, quantity.agreement
     if quantity.offset:
         yield (
             f'The {name} of B was shifted by {with_unit(quantity.offset, unit)}, the median of '
@@ -226,7 +184,7 @@ def _findings(quantity: Compared) -> Iterator[str]:
             f'difference is {with_unit(agreement.rms, unit)}{of_range}.'
         )
         yield (
-            f'The difference is largest at {place(agreement.largest_at)}: B − A is '
+            f'The difference is largest at {setting_words(agreement.largest_at)}: B − A is '
             f'{with_unit(agreement.largest, unit)}.'
         )
     if quantity.left_out:

@@ -11,7 +11,7 @@ gain is compared with the integration error.
 
 import math
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from hashlib import sha256
 from itertools import islice
@@ -87,7 +87,6 @@ class WaveSearch:
 
     @property
     def total(self) -> int:
-        """Total number of evaluations."""
         return len(_SEARCHED) * self.evaluations
 
     @property
@@ -116,9 +115,8 @@ class WaveSearch:
         frequency_hz, share, preload_n = (
             low * (high / low) ** next(shares) if low < high else low for low, high in self._ranges
         )
-        amplifier = self.stand.amplifier
-        range_v = amplifier.voltage_max - amplifier.voltage_min
-        largest_v = min(range_v, 0.5 * SLEW_SHARE * slew_of(self.stand) / frequency_hz)
+        steep_v = 0.5 * SLEW_SHARE * slew_of(self.stand) / frequency_hz
+        largest_v = min(self.stand.amplifier.range_v, steep_v)
         return PeriodicWave(shape, values, share * largest_v, frequency_hz, preload_n)
 
     def worths(
@@ -152,7 +150,6 @@ class ShapeResult:
 
     wave: PeriodicWave  # the best one
     cost: float = COST_MAX  # its cost
-    history: list[float] = field(default_factory=list)  # least cost after each evaluation
     value: float = math.nan  # of the objective; NaN without forward motion
     error: float = math.nan  # change of the value by a finer integration
     meets: bool = False  # whether the constraints are met
@@ -175,7 +172,6 @@ class SearchResult:
 
     @property
     def best(self) -> str:
-        """Name of the shape of least cost."""
         return min(self.shapes, key=lambda name: self.shapes[name].cost)
 
     def gain_of(self, name: str) -> float:
@@ -213,7 +209,6 @@ def optimise(
                 found = shapes[name]
                 if cost < found.cost:
                     found.wave, found.cost = wave, cost
-                found.history.append(found.cost)
                 done += 1
                 if progress is not None:
                     progress(done, min(one.cost for one in shapes.values()))

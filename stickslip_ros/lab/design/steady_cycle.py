@@ -12,7 +12,7 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN, observe_samples
 from stickslip_ros.drive.build import plant_of, start_clock, state_at_rest
 from stickslip_ros.drive.long_step import LANES
-from stickslip_ros.drive.records import ALL, FOOT, FORCE, POSITION, TIME, Wave
+from stickslip_ros.drive.records import FOOT, FORCE, POSITION, TIME, Wave
 from stickslip_ros.drive.waveform import table
 from stickslip_ros.kernels.record import Record
 from stickslip_ros.lab.runs.courses import Course, cycles_of
@@ -26,7 +26,6 @@ CHANGE = 1e-3  # largest relative change of a steady mean
 RESOLUTION_M = 1e-11  # negligible change of mean position or step, m
 _kept_plant = lru_cache(maxsize=LANES)(plant_of)  # shared by waves and loads; read-only
 SAMPLES = 256  # samples of a traced cycle
-CONTACT_SHARE = FORCE + 1  # column of a trace: contact force per friction limit
 
 
 @dataclass(frozen=True)
@@ -57,17 +56,12 @@ class SteadyCycle:
         steps = np.diff(self.trace(), axis=0)
         return float((steps[:, POSITION] / steps[:, TIME]).std())
 
-    def trace(self, *, contacts: bool = False) -> Array:
-        """Run another cycle: t (s), V, mean foot, runner (m), cell (N), optional CONTACT_SHARE."""
-        trace, log = np.full((SAMPLES + 1, CONTACT_SHARE + 1), np.nan), np.zeros((1, 3))
+    def trace(self) -> Array:
+        """Run another cycle: t (s), V, mean foot, runner (m), cell (N)."""
         plants, states, wave, load_n = self.drive
-        states, limit_n = states.copy(), plants['contacts']['curve']['force_max_n'][0, ALL]
-        for number, part in enumerate(np.split(trace, range(1, SAMPLES + 1) if contacts else [1])):
-            truth = np.zeros((len(part), CONTACT_SHARE))
-            sample_s = min(number, 1) * wave.period_s / SAMPLES
-            observe_samples(plants, states, wave, load_n, sample_s, truth, log)
-            part[:, :CONTACT_SHARE] = truth
-            part[-1, CONTACT_SHARE] = states['contact_n'].item() / limit_n
+        states, log, trace = states.copy(), np.zeros((1, 3)), np.zeros((SAMPLES + 1, FORCE + 1))
+        for part, sample_s in ((trace[:1], 0.0), (trace[1:], wave.period_s / SAMPLES)):
+            observe_samples(plants, states, wave, load_n, sample_s, part, log)
         trace[:, TIME] = np.linspace(0.0, wave.period_s, SAMPLES + 1)
         return trace
 

@@ -54,9 +54,8 @@ def playable(rows: Array, parameters: Parameters, voltage_v: float, frequency_hz
 
     """
     amplifier, period_s = parameters.amplifier, 1.0 / frequency_hz
-    range_v = amplifier.voltage_max - amplifier.voltage_min
-    if not 0.0 < voltage_v <= range_v * (1.0 + SLEW_SLACK):
-        limit = f'not above 0 V and up to {range_v:g} V'
+    if not 0.0 < voltage_v <= amplifier.range_v * (1.0 + SLEW_SLACK):
+        limit = f'not above 0 V and up to {amplifier.range_v:g} V'
         raise OutOfRange('voltage of a wave', voltage_v, 'V', limit, 'see amplifier.voltage_max')
     steps = np.diff(rows, axis=0)
     wanted_s = steps[:, CORNER_TIME] * period_s

@@ -62,6 +62,16 @@ class Geometry(NamedTuple):
         return 0.5 * self.width_m + self.radius_m + self.piezo_m[1]
 
 
+def _sides_of(total: int, spacing_m: float, *, is_of_paper: bool) -> list[tuple[float, int, int]]:
+    """Return the place along the runner, and the side and the height of each foot, as signs."""
+    if is_of_paper:
+        places = (0.0, 1), (-0.5 * spacing_m, -1), (0.5 * spacing_m, -1)
+        return [(x_m, side, up) for x_m, up in places for side in (-1, 1)]
+    first_m, gaps = -0.5 * spacing_m * (total > 2), max(1, (total - 1) // 2)
+    order = [(first_m + k // 2 * spacing_m / gaps, k, k // 2) for k in range(total)]
+    return [(x_m, -((-1) ** (k + pair)), -((-1) ** k)) for x_m, k, pair in order]
+
+
 def geometry_of(parameters: Parameters) -> Geometry:
     """Return the geometry of a stand: the bar stays on its feet over the whole travel."""
     stand, feet = parameters.stand, parameters.feet
@@ -73,12 +83,7 @@ def geometry_of(parameters: Parameters) -> Geometry:
     spacing_m = SPACING_RADII * radius_m
     travel_m = max(stand.travel_max, -stand.travel_min)
     length_m = spacing_m + 4.0 * radius_m + 2.0 * travel_m
-    places = (0.0, 1), (-0.5 * spacing_m, -1), (0.5 * spacing_m, -1)
-    sides = [(x_m, side, up) for x_m, up in places for side in (-1, 1)]
-    if not is_of_paper:
-        first_m, gaps = -0.5 * spacing_m * (feet.total > 2), max(1, (feet.total - 1) // 2)
-        order = [(first_m + k // 2 * spacing_m / gaps, k, k // 2) for k in range(feet.total)]
-        sides = [(x_m, -((-1) ** (k + pair)), -((-1) ** k)) for x_m, k, pair in order]
+    sides = _sides_of(feet.total, spacing_m, is_of_paper=is_of_paper)
     drawn = []
     for k, own_m in enumerate(radii_m):
         base = 'piezo' if looks[k].gain else 'frame', piezo_m[1] + radius_m - own_m

@@ -170,7 +170,8 @@ def _side(
         f'{_box(left, _AXIS, 2 * half, edge, "dark edge")}<path class="tick" d="{ticks}"/>'
         f'{_animation("translate", runner)}</g>'
     )
-    yield from _in_place(geometry, scale, side=-1)
+    front = _in_place(geometry, scale, side=-1)
+    yield from front if geometry.is_of_paper else ('<g opacity="0.5">', *front, '</g>')
     spring = ''.join(f'l{12 * (-1) ** at} 4' for at in range(8))
     spring = f'M{_MIDDLE} {_px(above - 54)}v4{spring}v4'
     yield f'<path class="line" d="{spring}" marker-end="url(#tip)"/>'
@@ -185,8 +186,12 @@ def _side(
     )
     yield from _load_cell(parameters, geometry, scale, runner)
     yield _box(WALL, _AXIS - 30, 20, ground - _AXIS + 30, 'frame edge')
-    yield _text(left, _AXIS - edge - 8, f'runner, steel, {1e3 * parameters.runner.mass:.5g} g')
-    yield _text(_MIDDLE - span - 8, below + 14, 'foot on its piezo', 'end')
+    runner_y = _AXIS - edge - 8 if geometry.is_of_paper else above - 24  # clear of many feet
+    yield _text(left, runner_y, f'runner, steel, {1e3 * parameters.runner.mass:.5g} g')
+    if geometry.is_of_paper:
+        yield _text(_MIDDLE - span - 8, below + 14, 'foot on its piezo', 'end')
+    else:
+        yield _text(_MIDDLE, ground + 30, 'feet on their piezos', 'mid')
     yield f'<path class="line" d="M{_px(right - 50)} {_px(below)}h44" marker-end="url(#tip)"/>'
     yield _text(right, below + 4, 'x')
     bar_m = 10.0 ** math.floor(math.log10(0.5 * geometry.length_m))

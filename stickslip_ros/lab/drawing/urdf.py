@@ -73,14 +73,13 @@ def robot_description(parameters: Parameters, *carried: Parameters) -> str:
 
 
 def _stand(parameters: Parameters) -> list[str]:
-    """Return links and joints of one stand."""
     geometry, frames, stand = geometry_of(parameters), parameters.frame_id, parameters.stand
     length_m, width_m, piezo_m = geometry.length_m, geometry.width_m, geometry.piezo_m[0]
     amplifier, mass_kg = parameters.amplifier, parameters.runner.mass
     along, across = mass_kg * width_m**2 / 6.0, mass_kg * (length_m**2 + width_m**2) / 12.0
     moments = {'ixx': along, 'iyy': across, 'izz': across, 'ixy': 0.0, 'ixz': 0.0, 'iyz': 0.0}
     inertia = f'<mass value="{mass_kg:.9g}"/><inertia {_attributes(moments)}/>'
-    stroke_m = parameters.actuator.gain * (amplifier.voltage_max - amplifier.voltage_min)
+    stroke_m = parameters.actuator.gain * amplifier.range_v
     stroke_m *= max(map(abs, parameters.feet.gain))
     limits = {
         'lower': stand.travel_min,

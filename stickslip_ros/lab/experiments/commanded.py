@@ -6,7 +6,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.drive.records import TIME, VOLTAGE, Wave
 from stickslip_ros.drive.waveform import level, repeats
 from stickslip_ros.errors import RecordingError, StickSlipError
-from stickslip_ros.instrument.commands import check_request
+from stickslip_ros.instrument.commands import LIVE, Request, check_request
 from stickslip_ros.lab.experiments.experiment import Voltage
 from stickslip_ros.lab.measurements.recorded import text_of_numbers
 from stickslip_ros.parameters import Parameters, Scalar
@@ -60,7 +60,7 @@ def commanded(
 
     The recording is whole, as earlier commands may still hold; ``samples`` are times, s, and
     voltages, V, of the piezo in the part, both of shape (n,). Raises RecordingError if load,
-    preload, faults or the zero of a sensor change within it.
+    preload, friction, mass, damping, faults or the zero of a sensor change within it.
 
     """
     begins_s, rests_v = (float(each[0]) for each in samples)
@@ -72,28 +72,18 @@ def commanded(
         at_s, name = at_ns * NANO, request.name
         if at_s >= end_s:
             break
-        if name in _CHANGES and at_s > begins_s:
-            problem = f'holds the command {name} at {at_s:.6g} s, which a model cannot follow'
-            hint = 'choose a window without it: --window LENGTH@START'
-            raise RecordingError(recording.path, problem, hint)
         try:
             value = check_request(request, stand)
         except StickSlipError:
             continue  # the drive has refused it, too
-        if name in _MOVES:
-            asked.append(CommandedWave(at_s, None, ''))
-        elif name == 'stop' and asked and asked[-1].wave:
-            asked.append(CommandedWave(at_s, _PRESENT, name))
-        elif name in _PLAYED and value is not None:
-            since_s, last, _ = asked[-1] if asked else (0.0, None, '')
-            waits = (  # for the end of a table that still repeats
-                len(value.rows)
-                and last is not None
-                and repeats(last)
-                and at_s < since_s + last.cycles * last.period_s
-            )
-            text = f'{name} {text_of_numbers(request)}'
-            asked.append(CommandedWave(at_s, None if waits else value, text))
+        after = stand.updated(value) if name == LIVE else stand
+        is_other = (after.contact, after.runner) != (stand.contact, stand.runner)
+        if at_s > begins_s and (name in _CHANGES or is_other):
+            problem = f'holds the command {name} at {at_s:.6g} s, which a model cannot follow'
+            hint = 'choose a window without it: --window LENGTH@START'
+            raise RecordingError(recording.path, problem, hint)
+        stand = after
+        asked += _asked_by(request, at_s, value, asked[-1:])
         load_n = {'load': value, 'reset': 0.0}.get(name, load_n)
         if name == 'preload':
             settings['stand.preload'] = value
@@ -102,6 +92,25 @@ def commanded(
         before = [CommandedWave(begins_s - JUMP_S, level(rests_v), '')]
     played = [before[-1], *(each for each in asked if each.since_s >= begins_s)]
     return Commanded(_voltage(played, samples, begins_s, end_s), load_n, settings)
+
+
+def _asked_by(
+    request: Request, at_s: float, value: Any, before: Sequence[CommandedWave]
+) -> list[CommandedWave]:
+    """Return the wave that a command begins, if any, ``before`` being that of the last one."""
+    name = request.name
+    if name in _MOVES:
+        return [CommandedWave(at_s, None, '')]
+    last = before[0].wave if before else None
+    if name == 'stop' and last:
+        return [CommandedWave(at_s, _PRESENT, name)]
+    if name not in _PLAYED or value is None:
+        return []
+    text = f'{name} {text_of_numbers(request)}'
+    if len(value.rows) and last and repeats(last):  # it waits for the end of a table
+        until_s = before[0].since_s + last.cycles * last.period_s
+        value = None if at_s < until_s else value
+    return [CommandedWave(at_s, value, text)]
 
 
 def _voltage(

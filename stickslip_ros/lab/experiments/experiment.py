@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.layout import STANDARD_GRAVITY_M_PER_S2
 from stickslip_ros.errors import OutOfRange
+from stickslip_ros.lab.experiments.friction_loop import LoopRow
 from stickslip_ros.lab.experiments.sensor import KnownSensor, noise_of
 from stickslip_ros.parameters import Parameters, Scalar
 from stickslip_ros.units import unit_of
@@ -54,8 +55,7 @@ class AtRest(NamedTuple):
 
 def stroke_m(drive: SawtoothSteps | VoltageStep, stand: Parameters) -> float:
     """Return the stroke of the feet of a stand, m; refuse a voltage that it cannot give."""
-    amplifier = stand.amplifier
-    range_v = amplifier.voltage_max - amplifier.voltage_min
+    range_v = stand.amplifier.range_v
     if drive.voltage_v > range_v:
         limit = f'above the {range_v:g} V that the amplifier gives'
         hint = 'raise amplifier.voltage_max, or leave the row out'
@@ -77,12 +77,14 @@ class Voltage:
         return float(self.rows[-1, 0])
 
 
-Drive: TypeAlias = SawtoothSteps | ZeroAmplitudeRuns | VoltageStep | AtRest | Voltage
+Excitation: TypeAlias = (
+    SawtoothSteps | ZeroAmplitudeRuns | VoltageStep | AtRest | LoopRow | Voltage
+)
 """A voltage gives quantities over time, all others give numbers."""
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class Readout:
     """A measured quantity: a trace over time, or one number."""
 
     quantity: str  # of OF_TRACES, or of NUMBERS with its drive
@@ -97,6 +99,11 @@ class Seen:
     def is_trace(self) -> bool:
         """Whether it is a quantity over time."""
         return len(self.time_s) > 0
+
+    @property
+    def is_bare(self) -> bool:
+        """Whether it is a number without a standard error, which residuals show."""
+        return self.sigma is None and not self.is_trace
 
     @property
     def unit(self) -> str:
@@ -118,16 +125,16 @@ class Seen:
         """Median time between readings."""
         return float(np.median(np.diff(self.time_s)))
 
-    def sensed(self, **known: float) -> 'Seen':
+    def sensed(self, **known: float) -> 'Readout':
         """Return the readings with something else known of the sensor."""
         return replace(self, sensor=replace(self.sensor, **known))
 
-    def without(self, dropped: NDArray[np.bool_]) -> 'Seen':
+    def without(self, dropped: NDArray[np.bool_]) -> 'Readout':
         """Return the readings without some of them, shape (n,), which count as left out."""
         count, kept = self.left_out + int(dropped.sum()), ~dropped
         return replace(self, values=self.values[kept], time_s=self.time_s[kept], left_out=count)
 
-    def averaged(self, most: int = 1) -> 'Seen':
+    def averaged(self, most: int = 1) -> 'Readout':
         """Return means of neighbours within AVERAGED_S, but at least so many."""
         if not self.is_trace:
             return self
@@ -140,13 +147,13 @@ class Seen:
         sigma = None if self.sigma is None else self.sigma / math.sqrt(size)
         return replace(self, values=values, time_s=time_s, sigma=sigma)
 
-    def thinned(self, most: int) -> 'Seen':
+    def thinned(self, most: int) -> 'Readout':
         """Return at most so many readings: means over AVERAGED_S, then every nth of them."""
         fewer = self.averaged(most)
         every = math.ceil(len(fewer.values) / most)
         return replace(fewer, values=fewer.values[::every], time_s=fewer.time_s[::every])
 
-    def within(self, origin: str, start_s: float, end_s: float) -> 'Seen':
+    def within(self, origin: str, start_s: float, end_s: float) -> 'Readout':
         """Return the readings of a window; OutOfRange with too few for second differences."""
         inside = (self.time_s >= start_s) & (self.time_s <= end_s)
         if inside.sum() < 3:
@@ -163,8 +170,9 @@ class Experiment:
 
     origin: str  # a file, or a row of a table
     settings: Mapping[str, Scalar]  # parameters set for it, whatever the stand is
-    drive: Drive
-    seen: tuple[Seen, ...]  # zero, drift, delay and low-pass of the sensor of a trace are unknown
+    drive: Excitation
+    # zero, drift, delay and low-pass of the sensor of a trace are unknown
+    observed: tuple[Readout, ...]
     load_n: float = 0.0  # constant external force on the runner along +x
     notes: tuple[str, ...] = ()
     slope_deg: float = 0.0  # of the rail; above 0 the runner climbs towards +x
@@ -179,13 +187,25 @@ class Experiment:
         """Length of a run, to the last corner and the last reading; 0 for steps."""
         if not isinstance(self.drive, Voltage):
             return 0.0
-        return max([self.drive.lasts_s, *(float(each.time_s[-1]) for each in self.seen)])
+        return max([self.drive.lasts_s, *(float(each.time_s[-1]) for each in self.observed)])
 
     def sensed(self, **known: float) -> 'Experiment':
         """Return the experiment with something else known of all its sensors."""
-        return replace(self, seen=tuple(each.sensed(**known) for each in self.seen))
+        return replace(self, observed=tuple(each.sensed(**known) for each in self.observed))
+
+    def drifting(self, most_m_per_s: float) -> 'Experiment':
+        """Return the experiment with a largest drift of positions, where less is not known."""
+        observed = (
+            each.sensed(drift_per_s=min(each.sensor.drift_per_s, most_m_per_s))
+            if each.unit == 'm'
+            else each
+            for each in self.observed
+        )
+        return replace(self, observed=tuple(observed))
 
     def within(self, start_s: float, end_s: float) -> 'Experiment':
         """Return the readings of a window; the drive still begins where it began."""
-        seen = (each.within(self.origin, start_s, end_s) for each in self.seen if each.is_trace)
-        return replace(self, seen=tuple(seen))
+        observed = (
+            each.within(self.origin, start_s, end_s) for each in self.observed if each.is_trace
+        )
+        return replace(self, observed=tuple(observed))

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from stickslip_ros.lab.readers.instructions import Reading
-from stickslip_ros.lab.readers.measured import MeasuredTable
+from stickslip_ros.lab.measurements.table_options import TableOptions
+from stickslip_ros.lab.measurements.vocabulary import MeasuredTable
 from stickslip_ros.parameters import Parameters, ReplaceableDefault
 
 if TYPE_CHECKING:
@@ -51,9 +51,9 @@ class ReadingOptions:
 
     def reading(
         self, report: Callable[[MeasuredTable], None] | None, stand: Parameters | None
-    ) -> Reading:
+    ) -> TableOptions:
         """Return the options for tables; a preload that was set in ``stand`` is used too."""
         own_n = None if stand is None else stand.stand.preload
         given_n = None if isinstance(own_n, ReplaceableDefault) else own_n
         given = self.headers, self.preloads_n, report, stand is not None, given_n
-        return Reading(*given, rate_hz=self.rate_hz, start_s=self.start_s)
+        return TableOptions(*given, rate_hz=self.rate_hz, start_s=self.start_s)

@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
+from types import SimpleNamespace
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -19,16 +20,17 @@ from stickslip_ros.errors import OutOfRange
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.lab.experiments.experiment import (
     AtRest,
-    Drive,
+    Excitation,
     Experiment,
+    Readout,
     SawtoothSteps,
-    Seen,
     Voltage,
     VoltageStep,
     ZeroAmplitudeRuns,
     stroke_m,
 )
-from stickslip_ros.lab.readers.numbers import NUMBERS
+from stickslip_ros.lab.experiments.friction_loop import LoopRow, loop_forces
+from stickslip_ros.lab.measurements.numbers import NUMBERS
 from stickslip_ros.lab.runs.batch import Pool, Progress, run_courses
 from stickslip_ros.lab.runs.courses import Course, bundle_for, run_in_lanes
 from stickslip_ros.lab.runs.sawtooth_run import drive_course
@@ -36,7 +38,7 @@ from stickslip_ros.lab.runs.zero_amplitude import zero_amplitude_course
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import stop_if_asked
 
-Simulation: TypeAlias = tuple[Parameters, Drive, float, float]
+Simulation: TypeAlias = tuple[Parameters, Excitation, float, float]
 """A run: stand, drive, load (N), time of the last sample (s; 0 for numbers)."""
 
 SAMPLE_S = 5e-6
@@ -99,7 +101,9 @@ def predict_all(
         (there, one.drive, one.load_on(there), one.lasts_s) for there, one in pairs
     ]
     for there, one in pairs:
-        if there.load_cell.contact == 'absent' and any(x.quantity == 'force_n' for x in one.seen):
+        if there.load_cell.contact == 'absent' and any(
+            x.quantity == 'force_n' for x in one.observed
+        ):
             limit, hint = 'without the measured force', 'set load_cell.contact=attached'
             raise OutOfRange('load_cell.contact', 'absent', '', limit, hint)
     # the result of a run is kept in a list, which is empty before the run has been made
@@ -114,7 +118,7 @@ def predict_all(
     for run, result in zip(new, made, strict=True):
         kept[run].append(result)
     found = (
-        [_look(kept[run][0], there, each) for each in one.seen]
+        [_look(kept[run][0], there, each) for each in one.observed]
         for run, (there, one) in zip(runs, pairs, strict=True)
     )
     return [[next(found) for _ in experiments] for _ in stands]
@@ -144,7 +148,15 @@ def _course(run: Simulation) -> Course[Any]:
         return _ring_down_course(stand, drive, load_n)
     if isinstance(drive, AtRest):
         return (none for none in list[Any]())
+    if isinstance(drive, LoopRow):
+        return _loop_course(stand, drive)
     return _trace_course(stand, drive.rows, load_n, end_s)
+
+
+def _loop_course(stand: Parameters, at: LoopRow) -> Course[Any]:
+    """Return the course of a row of a friction loop, which needs no drive."""
+    yield from ()
+    return SimpleNamespace(tangential_n=float(loop_forces(stand, at.loop)[at.row - 1]))
 
 
 def _ring_down_course(stand: Parameters, step: VoltageStep, load_n: float) -> Course[RingDown]:
@@ -208,18 +220,18 @@ def _trace_course(stand: Parameters, rows: Array, load_n: float, end_s: float) -
     return trace
 
 
-def _look(result: Any, stand: Parameters, seen: Seen) -> Prediction:
+def _look(result: Any, stand: Parameters, observed: Readout) -> Prediction:
     """Return the readings of a sensor for the result of a run."""
-    if not seen.is_trace:
-        shown = NUMBERS[seen.quantity].shown
-        value = getattr(result, seen.quantity) if shown is None else shown(result, stand)
+    if not observed.is_trace:
+        shown = NUMBERS[observed.quantity].shown
+        value = getattr(result, observed.quantity) if shown is None else shown(result, stand)
         number = np.array([value])
         none = np.empty(0)
         return Prediction(number, none, none, getattr(result, 'steady', True))
-    true = result[:, _COLUMNS[seen.quantity]]
-    slow_s = seen.sensor.slow_s
+    true = result[:, _COLUMNS[observed.quantity]]
+    slow_s = observed.sensor.slow_s
     samples = low_passed(true, slow_s)
-    time_s = seen.time_s - seen.sensor.late_s
+    time_s = observed.time_s - observed.sensor.late_s
     values, rate, curvature = at_times(samples, time_s)
     if not slow_s:
         return Prediction(values, rate, curvature)

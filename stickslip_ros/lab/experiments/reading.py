@@ -19,35 +19,37 @@ from stickslip_ros.lab.experiments.commanded import Commanded, commanded
 from stickslip_ros.lab.experiments.experiment import (
     OF_TRACES,
     AtRest,
-    Drive,
+    Excitation,
     Experiment,
+    Readout,
     SawtoothSteps,
-    Seen,
     Voltage,
     VoltageStep,
     ZeroAmplitudeRuns,
 )
+from stickslip_ros.lab.experiments.friction_loop import LoopRow, loops_of
 from stickslip_ros.lab.experiments.options import ReadingOptions
 from stickslip_ros.lab.experiments.sensor import lone_outliers
 from stickslip_ros.lab.experiments.sensor_clock import LEAD_S, check_limits
 from stickslip_ros.lab.measurements.measurement import TimeRun, measured
+from stickslip_ros.lab.measurements.numbers import BACK, NUMBERS, sigma_name
 from stickslip_ros.lab.measurements.recorded import recorded_stand
+from stickslip_ros.lab.measurements.tables import listed_sources, read_experiment
+from stickslip_ros.lab.measurements.vocabulary import OVER_TIME, MeasuredTable
 from stickslip_ros.lab.readers.clocks import are_even
-from stickslip_ros.lab.readers.experiment import listed_sources, read_experiment
-from stickslip_ros.lab.readers.measured import OVER_TIME, MeasuredTable
-from stickslip_ros.lab.readers.numbers import BACK, NUMBERS, sigma_name
 from stickslip_ros.lab.runs.replay import DriveInput
 from stickslip_ros.lab.runs.zero_amplitude import WITHOUT_CELL
 from stickslip_ros.lab.waveform.recognise import GIVE_COMMANDS, recognise
 from stickslip_ros.parameters import SENSORS, Parameters, ReplaceableDefault, Scalar, bare_name
 from stickslip_ros.recording.run_file import TOPICS_RECORD
 
-_VOLTAGE = 'voltage_v'
+_VOLTAGE, _LOOP = 'voltage_v', 'tangential_n'
 _NEXT = 1.5  # periods within which the next sample follows
 _SAMPLES_MIN = 32  # fewer readings make no trace
 MOVES_MIN = 1.2  # least scatter of readings that move, per noise
 LONGEST_S = 2.0
 """Longest recording simulated in full; longer ones need a window."""
+_STEADY = 1e-9  # drift of a sensor of this package without any, m/s: the fit divides by it
 _OWN = ('stand.', 'load_cell.contact', 'load_cell.gap', 'amplifier.voltage_')
 """Names of the parameters of this package that were set for a recording."""
 
@@ -132,54 +134,68 @@ def experiment_of(
     run: TimeRun, stand: Parameters, preload_n: float | None, options: ReadingOptions
 ) -> Experiment:
     """Return the experiment of a measurement over time, without its outliers."""
-    recording, series, own = run.recording, run.series, None
-    if recording is not None and recording.is_ours:
-        own = recorded_stand(recording)
-    elif recording is not None and not run.topics:
-        hint = 'map its topics: --map voltage_v=TOPIC.FIELD --map position_m=TOPIC.FIELD'
-        raise RecordingError(recording.path, f'holds {", ".join(recording.types)}', hint)
-    names = [name for name in OF_TRACES if len(series.get(name, ())) >= _SAMPLES_MIN]
-    if own and own.load_cell.contact == 'absent':  # its force is 0 by definition
-        names = [name for name in names if name != 'force_n']
-    settings = (
-        {name: each for name, each in own.flat().items() if name.startswith(_OWN)} if own else {}
-    )
-    seen = [Seen(name, series[name].value, series[name].time_s, run.sigma(name)) for name in names]
+    recording, series = run.recording, run.series
+    own = recorded_stand(recording) if recording and recording.is_ours else None
+    observed = [
+        Readout(name, series[name].value, series[name].time_s, run.sigma(name))
+        for name in OF_TRACES
+        if len(series.get(name, ())) >= _SAMPLES_MIN
+    ]
+    settings: dict[str, Scalar] = {}
     asked_for = None
-    if own and recording and TOPICS_RECORD in recording.metadata:  # a twin records a rig instead
-        asked_for = partial(commanded, recording, own)
-        seen = [_of_own_sensor(each, own) for each in seen]
+    if recording and own:
+        settings = {name: each for name, each in own.flat().items() if name.startswith(_OWN)}
+        if own.load_cell.contact == 'absent':  # its force is 0 by definition
+            observed = [each for each in observed if each.quantity != 'force_n']
+        if TOPICS_RECORD in recording.metadata:  # a twin records a rig instead
+            asked_for = partial(commanded, recording, own)
+            observed = [_of_own_sensor(each, own) for each in observed]
+    if not observed:
+        _check_count(run)
     voltage = series.get(_VOLTAGE)
     pair = None if voltage is None else (voltage.time_s, voltage.value)
-    given = run.side.origin, pair, tuple(seen), stand, preload_n, options
+    given = run.side.origin, pair, tuple(observed), stand, preload_n, options
     one = experiment_over_time(*given, settings, asked_for)
-    if run.topics:  # what was found about the clocks of a rig
-        one = replace(one, notes=(*run.side.notes, *one.notes))
-    return without_outliers(one, options.outliers) if options.outliers else one
+    notes = run.side.notes if run.topics else ()  # what was found about the clocks of a rig
+    return replace(one, notes=(*notes, *one.notes))
 
 
-def _of_own_sensor(seen: Seen, own: Parameters) -> Seen:
+def _check_count(run: TimeRun) -> None:
+    """Refuse a run whose quantities all have too few readings."""
+    counts = {name: len(run.series[name]) for name in OF_TRACES if name in run.series}
+    name = max(counts, key=counts.__getitem__, default='')
+    if name and counts[name] < _SAMPLES_MIN:
+        what = f'number of readings of {name} in {run.side.origin}'
+        limit, hint = f'below the {_SAMPLES_MIN} of a run', 'give a longer or a faster record'
+        raise OutOfRange(what, counts[name], '', limit, hint)
+
+
+def _of_own_sensor(observed: Readout, own: Parameters) -> Readout:
     """
     Undo the low-pass of a sensor of this package, before which the noise is white.
 
     The first of consecutive samples is lost, as the sample before it is unknown.
 
     """
-    [sensor] = [getattr(own, each.name) for each in SENSORS if each.quantity == seen.quantity]
+    [sensor] = [getattr(own, each.name) for each in SENSORS if each.quantity == observed.quantity]
     rate_hz, beam, is_held = own.trace.sample_rate, own.interferometer, False
-    if seen.quantity == 'position_m':
-        seen = seen.sensed(cyclic_m=beam.cyclic_error, fringe_m=0.5 * beam.wavelength)
+    if observed.quantity == 'position_m':
+        lasts_s = float(np.ptp(observed.time_s))
+        drift_m_per_s = math.hypot(beam.drift, beam.random_walk / math.sqrt(lasts_s), _STEADY)
+        observed = observed.sensed(
+            cyclic_m=beam.cyclic_error, fringe_m=0.5 * beam.wavelength, drift_per_s=drift_m_per_s
+        )
         is_held = beam.sample_rate > 0.0
-    if not sensor.bandwidth or seen.apart_s * rate_hz >= _NEXT or is_held:
-        return seen
+    if not sensor.bandwidth or observed.apart_s * rate_hz >= _NEXT or is_held:
+        return observed
     gain = low_pass_gain(sensor.bandwidth, rate_hz)  # y' = y + gain (x - y)
-    follows = np.diff(seen.time_s) * rate_hz < _NEXT
-    before = seen.values[:-1] + np.diff(seen.values) / gain
-    seen = seen.sensed(undone_hz=sensor.bandwidth)
-    return replace(seen, values=before[follows], time_s=seen.time_s[1:][follows])
+    follows = np.diff(observed.time_s) * rate_hz < _NEXT
+    before = observed.values[:-1] + np.diff(observed.values) / gain
+    observed = observed.sensed(undone_hz=sensor.bandwidth)
+    return replace(observed, values=before[follows], time_s=observed.time_s[1:][follows])
 
 
-def behind_low_pass(shown: Seen, values: Array) -> Array:
+def behind_low_pass(shown: Readout, values: Array) -> Array:
     """Return values at the times of readings behind the low-pass of their sensor."""
     if not shown.sensor.undone_hz:
         return values
@@ -190,7 +206,7 @@ def behind_low_pass(shown: Seen, values: Array) -> Array:
 def experiment_over_time(
     origin: str,
     voltage: tuple[Array, Array] | None,
-    seen: tuple[Seen, ...],
+    observed: tuple[Readout, ...],
     stand: Parameters,
     preload_n: float | None,
     options: ReadingOptions,
@@ -200,64 +216,109 @@ def experiment_over_time(
     """
     Return the experiment of samples of a voltage and of readings over time, on one clock.
 
-    Only ``commands``, ``load_n`` and ``window_s`` of the options are used. ``voltage`` is times,
-    s, and volts, both of shape (n,); None with commands. Without ``preload_n`` that of the stand
-    holds; ``settings`` were set too. ``asked_for`` returns the commands between the first of some
-    samples of the voltage and an end, s. Raises StickSlipError if nothing drove it, nothing moved,
-    or the voltage cannot be played.
+    Only ``commands``, ``load_n``, ``window_s`` and ``outliers`` of the options are used.
+    ``voltage`` is times, s, and volts, both of shape (n,); None with commands. Without
+    ``preload_n`` that of the stand holds; ``settings`` were set too. ``asked_for`` returns the
+    commands between the first of some samples of the voltage and an end, s. Raises StickSlipError
+    if nothing drove it, nothing moved, or the voltage cannot be played.
 
     """
-    commands, window_s = options.commands, options.window_s
-    if not seen:
+    window_s = options.window_s
+    if not observed:
         hint = f'name one of {", ".join(OF_TRACES)}: --map position_m=TOPIC.FIELD'
         raise RecordingError(origin, 'shows neither a motion nor a force over time', hint)
-    if voltage is None and commands is None:
-        hint = 'name its voltage, --map voltage_v=TOPIC.FIELD, or give --commands'
-        raise RecordingError(origin, 'does not hold the voltage that drove it', hint)
-    if window_s is not None and commands is None and voltage is not None:
-        start_s, end_s = window_s[0] - LEAD_S, window_s[1]
-        inside = (voltage[0] >= start_s) & (voltage[0] <= end_s)
-        voltage = voltage[0][inside], voltage[1][inside]
-        seen = tuple(each.within(origin, start_s, end_s) for each in seen)
-    time_s, voltage_v = voltage or (seen[0].time_s[:1], np.zeros(1))
-    ends_s = window_s[1] if window_s else max(float(each.time_s[-1]) for each in seen)
-    lasts_s = ends_s - float(time_s[0])
+    if options.commands is None:
+        if voltage is None:
+            hint = 'name its voltage, --map voltage_v=TOPIC.FIELD, or give --commands'
+            raise RecordingError(origin, 'does not hold the voltage that drove it', hint)
+        if window_s is not None:
+            start_s, end_s = window_s[0] - LEAD_S, window_s[1]
+            inside = (voltage[0] >= start_s) & (voltage[0] <= end_s)
+            voltage = voltage[0][inside], voltage[1][inside]
+            observed = tuple(each.within(origin, start_s, end_s) for each in observed)
+    samples = voltage or (observed[0].time_s[:1], np.zeros(1))
+    ends_s = window_s[1] if window_s else max(float(each.time_s[-1]) for each in observed)
+    _check_length(origin, ends_s - float(samples[0][0]))
+    observed, notes = _moving(origin, observed)
+    drive, begins_s, asked = _driven_by(
+        samples, ends_s, stand.updated(dict(settings)), options, asked_for
+    )
+    own, doubts = _set_for(origin, settings, asked, observed, stand, preload_n)
+    observed = tuple(replace(each, time_s=each.time_s - begins_s) for each in observed)
+    one = Experiment(
+        origin, own, drive, observed, asked.load_n + options.load_n, (*notes, *doubts)
+    )
+    if window_s is not None:
+        one = _within_window(one, window_s, begins_s)
+    if (
+        stand.updated(own).load_cell.contact == 'absent'
+        and one.observed[0].quantity == 'position_m'
+    ):
+        check_limits(origin, one.observed[0], drive, begins_s, stand.actuator.gain)
+    return without_outliers(one, options.outliers) if options.outliers else one
+
+
+def _check_length(origin: str, lasts_s: float) -> None:
     if lasts_s > LONGEST_S:
         limit = f'above {LONGEST_S:g} s, the longest simulated in full'
         hint = f'choose a window of at most {LONGEST_S - LEAD_S:g} s, some waves: --window 0.3s@2s'
         raise OutOfRange(f'length of {origin}', lasts_s, 's', limit, hint)
-    still = [each for each in seen if float(np.std(each.values)) <= MOVES_MIN * each.noise]
-    if len(still) == len(seen):
+
+
+def _moving(origin: str, observed: tuple[Readout, ...]) -> tuple[tuple[Readout, ...], list[str]]:
+    """Return the readings that are more than noise, and a note on each that is not."""
+    still = [each for each in observed if float(np.std(each.values)) <= MOVES_MIN * each.noise]
+    if len(still) == len(observed):
         hint = 'check its topic or column, and that the runner moved'
         raise RecordingError(origin, f'has only noise in its {still[0].quantity}', hint)
-    notes = tuple(f'{origin}: {each.quantity} is only noise and is left out' for each in still)
-    seen = tuple(each for each in seen if each not in still)
-    asked, begins_s = Commanded(), float(time_s[0])
-    if commands is not None:
-        drive = _of_commands(commands)
-    else:
-        asked = asked_for((time_s, voltage_v), ends_s) if asked_for else asked
-        with_settings = stand.updated(dict(settings))
-        drive = asked.voltage or _recognised(time_s, voltage_v, with_settings)
-        begins_s = drive.begins_s
+    notes = [f'{origin}: {each.quantity} is only noise and is left out' for each in still]
+    return tuple(each for each in observed if each not in still), notes
+
+
+def _driven_by(
+    samples: tuple[Array, Array],
+    ends_s: float,
+    stand: Parameters,
+    options: ReadingOptions,
+    asked_for: Callable[[tuple[Array, Array], float], Commanded] | None,
+) -> tuple[Voltage, float, Commanded]:
+    """Return the voltage, its begin in the clock of the readings, and what else was commanded."""
+    if options.commands is not None:
+        return _of_commands(options.commands), float(samples[0][0]), Commanded()
+    asked = asked_for(samples, ends_s) if asked_for else Commanded()
+    drive = asked.voltage or _recognised(*samples, stand)
+    return drive, drive.begins_s, asked
+
+
+def _set_for(
+    origin: str,
+    settings: Mapping[str, Scalar],
+    asked: Commanded,
+    observed: tuple[Readout, ...],
+    stand: Parameters,
+    preload_n: float | None,
+) -> tuple[dict[str, Scalar], list[str]]:
+    """Return the parameters that were set, and a note if the preload is that of the stand."""
     own = {**settings, **asked.settings}
-    own |= {} if preload_n is None else {'stand.preload': preload_n}
-    if not settings and not any(each.quantity == 'force_n' for each in seen):
+    if preload_n is not None:
+        own['stand.preload'] = preload_n
+    if not settings and all(each.quantity != 'force_n' for each in observed):
         own |= WITHOUT_CELL
-    if 'stand.preload' not in own and isinstance(stand.stand.preload, ReplaceableDefault):
-        text = f'no preload is given, and the {stand.stand.preload:g} N of the stand are used'
-        notes += (f'{origin}: {text}; give it with --preload',)
-    is_cut = window_s is not None and begins_s < window_s[0] - 0.9 * LEAD_S
-    if is_cut and any(each.quantity == 'force_n' for each in seen):
+    assumed_n = stand.stand.preload
+    if 'stand.preload' in own or not isinstance(assumed_n, ReplaceableDefault):
+        return own, []
+    text = f'no preload is given, and the {assumed_n:g} N of the stand are used'
+    return own, [f'{origin}: {text}; give it with --preload']
+
+
+def _within_window(one: Experiment, window_s: tuple[float, float], begins_s: float) -> Experiment:
+    """Return the readings of a window, with a note if the force of earlier steps is unknown."""
+    is_cut = begins_s < window_s[0] - 0.9 * LEAD_S
+    if is_cut and any(each.quantity == 'force_n' for each in one.observed):
         text = f'the run begins {1e3 * LEAD_S:g} ms before the window, at rest'
-        notes += (f'{origin}: {text}, without the force of earlier steps',)
-    seen = tuple(replace(each, time_s=each.time_s - begins_s) for each in seen)
-    one = Experiment(origin, own, drive, seen, asked.load_n + options.load_n, notes)
-    if window_s is not None:
-        one = one.within(*(each_s - begins_s for each_s in window_s))
-    if stand.updated(own).load_cell.contact == 'absent' and one.seen[0].quantity == 'position_m':
-        check_limits(origin, one.seen[0], drive, begins_s, stand.actuator.gain)
-    return one
+        note = f'{one.origin}: {text}, without the force of earlier steps'
+        one = replace(one, notes=(*one.notes, note))
+    return one.within(*(each_s - begins_s for each_s in window_s))
 
 
 def of_points(
@@ -277,6 +338,8 @@ def of_points(
     """
     found, steps, amplifier = list[Experiment](), options.steps, stand.amplifier
     nothing = [0.0] * len(columns['preload_n'])
+    if _LOOP in columns:
+        return _of_loops(origin, columns)
     strokes_m, volts, loads_n = (
         columns.get(name, nothing) for name in ('amplitude_m', 'voltage_v', 'load_n')
     )
@@ -285,34 +348,58 @@ def of_points(
         for row, value in enumerate(values):
             if math.isnan(value):
                 continue
-            settings: dict[str, Scalar] = {}
-            if kind.runner == 'free' or (kind.runner != 'held' and 'force_n' not in columns):
-                settings |= WITHOUT_CELL
-            elif kind.runner == 'held' and stand.load_cell.contact == 'absent':
-                settings['load_cell.contact'] = 'attached'
+            settings = _cell_for(kind.runner, 'force_n' in columns, stand)
             settings['stand.preload'] = float(columns['preload_n'][row])
             settings |= {bare_name(name): columns[name][row] for name in varied}
             stroke_m, voltage_v = float(strokes_m[row]), float(volts[row])
             if kind.runner == 'held' and not (stroke_m or voltage_v):
-                voltage_v = amplifier.voltage_max - amplifier.voltage_min
+                voltage_v = amplifier.range_v
             hertz = float(columns.get('frequency_hz', [options.frequency_hz] * len(values))[row])
             if quantity in BACK.values():
                 hertz = -abs(hertz)
-            drives: dict[str, Drive] = {
+            drives: dict[str, Excitation] = {
                 'rest': AtRest(),
                 'zero': ZeroAmplitudeRuns(hertz, *filter(None, [steps])),
                 'ring': VoltageStep(stroke_m, voltage_v),
                 'steps': SawtoothSteps(stroke_m, hertz, steps, not steps, voltage_v),
             }
             error = None if sigma is None else float(sigma[row])
-            seen = Seen(quantity, np.array([value]), sigma=error)
+            observed = Readout(quantity, np.array([value]), sigma=error)
             load_n = 0.0 if kind.drive == 'rest' else float(loads_n[row]) + options.load_n
             where = f'{origin} row {row + 1}'
-            found.append(Experiment(where, settings, drives[kind.drive], (seen,), load_n))
+            found.append(Experiment(where, settings, drives[kind.drive], (observed,), load_n))
     return found
+
+
+def _cell_for(runner: str, has_force: bool, stand: Parameters) -> dict[str, Scalar]:
+    """Return the parameter of the load cell for a number of a free or a held runner."""
+    if runner == 'free' or (runner != 'held' and not has_force):
+        return {**WITHOUT_CELL}
+    is_missing = runner == 'held' and stand.load_cell.contact == 'absent'
+    return {'load_cell.contact': 'attached'} if is_missing else {}
+
+
+def _of_loops(origin: str, columns: Mapping[str, Any]) -> list[Experiment]:
+    """Return one experiment for each row of friction loops."""
+    loops = loops_of(columns)
+    rows = [
+        LoopRow(loop, k + 1, number if len(loops) > 1 else 0)
+        for number, loop in enumerate(loops, start=1)
+        for k in range(len(loop.normal_n))
+    ]
+    sigmas = columns.get(sigma_name(_LOOP), [None] * len(rows))
+    readouts = (
+        Readout(_LOOP, np.array([value]), sigma=sigma)
+        for value, sigma in zip(columns[_LOOP], sigmas, strict=True)
+    )
+    return [
+        Experiment(f'{origin} row {at.row}', {}, at, (each,))
+        for at, each in zip(rows, readouts, strict=True)
+        if not math.isnan(each.values[0])
+    ]
 
 
 def without_outliers(one: Experiment, factor: float) -> Experiment:
     """Drop and count isolated readings that are far off their neighbours."""
-    seen = (each.without(lone_outliers(each.values, factor)) for each in one.seen)
-    return replace(one, seen=tuple(seen))
+    observed = (each.without(lone_outliers(each.values, factor)) for each in one.observed)
+    return replace(one, observed=tuple(observed))

@@ -18,7 +18,7 @@ from scipy.stats import chi2
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import RecordingError
-from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
+from stickslip_ros.lab.experiments.experiment import Experiment, Readout, Voltage
 from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.lab.experiments.sensor import lone_outliers, rounding_of
 from stickslip_ros.parameters import Parameters
@@ -66,7 +66,7 @@ def falls_of(voltage: Voltage) -> tuple[Array, Array]:
     return voltage.rows[1:, 0][is_fall], rise_v[is_fall]
 
 
-def lateness_of(seen: Seen, voltage: Voltage) -> Lateness | None:
+def lateness_of(observed: Readout, voltage: Voltage) -> Lateness | None:
     """
     Return the delay of readings against the voltage, to a sample; None without falls.
 
@@ -78,10 +78,10 @@ def lateness_of(seen: Seen, voltage: Voltage) -> Lateness | None:
     than RUNG_MIN readings in the ringing, or if half of the falls come upon other falls.
 
     """
-    seen = seen.averaged()  # second differences of faster readings show noise alone
-    time_s, values = seen.time_s, seen.values
+    observed = observed.averaged()  # second differences of faster readings show noise alone
+    time_s, values = observed.time_s, observed.values
     falls_s, heights = falls_of(voltage)
-    sample_s = seen.apart_s
+    sample_s = observed.apart_s
     if not len(falls_s) or len(values) < 3 * RUNG_MIN:
         return None
     even_s = np.arange(time_s[0], time_s[-1], sample_s)
@@ -116,7 +116,7 @@ def lateness_in(experiment: Experiment, stand: Parameters) -> float:
     """Return the delay of the sensor of an experiment, s: by the falls, then by a model."""
     if not isinstance(experiment.drive, Voltage):
         return 0.0
-    found = lateness_of(experiment.seen[0], experiment.drive)
+    found = lateness_of(experiment.observed[0], experiment.drive)
     rough_s = found.late_s if found is not None and found.is_clear else 0.0
     return sensor_near(experiment, stand, rough_s, (0.0,))[0]
 
@@ -134,12 +134,12 @@ def sensor_near(
     compared: they hardly depend on the step length.
 
     """
-    seen = experiment.seen[0]
+    observed = experiment.observed[0]
 
     def missed(late_s: float, as_slow_s: float) -> float:
-        one = replace(experiment, seen=(seen.sensed(late_s=late_s, slow_s=as_slow_s),))
+        one = replace(experiment, observed=(observed.sensed(late_s=late_s, slow_s=as_slow_s),))
         [[model]] = predict(stand, [one])
-        return float(np.sum(np.diff(model.values - seen.values) ** 2))
+        return float(np.sum(np.diff(model.values - observed.values) ** 2))
 
     def best(as_slow_s: float) -> tuple[float, float]:
         middles_s, ends = {rough_s, 0.0}, list[tuple[float, float]]()
@@ -152,13 +152,13 @@ def sensor_near(
     found = {each_s: best(each_s) for each_s in slow_s}
     found_s = min(found, key=lambda each_s: found[each_s])
     least, at_once = found[found_s][0], found[0.0][0]
-    if at_once - least < _SURELY_SLOW * least / len(seen.values):
+    if at_once - least < _SURELY_SLOW * least / len(observed.values):
         found_s = 0.0
     return found[found_s][1], found_s
 
 
 def check_limits(
-    origin: str, seen: Seen, drive: Voltage, begins_s: float, gain_m_per_v: float
+    origin: str, observed: Readout, drive: Voltage, begins_s: float, gain_m_per_v: float
 ) -> None:
     """
     Refuse the position of a free runner that stays exactly constant, or jumps back by a period.
@@ -168,40 +168,40 @@ def check_limits(
     RecordingError in plain cases only; the checks of a fit find the others.
 
     """
-    seen = seen.without(lone_outliers(seen.values))
-    still = _still(seen, drive, gain_m_per_v)
+    observed = observed.without(lone_outliers(observed.values))
+    still = _still(observed, drive, gain_m_per_v)
     if still is not None:
         falls, first, last = still
         problem = (
-            f'has a {seen.quantity} of exactly {seen.values[first]:.6g} m over {falls} falls of '
-            f'the voltage, {begins_s + seen.time_s[first]:.6g} to '
-            f'{begins_s + seen.time_s[last]:.6g} s: its sensor is at a limit, or has stopped'
+            f'has a {observed.quantity} of exactly {observed.values[first]:.6g} m over {falls} '
+            f'falls of the voltage, {begins_s + observed.time_s[first]:.6g} to '
+            f'{begins_s + observed.time_s[last]:.6g} s: its sensor is at a limit, or has stopped'
         )
         hint = 'choose a window without these: --window LENGTH@START'
         raise RecordingError(origin, problem, hint)
-    steps_m = np.diff(seen.values)
+    steps_m = np.diff(observed.values)
     period_m = float(np.abs(steps_m).max())
     jumps = np.where(np.abs(steps_m) > 0.5 * period_m, np.sign(steps_m), 0.0)
     others_m = float(np.abs(steps_m[jumps == 0.0]).max(initial=0.0))
-    count, is_within = np.count_nonzero(jumps), np.ptp(seen.values) < period_m + 2.0 * others_m
+    count, is_within = np.count_nonzero(jumps), np.ptp(observed.values) < period_m + 2.0 * others_m
     # a runner that the feet carry to and fro jumps at each fall
     is_rare = count <= ENOUGH_FALLS * len(falls_of(drive)[0])
     turns = float(np.ptp(np.cumsum([0.0, *jumps])))
     if others_m < _OTHERS * period_m and is_within and is_rare and turns > 1.0:
-        problem = f'has a {seen.quantity} that jumps {count} times by about {period_m:.4g} m'
+        problem = f'has a {observed.quantity} that jumps {count} times by about {period_m:.4g} m'
         hint = 'its sensor wraps around: unwrap it, as numpy.unwrap does with a period'
         raise RecordingError(origin, problem, hint)
 
 
-def _still(seen: Seen, drive: Voltage, gain_m_per_v: float) -> tuple[int, int, int] | None:
+def _still(observed: Readout, drive: Voltage, gain_m_per_v: float) -> tuple[int, int, int] | None:
     """Return falls, first and last reading of the longest rest, if no free runner rests so."""
-    time_s, place_m = seen.time_s, seen.values
+    time_s, place_m = observed.time_s, observed.values
     changes = np.flatnonzero(np.diff(place_m))
     starts, ends = np.append(0, changes + 1), np.append(changes, len(place_m) - 1)
     longest = int(np.argmax(time_s[ends] - time_s[starts]))
     first, last = int(starts[longest]), int(ends[longest])
     moves = slice(first) if first > len(place_m) - last else slice(last, None)
-    late = lateness_of(replace(seen, values=place_m[moves], time_s=time_s[moves]), drive)
+    late = lateness_of(replace(observed, values=place_m[moves], time_s=time_s[moves]), drive)
     falls_s, heights_v = falls_of(drive)
     falls_s = falls_s + (late.late_s if late is not None and late.is_clear else 0.0)
     digit_m = math.sqrt(12.0) * rounding_of(place_m)

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
-from typing import IO, Any, Final
+from typing import Any, Final
 
 import matplotlib as mpl
 import numpy as np
@@ -97,6 +97,12 @@ class StyledFigure(Figure):
         with mpl.rc_context(self._style):
             super().savefig(*where, **how)
 
+    def _repr_png_(self) -> bytes:
+        """Show itself in a notebook, as pyplot, which shows others, does not know it."""
+        file = io.BytesIO()
+        self.savefig(file, format='png')
+        return file.getvalue()
+
 
 def new_figure(width_inches: float, height_inches: float, title: str = '') -> Figure:
     """Return an empty figure with constrained layout."""
@@ -150,19 +156,16 @@ def check_picture(path: Path) -> None:
 def save_figure(figure: Figure, picture: Path) -> None:
     """Write a figure as PNG, SVG or PDF, the same bytes for the same numbers."""
     check_picture(picture)
+    kind = picture.suffix.lower()
     with replacing(picture) as part:
-        _save(figure, part, picture.suffix.lower())
+        figure.savefig(part, format=kind[1:], metadata=dict(UNDATED[kind]))
 
 
 def svg_of(figure: Figure) -> str:
     """Return a figure as SVG, the same text for the same numbers."""
     text = io.StringIO()
-    _save(figure, text, '.svg')
+    figure.savefig(text, format='svg', metadata=dict(UNDATED['.svg']))
     return text.getvalue()
-
-
-def _save(figure: Figure, file: Path | IO[str], suffix: str) -> None:
-    figure.savefig(file, format=suffix[1:], metadata=dict(UNDATED[suffix]))
 
 
 def decimated(x: Array, y: Array, pixels: int) -> tuple[Array, Array]:

@@ -9,10 +9,10 @@ A motion shows ratios of forces alone: the contact gives their scale.
 """
 
 import math
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import islice
+from typing import Any
 
 import numpy as np
 
@@ -20,38 +20,43 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.drive.build import friction_limit_n
 from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.lab.experiments.experiment import Experiment
-from stickslip_ros.lab.fitting.free import LOAD, Known, check_quantity, known_value
+from stickslip_ros.lab.experiments.friction_loop import LoopRow
+from stickslip_ros.lab.fitting.free import (
+    LOAD,
+    KnownValue,
+    check_quantity,
+    is_property,
+    known_value,
+)
 from stickslip_ros.lab.fitting.problem import STEP, Predicted, Problem
-from stickslip_ros.parameters import Parameters, specs
+from stickslip_ros.parameters import Parameters, spec_of, specs
+
+_PRELOAD = 'stand.preload'
 
 _SCALE, FEET_NUMBER = FACTORS_OF_FORCES = 'scale', 'feet'
 """The stiffness of all contacts at the same limits of friction, and the number of feet under the
 same normal force together, both per that of the stand."""
 LOAD_FACTOR = 'load'
 """Friction and a constant force on the runner together, per friction."""
-_FACTORS = *FACTORS_OF_FORCES, LOAD_FACTOR
+_VOLTAGE, _POSITION = 'voltage', 'position'
+CALIBRATIONS: Mapping[str, float] = {_VOLTAGE: 0.01, _POSITION: 0.001}
+"""Readings of a voltage monitor, and of lengths, per true value, and their standard errors."""
+_FACTORS = *FACTORS_OF_FORCES, LOAD_FACTOR, *CALIBRATIONS
+SHOWN = LOAD_FACTOR, *CALIBRATIONS
+"""Factors in the errors of what a recording shows, whatever the feet are."""
 ASSUMED_SHARES: Mapping[str, float] = {
     _SCALE: 0.3,
-    'contact.radius': 0.1,
-    'contact.young_runner': 0.1,
-    'contact.young_sphere': 0.1,
-    'stand.preload': 0.05,
+    **{name: spec.assumed for name, spec in specs().items() if spec.assumed},
 }
 """Assumed relative standard errors, of constants that are not free."""
 _UNDESCRIBED = {FEET_NUMBER: 0.5, 'contact.radius': 0.5}
 """The same of feet that were not described: with the scale, a mass from motion alone is known to
 half of itself."""
+_RANGE_OF_VOLTS = 'amplifier.voltage_'  # which limits commands and changes no motion
+_RANGE = 2.0 * 1.96  # width of a range in standard errors
 _LOAD_SHARE = 0.03
 """The same of a free runner whose load was not told: a cable pulls, or a rail is not level."""
-_OPPOSING = (
-    LOAD,
-    *(
-        name
-        for name, spec in specs().items()
-        if spec.unit == 'kg' or re.fullmatch(r'N\b.*/m.*', spec.unit)
-        if name != 'friction_law.bristle_stiffness'  # that of the contacts
-    ),
-)
+OPPOSING = tuple(name for name, spec in specs().items() if spec.opposes)
 """Whatever moves under a force: contacts of twice the force move twice of it in the same way."""
 _FRICTION = 'contact.friction', 'contact.friction_rate', 'contact.friction_ageing'
 OF_FORCES = ('N', 'kg', 'J')
@@ -61,11 +66,11 @@ TENSION_MAX = 3.0
 
 
 def assumed_of(
-    parameters: Parameters, free: Iterable[str], given: Mapping[str, Known | str]
+    parameters: Parameters, free: Iterable[str], given: Mapping[str, KnownValue | str]
 ) -> tuple[Parameters, dict[str, float]]:
     """Return a stand with assumed values, and the relative errors that are stated or usual."""
     shares, values, free = dict(ASSUMED_SHARES), dict[str, float](), set(free)
-    flat = parameters.flat()
+    shares |= shares_of_ranges(parameters)
     for name, stated in given.items():
         what, example = f'--assume {name}', f'write {name}=+-2%, or with a value before +-'
         is_factor = name in _FACTORS
@@ -73,9 +78,9 @@ def assumed_of(
         if name in free:
             hint = f'leave it out, or use --known {name}=VALUE+-2%'
             raise OutOfRange(what, str(stated), '', 'of a free parameter', hint)
-        now = float(flat.get(name, 1.0))
+        now = value_of(parameters, name)
         value, shares[name] = known_value(what, stated, spec, example, now)
-        if not (value > 0.0 and 0.0 <= shares[name] < 1.0 and (value == 1.0 or not is_factor)):
+        if not (value and 0.0 <= shares[name] < 1.0 and (value == 1.0 or not is_factor)):
             ones = ', '.join(_FACTORS)
             limit = f'not a value above 0 ({ones}: 1) with an error of 0 to less than 100 %'
             raise OutOfRange(what, str(stated), '', limit, example)
@@ -86,6 +91,34 @@ def assumed_of(
     }
 
 
+def value_of(stand: Parameters, name: str) -> float:
+    """Return the value of a constant; factors are 1."""
+    return 1.0 if name in _FACTORS else float(stand.value(name))
+
+
+def shares_of_ranges(stand: Parameters) -> dict[str, float]:
+    """
+    Return the relative errors of assumed values with ranges, of which each holds 95 %.
+
+    That of an array is one of each element; that of the numbers of feet is one of their sum.
+
+    """
+    found = dict[str, float]()
+    for name, (low, high) in stand.ranges.items():
+        spec, value = spec_of(name), stand.value(name)
+        if name == 'feet.count':
+            found[FEET_NUMBER] = math.log(high / low) / _RANGE
+        elif (is_property(name) or name in ASSUMED_SHARES) and not name.startswith(
+            _RANGE_OF_VOLTS
+        ):
+            elements = [f'{name}[{k}]' for k in range(len(value))] if spec.is_array else [name]
+            for each in elements:
+                if now := abs(value_of(stand, each)):
+                    width = math.log(high / low) if low > 0.0 else (high - low) / now
+                    found[each] = width / _RANGE
+    return found
+
+
 def doubt_untold(
     shares: dict[str, float],
     parameters: Parameters,
@@ -93,15 +126,22 @@ def doubt_untold(
     experiments: Sequence[Experiment],
 ) -> tuple[str, ...]:
     """
-    Add the errors of a load and of feet that were not told, and return a note about the feet.
+    Add errors of calibrations, a load and feet that were not told; return a note about the feet.
 
     Parameters that are free, and errors that are stated, are ``settled``.
 
     """
     settled = {*settled}
+    if _PRELOAD not in settled and all(_PRELOAD in one.settings for one in experiments):
+        shares[_PRELOAD] = ASSUMED_SHARES[_PRELOAD]
     given = parameters.changed().keys() - settled
     if all('stand.weight' in one.settings for one in experiments):  # of this package
         return ()
+    if all(isinstance(one.drive, LoopRow) for one in experiments):  # of one sphere, with its force
+        for name in (_SCALE, _PRELOAD):
+            shares.pop(name, None)
+        return ()
+    shares |= {name: share for name, share in CALIBRATIONS.items() if name not in settled}
     is_told = settled & {LOAD_FACTOR, LOAD} or parameters.stand.load
     is_free = parameters.load_cell.contact == 'absent' or any(
         one.settings.get('load_cell.contact') == 'absent' for one in experiments
@@ -123,12 +163,12 @@ def slopes_of_constants(problem: Problem, place: Array, names: Sequence[str]) ->
     rows = iter(replace(problem, experiments=changed).predicted([stand])[0])
     found = list[Predicted]()
     for name, factor in ends:
-        forces = OF_FORCES if name in FACTORS_OF_FORCES else ()  # which are divided
-        models = islice(rows, len(problem.seen))
+        scaled = OF_FORCES if name in FACTORS_OF_FORCES else ('m',) * (name == _POSITION)
+        models = islice(rows, len(problem.observed))
         found.append(
             [
-                replace(model, values=factor * model.values) if each.unit in forces else model
-                for (_, each, _), model in zip(problem.seen, models, strict=True)
+                replace(model, values=factor * model.values) if each.unit in scaled else model
+                for (_, each, _), model in zip(problem.observed, models, strict=True)
             ]
         )
     pairs = zip(found[::2], found[1::2], strict=True)
@@ -137,18 +177,24 @@ def slopes_of_constants(problem: Problem, place: Array, names: Sequence[str]) ->
 
 def with_constant(stand: Parameters, one: Experiment, name: str, factor: float) -> Experiment:
     """Return an experiment with a constant times a factor; unchanged if that is impossible."""
+    if name in {_VOLTAGE, 'actuator.gain'} and getattr(one.drive, 'amplitude_m', None):
+        return one  # the stroke itself was measured
     there = stand.updated(dict(one.settings))
     flat, load_n = there.flat(), one.load_n
-    if name == LOAD_FACTOR:
+    changes: dict[str, Any] = {}
+    if name == _VOLTAGE:
+        changes = {'actuator.gain': factor * flat['actuator.gain']}
+    elif name == LOAD_FACTOR:
         changes = {LOAD: flat[LOAD] + math.log(factor) * friction_limit_n(there)}
     elif name in FACTORS_OF_FORCES:
-        less = (*_OPPOSING, *_FRICTION) if name == _SCALE else (*_OPPOSING, 'stand.preload')
+        less = (*OPPOSING, *_FRICTION) if name == _SCALE else (*OPPOSING, _PRELOAD)
         changes = {each: flat[each] / factor for each in less}
         if name == _SCALE:
             changes['feet.weight'] = tuple(factor * each for each in flat['feet.weight'])
+            changes['feet.friction'] = tuple(each / factor for each in flat['feet.friction'])
         load_n /= factor
-    else:
-        changes = {name: factor * flat[name]}
+    elif name != _POSITION:
+        changes = {name: factor * there.value(name)}
         if name == 'contact.radius':
             changes['feet.radius'] = tuple(factor * each for each in flat['feet.radius'])
     try:

@@ -4,14 +4,15 @@
 """Fit the drive to experiments: the best of many searches, with its errors."""
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from itertools import count
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stickslip_ros.errors import OutOfRange
+from stickslip_ros.kernels.kernel import compilation_reported
 from stickslip_ros.lab.experiments.experiment import Experiment
 from stickslip_ros.lab.experiments.options import ReadingOptions
 from stickslip_ros.lab.experiments.reading import read_experiments
@@ -19,7 +20,7 @@ from stickslip_ros.lab.fitting.assumed import assumed_of, doubt_untold
 from stickslip_ros.lab.fitting.free import (
     Coordinate,
     FreeParameters,
-    Known,
+    KnownValue,
     choose_free,
     known_of,
     listed_free,
@@ -28,20 +29,12 @@ from stickslip_ros.lab.fitting.metric import Allowance
 from stickslip_ros.lab.fitting.missing import CYCLIC, ODDS_SURE, Missing, missing_from
 from stickslip_ros.lab.fitting.problem import Problem, pose, silent
 from stickslip_ros.lab.fitting.report import Fit
-from stickslip_ros.lab.fitting.search import (
-    CERTAIN_FACTOR,
-    Minimum,
-    distinct,
-    notes_of,
-    refine,
-    search,
-    search_all,
-    settle,
-)
-from stickslip_ros.lab.fitting.statistics import QUANTILE_95, Uncertainty, uncertainty
-from stickslip_ros.lab.readers.measured import MeasuredTable
-from stickslip_ros.lab.runs.batch import Progress, pool_of
+from stickslip_ros.lab.fitting.search import Minimum, notes_of, refine, search_all, settle
+from stickslip_ros.lab.fitting.statistics import Uncertainty, uncertainty
+from stickslip_ros.lab.measurements.vocabulary import MeasuredTable
+from stickslip_ros.lab.runs.batch import Interrupted, Progress, pool_of
 from stickslip_ros.parameters import Parameters, checked_arguments
+from stickslip_ros.process.stopping import Stopped
 from stickslip_ros.progress import Show, progress_of
 
 if TYPE_CHECKING:
@@ -61,13 +54,15 @@ class FitOptions(ReadingOptions):
     """Least error of the model's motion in each moment of a cycle, m."""
     step_share: float = 3e-3
     """Least error of the model's step length, as a share of it."""
+    drift_m_per_s: float = 1e-6
+    """Usual drift of a position sensor, which makes up for steps of no other size, m/s."""
     starts: int = 5
     """Searches from the present values and from the best of a Latin hypercube."""
     seed: int = 1
     """Seed of the hypercube."""
-    assume: Mapping[str, Known | str] = field(default_factory=dict)
+    assume: Mapping[str, KnownValue | str] = field(default_factory=dict)
     """
-    Error of a constant, or of scale, feet or load, which are 1; +-0%: none.
+    Error of a constant, or of scale, feet, load, voltage or position, which are 1; +-0%: none.
 
     Typed, ``{'contact.radius': '0.5mm+-2%', 'scale': '+-0%'}``, or value and relative error.
 
@@ -106,8 +101,8 @@ def fit(
     report : callable, optional
         Called with each ``MeasuredTable`` after reading, before anything is computed.
     progress : bool or callable
-        Whether to show the progress; or a function, called with the runs made so far, and 0, as
-        the total is not known in advance.
+        Whether to show the progress; or a function, called with the runs made so far and their
+        expected number, which is 0 until the first search has ended.
 
     Raises
     ------
@@ -120,7 +115,10 @@ def fit(
     given, shares = assumed_of(parameters or Parameters(), names, options.assume)
     stand, chosen, notes = choose_free(given, free)
     known = known_of(free)
-    read = read_experiments(experiments, given, options, report)
+    read = [
+        one.drifting(options.drift_m_per_s)
+        for one in read_experiments(experiments, given, options, report)
+    ]
     notes += doubt_untold(shares, given, {*names, *options.assume}, read)
     with progress_of(progress, 'runs') as show:
         fitted = fit_experiments(
@@ -134,7 +132,7 @@ def fit_experiments(
     free: tuple[Coordinate, ...],
     experiments: Sequence[Experiment],
     *,
-    known: Mapping[str, Known] | None = None,
+    known: Mapping[str, KnownValue] | None = None,
     assumed: Mapping[str, float] | None = None,
     options: FitOptions = FitOptions(),
     progress: Show | None = None,
@@ -144,57 +142,85 @@ def fit_experiments(
     if not 1 <= options.starts <= STARTS_MAX:
         limit = f'not from 1 to {STARTS_MAX}'
         raise OutOfRange('number of starts', options.starts, '', limit, 'change --starts')
-    runs, ended = count(1), 0
-
-    def count_run() -> None:
-        if progress is not None:
-            progress(next(runs), 0, f'{ended} of {options.starts} searches ended')
-
-    def count_search(done: int, _: int) -> None:
-        nonlocal ended
-        ended = done
-
-    problem = pose(parameters, free, experiments, known, count_run)
-    if problem.has_traces:
-        problem = replace(problem, allowance=options.allowance)
-    with pool_of(options.workers) as pool:
-        problem = replace(problem, pool=pool)
-        ends = search_all(problem, options.starts, options.seed, options.workers, count_search)
+    counts = _Counts(options.starts, progress or (lambda *_: None))
+    with (
+        counts.told_if_stopped(),
+        compilation_reported(counts.add_kernel),
+        pool_of(options.workers) as pool,
+    ):
+        problem = pose(parameters, free, experiments, known, counts.add_run)
+        allowance = options.allowance if problem.has_traces else problem.allowance
+        problem = replace(problem, allowance=allowance, pool=pool)
+        ends = search_all(
+            problem, options.starts, options.seed, options.workers, counts.set_searches
+        )
         problem, here = min(ends, key=lambda end: end[1].chi_square)
-        refined, others, missing = list[Minimum](), list[Minimum](), tuple[Missing, ...]()
-        near = [each for _, each in ends if each.chi_square < CERTAIN_FACTOR * here.chi_square]
-        if problem.has_traces:
-            problem, refined, missing = _settled(problem, here, options)
-            here = refined[-1]
-        else:
-            others = distinct([each for _, each in ends])[1:]
-        settled = problem, here
-        problem, more, steady = refine(*settled)
-        refined += more
-        if problem.has_traces:
-            again = [search(problem, each.place) for each in distinct(near)[1:]]
-            best, *others = distinct([refined[-1], *again])
-            refined.append(best)
-        here = refined[-1] if refined else here
-        is_settled = (problem, here) == settled
+        problem, refined, steady = refine(problem, here)
+        missing: tuple[Missing, ...] = ()
+        if problem.is_estimated:
+            problem, settled, missing = _settled(problem, [here, *refined][-1], options)
+            refined += settled
+        here = [here, *refined][-1]
         problem = replace(problem, tick=silent)
+        doubt = uncertainty(problem, here.place, assumed or {}, missing)
+        if doubt.inert.any():  # nothing measured moved it
+            here = replace(here, coordinates=_kept(problem, doubt))
+            refined.append(here)
+            doubt = uncertainty(problem, here.place, assumed or {}, missing)
         predicted = problem.predicted_at(here.place)
-        doubt = uncertainty(problem, here.place, assumed or {})
-        reached, rivals = _reaching(doubt, problem, here, others)
-        if not is_settled:
-            missing = missing_from(problem, here.place)
     return Fit(
         problem=replace(problem, pool=None),
         searches=tuple(each for _, each in ends),
         refined=tuple(refined),
-        others=rivals,
         steady=steady,
-        uncertainty=reached if problem.has_traces else doubt,
+        uncertainty=doubt,
         predicted=predicted,
         missing=missing,
         wall_s=time.perf_counter() - started_s,
         notes=tuple(notes_of(problem, options.allowance)),
     )
+
+
+def _kept(problem: Problem, doubt: Uncertainty) -> tuple[float, ...]:
+    """Return the place of a minimum where parameters without effect keep their start."""
+    starts = np.array([one.to_coordinate(one.start) for one in problem.free])
+    return tuple(problem.natural.to(np.where(doubt.inert, starts, doubt.z)).tolist())
+
+
+@dataclass
+class _Counts:
+    """Runs and searches of a fit so far."""
+
+    starts: int
+    show: Show
+    runs: int = 0
+    ended: int = 0
+    expected: int = 0  # runs of all searches, by those that have ended
+
+    def add_run(self) -> None:
+        self.runs += 1
+        self.tell(f'{self.ended} of {self.starts} searches ended')
+
+    def add_kernel(self, compiled: int) -> None:
+        """Say that the next kernel is compiled: a stand may need a hundred for its first run."""
+        self.tell(f'compiling kernels, once: {compiled}')
+
+    def tell(self, note: str) -> None:
+        total = self.expected if self.runs <= self.expected else 0
+        self.show(self.runs, total, note)
+
+    def set_searches(self, done: int, total: int) -> None:
+        self.ended, self.starts = done, total
+        self.expected = self.runs * total // done if done else 0
+
+    @contextmanager
+    def told_if_stopped(self) -> Iterator[None]:
+        """Say how far a fit had come when it is stopped."""
+        try:
+            yield
+        except (Interrupted, KeyboardInterrupt):
+            counts = f'{self.ended} of {self.starts} searches, {self.runs} runs'
+            raise Stopped(f'stopped after {counts}; nothing is written') from None
 
 
 def _settled(
@@ -207,20 +233,10 @@ def _settled(
     fringes_m = [CYCLIC[name] for name in sure if name in CYCLIC]
     if not fringes_m:
         return problem, found, missing
-    sensed = (each.sensed(cyclic_m=CYCLIC_M, fringe_m=fringes_m[0]) for _, each, _ in problem.seen)
+    sensed = (
+        each.sensed(cyclic_m=CYCLIC_M, fringe_m=fringes_m[0]) for _, each, _ in problem.observed
+    )
     problem, more = settle(
-        problem.with_seen(sensed), found[-1].place, options.allowance, options.outliers
+        problem.with_observed(sensed), found[-1].place, options.allowance, options.outliers
     )
     return problem, [*found, *more], missing_from(problem, more[-1].place)
-
-
-def _reaching(
-    doubt: Uncertainty, problem: Problem, here: Minimum, others: Sequence[Minimum]
-) -> tuple[Uncertainty, tuple[Minimum, ...]]:
-    """Return errors that reach to the other minima that are not ruled out, and these."""
-    most = here.chi_square + QUANTILE_95**2 * doubt.variance_scale
-    found = [(each, problem.natural.back(each.place)) for each in others if each.chi_square < most]
-    rivals = [(each, z) for each, z in found if doubt.is_beyond_errors(z)]
-    rises = np.array([each.chi_square - here.chi_square for each, _ in rivals])
-    reached = doubt.reaching(np.array([z for _, z in rivals]), rises)
-    return reached, tuple(each for each, _ in rivals)

@@ -28,7 +28,7 @@ from stickslip_ros.parameters import Parameters, Scalar, Spec, checked_arguments
 from stickslip_ros.parameters.typed import to_si_list
 
 LOAD = 'stand.load'
-FITTED = ('contact', 'friction_law', 'runner', 'load_cell', 'actuator', 'amplifier', LOAD)
+FITTED = ('contact', 'friction_law', 'runner', 'load_cell', 'actuator', 'amplifier', 'feet', LOAD)
 """What a fit may change: groups of parameters, and a parameter."""
 _WIDE = 1e3
 """Default bounds are this factor below and above the start, within the limits of the model."""
@@ -44,7 +44,7 @@ TINY, LOG_MAX = sys.float_info.min, math.log(sys.float_info.max)
 _MASS, _DAMPING = 'runner.mass', 'runner.damping'
 _PER_STIFFNESS = 'contact.friction', _MASS
 
-Known: TypeAlias = tuple[float, float]
+KnownValue: TypeAlias = tuple[float, float]
 """A value and its relative standard error."""
 
 
@@ -61,7 +61,7 @@ class Free:
     """Lower bound; by default a thousandth of the start, or the limit of the model."""
     high: float | str | None = None
     """Upper bound; by default a thousand times the start, or the limit of the model."""
-    known: Known | str | None = None
+    known: KnownValue | str | None = None
     """
     Value from another measurement, and its relative standard error.
 
@@ -179,7 +179,9 @@ class Natural:
         ]
         if not chosen or contact.law != 'mdr' or contact.profile == 'rough_line':
             return 0.0
-        there = self.stand.updated({one.name: one.to_value(value) for one, value in chosen})
+        starts = {one.name: one.start for one in self.free}  # a weight presses by the mass
+        changed = {one.name: one.to_value(value) for one, value in chosen}
+        there = self.stand.updated({**starts, **changed})
         return math.log(sum(each.stick_stiffness_n_per_m for each in contacts_of(there)))
 
 
@@ -196,9 +198,8 @@ def choose_free(
     names = [each.name for each in chosen]
     _check_names(names)
     parameters, notes = _let_roughness_act(parameters, names)
-    flat = parameters.flat()
-    coordinates = tuple(_coordinate(each, flat[each.name]) for each in chosen)
-    off = [name for name in OF_A_FALL if name not in names and not flat[name]]
+    coordinates = tuple(_coordinate(each, parameters.value(each.name)) for each in chosen)
+    off = [name for name in OF_A_FALL if name not in names and not parameters.value(name)]
     if off and not set(OF_A_FALL).isdisjoint(names):
         note = (
             f'{" and ".join(off)} not modelled: the others take over its effect just after a '
@@ -214,7 +215,7 @@ def listed_free(free: FreeParameters) -> list[Free]:
     return [Free(each) if isinstance(each, str) else each for each in listed]
 
 
-def known_of(free: Sequence[Free]) -> dict[str, Known]:
+def known_of(free: Sequence[Free]) -> dict[str, KnownValue]:
     """Return known values and their relative errors; raise StickSlipError if malformed."""
     found = {}
     for one in free:
@@ -228,8 +229,8 @@ def known_of(free: Sequence[Free]) -> dict[str, Known]:
 
 
 def known_value(
-    what: str, given: Known | str, spec: Spec, example: str, value: float | None = None
-) -> Known:
+    what: str, given: KnownValue | str, spec: Spec, example: str, value: float | None = None
+) -> KnownValue:
     """Return a value and its relative error, as given or typed; ``value`` if none is typed."""
     if isinstance(given, str):
         typed, sign, error = given.replace('±', '+-').partition('+-')
@@ -243,12 +244,12 @@ def known_value(
 
 
 def check_quantity(name: str, what: str) -> Spec:
-    """Return the declaration of a parameter; refuse what is no quantity."""
+    """Return the declaration of a parameter, or of an element; refuse what is no quantity."""
     spec = spec_of(name)
-    if spec.kind is not float or spec.is_array:
-        hint = 'set it with --set, and compare fits'
-        found = 'an array' if spec.is_array else 'no float'
-        raise WrongKind(what, name, f'a quantity (it is {found})', hint)
+    if spec.kind is not float:
+        raise WrongKind(what, name, 'a quantity', 'set it with --set, and compare fits')
+    if spec.is_array:
+        raise WrongKind(what, name, 'a quantity (it is an array)', f'name an element, {name}[0]')
     return spec
 
 

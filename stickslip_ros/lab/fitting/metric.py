@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from scipy import linalg, sparse
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.lab.experiments.experiment import Seen
+from stickslip_ros.lab.experiments.experiment import Readout
 from stickslip_ros.lab.experiments.predict import Prediction
 from stickslip_ros.lab.experiments.sensor_clock import FALL_S
 from stickslip_ros.lab.fitting.free import TINY
@@ -189,7 +189,7 @@ def slower(slow_s: float, late_s: float, curved_s2: float) -> tuple[float, float
 
 
 def metric_of(
-    seen: Seen,
+    observed: Readout,
     predicted: Prediction,
     corners: Array,
     noise: float,
@@ -204,9 +204,9 @@ def metric_of(
     the readings per metre of shape, as N/m of a load cell.
 
     """
-    time_s, sensor_of = seen.time_s, seen.sensor
-    reach = TOO_FAR * max(float(np.ptp(seen.values)), noise)
-    offset = TOO_FAR * float(np.max(np.abs(seen.values - predicted.values))) + reach
+    time_s, sensor_of = observed.time_s, observed.sensor
+    reach = TOO_FAR * max(float(np.ptp(observed.values)), noise)
+    offset = TOO_FAR * float(np.max(np.abs(observed.values - predicted.values))) + reach
     middle_s, half_s = 0.5 * (time_s[0] + time_s[-1]), 0.5 * (time_s[-1] - time_s[0])
     columns = [  # each with its largest size
         (np.ones_like(time_s), offset),
@@ -217,7 +217,7 @@ def metric_of(
     if predicted.otherwise is not None and allowance is not None:
         columns.append((predicted.otherwise() - predicted.values, 1.0))
     if sensor_of.cyclic_m:
-        phase = 2.0 * math.pi * seen.values / sensor_of.fringe_m
+        phase = 2.0 * math.pi * observed.values / sensor_of.fringe_m
         columns += [(of(phase), sensor_of.cyclic_m) for of in (np.sin, np.cos)]
     sensor, sizes = zip(*columns, strict=True)
     places, roots = [sparse.csr_array(np.column_stack(sensor))], [np.diag(sizes)]

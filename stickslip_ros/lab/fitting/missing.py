@@ -19,38 +19,41 @@ from functools import partial
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import softmax
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.build import friction_limit_n
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.lab.experiments.experiment import Seen, Voltage
+from stickslip_ros.lab.experiments.experiment import Readout, Voltage
 from stickslip_ros.lab.experiments.sensor_clock import falls_of
-from stickslip_ros.lab.fitting.assumed import FEET_NUMBER, slopes_of_constants
-from stickslip_ros.lab.fitting.free import LOAD, LOG_MAX, OF_A_FALL, TINY, TYPICAL
+from stickslip_ros.lab.fitting.assumed import (
+    FEET_NUMBER,
+    shares_of_ranges,
+    slopes_of_constants,
+)
+from stickslip_ros.lab.fitting.free import LOAD, OF_A_FALL, TINY, TYPICAL
+from stickslip_ros.lab.fitting.metric import Allowance
 from stickslip_ros.lab.fitting.problem import EFFECT, STEP, Predicted, Problem
-from stickslip_ros.parameters import Parameters, Scalar
+from stickslip_ros.parameters import Parameters, spec_of, specs
 
-_TRIED = (
-    *('contact.friction', 'contact.prefactor', 'contact.radius', 'runner.mass', 'actuator.gain'),
-    *('amplifier.slew_rate', *TYPICAL),
+_LITTLE = 0.01  # of a force that is switched on, per friction of all feet
+_TRIED = tuple(
+    name
+    for name, spec in specs().items()
+    if ((spec.cause or spec.typical) and not spec.alike) or name == LOAD
 )
 """Parameters that may have another value."""
-_LITTLE = 0.01
-"""Growth of friction per e-fold of velocity, or of time at rest; share of the normal force that a
-guide has; load per friction."""
-_SWITCHED_ON: tuple[Mapping[str, Scalar], ...] = (
-    *({name: value} for name, value in TYPICAL.items() if name != 'actuator.resonance'),
-    {'actuator.resonance': TYPICAL['actuator.resonance'], 'actuator.damping_ratio': 0.1},
-    *(
+_TOGETHER: Mapping[str, Sequence[Mapping[str, float]]] = {
+    'actuator.resonance': [
+        {'actuator.resonance': TYPICAL['actuator.resonance'], 'actuator.damping_ratio': 0.1}
+    ],
+    'frame.resonance': [
         {'frame.resonance': hertz, 'frame.mass': 0.1, 'frame.damping_ratio': 0.1}
         for hertz in (1.5e3, 3e3, 5e3, 8e3)
-    ),
-    {'contact.friction_rate': _LITTLE},
-    {'contact.friction_ageing': _LITTLE},
-)
+    ],
+}
 """
-Parts that may be off, by their first parameter, each with a usual value.
+Parts of several parameters that may be off, by their first parameter.
 
 A little damping showed less of 20 N s/m than a resonance that was not there. One that rings for
 long has no rival; those of a frame are damped as broadly as they are apart.
@@ -58,12 +61,15 @@ long has no rival; those of a frame are damped as broadly as they are apart.
 """
 CYCLIC = {f'cyclic error of {1e9 * each:.4g} nm': each for each in (316.4e-9, 158.2e-9)}
 """Fringes of an interferometer with a helium-neon laser, by name: single and double pass, m."""
+SENSOR_DRIFT = 'a drift of the sensor'
 _WAYS = 6  # waves of friction along the way of a recording
-_FALL_SHARE = 0.01  # error of a fall to first order, per chi-square
-TELLING_SHARE = 0.05
-"""Least fall as a share of chi-square above the number of readings, which noise does not
-explain."""
-CHANCE, ODDS_SURE = 1e-4, 20.0  # largest chance of a fall that tells, least odds of a sure suspect
+_FALL_SHARE = 0.01  # error of a fall to first order, per chi-square above the readings
+_OWED = 0.3
+"""Least that any model owes, per least allowed error: with all of it a piezo that rings passed for
+a rougher contact."""
+_FAR = 20.0  # change of a coordinate, in factors of e, to which a larger one is as good as equal
+_ODDS_LEAST = 1e-3  # of an explanation that is listed
+ODDS_SURE = 20.0  # least odds of a cyclic error that is solved for
 
 
 Suspect: TypeAlias = tuple[str, Callable[[Problem], Array], bool]
@@ -76,41 +82,93 @@ class Missing(NamedTuple):
     name: str
     chi_square: float  # before, of noise and sensor alone
     expected: float  # after, to first order
-    moves: tuple[float, ...]  # changes of the natural coordinates of the free parameters
-    odds: float  # against the best of the other suspects, or none; below 1 for those
+    moves: tuple[float, ...]  # of the natural coordinates of the free parameters, at most _FAR
+    odds: float  # posterior odds of this explanation against all others and none
+
+    @property
+    def chance(self) -> float:
+        """Posterior probability of this explanation."""
+        return self.odds / (1.0 + self.odds)
 
 
 def missing_from(problem: Problem, place: Array) -> tuple[Missing, ...]:
     """
-    Return the suspects that improve a fit by more than chance, the best first.
+    Return what may explain a misfit: suspects, and the best with another, the likeliest first.
 
-    The values would move as in a fit with what the model owes.
+    None, each suspect and each pair have one posterior probability. What counts is the fall of
+    chi-square beyond the least that a model owes; each number costs as by the criterion of
+    Schwarz. The values would move as in a fit with all that the model owes.
 
     """
     if not problem.has_traces:
         return ()
     stand = problem.stand(place)
     [here] = problem.predicted([stand])
-    plain = replace(problem, allowance=None).measured_at(here)
-    basis, _ = _solved(plain, place)
-    _, follow = _solved(problem, place)
-    left = _without(basis, plain.whitened(here))
-    before, found = float(left @ left), dict[str, Missing]()
-    least = TELLING_SHARE * (before - problem.count)
-    for name, added, may_only_grow in _suspects(problem, stand, here, place):
-        whole = added(plain)
-        slopes, count = _without(basis, whole), whole.shape[1]
-        amounts, *_ = np.linalg.lstsq(slopes, -left, rcond=EFFECT)
-        fall = before - float(np.sum((left + slopes @ amounts) ** 2))
-        fall -= math.log(problem.count) * (count - 1)  # as by the criterion of Schwarz
-        if fall < max(chi2.isf(CHANCE, 1), least) or (may_only_grow and amounts[0] <= 0.0):
-            continue
-        moves = tuple((follow @ (added(problem) @ amounts)).tolist())
-        one = Missing(name, before, before - fall, moves, 0.0)
-        if name not in found or one.expected < found[name].expected:
-            found[name] = one
-    ranked = sorted(found.values(), key=lambda each: each.expected)
-    return tuple(each._replace(odds=_odds(each, ranked, problem.count)) for each in ranked)
+    least = Allowance(*(_OWED * each for each in Allowance()))
+    plain, owing = (replace(problem, allowance=each).measured_at(here) for each in (None, least))
+    (basis, _), (basis_plain, _), (_, follow) = (
+        _solved(each, place) for each in (owing, plain, problem)
+    )
+    left, left_plain = (
+        _without(of, one.whitened(here)) for of, one in ((basis, owing), (basis_plain, plain))
+    )
+    suspects = list(_suspects(problem, stand, here, place))
+    columns = [_without(basis, added(owing)) for _, added, _ in suspects]
+    alone = [_fall(left, each, may_only_grow=suspects[k][2])[0] for k, each in enumerate(columns)]
+    order = sorted(range(len(suspects)), key=lambda k: alone[k])
+    forms = {suspects[k][0]: k for k in order}  # the best of each name
+    falls: dict[tuple[int, ...], float] = {(k,): alone[k] for k in forms.values()}
+    pairs = [(order[-1], k) for k in forms.values() if k != order[-1]]
+    pair_falls = [_fall(left, np.hstack([columns[k] for k in each]))[0] for each in pairs]
+    both = int(np.argmax(pair_falls))
+    falls[pairs[both]] = pair_falls[both]
+    sizes = {each: sum(columns[k].shape[1] for k in each) for each in falls}
+    odds = _odds(falls, sizes, float(left @ left), problem.count)
+    before, found = float(left_plain @ left_plain), list[Missing]()
+    for each in sorted(
+        (one for one in odds if odds[one] > _ODDS_LEAST), key=lambda one: -odds[one]
+    ):
+        whole, owed = (np.hstack([suspects[k][1](one) for k in each]) for one in (plain, problem))
+        fall, amounts = _fall(left_plain, _without(basis_plain, whole))
+        moves = tuple(np.clip(follow @ (owed @ amounts), -_FAR, _FAR).tolist())
+        name = ' and '.join(suspects[k][0] for k in each)
+        found.append(Missing(name, before, before - fall, moves, odds[each]))
+    return tuple(found)
+
+
+def _fall(left: Array, columns: Array, *, may_only_grow: bool = False) -> tuple[float, Array]:
+    """Return the fall of chi-square by columns, 0 if they act the wrong way, and their amounts."""
+    amounts, *_ = np.linalg.lstsq(columns, -left, rcond=EFFECT)
+    is_wrong = may_only_grow and amounts[0] <= 0.0
+    fall = float(left @ left - np.sum((left + columns @ amounts) ** 2))
+    return 0.0 if is_wrong else fall, np.asarray(amounts)
+
+
+def _odds(
+    falls: Mapping[tuple[int, ...], float],
+    sizes: Mapping[tuple[int, ...], int],
+    before: float,
+    count: int,
+) -> dict[tuple[int, ...], float]:
+    """
+    Return the posterior odds of explanations against all others and none.
+
+    ``sizes`` are their numbers. A misfit that the best leaves is shared by all readings. Between
+    two, a fall errs by a share of the misfit too.
+
+    """
+    suspects = sum(len(each) == 1 for each in falls)
+    noise = max((before - max(falls.values())) / count, 1.0)
+    unit = max(noise, _FALL_SHARE * (before - count))
+    costs = {
+        each: sizes[each] * math.log(count) + 2.0 * len(each) * math.log(suspects)
+        for each in falls
+    }
+    best = max(falls, key=lambda each: falls[each] / unit - costs[each])
+    none = falls[best] * (1.0 / unit - 1.0 / noise)
+    weights = [none, *(falls[each] / unit - costs[each] for each in falls)]
+    shares = softmax(0.5 * np.array(weights))[1:]
+    return dict(zip(falls, (shares / np.maximum(1.0 - shares, 1e-12)).tolist(), strict=True))
 
 
 def _solved(problem: Problem, place: Array) -> tuple[Array, Array]:
@@ -124,21 +182,14 @@ def _without(basis: Array, columns: Array) -> Array:
     return np.asarray(columns - basis @ (basis.T @ columns))
 
 
-def _odds(one: Missing, ranked: Sequence[Missing], count: int) -> float:
-    """Return the odds of a suspect against the best other, or none; a slope errs by a share."""
-    rival = min([each.expected for each in ranked if each is not one], default=one.chi_square)
-    unit = max(ranked[0].expected / count, _FALL_SHARE * one.chi_square, 1.0)
-    return math.exp(min(0.5 * (rival - one.expected) / unit, LOG_MAX))
-
-
 def _suspects(
     problem: Problem, stand: Parameters, here: Predicted, place: Array
 ) -> Iterator[Suspect]:
+    stand = stand.updated(problem.settings_of_all)  # as its preload
     tried = _stands(stand, {one.name for one in problem.free})
-    flat = stand.flat()
     predicted = problem.predicted([changed for _, changed in tried])
     for (name, _), there in zip(tried, predicted, strict=True):
-        may_only_grow = name not in {LOAD, 'contact.friction_rate'} and not flat.get(name, 0.0)
+        may_only_grow = name not in {LOAD, 'contact.friction_rate'} and not stand.value(name)
         yield name, partial(_columns, here, [there]), may_only_grow
     falls = [there for (name, _), there in zip(tried, predicted, strict=True) if name in OF_A_FALL]
     if len(falls) > 1:  # they act together
@@ -148,6 +199,8 @@ def _suspects(
     for name, fringe_m in CYCLIC.items():
         moved = [_moved(here, problem, partial(_cyclic, fringe_m, of)) for of in waves]
         yield name, partial(_columns, here, moved), False
+    drifted = _moved(here, problem, lambda _, observed, __: observed.time_s)
+    yield SENSOR_DRIFT, partial(_columns, here, [drifted]), False
     ways = [partial(_step_lengths, k, of) for k in range(1, _WAYS + 1) for of in waves]
     moved = [_moved(here, problem, each) for each in ways]
     yield 'friction by place', partial(_columns, here, moved), False
@@ -160,19 +213,21 @@ def _columns(here: Predicted, there: Sequence[Predicted], problem: Problem) -> A
 
 def _stands(stand: Parameters, free: set[str]) -> list[tuple[str, Parameters]]:
     """Return stands with a fixed parameter changed a little, or a part switched on."""
-    flat, feet = stand.flat(), stand.feet
-    fixed = [name for name in _TRIED if name not in free and flat[name]]
-    changes: list[tuple[str, Mapping[str, Any]]]
-    changes = [(name, {name: float(flat[name]) * math.exp(STEP)}) for name in fixed]
-    parts = [(next(iter(part)), part) for part in _SWITCHED_ON]
-    changes += [(name, part) for name, part in parts if not flat[name] and name not in free]
-    if LOAD not in free:
-        changes.append((LOAD, {LOAD: flat[LOAD] + _LITTLE * friction_limit_n(stand)}))
-    if all(feet.gain):
-        share = _LITTLE * float(np.dot(feet.count, feet.share))
-        guide = {'count': 1, 'share': share, 'radius': feet.radius[0]}
-        rows = ((key, (*each, guide.get(key, 0.0))) for key, each in vars(feet).items())
-        changes.append(('a guide', {f'feet.{key}': each for key, each in rows}))
+    guides = [f'feet.share[{k}]' for k, gain in enumerate(stand.feet.gain) if not gain]
+    others = [name for name in shares_of_ranges(stand) if name != FEET_NUMBER]
+    little_n = _LITTLE * friction_limit_n(stand)
+    changes = list[tuple[str, Mapping[str, Any]]]()
+    for name in dict.fromkeys((*_TRIED, *_TOGETHER, *guides, *others)):
+        if name in free:
+            continue
+        if now := stand.value(name):
+            changes.append((name, {name: now * math.exp(STEP)}))
+        elif name in _TOGETHER:
+            changes += [(name, part) for part in _TOGETHER[name]]
+        elif spec_of(name).unit == 'N':
+            changes.append((name, {name: little_n}))
+        elif name in TYPICAL:
+            changes.append((name, {name: TYPICAL[name]}))
     found = list[tuple[str, Parameters]]()
     for name, each in changes:
         with suppress(StickSlipError):  # an impossible stand is no suspect
@@ -181,30 +236,30 @@ def _stands(stand: Parameters, free: set[str]) -> list[tuple[str, Parameters]]:
 
 
 def _moved(
-    here: Predicted, problem: Problem, added: Callable[[Voltage, Seen, Array], Array]
+    here: Predicted, problem: Problem, added: Callable[[Voltage, Readout, Array], Array]
 ) -> Predicted:
     """Return a prediction with something added to its traces, nm."""
     return [
         replace(model, values=model.values + 1e-9 * added(one.drive, each, model.values))
         if isinstance(one.drive, Voltage)
         else model
-        for (one, each, _), model in zip(problem.seen, here, strict=True)
+        for (one, each, _), model in zip(problem.observed, here, strict=True)
     ]
 
 
 def _cyclic(
-    fringe_m: float, of: Callable[[Array], Array], _: Voltage, seen: Seen, __: Array
+    fringe_m: float, of: Callable[[Array], Array], _: Voltage, __: Readout, model: Array
 ) -> Array:
-    """Return the cyclic error of an interferometer, of size 1."""
-    return of(2.0 * np.pi * seen.values / fringe_m)
+    """Return the cyclic error of an interferometer, of size 1, without the noise of readings."""
+    return of(2.0 * np.pi * model / fringe_m)
 
 
 def _step_lengths(
-    waves: int, of: Callable[[Array], Array], drive: Voltage, seen: Seen, model: Array
+    waves: int, of: Callable[[Array], Array], drive: Voltage, observed: Readout, model: Array
 ) -> Array:
     """Return the motion by steps whose length changes along the way."""
-    falls_s = falls_of(drive)[0] + seen.sensor.late_s
-    at = np.interp(falls_s, seen.time_s, model)
+    falls_s = falls_of(drive)[0] + observed.sensor.late_s
+    at = np.interp(falls_s, observed.time_s, model)
     sizes = of(2.0 * np.pi * waves * (at - model.min()) / max(np.ptp(model), TINY))
-    over = np.searchsorted(falls_s, seen.time_s, side='right')
+    over = np.searchsorted(falls_s, observed.time_s, side='right')
     return np.append(np.zeros(1), np.cumsum(sizes))[over]

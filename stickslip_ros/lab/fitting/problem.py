@@ -17,15 +17,15 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.lab.experiments.experiment import (
     Experiment,
+    Readout,
     SawtoothSteps,
-    Seen,
     Voltage,
     VoltageStep,
 )
 from stickslip_ros.lab.experiments.predict import Prediction, predict_all
 from stickslip_ros.lab.fitting.free import Coordinate, Natural
 from stickslip_ros.lab.fitting.metric import TOO_FAR, Allowance, Metric, metric_of
-from stickslip_ros.lab.readers.numbers import NUMBERS, SHEET_SHARE
+from stickslip_ros.lab.measurements.numbers import SHEET_SHARE
 from stickslip_ros.lab.runs.batch import Pool
 from stickslip_ros.parameters import Parameters, Scalar
 
@@ -51,21 +51,11 @@ FINEST = 5e-11
 _APART = 16  # readings between two places of a motion per volt
 
 Predicted: TypeAlias = list[Prediction]
-"""Predictions of a stand, in the order of ``Problem.seen``."""
+"""Predictions of a stand, in the order of ``Problem.observed``."""
 
 
 def silent() -> None:
     """Report no progress."""
-
-
-@dataclass(frozen=True, eq=False)
-class StandardErrors:
-    """Standard errors of readings, in the order of ``Problem.seen``."""
-
-    # whether they are given, or estimated from traces; else all numbers share an unknown error,
-    # and only ratios count
-    known: bool
-    values: tuple[float, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +65,7 @@ class Problem:
     parameters: Parameters
     free: tuple[Coordinate, ...]
     experiments: tuple[Experiment, ...]  # with a fixed number of steps, for smooth numbers
-    noise: StandardErrors
+    noise: tuple[float, ...]  # standard errors of the readings, in the order of ``observed``
     allowance: Allowance | None = None  # errors of the model
     # free parameters with values from elsewhere, and their relative standard errors
     known: Mapping[str, tuple[float, float]] = field(default_factory=dict)
@@ -98,20 +88,30 @@ class Problem:
         return self.place_of([one.start for one in self.free])
 
     @property
-    def seen(self) -> list[tuple[Experiment, Seen, float]]:
+    def observed(self) -> list[tuple[Experiment, Readout, float]]:
         """All readings: experiment, quantity, standard error."""
-        pairs = ((one, each) for one in self.experiments for each in one.seen)
-        return [(*pair, noise) for pair, noise in zip(pairs, self.noise.values, strict=True)]
+        pairs = ((one, each) for one in self.experiments for each in one.observed)
+        return [(*pair, noise) for pair, noise in zip(pairs, self.noise, strict=True)]
 
     @property
     def count(self) -> int:
         """Number of readings, and of parameters known beforehand."""
-        return sum(len(each.values) for _, each, _ in self.seen) + len(self.known)
+        return sum(len(each.values) for _, each, _ in self.observed) + len(self.known)
 
     @property
     def has_traces(self) -> bool:
         """Whether there are readings over time."""
         return any(isinstance(one.drive, Voltage) for one in self.experiments)
+
+    @property
+    def is_estimated(self) -> bool:
+        """Whether the residuals give the standard error of a reading."""
+        return self.has_traces or any(each.is_bare for _, each, _ in self.observed)
+
+    @property
+    def is_bare(self) -> bool:
+        """Whether no reading has a standard error of its own: only ratios count."""
+        return all(each.is_bare for _, each, _ in self.observed)
 
     @property
     def steps(self) -> list[tuple[Experiment, SawtoothSteps]]:
@@ -124,7 +124,7 @@ class Problem:
         """Root of the sum of squares of all readings, per standard error."""
         squares = (
             np.sum(((each.values - each.is_trace * each.values.mean()) / noise) ** 2)
-            for _, each, noise in self.seen
+            for _, each, noise in self.observed
         )
         return float(np.sqrt(sum(squares)))
 
@@ -175,16 +175,17 @@ class Problem:
                 self.allowance,
                 self.parameters.load_cell.stiffness if each.quantity == 'force_n' else 1.0,
             )
-            for (one, each, error), model in zip(self.seen, predicted, strict=True)
+            for (one, each, error), model in zip(self.observed, predicted, strict=True)
             if isinstance(one.drive, Voltage)
         ]
         return replace(self, metrics=tuple(metrics))
 
-    def with_seen(self, seen: Iterable[Seen]) -> 'Problem':
+    def with_observed(self, observed: Iterable[Readout]) -> 'Problem':
         """Return the problem with other readings of its quantities, and without metrics."""
-        rest = iter(seen)
+        rest = iter(observed)
         experiments = [
-            replace(one, seen=tuple(islice(rest, len(one.seen)))) for one in self.experiments
+            replace(one, observed=tuple(islice(rest, len(one.observed))))
+            for one in self.experiments
         ]
         return replace(self, experiments=tuple(experiments), metrics=())
 
@@ -199,10 +200,10 @@ class Problem:
 
         """
         parts, metrics = list[Array](), iter(self.metrics)
-        others = [each.values for _, each, _ in self.seen]
+        others = [each.values for _, each, _ in self.observed]
         if less is not None:
             others = [each.values for each in less]
-        for (_, each, noise), model, values in zip(self.seen, found, others, strict=True):
+        for (_, each, noise), model, values in zip(self.observed, found, others, strict=True):
             missed = model.values - values
             parts.append(next(metrics).whitened(missed) if each.is_trace else missed / noise)
         if beside is None:
@@ -217,11 +218,12 @@ class Problem:
         """
         Return numbers of known values, and of what is taken of each parameter without a reading.
 
-        It is within a factor of ten of its start, if the errors of the points are known. Beyond a
+        It is within a factor of ten of its start, if an error of a reading is known. Beyond a
         bound, where no stand changes any more, each e-fold costs a standard error.
 
         """
-        known, usual, prior = list[float](), list[float](), float(self.noise.known) / PRIOR
+        known, usual = list[float](), list[float]()
+        prior = 0.0 if self.is_bare else 1.0 / PRIOR
         for one, z in zip(self.free, self.natural.back(place).tolist(), strict=True):
             usual.append(prior * (z - one.to_coordinate(one.start)))
             if one.name in self.known:
@@ -260,7 +262,7 @@ class Problem:
             [now], [then] = problem.predicted(stand), twice.predicted(stand)
             short = [
                 one.drive
-                for (one, each, _), a, b in zip(problem.seen, now, then, strict=True)
+                for (one, each, _), a, b in zip(problem.observed, now, then, strict=True)
                 if isinstance(one.drive, SawtoothSteps)
                 and abs(float(b.values[0] - a.values[0])) > problem.steady_by(each)
             ]
@@ -276,7 +278,7 @@ class Problem:
         experiments = (replace(one, drive=longer.get(one, one.drive)) for one in self.experiments)
         return replace(self, experiments=tuple(experiments))
 
-    def steady_by(self, each: Seen) -> float:
+    def steady_by(self, each: Readout) -> float:
         """Return the largest change of a steady number by twice as many steps."""
         largest = largest_of(self.experiments, each.quantity)
         return max(STEADY_SHARE * (each.sigma or 0.0), EFFECT * largest)
@@ -295,37 +297,25 @@ def largest_of(experiments: Sequence[Experiment], quantity: str) -> float:
     return max(
         abs(float(each.values[0]))
         for one in experiments
-        for each in one.seen
+        for each in one.observed
         if each.quantity == quantity and not each.is_trace
     )
 
 
-def noise_at_first(experiments: Sequence[Experiment]) -> StandardErrors:
-    """
-    Return standard errors as given, or estimated from traces.
-
-    Numbers without an error share an unknown one: beside traces or a data sheet SHEET_SHARE of the
-    largest number at first; else chi-square scales it.
-
-    """
-    seen = [each for one in experiments for each in one.seen]
-    is_known = all(each.sigma is not None for each in seen) or any(
-        each.is_trace or NUMBERS[each.quantity].is_of_sheet for each in seen
+def _noise_at_first(experiments: Sequence[Experiment]) -> tuple[float, ...]:
+    """Return standard errors as given, or estimated: of a number a share of the largest."""
+    return tuple(
+        max(each.noise, FINEST)
+        if each.is_trace
+        else each.sigma or SHEET_SHARE * largest_of(experiments, each.quantity)
+        for one in experiments
+        for each in one.observed
     )
-
-    def error_of(each: Seen) -> float:
-        if each.is_trace:
-            return max(each.noise, FINEST)
-        if each.sigma is not None and is_known:
-            return each.sigma
-        return largest_of(experiments, each.quantity) * (SHEET_SHARE if is_known else 1.0)
-
-    return StandardErrors(is_known, tuple(map(error_of, seen)))
 
 
 def _check_scale(one: Experiment, stand: Parameters) -> None:
     """Refuse motions too far from those of the feet per volt: a unit must be wrong."""
-    for each in one.seen:
+    for each in one.observed:
         if not isinstance(one.drive, Voltage) or each.unit != 'm':
             continue
         voltage_v = np.interp(each.time_s, *one.drive.rows.T)
@@ -357,10 +347,10 @@ def pose(
         else one
         for one in experiments
     ]
-    noise = noise_at_first(begun)
+    noise = _noise_at_first(begun)
     problem = Problem(parameters, free, tuple(begun), noise, known=known or {}, tick=tick)
     least, what = len(free), 'one for each free parameter'
-    if not noise.known:
+    if problem.is_bare:
         least, what = least + 1, f'{what} and one for the standard error of the points'
     if problem.count < least:
         hint = 'measure more, free fewer parameters, or state a tolerance in the tables'

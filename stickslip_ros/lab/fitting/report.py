@@ -16,17 +16,17 @@ import stickslip_ros
 from stickslip_ros.drive.records import VOLTAGE
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import prepare_output
-from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
+from stickslip_ros.lab.experiments.experiment import Experiment, Readout, Voltage
 from stickslip_ros.lab.figures.plottable import Plottable
 from stickslip_ros.lab.fitting.assumed import FACTORS_OF_FORCES, TENSION_MAX
-from stickslip_ros.lab.fitting.missing import ODDS_SURE, TELLING_SHARE
+from stickslip_ros.lab.fitting.free import TINY
+from stickslip_ros.lab.fitting.missing import ODDS_SURE
 from stickslip_ros.lab.fitting.result import FitResult, Ratio
-from stickslip_ros.lab.fitting.search import DISTANCE_MIN
 from stickslip_ros.lab.fitting.statistics import Estimate
 from stickslip_ros.lab.waveform.recognise import LOW_SHARE
 from stickslip_ros.parameters import dump_yaml
 from stickslip_ros.sections import Section, as_json
-from stickslip_ros.units import display_unit
+from stickslip_ros.units import display_unit, unit_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 JSON, YAML, HTML = ('.json',), ('.yaml', '.yml'), ('.html', '.htm')
 CORRELATED = 0.95  # least correlation of parameters that go together
 OPPOSITE = -0.3  # largest correlation of model and readings of opposite sign
+_OF_ROW = re.compile(r' row [0-9]+$')  # of a table, behind the name of its file
 _IS_PIECE = re.compile(r'^[0-9.]+ to [0-9.]+ s: (hold|ramp)')  # of a voltage, in words
 _CHECK = 'check preload, units of the columns, clocks, and the voltage of the recording'
 
@@ -42,15 +43,22 @@ class Fit(Plottable, FitResult):
     """The result of a fit, to print, draw and save; its fields are those of ``FitResult``."""
 
     def sections(self) -> Iterator[Section]:
-        """Yield what is seen, the estimates with the verdict, and the readings."""
+        """Yield the verdict, the estimates, their figures, and the readings."""
+        names = [one.name for one in self.estimates]
+        files = (_OF_ROW.sub('', PurePath(one.origin).name) for one in self.experiments)
+        title = f'fit of {", ".join(names)} to {", ".join(dict.fromkeys(files))}'
+        yield Section(title, notes=[verdict_of(self)])
         header = 'parameter', 'value', 'std error', '95 % low', '95 % high', 'unit'
         if ratios := [_row(one, holds=self.holds) for one in self.ratios]:
             yield Section('what the recording shows, whatever the feet are', ratios, header)
         estimates = [_row(one, holds=self.holds) for one in self.estimates]
-        yield Section('fitted parameters', estimates, header, self._notes(), self._draw)
+        yield Section('fitted parameters', estimates, header, self._notes())
+        yield Section('readings (A) and model (B)', draw=self._draw)
+        if len(names) > 1 and self.holds:
+            yield Section('correlations of the parameters', draw=self._draw_correlations)
         if traces := [_trace_row(*each) for each in self.sensors]:
-            header_of = 'recording', 'quantity', 'readings', 'noise', 'missed', 'unit', 'late (us)'
-            yield Section('readings over time', traces, header_of)
+            columns = 'recording', 'quantity', 'readings', 'noise', 'missed', 'unit', 'late (us)'
+            yield Section('readings over time', traces, (*columns, 'drift (per s)'))
         yield Section('quality', list(_quality(self)))
 
     def _draw(self) -> 'Figure':
@@ -58,37 +66,40 @@ class Fit(Plottable, FitResult):
 
         return draw_fit(self)
 
+    def _draw_correlations(self) -> 'Figure':
+        from stickslip_ros.lab.fitting.figure import draw_correlations  # noqa: PLC0415
+
+        names = [one.name for one in self.estimates]
+        return draw_correlations(names, self.uncertainty.correlation)
+
     def _notes(self) -> list[str]:
         notes = (f'Note: {note}.' for note in self.notes)
         warnings = (f'Warning: {warning}.' for warning in warnings_of(self))
-        return [verdict_of(self), *_assumed(self), *_together(self), *notes, *warnings]
+        return [*_assumed(self), *_together(self), *notes, *warnings]
 
     def __repr__(self) -> str:
         estimates = (_estimate(one, holds=self.holds) for one in self.estimates)
-        return '\n'.join([*estimates, *self._notes()])
+        return '\n'.join([*estimates, verdict_of(self), *self._notes()])
 
 
 def verdict_of(fit: FitResult) -> str:
-    """Return whether a fit holds, and why not, or what it owes."""
+    """Return whether a fit holds, and why not, or how its errors were estimated."""
     if fit.reasons:
         return f'The fit does not hold, so no errors are given: {"; ".join(fit.reasons)}.'
-    return f'The fit holds. Errors: {basis_of(fit)}.'
-
-
-def basis_of(fit: FitResult) -> str:
-    """Return a sentence on the basis of the errors."""
     if (errors := fit.problem.allowance) is not None:
-        return (
+        basis = (
             f'noise of the readings, and what the model owes: {1e9 * errors.shape_m:.2g} nm in '
             f'each moment of a cycle, {100.0 * errors.step_share:.2g} % of a step, '
             f'{1e9 * errors.slow_m:.2g} nm that changes slowly'
         )
-    if fit.problem.noise.known:
-        return 'from the standard errors of the points; intervals of the normal distribution'
-    return (
-        'scaled by the residuals, as the points have no standard errors; intervals of the t '
-        f'distribution with {fit.uncertainty.dof} degrees of freedom; no test of the model'
-    )
+    elif not fit.problem.is_estimated:
+        basis = 'from the standard errors of the points; intervals of the normal distribution'
+    else:
+        basis = (
+            'scaled by the residuals, as the points have no standard errors; intervals of the t '
+            f'distribution with {fit.uncertainty.dof} degrees of freedom; no test of the model'
+        )
+    return f'The fit holds. Errors: {basis}.'
 
 
 def _assumed(fit: FitResult) -> Iterator[str]:
@@ -99,7 +110,11 @@ def _assumed(fit: FitResult) -> Iterator[str]:
     yield f'Scale {"; ".join(words)}.'
     shares = fit.uncertainty.shares.items()
     if shares and fit.holds:
-        errors = ', '.join(f'{name} {100.0 * share:.3g} %' for name, share in shares)
+        errors = ', '.join(
+            f'{name} '
+            + (f'{100.0 * each:.3g} %' if each < 1.0 else f'a factor {math.exp(each):.2g}')
+            for name, each in shares
+        )
         yield (
             f'Assumed errors, also in the covariance: {errors}; '
             '--assume NAME=VALUE+-SHARE% changes them.'
@@ -137,11 +152,11 @@ def _lacking(fit: FitResult) -> Iterator[str]:
         if fit.problem.has_traces and not (fit.holds or is_told):
             yield f'nothing that was tried explains the misfit: {_CHECK}'
         return
-    best, *others = fit.missing[:3]
-    if fit.holds and best.expected > (1.0 - TELLING_SHARE) * best.chi_square:
+    best = fit.culprit or fit.missing[0]
+    if fit.holds and best.odds < 1.0:
         return
-    odds = f'{min(best.odds, 1e6):.2g} to 1 against {"the next" if others else "nothing"}'
-    rivals = ' or '.join(each.name for each in others if best.odds < ODDS_SURE)
+    others = [each.name for each in fit.missing[:3] if each is not best and best.odds < ODDS_SURE]
+    odds, rivals = f'{min(best.odds, 1e6):.2g} to 1', ' or '.join(others)
     now, then = (each / fit.readings for each in (best.chi_square, best.expected))
     lacks = f'{best.name} (odds {odds})' + (f', or {rivals}' if rivals else '')
     falls = f'chi-square per reading would fall from {now:.3g} to {then:.3g}'
@@ -156,26 +171,11 @@ def _search_warnings(fit: FitResult) -> Iterator[str]:
         is_counted = not all(drive.is_steady for drive in drives)
         depends = ': their forces are those after this number of steps' if is_counted else ''
         yield f'some runs are not steady after {max(each.steps for each in drives)} steps{depends}'
-    if fit.others:
-        other = fit.others[0]
-        values = zip(fit.estimates, fit.problem.values(other.place), strict=True)
-        there = [
-            f'{one.name} {value:.4g}'
-            for one, value in values
-            if not math.isclose(value, one.value, rel_tol=DISTANCE_MIN)
-        ]
-        hold = 'cover all of them' if fit.problem.has_traces else 'hold for this one only'
-        yield (
-            f'{len(fit.others)} other minima are not ruled out at 95 %, the next with a '
-            f'chi-square {other.chi_square - fit.found.chi_square:.2g} above: '
-            f'{", ".join(there) or "near this one"}; the intervals {hold}'
-        )
 
 
 def _voltage_warnings(fit: FitResult) -> Iterator[str]:
     """Yield wrong units and signs, by the model at the start, as the fitted one may rest."""
-    amplifier = fit.parameters.amplifier
-    range_v = amplifier.voltage_max - amplifier.voltage_min
+    range_v = fit.parameters.amplifier.range_v
     for one in fit.experiments:
         covered_v = (
             np.ptp(one.drive.rows[:, VOLTAGE]) if isinstance(one.drive, Voltage) else range_v
@@ -186,7 +186,7 @@ def _voltage_warnings(fit: FitResult) -> Iterator[str]:
                 'amplifier: if the monitor is divided, give its unit, as voltage_v="NAME (100 V)"'
             )
     began = fit.problem.predicted_at(fit.problem.start)
-    for (one, each, _), model in zip(fit.problem.seen, began, strict=True):
+    for (one, each, _), model in zip(fit.problem.observed, began, strict=True):
         moves = each.is_trace and np.ptp(model.values) > 0.0
         correlation = np.corrcoef(model.values, each.values)[0, 1] if moves else 0.0
         if correlation < OPPOSITE:
@@ -204,7 +204,10 @@ def _estimate_warnings(one: Estimate) -> Iterator[str]:
         remedy = f'--bounds {one.name}=LOW:HIGH moves it'
         yield f'{where}: it has no interval, and the others hold for this value; {remedy}'
     elif one.inert:
-        yield f'{one.name} has no effect on the readings; the others hold for this value of it'
+        yield (
+            f'{one.name} has no effect on the readings and keeps its start; a file of parameters '
+            'leaves it out'
+        )
     elif one.undetermined:
         yield (
             f'{one.name} is not determined by the readings: others compensate a change of it, and '
@@ -216,8 +219,8 @@ def _estimate_warnings(one: Estimate) -> Iterator[str]:
 
 
 _AS_THEY_ARE = (
-    *('noise_n', 'chi_square', 'reduced_chi_square', 'p_value', 'tensions', 'ratios', 'holds'),
-    *('reasons', 'notes', 'evaluations', 'wall_s', 'missing', 'covariance'),
+    *('noise_of_numbers', 'chi_square', 'reduced_chi_square', 'p_value', 'tensions', 'ratios'),
+    *('holds', 'reasons', 'notes', 'evaluations', 'wall_s', 'missing', 'covariance'),
 )
 """Properties of a fit that stand in its JSON under their names."""
 
@@ -235,9 +238,9 @@ def as_object(fit: FitResult) -> Any:
             'coordinates': doubt.z,
             'covariance_of_coordinates': doubt.covariance_z,
             'natural_coordinates': fit.found.coordinates,
-            'covariance_of_natural_coordinates': doubt.natural(doubt.recorded_z),
+            'covariance_of_natural_coordinates': fit.motion_covariance,
             'correlation': doubt.correlation,
-            'sigma_known': fit.problem.noise.known,
+            'sigma_known': not fit.problem.is_bare,
             'allowance': fit.problem.allowance,
             'known': fit.problem.known,
             'assumed': doubt.shares,
@@ -286,7 +289,8 @@ def write_fit(path: Path, fit: Fit, content: dict[str, Any], origin: str, comman
         had = {name for one in fit.experiments for name in one.settings}
         if others := sorted(had - fit.problem.settings_of_all.keys()):
             made += f'The experiments differ in {", ".join(others)}: the stand keeps its own.\n'
-        text = dump_yaml(fit.parameters, f'{made}{fit}')
+        inert = {one.name for one in fit.estimates if one.inert}
+        text = dump_yaml(fit.parameters, f'{made}{fit}', without=inert)
     path.write_text(text, encoding='utf-8')
 
 
@@ -294,15 +298,15 @@ def _points(fit: FitResult) -> list[dict[str, Any]]:
     """Return an object for each fitted number."""
     return [
         {
-            'preload_n': one.settings['stand.preload'],
+            'preload_n': one.settings.get('stand.preload'),
             **one.drive._asdict(),
             'quantity': each.quantity,
             'measured': float(each.values[0]),
             'model': float(model.values[0]),
             'residual': float(model.values[0] - each.values[0]),
-            **({'sigma': noise} if fit.problem.noise.known else {}),
+            **({} if fit.problem.is_bare else {'sigma': noise}),
         }
-        for (one, each, noise), model in zip(fit.problem.seen, fit.predicted, strict=True)
+        for (one, each, noise), model in zip(fit.problem.observed, fit.predicted, strict=True)
         if not isinstance(one.drive, Voltage)
     ]
 
@@ -319,39 +323,47 @@ def _of_bands(fit: FitResult) -> str:
 
 
 def _estimate(one: Estimate, *, holds: bool) -> str:
-    found, unit = f'{one.name}: {one.value:.6g}', f' {one.unit}'.rstrip()
-    if not (holds and math.isfinite(one.standard_error)):
-        return f'{found}{unit}, not {"determined" if holds else "reliable"}'
-    interval = f'95 % interval {one.low:.6g} to {one.high:.6g}'
-    return f'{found} ± {one.standard_error:.2g}{unit}, {interval}'
+    name, value, error, low, high, unit = _row(one, holds=holds)
+    unit = f' {unit}'.rstrip()
+    if low == '-':
+        return f'{name}: {value}{unit}, not {"determined" if holds else "reliable"}'
+    return f'{name}: {value} ± {error}{unit}, 95 % interval {low} to {high}'
 
 
 def _row(one: Estimate | Ratio, *, holds: bool) -> tuple[str, ...]:
     doubt = ('unknown' if getattr(one, 'undetermined', False) and holds else '-', '-', '-')
+    digits = _digits(one) if holds and np.isfinite(one.standard_error) else 4
+    value, low, high = (f'{each:.{digits}g}' for each in (one.value, one.low, one.high))
     if holds and np.isfinite(one.standard_error):
-        doubt = (f'{one.standard_error:.2g}', f'{one.low:.4g}', f'{one.high:.4g}')
-    return (one.name, f'{one.value:.4g}', *doubt, one.unit)
+        doubt = (f'{one.standard_error:.2g}', low, high)
+    return (one.name, value, *doubt, one.unit)
 
 
-def _trace_row(one: Experiment, each: Seen, sensor: dict[str, float]) -> tuple[str, ...]:
+def _digits(one: Estimate | Ratio) -> int:
+    """Return the digits of a value down to the second of its error."""
+    larger = abs(one.value) / max(one.standard_error, TINY)
+    return max(4, min(math.floor(math.log10(max(larger, 1.0))) + 3, 15))
+
+
+def _trace_row(one: Experiment, each: Readout, sensor: dict[str, float]) -> tuple[str, ...]:
     factor, unit = display_unit(each.unit)
     noise, rms = (f'{factor * sensor[name]:.3g}' for name in ('noise', 'rms'))
     late = f'{1e6 * sensor["late_s"]:.4g}'
-    readings = f'{len(each.values)}'
-    return (PurePath(one.origin).name, each.quantity, readings, noise, rms, unit, late)
+    readings, drift = f'{len(each.values)}', f'{factor * sensor["drift_per_s"]:.3g}'
+    return (PurePath(one.origin).name, each.quantity, readings, noise, rms, unit, late, drift)
 
 
 def _quality(fit: FitResult) -> Iterator[tuple[str, object]]:
     doubt = fit.uncertainty
     yield 'points', fit.problem.count
-    if fit.noise_n is None:
+    if not fit.problem.is_bare:
         reduced, p_value = fit.reduced_chi_square, fit.p_value
         per_degree = '' if reduced is None else f', {reduced:.4g} per degree of freedom'
         yield 'chi-square', f'{fit.chi_square:.4g}{per_degree}'
         if p_value is not None:
             yield 'p-value', f'{p_value:.3g}'
-    else:
-        yield 'noise of a point, estimated', f'{fit.noise_n:.3g} N'
+    for quantity, noise in fit.noise_of_numbers.items():
+        yield f'noise of {quantity}, estimated', f'{noise:.3g} {unit_of(quantity)}'
     yield 'degrees of freedom', doubt.dof
     for each in (one for one in fit.tensions if one.name in fit.problem.known):
         yield (
@@ -365,8 +377,8 @@ def _quality(fit: FitResult) -> Iterator[tuple[str, object]]:
         counts = [drive.steps for drive in drives]
         steps = 'steps until steady' if is_steady else 'steps per run'
         yield steps, f'{min(counts)} to {max(counts)}'
-    for one in fit.experiments:
-        if isinstance(one.drive, Voltage):
-            told = (note for note in one.drive.notes if not _IS_PIECE.search(note))
-            yield from (('driven by', note) for note in told)
+    driven = [one.drive for one in fit.experiments if isinstance(one.drive, Voltage)]
+    told = [note for drive in driven for note in drive.notes if not _IS_PIECE.search(note)]
+    if told:
+        yield 'driven by', '\n'.join(dict.fromkeys(told))
     yield 'time', f'{fit.wall_s:.1f} s'

@@ -12,28 +12,30 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy import optimize
-from scipy.stats import chi2
+from scipy.stats import chi2, norm
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.budget import load_json
 from stickslip_ros.drive.build import friction_limit_n
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError
 from stickslip_ros.files import read_bytes
-from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
+from stickslip_ros.lab.experiments.experiment import Experiment, Readout, Voltage
 from stickslip_ros.lab.fitting.assumed import OF_FORCES, TENSION_MAX, with_constant
 from stickslip_ros.lab.fitting.free import LOAD, TINY, Coordinate, Natural, is_property
 from stickslip_ros.lab.fitting.metric import Allowance
-from stickslip_ros.lab.fitting.missing import CHANCE, Missing
-from stickslip_ros.lab.fitting.problem import EFFECT, Predicted, Problem
+from stickslip_ros.lab.fitting.missing import Missing
+from stickslip_ros.lab.fitting.problem import EFFECT, Predicted, Problem, largest_of
 from stickslip_ros.lab.fitting.search import Minimum, distinct
 from stickslip_ros.lab.fitting.statistics import (
+    QUANTILE_95,
     UNDETERMINED,
     Estimate,
     Tension,
     Uncertainty,
     estimates_of,
+    is_assumed,
 )
-from stickslip_ros.lab.readers.numbers import stage_hz
+from stickslip_ros.lab.measurements.numbers import SHEET_SHARE, stage_hz
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.units import unit_of
 
@@ -41,7 +43,6 @@ P_VALUE_MIN = 0.01
 """Least chance of numbers with given errors; traces have an allowance instead."""
 MODEL_ERROR_MAX = 0.03
 """Most that the model may owe in the shape of a cycle, as a share of the stroke of the feet."""
-_DRIFT_M_PER_S = 1e-6  # least drift of a position that no sensor has
 DRAWS_MAX = 10_000
 
 
@@ -72,10 +73,9 @@ class FitResult:
     problem: Problem  # with the steps of each run, noise, sensors, and what the model owes
     searches: tuple[Minimum, ...]  # ends of the searches
     refined: tuple[Minimum, ...]  # ends of those continued from the best
-    others: tuple[Minimum, ...]  # minima that are not ruled out
     steady: bool  # whether all runs had enough steps
     uncertainty: Uncertainty  # errors of the parameters and of the constants
-    predicted: Predicted  # by the fitted stand, in the order of ``problem.seen``
+    predicted: Predicted  # by the fitted stand, in the order of ``problem.observed``
     missing: tuple[Missing, ...]  # what the stand may lack, the best first
     wall_s: float
     notes: tuple[str, ...] = ()  # changes of the stand, and what was found about the sensors
@@ -111,9 +111,16 @@ class FitResult:
 
         """
         vague = [one.name for one in self.estimates if one.undetermined]
-        covariance = self.uncertainty.natural(self.uncertainty.recorded_z)
         natural = Natural(self.parameters, self.problem.free)
-        return drawn(natural, self.found.place, covariance, vague, count, seed)
+        return drawn(natural, self.found.place, self.motion_covariance, vague, count, seed)
+
+    @property
+    def motion_covariance(self) -> Array:
+        """Covariance of natural coordinates, with the step that the model owes as one of gain."""
+        owed = self.problem.allowance.step_share if self.problem.allowance else 0.0
+        is_gain = np.array([one.name == 'actuator.gain' for one in self.problem.free])
+        recorded = self.uncertainty.natural(self.uncertainty.recorded_z)
+        return np.asarray(recorded + np.diag(is_gain * owed**2))
 
     @property
     def covariance(self) -> Array:
@@ -126,7 +133,7 @@ class FitResult:
     @property
     def has_forces(self) -> bool:
         """Whether a force or a mass was measured."""
-        return any(unit_of(each.quantity) in OF_FORCES for _, each, _ in self.problem.seen)
+        return any(unit_of(each.quantity) in OF_FORCES for _, each, _ in self.problem.observed)
 
     def scale_of(self, name: str) -> str:
         """Return in words where the scale of a parameter comes from."""
@@ -158,8 +165,10 @@ class FitResult:
         jacobian = optimize.approx_fprime(here, logarithms)
         slopes, of_constants = np.split(jacobian, [free], axis=1)
         errors = np.sqrt(np.sum(slopes @ doubt.natural(doubt.shown_z) * slopes, axis=1))
+        by_z = slopes @ np.linalg.inv(doubt.per_natural)
+        errors *= doubt.widening(errors, doubt.moves_z @ by_z.T)
         followed, pulled = np.split(doubt.pulled, [free])
-        moved = slopes @ np.linalg.solve(doubt.per_natural, followed) + of_constants @ pulled
+        moved = by_z @ followed + of_constants @ pulled
         widths = np.exp(doubt.quantile * errors + np.abs(moved))
         values = np.exp(logarithms(here))
         rows = np.transpose([values, values * errors, values / widths, values * widths]).tolist()
@@ -181,7 +190,7 @@ class FitResult:
 
     @property
     def chi_square(self) -> float:
-        """Sum of squared residuals; if no errors are known, per square of the largest number."""
+        """Sum of squared residuals, per noise."""
         return self.uncertainty.chi_square
 
     @property
@@ -194,7 +203,7 @@ class FitResult:
     def p_value(self) -> float | None:
         """Chance of a larger chi-square of numbers with known errors; else None."""
         dof = self.uncertainty.dof
-        if not self.problem.noise.known or not dof or self.problem.has_traces:
+        if self.problem.is_estimated or not dof:
             return None
         return float(chi2.sf(self.chi_square, dof))
 
@@ -211,8 +220,7 @@ class FitResult:
     def _reasons(self) -> Iterator[str]:
         if not self.found.converged:
             yield 'the search did not converge: raise --starts, or narrow --bounds'
-        if self.p_value is not None and self.p_value < P_VALUE_MIN:
-            yield f'the numbers are missed by more than their errors (p-value {self.p_value:.2g})'
+        yield from self._missed_numbers()
         drives = (one.drive for one in self.experiments)
         swings_v = [np.ptp(each.rows[:, 1]) for each in drives if isinstance(each, Voltage)]
         stroke_m = max(swings_v, default=0.0) * self.parameters.actuator.gain
@@ -223,14 +231,11 @@ class FitResult:
                 f'the model misses the motion by {1e9 * error_m:.3g} nm, more than '
                 f'{100.0 * MODEL_ERROR_MAX:g} % of the stroke'
             )
-        least, place = chi2.isf(CHANCE, 3), self.found.place  # of three more free parameters
-        told = [each for each in self.missing if each.chi_square - each.expected > least]
-        for each in told:
-            z = self.problem.natural.back(place + np.array(each.moves))
-            if self.uncertainty.is_beyond_errors(z):
-                free = ' free' * is_property(each.name)
-                yield f'values move beyond their errors with {each.name}{free}'
-                break
+        if self.culprit is not None:
+            free = ' free' * is_property(self.culprit.name)
+            name, errors = self._moved(self.culprit)
+            text = f'values move beyond their errors with {self.culprit.name}{free}'
+            yield f'{text}: {name} by {errors:.2g} standard errors'
         for one, excess in zip(self.estimates, self.uncertainty.excess.tolist(), strict=True):
             if one.at_bound and one.is_limit(one.value) and excess > TENSION_MAX:
                 limit = f'{one.value:.4g} {one.unit}'.rstrip()
@@ -245,22 +250,45 @@ class FitResult:
                     f'the readings prefer {tension.preferred:.3g}, {tension.apart:.3g} standard '
                     'errors off'
                 )
-        for recording, seen, sensor in self.sensors:
-            drift_m_per_s, range_m = sensor['drift_per_s'], float(np.ptp(seen.values))
-            is_most = abs(drift_m_per_s) * float(np.ptp(seen.time_s)) > 0.5 * range_m
-            if seen.unit == 'm' and is_most and abs(drift_m_per_s) > _DRIFT_M_PER_S:
+
+    @cached_property
+    def culprit(self) -> Missing | None:
+        """
+        The likeliest explanation that moves a value, if the intervals likely miss the truth.
+
+        An interval whose centre moves by as much as its half width misses every other time.
+
+        """
+        moves = [self._moved(each)[1] for each in self.missing]
+        pairs = list(zip(self.missing, moves, strict=True))
+        missing = sum(each.chance * norm.cdf(by - QUANTILE_95) for each, by in pairs)
+        return next((each for each, by in pairs if by > 1.0), None) if missing > 0.5 else None
+
+    def _moved(self, one: Missing) -> tuple[str, float]:
+        """Return the parameter that an explanation moves farthest, and by how many errors."""
+        doubt = self.uncertainty
+        covariance_z = doubt.recorded_z
+        if is_assumed(one.name, doubt.shares):
+            covariance_z = doubt.assumed_z
+        z = self.problem.natural.back(self.found.place + one.moves)
+        apart = np.abs(z - doubt.z) / np.sqrt(np.diag(covariance_z))
+        return self.problem.free[int(np.argmax(apart))].name, float(np.max(apart))
+
+    def _missed_numbers(self) -> Iterator[str]:
+        if self.p_value is not None and self.p_value < P_VALUE_MIN:
+            yield f'the numbers are missed by more than their errors (p-value {self.p_value:.2g})'
+        for quantity, noise in self.noise_of_numbers.items():
+            if noise > SHEET_SHARE * largest_of(self.experiments, quantity):
                 yield (
-                    f'{recording.origin}: most of the motion would be a drift of the sensor, '
-                    f'{1e6 * drift_m_per_s:.3g} um/s'
+                    f'{quantity} is missed by {noise:.3g} {unit_of(quantity)}, more than '
+                    f'{100.0 * SHEET_SHARE:g} % of its largest number: check its unit, its sign, '
+                    'and that all rows are of one stand'
                 )
 
     @property
-    def noise_n(self) -> float | None:
-        """Standard error of a force from the residuals; None if known."""
-        noise = self.problem.noise
-        if noise.known:
-            return None
-        return float(np.sqrt(self.uncertainty.variance_scale)) * noise.values[0]
+    def noise_of_numbers(self) -> dict[str, float]:
+        """Standard error of the numbers of each quantity without one, from the residuals, SI."""
+        return {each.quantity: noise for _, each, noise in self.problem.observed if each.is_bare}
 
     @property
     def evaluations(self) -> int:
@@ -268,10 +296,10 @@ class FitResult:
         return sum(one.evaluations for one in (*self.searches, *self.refined))
 
     @cached_property
-    def sensors(self) -> list[tuple[Experiment, Seen, dict[str, float]]]:
+    def sensors(self) -> list[tuple[Experiment, Readout, dict[str, float]]]:
         """Each quantity over time, with noise, zero, drift and lateness of its sensor."""
         found, metrics = [], iter(self.problem.metrics)
-        for (one, each, noise), model in zip(self.problem.seen, self.predicted, strict=True):
+        for (one, each, noise), model in zip(self.problem.observed, self.predicted, strict=True):
             if not each.is_trace:
                 continue
             sizes, left = next(metrics).of_sensor(model.values - each.values)
@@ -288,7 +316,7 @@ class FitResult:
 
     @property
     def readings(self) -> int:
-        return sum(len(each.values) for _, each, _ in self.problem.seen)
+        return sum(len(each.values) for _, each, _ in self.problem.observed)
 
 
 def drawn(
@@ -342,8 +370,9 @@ def read_note(path: Path) -> str:
 def _read(path: Path) -> tuple[Natural, Array, Array, list[str], bool]:
     """Return coordinates, minimum, its covariance, vague parameters, and whether the fit holds."""
     hint = 'give the .json of stickslip fit -o, of this version'
+    data = read_bytes(path, hint)
     try:
-        content = load_json(read_bytes(path, hint))
+        content = load_json(data)
         rows = content['estimates']
         tops = [math.inf if each['upper'] is None else each['upper'] for each in rows]
         free = tuple(

@@ -22,11 +22,11 @@ from scipy.stats import qmc
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
+from stickslip_ros.lab.experiments.experiment import Experiment, Readout, Voltage
 from stickslip_ros.lab.experiments.sensor import keeps_noise, lone_outliers, noise_of, rounding_of
 from stickslip_ros.lab.experiments.sensor_clock import LATE_MIN_S, lateness_of, sensor_near
 from stickslip_ros.lab.fitting.metric import DELAY_S, Allowance, slower
-from stickslip_ros.lab.fitting.problem import FINEST, PRIOR, Problem, StandardErrors
+from stickslip_ros.lab.fitting.problem import EFFECT, FINEST, PRIOR, Predicted, Problem, largest_of
 from stickslip_ros.lab.runs.batch import Progress, run_batch
 from stickslip_ros.process.stopping import Stopped
 
@@ -83,9 +83,9 @@ def impossible() -> Iterator[None]:
 def distinct(searches: Sequence[Minimum]) -> list[Minimum]:
     """Return distant minima, the best first."""
     kept = list[Minimum]()
-    for each in sorted(searches, key=lambda found: found.chi_square):
-        is_new = all(np.max(np.abs(each.place - one.place)) > DISTANCE_MIN for one in kept)
-        if each.coordinates and is_new:
+    ended = [each for each in searches if each.coordinates]
+    for each in sorted(ended, key=lambda found: found.chi_square):
+        if all(np.max(np.abs(each.place - one.place)) > DISTANCE_MIN for one in kept):
             kept.append(each)
     return kept
 
@@ -135,7 +135,7 @@ def search_all(
 
     """
     clear, unsure = (
-        one.with_seen(each.thinned(READINGS_MAX) for _, each, _ in one.seen)
+        one.with_observed(each.thinned(READINGS_MAX) for _, each, _ in one.observed)
         for one in (with_clocks(problem, only_clear=each) for each in (True, False))
     )
     begins = [(clear, problem.start)]
@@ -159,7 +159,7 @@ def with_clocks(problem: Problem, *, only_clear: bool) -> Problem:
     """Return the problem with the delays of the sensor clocks by the falls of the voltage."""
 
     def with_clock(one: Experiment) -> Experiment:
-        found = lateness_of(one.seen[0], one.drive) if isinstance(one.drive, Voltage) else None
+        found = lateness_of(one.observed[0], one.drive) if isinstance(one.drive, Voltage) else None
         is_late = found is not None and found.is_clear >= only_clear
         return one.sensed(late_s=found.late_s) if found is not None and is_late else one
 
@@ -190,11 +190,11 @@ def _with_other_sensors(problem: Problem, unsure: Problem) -> list[Problem]:
         return []
 
     def sensed(one: Problem, **known: float) -> Problem:
-        return one.with_seen(each.sensed(**known) for _, each, _ in one.seen)
+        return one.with_observed(each.sensed(**known) for _, each, _ in one.observed)
 
     tried = [sensed(problem, late_s=0.0), unsure, sensed(unsure, slow_s=TRIED_SLOW_S[0])]
     tried += [sensed(problem, slow_s=slow_s) for slow_s in TRIED_SLOW_S]
-    sensors = [[each.sensor for _, each, _ in one.seen] for one in (problem, *tried)]
+    sensors = [[each.sensor for _, each, _ in one.observed] for one in (problem, *tried)]
     return [one for k, one in enumerate(tried, 1) if sensors[k] not in sensors[:k]]
 
 
@@ -222,15 +222,15 @@ def _descend(
 
 def _on_time(problem: Problem, place: Array) -> Problem:
     """Return the problem with the sensors that fit the motion from sample to sample best."""
-    stand, seen = problem.stand(place), list[Seen]()
+    stand, observed = problem.stand(place), list[Readout]()
     for one in problem.experiments:
         if isinstance(one.drive, Voltage):
-            late_s, slow_s = sensor_near(one, stand, one.seen[0].sensor.late_s)
-            first, *others = one.sensed(late_s=late_s).seen
-            seen += [first.sensed(slow_s=slow_s), *others]
+            late_s, slow_s = sensor_near(one, stand, one.observed[0].sensor.late_s)
+            first, *others = one.sensed(late_s=late_s).observed
+            observed += [first.sensed(slow_s=slow_s), *others]
         else:
-            seen += one.seen
-    return problem.with_seen(seen)
+            observed += one.observed
+    return problem.with_observed(observed)
 
 
 def refine(problem: Problem, here: Minimum) -> tuple[Problem, list[Minimum], bool]:
@@ -265,23 +265,24 @@ def settle(
 
 
 def _is_settled(now: Problem, then: Problem) -> bool:
-    """Return whether clocks, low-passes and allowed errors hardly change any more."""
-    assert now.allowance is not None
-    assert then.allowance is not None
+    """Return whether clocks, low-passes and errors hardly change any more."""
     sensors = [
-        [(each.sensor.late_s, each.sensor.slow_s) for _, each, _ in one.seen]
+        [(each.sensor.late_s, each.sensor.slow_s) for _, each, _ in one.observed]
         for one in (now, then)
     ]
     moved = np.abs(np.diff(sensors, axis=0)) / DELAY_S
-    grown = np.abs(np.log(np.divide(now.allowance, then.allowance)))
+    sizes = np.array([one.allowance or one.noise for one in (now, then)])
+    grown = np.abs(np.diff(np.log(sizes), axis=0))
     return bool(max(moved.max(), grown.max()) < _CLOSE)
 
 
 def _with_model_error(problem: Problem, place: Array, least: Allowance) -> Problem:
     """Return the problem with the allowed errors, and the metrics, of the residuals at a place."""
+    if problem.allowance is None:
+        return problem
     predicted = problem.predicted_at(place)
     problem = problem.measured_at(predicted)
-    pairs = zip(problem.seen, predicted, strict=True)
+    pairs = zip(problem.observed, predicted, strict=True)
     missed = [model.values - each.values for (_, each, _), model in pairs if each.is_trace]
     for _ in range(ROUNDS):
         assert problem.allowance is not None
@@ -298,27 +299,35 @@ def _with_noise(problem: Problem, place: Array, outliers: float) -> Problem:
     """Return the problem with noise, sensors and outliers from the residuals at a place."""
     predicted = problem.predicted_at(place)
     metrics = iter(replace(problem, allowance=None).measured_at(predicted).metrics)
-    pairs = list(zip(problem.seen, predicted, strict=True))
-    seen, errors = list[Seen](), list[float]()
-    for (_, each, noise), model in pairs:
+    share, observed, errors = _share_missed(problem, predicted), list[Readout](), list[float]()
+    for (_, each, noise), model in zip(problem.observed, predicted, strict=True):
         kept, error = each, noise
         if each.is_trace:
             sizes, left = next(metrics).of_sensor(model.values - each.values)
             kept, shown = _shown(each, left, sizes[2:4].tolist(), outliers)
             error = max(each.sigma or shown or noise, FINEST)
-        elif each.sigma is None:  # one error is common to all such numbers
-            alike = [(x, y) for (_, x, _), y in pairs if x.quantity == each.quantity]
-            missed = [y.values - x.values for x, y in alike if not (x.is_trace or x.sigma)]
-            error = float(np.sqrt(np.mean(np.square(missed))))
-        seen.append(kept)
+        elif each.is_bare:  # one error is common to all such numbers
+            error = share * largest_of(problem.experiments, each.quantity)
+        observed.append(kept)
         errors.append(error)
-    found = StandardErrors(known=True, values=tuple(errors))
-    return replace(problem.with_seen(seen), noise=found)
+    return replace(problem.with_observed(observed), noise=tuple(errors))
+
+
+def _share_missed(problem: Problem, predicted: Predicted) -> float:
+    """Return the error of numbers without one, per largest number of their quantity."""
+    pairs = zip(problem.observed, predicted, strict=True)
+    missed = [
+        (model.values - each.values) / largest_of(problem.experiments, each.quantity)
+        for (_, each, _), model in pairs
+        if each.is_bare
+    ]
+    degrees = len(missed) * (1.0 - len(problem.free) / problem.count)
+    return max(float(np.sqrt(np.sum(np.square(missed)) / max(degrees, 1.0))), EFFECT)
 
 
 def _shown(
-    each: Seen, left: Array, late_curved: list[float], outliers: float
-) -> tuple[Seen, float]:
+    each: Readout, left: Array, late_curved: list[float], outliers: float
+) -> tuple[Readout, float]:
     """Return readings without outliers, with their sensor, and their noise; 0 if none shows."""
     late_s, slow_s = slower(each.sensor.slow_s, *late_curved)
     out = lone_outliers(left, outliers or math.inf)
@@ -335,7 +344,7 @@ def _shown(
 
 def notes_of(problem: Problem, least: Allowance) -> Iterator[str]:
     """Yield what was found about the sensors."""
-    for one, each, noise in problem.seen:
+    for one, each, noise in problem.observed:
         sensor, name = each.sensor, f'{one.origin}: {each.quantity}'
         if not each.is_trace:
             continue

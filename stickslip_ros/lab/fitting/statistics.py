@@ -10,17 +10,27 @@ stated error; the slopes of the residuals do the rest.
 """
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import compress
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import optimize
 from scipy.stats import norm, t
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.lab.fitting.assumed import LOAD_FACTOR, TENSION_MAX, slopes_of_constants
-from stickslip_ros.lab.fitting.free import TINY, Coordinate
+from stickslip_ros.lab.fitting.assumed import (
+    LOAD_FACTOR,
+    SHOWN,
+    TENSION_MAX,
+    slopes_of_constants,
+    value_of,
+)
+from stickslip_ros.lab.fitting.free import LOAD, TINY, Coordinate
+from stickslip_ros.lab.fitting.missing import Missing
 from stickslip_ros.lab.fitting.problem import BOUND, EFFECT, PRIOR, Problem
 
 Flags = NDArray[np.bool_]
@@ -67,16 +77,13 @@ class Uncertainty:
     per_natural: Array  # slopes of z by natural coordinates, shape (free, free)
     chi_square: float  # sum of squared residuals, of known parameters too
     dof: int  # degrees of freedom: points less free parameters
-    # factor of the covariance: 1 or more with known standard errors of the points, else chi-square
-    # per degree of freedom
-    variance_scale: float
+    variance_scale: float  # factor of the covariance, 1 or more
     # half width of the intervals in standard errors: of the normal distribution with known errors
     # of the points, else of the t distribution
     quantile: float
-    # covariance by the recording alone, with exact constants but for the load, shape (free, free)
+    # covariance by the recording alone, with exact constants but for SHOWN, shape (free, free)
     shown_z: Array
     recorded_z: Array  # with exact constants and with known parameters, shape (free, free)
-    covariance_z: Array  # the same with the errors of the constants
     alone_z: Array  # standard errors by the readings alone, nearly without those before
     at_bound: Flags  # parameters on a bound, shape (free,)
     # how far the readings pull a parameter beyond such a bound, in standard errors, shape (free,)
@@ -85,6 +92,50 @@ class Uncertainty:
     shares: Mapping[str, float]  # relative errors of the constants, by name
     whole_z: Array  # covariance of z and constants, shape (free + constants, same)
     pulled: Array  # where the readings would move z and the constants, shape (free + constants,)
+    # explanations of a misfit whose error is not assumed: their chances, and the moves of z
+    chances: Array  # shape (explanations,)
+    moves_z: Array  # shape (explanations, free)
+
+    @cached_property
+    def covariance_z(self) -> Array:
+        """Covariance whose 95 % intervals reach what the constants and explanations tell."""
+        errors = np.sqrt(np.diag(self.assumed_z))
+        factors = self.widening(errors, self.moves_z)
+        return np.asarray(self.assumed_z * np.outer(factors, factors))
+
+    def widening(self, errors: Array, moves: Array) -> Array:
+        """
+        Return factors of errors with which 95 % intervals hold, whatever explains the misfit.
+
+        With its chance, each explanation moves the centre of a normal distribution.
+
+        """
+        known = np.isfinite(errors) & (errors > 0.0)
+        apart = np.divide(moves, errors, out=np.zeros_like(moves), where=known)
+
+        def excess(half_width: float, each: Array) -> float:
+            ends = norm.sf(half_width - each) + norm.sf(half_width + each)
+            none = (1.0 - self.chances.sum()) * 2.0 * norm.sf(half_width)
+            return float(none + self.chances @ ends) - (1.0 - LEVEL)
+
+        farthest = QUANTILE_95 + np.max(np.abs(apart), axis=0, initial=0.0)
+        return np.array(
+            [
+                optimize.brentq(excess, 1.9, 1.1 * far, args=(each,)) / QUANTILE_95
+                for far, each in zip(farthest, apart.T, strict=True)
+            ]
+        )
+
+    @cached_property
+    def assumed_z(self) -> Array:
+        """Covariance with the errors of the constants, whose pull its 95 % intervals reach."""
+        free = len(self.z)
+        covariance_z = self.whole_z[:free, :free]
+        errors = QUANTILE_95 * np.sqrt(np.diag(covariance_z))
+        known = np.isfinite(errors)
+        factors = np.ones(free)
+        factors[known] += np.abs(self.pulled[:free])[known] / errors[known]
+        return np.asarray(covariance_z * np.outer(factors, factors))
 
     @property
     def errors_z(self) -> Array:
@@ -111,20 +162,6 @@ class Uncertainty:
         per_z = np.linalg.inv(self.per_natural)
         return np.asarray(per_z @ finite @ per_z.T)
 
-    def is_beyond_errors(self, z: Array) -> bool:
-        """Return whether another place lies beyond the errors that the readings leave."""
-        errors = np.sqrt(np.diag(self.recorded_z))
-        return bool(np.any(np.abs(z - self.z) > QUANTILE_95 * errors))
-
-    def reaching(self, others: Array, rises: Array) -> 'Uncertainty':
-        """Widen the intervals to other minima, shape (n, free), by their rises of chi-square."""
-        if not len(others):
-            return self
-        left = np.sqrt(np.maximum(1.0 - rises / QUANTILE_95**2, 0.0))
-        around = QUANTILE_95 * left[:, np.newaxis] * self.errors_z
-        reach = np.max(np.abs(others - self.z) + around, axis=0)
-        return replace(self, covariance_z=_reaching(self.covariance_z, reach))
-
     def tensions(self, problem: Problem) -> tuple[Tension, ...]:
         """Return the known and the assumed values about which the readings tell."""
         rows, variances = list[tuple[str, float, float, float, float]](), np.diag(self.recorded_z)
@@ -135,10 +172,10 @@ class Uncertainty:
                 offset = (self.z[k] - one.to_coordinate(value)) * per
                 rows.append((one.name, value, share, variances[k] * per**2, offset))
         values = [one.to_value(z) for one, z in zip(problem.free, self.z.tolist(), strict=True)]
-        stand = problem.parameters.updated(dict(problem.experiments[0].settings)).flat()
+        stand = problem.parameters.updated(dict(problem.experiments[0].settings))
         left, pulls = np.diag(self.whole_z)[len(values) :], self.pulled[len(values) :]
         for (name, share), variance, pull in zip(self.shares.items(), left, pulls, strict=True):
-            rows.append((name, float(stand.get(name, 1.0)), share, variance, pull))
+            rows.append((name, value_of(stand, name), share, variance, pull))
         found = []
         for name, value, share, variance, offset in rows:
             told = 1.0 - variance / share**2
@@ -152,44 +189,65 @@ class Uncertainty:
         return tuple(found)
 
 
-def uncertainty(problem: Problem, place: Array, shares: Mapping[str, float]) -> Uncertainty:
-    """Return the errors at a minimum; ``shares`` are relative errors of assumed constants."""
-    free, z = len(place), problem.natural.back(place)
-    per_natural = problem.natural.slopes(place)
-    slopes = problem.slopes(place, central=True)[:-free] @ np.linalg.inv(per_natural)
-    missed = problem.residuals(place)[:-free]  # without bounds, and what was known before
-    chi_square = float(missed @ missed)
-    # zero and drift of each trace are fitted too
-    is_known, dof = problem.noise.known, problem.count - 2 * len(problem.metrics) - free
-    scale = _scale_of(problem, chi_square, dof)
-    at_bound = problem.at_bound(place)
-    inert = np.sqrt(np.sum(slopes**2, axis=0)) <= EFFECT * problem.signal
-    active = np.flatnonzero(~_held(problem, place, at_bound) & ~inert)
-    shares = {name: share for name, share in shares.items() if share}
-    seen = slopes[:, active]
+class _Slopes(NamedTuple):
+    """Residuals at a minimum without those of bounds, and their slopes, all per noise."""
+
+    missed: Array  # shape (n,)
+    of_z: Array  # shape (n, free)
+    inert: Flags  # coordinates without effect, shape (free,)
+    active: list[int]  # numbers of the coordinates that the residuals determine
+    shares: Mapping[str, float]  # relative errors of the constants with an effect
+    seen: Array  # by these coordinates, then by the constants, shape (n, active + constants)
+
+
+def _slopes(
+    problem: Problem,
+    place: Array,
+    per_natural: Array,
+    at_bound: Flags,
+    shares: Mapping[str, float],
+) -> _Slopes:
+    free = len(place)
+    of_z = problem.slopes(place, central=True)[:-free] @ np.linalg.inv(per_natural)
+    inert = np.asarray(np.sqrt(np.sum(of_z**2, axis=0)) <= EFFECT * problem.signal)
+    active = np.flatnonzero(~_held(problem, place, at_bound) & ~inert).tolist()
+    seen = of_z[:, active]
     if shares:
         constants = slopes_of_constants(problem, place, list(shares))[:-free]
-        seen = np.hstack((seen, constants))
-    known = len(active)
-    readings = seen.T @ seen / scale
+        moves = np.linalg.norm(constants, axis=0) * [*shares.values()] > EFFECT * problem.signal
+        shares = dict(compress(shares.items(), moves))
+        seen = np.hstack((seen, constants[:, moves]))
+    return _Slopes(problem.residuals(place)[:-free], of_z, inert, active, shares, seen)
+
+
+def uncertainty(
+    problem: Problem, place: Array, shares: Mapping[str, float], missing: Sequence[Missing]
+) -> Uncertainty:
+    """
+    Return the errors at a minimum.
+
+    ``shares`` are relative errors of assumed constants, ``missing`` what the stand may lack.
+
+    """
+    shares = {name: share for name, share in shares.items() if share}
+    z, at_bound = problem.natural.back(place), problem.at_bound(place)
+    per_natural = problem.natural.slopes(place)
+    slopes = _slopes(problem, place, per_natural, at_bound, shares)
+    missed, shares, free, known = slopes.missed, slopes.shares, len(place), len(slopes.active)
+    # zero and drift of each trace are fitted too
+    chi_square, dof = float(missed @ missed), problem.count - 2 * len(problem.metrics) - free
+    scale = max(chi_square / dof, 1.0) if problem.has_traces else 1.0
+    readings = slopes.seen.T @ slopes.seen / scale
     information = readings + np.diag(np.array([*[PRIOR] * known, *shares.values()]) ** -2.0)
-    shown = [*range(known), *(known + k for k, name in enumerate(shares) if name == LOAD_FACTOR)]
-    of_known = seen[len(seen) - len(problem.known) :, shown]
-    alone = information[np.ix_(shown, shown)] - of_known.T @ of_known / scale
-    gradient = seen.T @ missed / scale
     starts = np.array([one.to_coordinate(one.start) for one in problem.free])
-    gradient[:known] += PRIOR**-2.0 * (z - starts)[active]
-
-    def spread(own: Array) -> Array:
-        return _spread(_inverse(own)[:known, :known], [*active], free)
-
-    inner, size = _inverse(information), free + len(shares)
-    rows = [*active, *range(free, size)]
-    whole_z, pulled = _spread(inner, rows, size), np.zeros(size)
-    pulled[rows] = -inner @ gradient
-    covariance_z = whole_z[:free, :free]
-    errors = np.sqrt(np.diag(covariance_z))
-    reach = np.where(np.isfinite(errors), np.abs(pulled[:free]) + QUANTILE_95 * errors, 0.0)
+    gradient = slopes.seen.T @ missed / scale
+    gradient[:known] += PRIOR**-2.0 * (z - starts)[slopes.active]
+    rows = [*slopes.active, *range(free, free + len(shares))]
+    pulled = np.zeros(free + len(shares))
+    pulled[rows] = -_inverse(information) @ gradient
+    vague = readings[:known, :known] + _VAGUE**-2.0 * np.eye(known)
+    untold = [each for each in missing if not is_assumed(each.name, shares)]
+    moves_z = [problem.natural.back(place + each.moves) - z for each in untold]
     upper, is_log = 0.5 * (1.0 + LEVEL), [one.is_log for one in problem.free]
     return Uncertainty(
         z=z,
@@ -198,25 +256,34 @@ def uncertainty(problem: Problem, place: Array, shares: Mapping[str, float]) -> 
         chi_square=chi_square,
         dof=dof,
         variance_scale=scale,
-        quantile=float(norm.ppf(upper) if is_known else t.ppf(upper, dof)),
-        shown_z=spread(alone),
-        recorded_z=spread(information[:known, :known]),
-        covariance_z=_reaching(covariance_z, reach),
-        alone_z=np.sqrt(np.diag(spread(readings[:known, :known] + _VAGUE**-2.0 * np.eye(known)))),
+        quantile=float(t.ppf(upper, dof) if problem.is_bare else norm.ppf(upper)),
+        shown_z=_shown(problem, slopes, information, scale),
+        recorded_z=_spread(information[:known, :known], slopes.active, free),
+        alone_z=np.sqrt(np.diag(_spread(vague, slopes.active, free))),
         at_bound=at_bound,
-        excess=_excess(problem, place, slopes, missed, at_bound) / math.sqrt(scale),
-        inert=inert & ~at_bound,
+        excess=_excess(problem, place, slopes.of_z, missed, at_bound) / math.sqrt(scale),
+        inert=slopes.inert & ~at_bound,
         shares=shares,
-        whole_z=whole_z,
+        whole_z=_spread(information, rows, free + len(shares)),
         pulled=pulled,
+        chances=np.array([each.chance for each in untold]),
+        moves_z=np.reshape(moves_z, (-1, free)),
     )
 
 
-def _scale_of(problem: Problem, chi_square: float, dof: int) -> float:
-    """Return the factor of the covariance: errors of numbers are given, of traces estimated."""
-    if not problem.noise.known:
-        return max(chi_square / dof, TINY)
-    return max(chi_square / dof, 1.0) if problem.has_traces else 1.0
+def is_assumed(name: str, shares: Mapping[str, float]) -> bool:
+    """Return whether the covariance has the error of a constant already."""
+    return name in shares or (name == LOAD and LOAD_FACTOR in shares)
+
+
+def _shown(problem: Problem, slopes: _Slopes, information: Array, scale: float) -> Array:
+    """Return the covariance of z by the recording alone, with the constants of SHOWN unknown."""
+    known = len(slopes.active)
+    rows = [*range(known), *(known + k for k, name in enumerate(slopes.shares) if name in SHOWN)]
+    of_known = slopes.seen[len(slopes.seen) - len(problem.known) :, rows]
+    alone = information[np.ix_(rows, rows)] - of_known.T @ of_known / scale
+    left = _inverse(alone)[:known, :known]
+    return _spread(_inverse(left), slopes.active, len(problem.free))
 
 
 def _held(problem: Problem, place: Array, at_bound: Flags) -> Flags:
@@ -244,18 +311,12 @@ def _inverse(information: Array) -> Array:
     return np.asarray(np.linalg.inv(information / np.outer(sizes, sizes)) / np.outer(sizes, sizes))
 
 
-def _spread(covariance: Array, rows: list[int], size: int) -> Array:
-    """Return a covariance with rows for held coordinates, which have infinite variances."""
+def _spread(information: Array, rows: list[int], size: int) -> Array:
+    """Return the covariance, with rows for held coordinates, which have infinite variances."""
     whole = np.full((size, size), np.nan)
     np.fill_diagonal(whole, np.inf)
-    whole[np.ix_(rows, rows)] = covariance
+    whole[np.ix_(rows, rows)] = _inverse(information)
     return whole
-
-
-def _reaching(covariance_z: Array, reach: Array) -> Array:
-    """Widen a covariance to 95 % intervals of at least this reach; infinite variances stay."""
-    factors = np.maximum(reach / (QUANTILE_95 * np.sqrt(np.diag(covariance_z))), 1.0)
-    return np.asarray(covariance_z * np.outer(factors, factors))
 
 
 def estimates_of(problem: Problem, doubt: Uncertainty) -> tuple[Estimate, ...]:

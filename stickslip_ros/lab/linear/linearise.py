@@ -11,6 +11,7 @@ small oscillation reverses all the time. So the stiffness depends on preload, no
 
 import re
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -41,6 +42,7 @@ INPUTS = ('voltage_v', 'load_n')
 OUTPUTS = ('position_m', 'foot_m')
 SETTLING_S = 0.02  # time to approach a position without ringing, and to rest
 SETTLING_ROWS = 1000
+LEAD_RAD = 0.1  # largest lead, from rounding and creep; other phases lag
 
 
 class Response(NamedTuple):
@@ -55,35 +57,22 @@ class LinearDrive(Plottable):
     """
     State space of the stuck drive: x' = A x + B u, y = C x + D u, all in SI units.
 
-    Attributes
-    ----------
-    A, B, C, D : array, shape (n, n), (n, 2), (2, n), (2, 2)
-        Inputs are voltage (V) and load (N), outputs the positions of the runner and of the mean
-        foot (m), all as differences from their rest.
-    states : tuple of str
-        Names of the n states, with units.
-    at_voltage_v, at_position_m : float
-        Operating point.
-    contact_n_per_m, cell_n_per_m : float
-        Stiffness of the contacts together, and of touched load cell and end stops.
-    resonance_hz : float
-        Natural frequency of the runner.
-    parameters : Parameters
-        The stand.
+    Inputs are voltage (V) and load (N), outputs the positions of the runner and of the mean foot
+    (m), all as differences from their rest.
 
     """
 
-    A: Array
-    B: Array
-    C: Array
-    D: Array
-    states: tuple[str, ...]
-    at_voltage_v: float
+    A: Array  #: shape (n, n)
+    B: Array  #: shape (n, 2)
+    C: Array  #: shape (2, n)
+    D: Array  #: shape (2, 2)
+    states: tuple[str, ...]  #: names of the n states, with units
+    at_voltage_v: float  #: operating point
     at_position_m: float
-    contact_n_per_m: float
-    cell_n_per_m: float
-    resonance_hz: float
-    parameters: Parameters = field(repr=False)
+    contact_n_per_m: float  #: stiffness of the contacts together
+    cell_n_per_m: float  #: stiffness of touched load cell and end stops
+    resonance_hz: float  #: natural frequency of the runner
+    parameters: Parameters = field(repr=False)  #: the stand
 
     @checked_arguments
     def response(self, frequency_hz: ArrayLike) -> Response:
@@ -112,7 +101,7 @@ class LinearDrive(Plottable):
     def _draw(self) -> 'Figure':
         from stickslip_ros.lab.linear.bode import draw_bode  # noqa: PLC0415 - takes long
 
-        return draw_bode(self)
+        return draw_bode(self.resonance_hz, partial(closed_form, self))
 
     def __repr__(self) -> str:
         return (
@@ -177,8 +166,7 @@ class LinearDrive(Plottable):
         else:
             system = system.sample(dt)  # exact at the samples, as the inputs are held
         if order is not None:
-            amplifier = self.parameters.amplifier
-            largest = np.array([amplifier.voltage_max - amplifier.voltage_min, 1.0])
+            largest = np.array([self.parameters.amplifier.range_v, 1.0])
             matrices, names['states'] = reduce_order(system, order, largest)
             system = control.ss(*matrices, dt, **names)
         return system
@@ -187,6 +175,16 @@ class LinearDrive(Plottable):
 def _in_um(name: str) -> str:
     """Return the name with micrometres in place of metres."""
     return re.sub('_m(?=$|_per_s$)', '_um', name)
+
+
+def closed_form(linear: LinearDrive, frequency_hz: Array) -> tuple[Complex, Array]:
+    """Return response (m/V, m/N) and phase (degrees), shape (n, 2); each lag is below one turn."""
+    matrix = linear.matrix(frequency_hz)
+    foot, response = matrix[:, 1, 0], matrix[:, 0]
+    factors = np.column_stack((response[:, 0] / foot, response[:, 1], foot))
+    lags_rad = LEAD_RAD - np.mod(LEAD_RAD - np.angle(factors), 2.0 * np.pi)
+    lags_rad[:, 0] += lags_rad[:, 2]
+    return response, np.degrees(lags_rad[:, :2])
 
 
 @checked_arguments
@@ -265,8 +263,11 @@ def linear_drive(
         cell_n_per_m += walls.stop_n_per_m
     contacts_n_per_m = np.array([e.stick_stiffness_n_per_m for e in contacts_of(parameters)])
     of, rates, foot_m, pull_n = rates_of_feet(plant, contacts_n_per_m, ratios_of(parameters))
-    held_n = cell_n_per_m * of['position_m'] + damping_n_s_per_m * of['velocity_m_per_s']
-    rates['position_m'] = of['velocity_m_per_s']
+    # The states of velocities leave out the impulse of the loss in the contacts: no input is
+    # differentiated.
+    velocity = of['velocity_m_per_s'] - plant.loss_s * pull_n / kg
+    held_n = cell_n_per_m * of['position_m'] + damping_n_s_per_m * velocity
+    rates['position_m'] = velocity
     rates['velocity_m_per_s'] = (of['load_n'] - pull_n - held_n) / kg
     names = tuple(each for each in of if each in rates)
     kept = [list(of).index(each) for each in (*names, *INPUTS)]
@@ -295,7 +296,7 @@ def rates_of_feet(
     foot relative to the frame (m), and the force of the contacts on the runner (N).
 
     """
-    amplifier, piezo, frame = plant.amplifier, plant.piezo, plant.frame
+    piezo, frame = plant.piezo, plant.frame
     creep = [f'creep_{k}_m' for k in range(DECADES)]
     driven = np.flatnonzero(ratios)  # the others are guides, without a stack
     bent = [f'foot_{k + 1}_m' for k in driven]
@@ -303,14 +304,7 @@ def rates_of_feet(
     first, last = ('amplifier_v', *creep, 'foot_m', 'foot_m_per_s'), ('centre_m', 'centre_m_per_s')
     columns = [*first, *bent, *speeds, *last, 'position_m', 'velocity_m_per_s', *INPUTS]
     of = dict(zip(columns, np.eye(len(columns)), strict=True))
-    rates, voltage_v = dict[str, Array](), of['voltage_v']
-    if amplifier.tau_s > 0.0:
-        rates['amplifier_v'] = (voltage_v - of['amplifier_v']) / amplifier.tau_s
-        voltage_v = of['amplifier_v']
-    static_m = foot_m = plant.gain_m_per_v * piezo.linear * voltage_v
-    for k, name in enumerate(creep if piezo.creep > 0.0 else []):
-        rates[name] = (static_m - of[name]) / (CREEP_FASTEST_S * 10.0**k)
-        foot_m = foot_m + piezo.creep * of[name]
+    rates, foot_m = driven_foot(plant, of, creep)
     bends, omega = piezo.stack_n_per_m > 0.0, piezo.omega_per_s
     sigma = 2.0 * piezo.damping_ratio * omega
     if omega > 0.0 and not bends:
@@ -329,11 +323,16 @@ def rates_of_feet(
     if frame.exists:
         # Velocity of the centre of mass, less the damper's share of the feet.
         gamma = frame.damping_n_s_per_m / frame.mass_kg
-        rates['centre_m'] = of['centre_m_per_s'] + gamma * share * mean_m
+        kick = plant.loss_s * loads_n.sum(axis=0) / frame.mass_kg
+        rates['centre_m'] = of['centre_m_per_s'] + gamma * share * mean_m + kick
         recoil = (loads_n.sum(axis=0) - frame.held_n_per_m * frame_m) / frame.mass_kg
         rates['centre_m_per_s'] = recoil - gamma * rates['centre_m']
     if bends:
         speed = np.array([of[name] for name in speeds])
+        speed += plant.loss_s * loads_n[driven] / piezo.foot_kg
+        if frame.exists:
+            guides_n = loads_n.sum(axis=0) - loads_n[driven].sum(axis=0)
+            speed -= plant.loss_s * guides_n / ((1.0 - share) * frame.mass_kg)
         pulls = omega**2 * (wanted_m - feet_m[driven]) - sigma * speed
         pulls += loads_n[driven] / piezo.foot_kg
         if frame.exists:
@@ -342,3 +341,18 @@ def rates_of_feet(
         rates |= dict(zip(bent, speed, strict=True))
         rates |= dict(zip(speeds, pulls - recoil, strict=True))
     return of, rates, mean_m if bends else foot_m, loads_n.sum(axis=0)
+
+
+def driven_foot(
+    plant: Record, of: dict[str, Array], creep: list[str]
+) -> tuple[dict[str, Array], Array]:
+    """Return the rates of amplifier and creep, and where they drive a foot of gain 1, m."""
+    rates, voltage_v = dict[str, Array](), of['voltage_v']
+    if plant.amplifier.tau_s > 0.0:
+        rates['amplifier_v'] = (voltage_v - of['amplifier_v']) / plant.amplifier.tau_s
+        voltage_v = of['amplifier_v']
+    static_m = foot_m = plant.gain_m_per_v * plant.piezo.linear * voltage_v
+    for k, name in enumerate(creep if plant.piezo.creep > 0.0 else []):
+        rates[name] = (static_m - of[name]) / (CREEP_FASTEST_S * 10.0**k)
+        foot_m = foot_m + plant.piezo.creep * of[name]
+    return rates, foot_m

@@ -23,10 +23,13 @@ from stickslip_ros.lab.linear.linearise import (
     INPUTS,
     LinearDrive,
     Response,
+    closed_form,
     drive_at,
     linear_drive,
     smooth,
 )
+from stickslip_ros.lab.linear.sampled import Complex
+from stickslip_ros.lab.measurements.sweep_table import Row
 from stickslip_ros.lab.runs.batch import run_batch
 from stickslip_ros.parameters import Parameters, checked_arguments
 from stickslip_ros.process.stopping import stop_if_asked
@@ -47,30 +50,14 @@ _CYCLES_MIN, _CYCLES_MAX, _BEATS = 6, 80, 4.0
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MeasuredResponse(Plottable):
-    """
-    The frequency response to sines of small amplitude.
-
-    Attributes
-    ----------
-    frequency_hz : array, shape (n,)
-        Frequencies.
-    response : Response
-        From voltage and from load to the runner.
-    linear : LinearDrive
-        The same drive in closed form.
-    voltage_amplitude_v, load_amplitude_n : array, shape (n,)
-        Amplitudes of the sines: the sliding is at most SLIDING_SHARE of the maximal presliding.
-    softening : float
-        Share of the contact stiffness lost by partial slip.
-
-    """
+    """The frequency response to sines of small amplitude; arrays of shape (n,)."""
 
     frequency_hz: Array
-    response: Response
-    linear: LinearDrive
-    voltage_amplitude_v: Array
+    response: Response  #: from voltage and from load to the runner
+    linear: LinearDrive  #: the same drive in closed form
+    voltage_amplitude_v: Array  #: the sliding is at most SLIDING_SHARE of the maximal presliding
     load_amplitude_n: Array
-    softening: float
+    softening: float  #: share of the contact stiffness lost by partial slip
 
     @property
     def largest_deviation(self) -> float | None:
@@ -97,7 +84,8 @@ class MeasuredResponse(Plottable):
     def _draw(self) -> 'Figure':
         from stickslip_ros.lab.linear.bode import draw_bode  # noqa: PLC0415 - takes long
 
-        return draw_bode(self.linear, self)
+        shown = self.frequency_hz, *_sines(self)
+        return draw_bode(self.linear.resonance_hz, partial(closed_form, self.linear), shown)
 
     def __repr__(self) -> str:
         first_hz, last_hz = self.frequency_hz.min(), self.frequency_hz.max()
@@ -109,6 +97,28 @@ class MeasuredResponse(Plottable):
         """Measured response relative to the closed form, minus 1."""
         expected = self.linear.response(self.frequency_hz)
         return Response(*(a / b - 1.0 for a, b in zip(self.response, expected, strict=True)))
+
+
+def bode_rows(measured: MeasuredResponse) -> list[Row]:
+    """Return a row per frequency: gains and phases, closed form and measured."""
+    columns: dict[str, Array] = {'frequency_hz': measured.frequency_hz}
+    both = closed_form(measured.linear, measured.frequency_hz), _sines(measured)
+    for k, name_of_input in enumerate(INPUTS):
+        source, _, unit = name_of_input.partition('_')
+        for (response, phase_deg), name in zip(both, ('', 'measured_'), strict=True):
+            columns[f'{name or "position_"}m_per_{unit}'] = np.abs(response[:, k])
+            columns[f'{name}{source}_phase_deg'] = phase_deg[:, k]
+    columns['voltage_amplitude_v'] = measured.voltage_amplitude_v
+    columns['load_amplitude_n'] = measured.load_amplitude_n
+    values = zip(*(column.tolist() for column in columns.values()), strict=True)
+    return [dict(zip(columns, row, strict=True)) for row in values]
+
+
+def _sines(measured: MeasuredResponse) -> tuple[Complex, Array]:
+    """Return what was measured, as ``closed_form`` does, at the nearest turn."""
+    response, phase_deg = closed_form(measured.linear, measured.frequency_hz)
+    found = np.column_stack(measured.response)
+    return found, phase_deg + np.degrees(np.angle(found / response))
 
 
 @checked_arguments
@@ -153,11 +163,11 @@ def measure_response(
     sliding_m = SLIDING_SHARE * min(contact.max_displacement_m for contact in contacts)
     force_n = sum(float(contact.tangential_force(sliding_m)) for contact in contacts)
     stuck_n = sliding_m * sum(contact.stick_stiffness_n_per_m for contact in contacts)
-    matrix, amplifier = linear.matrix(frequencies), parameters.amplifier
+    matrix = linear.matrix(frequencies)
     gains = np.unique(parameters.feet.gain)[:, np.newaxis]  # 0: a guide
     ways = np.abs(matrix[:, 0, np.newaxis] - gains * matrix[:, 1, np.newaxis])
     sliding_m_per_v, sliding_m_per_n = ways.max(axis=1).T
-    largest_v = VOLTAGE_SHARE * (amplifier.voltage_max - amplifier.voltage_min)
+    largest_v = VOLTAGE_SHARE * parameters.amplifier.range_v
     for side in (-1.0, 1.0):
         check_request(Request('voltage', (linear.at_voltage_v + side * largest_v,)), parameters)
     amplitudes = (

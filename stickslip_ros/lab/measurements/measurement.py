@@ -7,28 +7,34 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import RecordingError
-from stickslip_ros.lab.measurements.mapped import mapped_series
+from stickslip_ros.lab.measurements.mapped import mapped_series, parse_map, topic_of
+from stickslip_ros.lab.measurements.numbers import NUMBERS, sigma_name
 from stickslip_ros.lab.measurements.recorded import recorded_series, recorded_stand
-from stickslip_ros.lab.measurements.recorded_run import recording_of
 from stickslip_ros.lab.measurements.sweep_table import RUN_COLUMNS, STEP_BACK, is_sweep, read_table
-from stickslip_ros.lab.readers.experiment import parse_experiment, read_experiment
-from stickslip_ros.lab.readers.formats import DATA_FRAME
-from stickslip_ros.lab.readers.instructions import AS_IT_IS, Reading
-from stickslip_ros.lab.readers.measured import (
+from stickslip_ros.lab.measurements.table_options import TABLE_DEFAULTS, TableOptions
+from stickslip_ros.lab.measurements.tables import (
+    listed_sources,
+    parse_experiment,
+    read_experiment,
+    read_joined,
+)
+from stickslip_ros.lab.measurements.vocabulary import (
     BY_AMPLITUDE,
     MEASURED,
     OVER_TIME,
     TIME_COLUMNS,
     MeasuredTable,
 )
-from stickslip_ros.lab.readers.numbers import NUMBERS, sigma_name
+from stickslip_ros.lab.readers.columns import Column
+from stickslip_ros.lab.readers.formats import DATA_FRAME
 from stickslip_ros.parameters import Parameters, Scalar, bare_name
+from stickslip_ros.recording.integrity import is_recording
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_file import (
     EXPERIMENT_FILE,
@@ -38,14 +44,22 @@ from stickslip_ros.recording.run_file import (
 )
 from stickslip_ros.recording.series import Series
 
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
 RECORDED, SWEEP = 'recording', 'sweep'
 """Kinds of a measurement, next to those of tables."""
-AMPLITUDE_COLUMN, VOLTAGE_COLUMN = 'amplitude_m', 'voltage_v'
+TIME_COLUMN, AMPLITUDE_COLUMN, VOLTAGE_COLUMN = 'time_s', 'amplitude_m', 'voltage_v'
 PRELOAD_COLUMN, FREQUENCY_COLUMN, FORCE_COLUMN = 'preload_n', 'frequency_hz', 'force_n'
 NOT_COMPARED = {'wall_start', TIME_ORIGIN, 'seed', 'dt_s'}
 """Metadata that differ by chance or repeat the parameters."""
+ROW_COLUMN, WAY_COLUMN = 'row', 'displacement_m'
+LOOP_COLUMN = 'loop'
+"""Number of a friction loop, where a table has several."""
 _STROKES = AMPLITUDE_COLUMN, VOLTAGE_COLUMN
+_OF_LOOPS = ROW_COLUMN, WAY_COLUMN, 'normal_n', 'rig_n_per_m'
 NO_SETTINGS = {each for name in (*_STROKES, *NUMBERS) for each in (name, sigma_name(name))}
+NO_SETTINGS |= {*_OF_LOOPS}
 RENAMED = {'force_mean_n': FORCE_COLUMN}
 """Columns of a sweep with another name in an experiment."""
 SAME = 1e-9  # largest relative difference of equal typed numbers
@@ -84,11 +98,14 @@ class TimeRun:
 
     @property
     def quantities(self) -> list[str]:
-        """Measured quantities."""
         return [name for name in MEASURED[OVER_TIME] if name in self.series]
 
+    @property
+    def frame(self) -> 'DataFrame':
+        """All quantities over ``time_s``; NaN where one has no sample."""
+        return table_of_series(self.series, self.side.origin)
+
     def within(self, start_s: float, end_s: float) -> 'TimeRun':
-        """Return a part of the run."""
         series = {name: each.window(start_s, end_s) for name, each in self.series.items()}
         series = {name: each for name, each in series.items() if len(each)}
         rows = max(map(len, series.values()), default=0)
@@ -112,13 +129,21 @@ class PointTable:
 
     @property
     def axis(self) -> str:
-        """Column of the axis: strokes, voltages, or preloads of numbers without these."""
-        return next(each for each in (*_STROKES, PRELOAD_COLUMN) if each in self.columns)
+        """Column of the axis: rows of a loop, strokes, voltages, or preloads without these."""
+        return next(
+            each for each in (ROW_COLUMN, *_STROKES, PRELOAD_COLUMN) if each in self.columns
+        )
 
     @property
     def quantities(self) -> list[str]:
-        """Measured quantities."""
         return [name for name in NUMBERS if name in self.columns]
+
+    @property
+    def frame(self) -> 'DataFrame':
+        """All columns, the first as index."""
+        import pandas as pd  # noqa: PLC0415 - takes long
+
+        return pd.DataFrame(self.columns).set_index(next(iter(self.columns)))
 
     @property
     def settings(self) -> dict[str, list[Scalar]]:
@@ -126,7 +151,6 @@ class PointTable:
         return {name: each for name, each in self.columns.items() if name not in NO_SETTINGS}
 
     def values(self, name: str, rows: Iterable[int]) -> Array:
-        """Return the numbers of a column in some rows."""
         column = self.columns[name]
         return np.array([column[row] for row in rows], dtype=np.float64)
 
@@ -156,9 +180,16 @@ class PointTable:
 Measurement = TimeRun | PointTable
 
 
+class OpenedSource:
+    """A recording or tables that were opened, with the topics or columns to read of them."""
+
+    source: Any
+    topics: Mapping[str, str]
+
+
 def measured(
-    source: Any,  # a path, a DataFrame, a Run or a Recording
-    reading: Reading = AS_IT_IS,
+    source: Any,  # a path, a table, a Run, a Recording, or a sequence of tables
+    reading: TableOptions = TABLE_DEFAULTS,
     *,
     number: int = 0,
     window_s: tuple[float, float] | None = None,
@@ -166,15 +197,60 @@ def measured(
     wanted: Sequence[str] = (),
 ) -> Measurement:
     """Read a source by its content, not by its name; of a recording only the window."""
-    if recorded := recording_of(source, reading.topics):
+    sources = listed_sources(source)
+    if len(sources) > 1:
+        for each in sources:
+            if recorded := recording_of(each, reading):
+                problem = 'is a recording next to other sources'
+                raise RecordingError(recorded[0].path, problem, 'give it alone')
+        return of_table(read_joined(sources, reading, wanted))
+    [one] = sources
+    if recorded := recording_of(one, reading):
         recording, topics = recorded
         return of_recording(recording.within(*window_s) if window_s else recording, topics)
-    if kind is None and is_sweep(source):
-        return of_sweep(source)
-    return of_table(read_experiment(source, reading, number=number, kind=kind, measured=wanted))
+    if isinstance(one, OpenedSource):
+        reading = replace(reading, headers={**reading.headers, **one.topics})
+        return measured(one.source, reading, number=number, kind=kind, wanted=wanted)
+    if kind is None and is_sweep(one):
+        return of_sweep(one)
+    return of_table(read_experiment(one, reading, number=number, kind=kind, measured=wanted))
 
 
-def attached(run: Measurement, reading: Reading = AS_IT_IS) -> Measurement:
+def measured_alone(
+    sources: Sequence[Any], reading: TableOptions = TABLE_DEFAULTS
+) -> Recording | Measurement:
+    """Return a recording to read by stretches, as it may be larger than memory, or else all."""
+    recorded = recording_of(sources[0], reading) if len(sources) == 1 else None
+    if recorded is None:
+        return measured(sources, reading)
+    return of_recording(*recorded) if recorded[1] else recorded[0]
+
+
+def recording_of(
+    source: object, reading: TableOptions
+) -> tuple[Recording, Mapping[str, str]] | None:
+    """
+    Return a recording and the topics to map in it; None of a table.
+
+    Topics of a Run are its own. Beside another recording, one of this package is read by its own
+    names unless it has one of the mapped topics.
+
+    """
+    found, topics = source, dict[str, str]()
+    if isinstance(source, OpenedSource):
+        found, topics = source.source, {**source.topics}
+    if isinstance(found, Path) and is_recording(found):
+        found = Recording(found)
+    if not isinstance(found, Recording):
+        return None
+    fields = [each.field for each in parse_map(reading.topics).values()]
+    is_meant = any(topic_of(each, found.types) for each in fields)
+    if not topics and (is_meant or not (found.is_ours and reading.is_shared)):
+        topics = reading.topics
+    return found, topics
+
+
+def attached(run: Measurement, reading: TableOptions = TABLE_DEFAULTS) -> Measurement:
     """Return the experiment attached to a recording."""
     recording = run.recording if isinstance(run, TimeRun) else None
     if recording is None:
@@ -188,17 +264,20 @@ def attached(run: Measurement, reading: Reading = AS_IT_IS) -> Measurement:
 
 
 def of_recording(recording: Recording, topics: Mapping[str, str]) -> TimeRun:
-    """Return series and settings of a recording; ``topics`` maps topics of another program."""
-    is_mapped = topics and not recording.is_ours
+    """Return series and settings of a recording, of mapped ``topics`` if given; refuse none."""
     series, notes = (
-        mapped_series(recording, topics) if is_mapped else (recorded_series(recording), [])
+        mapped_series(recording, topics) if topics else (recorded_series(recording), [])
     )
     run = recording.metadata.get(RUN_RECORD, {})
     described: dict[str, Scalar] = {key: run[key] for key in run if key not in NOT_COMPARED}
     stand = recorded_stand(recording) if PARAMETERS_FILE in recording.attachments else None
     changed = None if stand is None else stand.changed()
     described |= {} if stand is None else stand.flat()
-    rows = max((len(each) for each in series.values()), default=0)
+    if not series:
+        problem = f'has neither position, force nor voltage; it holds {", ".join(recording.types)}'
+        hint = 'map its topics: --map voltage_v=TOPIC.FIELD --map position_m=TOPIC.FIELD'
+        raise RecordingError(recording.path, problem, hint)
+    rows = max(len(each) for each in series.values())
     side = Side(recording.origin, RECORDED, rows, described, changed, (*recording.notes, *notes))
     return TimeRun(side, series, recording, topics=topics)
 
@@ -207,17 +286,32 @@ def of_table(table: MeasuredTable) -> Measurement:
     """Return the measurement of a table."""
     if table.kind == BY_AMPLITUDE:
         columns = {name: each.tolist() for name, each in table.columns.items()}
+        if np.count_nonzero(starts := table.columns.get(ROW_COLUMN, np.zeros(1)) == 1.0) > 1:
+            columns[LOOP_COLUMN] = np.cumsum(starts).tolist()
         rows, described = len(columns[PRELOAD_COLUMN]), constants(columns)
         return PointTable(
             Side(table.origin, BY_AMPLITUDE, rows, described, None, table.notes), columns
         )
-    time_s, series = table.columns['time_s'], {}
+    time_s, series = table.columns[TIME_COLUMN], {}
     for name, values in table.columns.items():
         known = ~np.isnan(values)
-        if name != 'time_s' and known.any():
+        if name != TIME_COLUMN and known.any():
             origin, unit = f'{table.origin} {name}', TIME_COLUMNS[name].unit
             series[name] = Series(time_s[known], values[known], unit, origin)
     return TimeRun(Side(table.origin, OVER_TIME, len(time_s), {}, None, table.notes), series)
+
+
+def as_table(run: Measurement) -> MeasuredTable:
+    """Return a measurement as columns; over time NaN where a quantity has no sample."""
+    frame, notes = run.frame.reset_index(), run.side.notes
+    columns: dict[str, Array] = {str(name): frame[name].to_numpy() for name in frame}
+    if isinstance(run, PointTable):
+        return MeasuredTable(run.side.origin, BY_AMPLITUDE, columns, notes)
+    read = tuple(
+        Column(name, each.origin, each.unit, 1.0, 0, float(each.value[0]))
+        for name, each in run.series.items()
+    )
+    return MeasuredTable(run.side.origin, OVER_TIME, columns, notes, read, gaps=notes)
 
 
 def of_sweep(table: Any) -> PointTable:
@@ -241,6 +335,7 @@ def point_table(
     kind: str,
     described: dict[str, Scalar] | None,
     unsteady: int,
+    notes: tuple[str, ...] = (),
 ) -> PointTable:
     """Return columns as points, with their known settings; a column replaces a description."""
     rows = len(columns[PRELOAD_COLUMN])
@@ -254,7 +349,7 @@ def point_table(
         rows=rows,
         described={**known, **constants(columns)},
         changed=None if described is None else changed,
-        notes=(f'{unsteady} of {rows} runs were not steady',) if unsteady else (),
+        notes=((f'{unsteady} of {rows} runs were not steady',) if unsteady else ()) + notes,
     )
     return PointTable(side, columns)
 
@@ -278,3 +373,22 @@ def constants(columns: Mapping[str, Sequence[Scalar]]) -> dict[str, Scalar]:
         for name, each in columns.items()
         if name not in NO_SETTINGS and is_constant(each)
     }
+
+
+def table_of_series(found: Mapping[str, Series], source: str) -> 'DataFrame':
+    """Return quantities as one table over their times; NaN where unknown."""
+    import pandas as pd  # noqa: PLC0415 - takes long
+
+    columns = {
+        name: pd.Series(each.value, pd.Index(each.time_s, name='time_s'))
+        for name, each in found.items()
+    }
+    first = next(iter(columns.values()), pd.Series()).index
+    is_one = all(each.index.equals(first) for each in columns.values())
+    if not is_one:  # the second sample of a time is a row of its own
+        for name, each in columns.items():
+            columns[name] = each.set_axis([each.index, each.groupby(level=0).cumcount()])
+    frame = pd.DataFrame(columns) if is_one else pd.DataFrame(columns).droplevel(1)
+    frame.attrs['units'] = {'time_s': 's', **{name: each.unit for name, each in found.items()}}
+    frame.attrs['source'] = source
+    return frame

@@ -13,7 +13,7 @@ from stickslip_ros.errors import Miscounted, OutOfRange, RecordingError, WrongKi
 from stickslip_ros.instrument.commands import COMMANDS, JOINT, Request
 from stickslip_ros.instrument.reports import Status, read_event
 from stickslip_ros.interface.messages import ArrayMessage
-from stickslip_ros.interface.topics import READINGS
+from stickslip_ros.interface.topics import FORMER_TYPES, READINGS
 from stickslip_ros.message_types import FLOAT64_ARRAY
 from stickslip_ros.parameters import SENSORS, Parameters, parse_yaml
 from stickslip_ros.parameters.typed import to_si_list
@@ -194,11 +194,12 @@ def _read(recording: Recording, sources: Mapping[str, str]) -> dict[str, Series]
 def topic_name(recording: Recording, name: str) -> str:
     """Return the full name of a published topic (not command or truth); empty if absent."""
     kinds = {each.name.removeprefix('~/'): each.type_name for each in READINGS}
+    known = {kinds.get(name), FORMER_TYPES.get(name)}
     found = [
         topic
         for topic, kind in recording.types.items()
         if topic.rpartition('/')[2] == name
-        and kind == kinds.get(name)
+        and kind in known
         and topic.rpartition('/')[0].rpartition('/')[2] not in {'command', 'truth'}
     ]
     return min(found, key=lambda topic: topic.count('/'), default='')

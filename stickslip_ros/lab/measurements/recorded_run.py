@@ -1,19 +1,27 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A recorded run: file, table, picture."""
+"""A recorded or measured run: series, table, picture."""
 
 import math
 import shutil
 import weakref
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from functools import cache, cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
 
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError, WrongUse
 from stickslip_ros.files import RUN_ENDINGS, prepare_output
+from stickslip_ros.lab.measurements.measurement import (
+    OpenedSource,
+    TimeRun,
+    measured,
+    table_of_series,
+)
 from stickslip_ros.lab.measurements.recorded import (
     RUN_QUANTITIES,
     TimeWindow,
@@ -24,6 +32,7 @@ from stickslip_ros.lab.measurements.recorded import (
     stretches_of,
 )
 from stickslip_ros.lab.measurements.run_result import SawtoothRun
+from stickslip_ros.lab.measurements.table_options import TableOptions
 from stickslip_ros.parameters import Parameters, checked_arguments
 from stickslip_ros.recording.integrity import is_recording
 from stickslip_ros.recording.reader import Recording
@@ -35,33 +44,42 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pandas import DataFrame
 
+    from stickslip_ros.lab.readers.formats import Table
+
+    class RunTable(DataFrame):
+        """A table of which ``plot`` returns figures, and ``to_xarray`` keeps the units."""
+
+        plot: Any
+
 
 @checked_arguments
-class Run(NotebookView):
+class Run(NotebookView, OpenedSource):
     """
-    A recorded run in a file; a temporary file lives as long as this object.
+    A recorded or measured run; a temporary file lives as long as this object.
 
     Parameters
     ----------
-    path : path-like, optional
-        An MCAP file, a bag directory, or the common name of parts; None without a recording.
+    path : path-like, DataFrame, or sequence of them, optional
+        An MCAP file, a bag directory, the common name of parts, or a table over time; several
+        tables are joined. None without a recording.
     result : SawtoothRun, optional
         The result of a simulated run.
     folder : Path, optional
         A folder to remove with this object.
     topics : mapping of str to str, optional
-        For a recording of another program: topic and field of its quantities.
+        For a recording of another program: topic and field of its quantities; for a table: their
+        columns.
 
     """
 
     def __init__(
         self,
-        path: str | Path | None,
+        path: 'Table | Sequence[Table] | None',
         result: SawtoothRun | None = None,
         folder: Path | None = None,
         topics: Mapping[str, str] | None = None,
     ) -> None:
-        self._path = path
+        self._path = Path(path) if isinstance(path, str) else path
         self._result = result
         self._origin = '' if folder is None else 'simulated run'
         self.topics = topics or {}
@@ -70,9 +88,11 @@ class Run(NotebookView):
 
     @cached_property
     def recording(self) -> Recording:
-        """Topics, messages, metadata, attachments; refused if missing or damaged."""
+        """Topics, messages, metadata, attachments; refused if missing, damaged or a table."""
         if self._path is None:
             raise StickSlipError('the run was not recorded; simulate without record=False')
+        if not isinstance(self._path, Path):
+            raise StickSlipError('a table holds no commands and no stand; use its series')
         return Recording(self._path, self._origin)
 
     @property
@@ -103,23 +123,46 @@ class Run(NotebookView):
         return self.result.step_length_m
 
     @cached_property
+    def source(self) -> Any:
+        """The recording, or what tables were given."""
+        is_table = self._path is not None and not (
+            isinstance(self._path, Path) and is_recording(self._path)
+        )
+        return self._path if is_table else self.recording
+
+    @property
+    def _source_name(self) -> str:
+        is_recorded = isinstance(self.source, Recording)
+        return self.source.origin if is_recorded else self.measurement.side.origin
+
+    @property
+    def is_read_whole(self) -> bool:
+        """Whether stretches are cut from its series: a table, or a run of a rig."""
+        return bool(self.topics) or not isinstance(self.source, Recording)
+
+    @cached_property
+    def measurement(self) -> TimeRun:
+        """Quantities over time with their source, its clocks and its stand, read once."""
+        found = measured(self.source, TableOptions(headers=self.topics))
+        if isinstance(found, TimeRun):
+            return found
+        hint = 'give it to compare or fit, or read it with pandas'
+        raise RecordingError(found.side.origin, 'is by amplitude and has no times', hint)
+
+    @property
     def series(self) -> dict[str, Series]:
         """Quantities over time, by the names of the columns of ``frame``."""
-        if self.topics:
-            from stickslip_ros.lab.measurements.mapped import mapped_series  # it imports tables
-
-            return mapped_series(self.recording, self.topics)[0]
-        return recorded_series(self.recording)
+        return self.measurement.series
 
     @checked_arguments
     def series_within(self, start_s: float, end_s: float) -> dict[str, Series]:
         """Return ``series`` of a stretch, both ends included."""
-        if self.topics:
+        if self.is_read_whole:
             return {name: each.window(start_s, end_s) for name, each in self.series.items()}
         return recorded_series(self.recording.within(start_s, end_s))
 
     @cached_property
-    def frame(self) -> 'DataFrame':
+    def frame(self) -> 'RunTable':
         """
         Table of the run: ``voltage_v``, ``foot_m`` and readings, ``position_m``, over ``time_s``.
 
@@ -127,12 +170,10 @@ class Run(NotebookView):
         ``attrs`` hold units and source. For a trace larger than memory, use ``table``.
 
         """
-        frame = table_of_series(self.series, self.recording.origin)
-        object.__setattr__(frame, 'plot', _labelled_plots()(frame))  # each then keeps the other
-        return frame
+        return _equipped(table_of_series(self.series, self._source_name))
 
     @checked_arguments
-    def table(self, window_s: tuple[float, float] | None = None, every: int = 1) -> 'DataFrame':
+    def table(self, window_s: tuple[float, float] | None = None, every: int = 1) -> 'RunTable':
         """
         Return every n-th row of ``frame``, or a stretch of it, for runs larger than memory.
 
@@ -156,17 +197,17 @@ class Run(NotebookView):
         window = TimeWindow(*window_s or (-math.inf, math.inf))
         stretches = (
             [self.series_within(*window)]
-            if self.topics
+            if self.is_read_whole
             else series_by_stretch(self.recording, stretches_of(self.recording, window))
         )
         parts, rows = list[pd.DataFrame](), 0
         for found in stretches:
-            frame = table_of_series(found, self.recording.origin)
+            frame = table_of_series(found, self._source_name)
             parts.append(frame.iloc[-rows % every :: every])
             rows += len(frame)
         whole = pd.concat(parts)
         whole.attrs = parts[0].attrs
-        return whole
+        return _equipped(whole)
 
     @checked_arguments
     def plot(
@@ -196,11 +237,8 @@ class Run(NotebookView):
         from stickslip_ros.lab.figures.plotting import looking
         from stickslip_ros.lab.measurements.run_figure import draw_run
 
-        # A short run is read once for all pictures, a long one never as a whole.
-        is_held = self.topics or len(stretches_of(self.recording)) == 1
         with looking(style, width_mm):
-            quantities = self.series if is_held else None
-            return draw_run(self.recording, window, quantities=quantities)[0]
+            return draw_run(self.measurement if self.is_read_whole else self.source, window)[0]
 
     @checked_arguments
     def save(self, path: str | Path) -> Path:
@@ -238,21 +276,31 @@ class Run(NotebookView):
     def sections(self) -> list[Section]:
         """Return the result, if known, and the content of the file."""
         shown = [] if self._result is None else self._result.sections()
-        return shown if self._path is None else [*shown, *sections_of(self.recording)]
+        if self._path is None:
+            return shown
+        if isinstance(self.source, Recording):
+            return [*shown, *sections_of(self.source)]
+        side, header = self.measurement.side, ('quantity', 'samples', 'first at', 'last at')
+        rows = [
+            (name, len(each), *(with_unit(float(each.time_s[at]), 's') for at in (0, -1)))
+            for name, each in self.series.items()
+        ]
+        return [Section(side.origin, rows, header, side.notes)]
 
 
 @checked_arguments
-def open_run(path: str | Path, topics: Mapping[str, str] | None = None) -> Run:
+def open_run(path: 'Table | Sequence[Table]', topics: Mapping[str, str] | None = None) -> Run:
     """
-    Open a recording: an MCAP file, a bag directory, or the common name of parts.
+    Open a recording, an MCAP file, a bag directory or the common name of parts, or a table.
 
     Parameters
     ----------
-    path : path-like
-        The recording.
+    path : path-like, DataFrame, or sequence of them
+        The recording, or tables over time.
     topics : mapping of str to str, optional
         For a recording of another program: topic, field and unit of its quantities, as
-        ``{'position_m': '/rig/encoder.point.x', 'force_n': '/rig/cell.data (mN)'}``.
+        ``{'position_m': '/rig/encoder.point.x', 'force_n': '/rig/cell.data (mN)'}``; for a table
+        their columns, as ``{'position_m': 'Ch 2 (nm)'}``.
 
     Raises
     ------
@@ -261,51 +309,46 @@ def open_run(path: str | Path, topics: Mapping[str, str] | None = None) -> Run:
 
     """
     run = Run(path, topics=topics)
-    _ = run.series if topics else run.recording  # refuse an unreadable file now
+    if run.is_read_whole:
+        _ = run.series  # refuse what cannot be read now
     return run
 
 
-def recording_of(
-    source: object, topics: Mapping[str, str]
-) -> tuple[Recording, Mapping[str, str]] | None:
-    """Return a recording, of a Run or a path, and its topics: its own first; None of a table."""
-    if isinstance(source, Run):
-        return source.recording, source.topics or topics
-    if isinstance(source, Path) and is_recording(source):
-        return Recording(source), topics
-    return None
+def _equipped(frame: 'DataFrame') -> 'RunTable':
+    def to_xarray() -> Any:
+        data = type(frame).to_xarray(frame).assign_attrs(source=frame.attrs['source'])
+        for name in {*data.variables} & frame.attrs['units'].keys():
+            data[name].attrs['units'] = frame.attrs['units'][name]
+        return data
 
-
-def table_of_series(found: Mapping[str, Series], source: str) -> 'DataFrame':
-    """Return quantities as one table over their times; NaN where unknown."""
-    import pandas as pd
-
-    columns = {
-        name: pd.Series(each.value, pd.Index(each.time_s, name='time_s'))
-        for name, each in found.items()
-    }
-    first = next(iter(columns.values()), pd.Series()).index
-    is_one = all(each.index.equals(first) for each in columns.values())
-    if not is_one:  # the second sample of a time is a row of its own
-        for name, each in columns.items():
-            columns[name] = each.set_axis([each.index, each.groupby(level=0).cumcount()])
-    frame = pd.DataFrame(columns) if is_one else pd.DataFrame(columns).droplevel(1)
-    frame.attrs['units'] = {'time_s': 's', **{name: each.unit for name, each in found.items()}}
-    frame.attrs['source'] = source
-    return frame
+    for name, own in (('plot', _plots()(frame)), ('to_xarray', to_xarray)):
+        object.__setattr__(frame, name, own)  # each then keeps the other
+    return cast('RunTable', frame)
 
 
 @cache
-def _labelled_plots() -> Any:
+def _plots() -> Any:
+    import matplotlib.pyplot as plt
+    from matplotlib.figure import Figure
     from pandas.plotting import PlotAccessor
 
-    class Plot(PlotAccessor):
-        """``DataFrame.plot`` that labels the vertical axis of lines with their columns."""
+    from stickslip_ros.lab.figures.plotting import new_figure, styled
 
+    class Plots(PlotAccessor):
+        """``DataFrame.plot`` with labelled axes that returns a Figure, as ``Run.plot`` does."""
+
+        @styled()
         def __call__(self, *given: Any, **named: Any) -> Any:
             if named.get('kind', 'line') == 'line' and not named.get('subplots'):
                 y = named.get('y') or [*self._parent]  # type: ignore[attr-defined]
                 named.setdefault('ylabel', ', '.join(y) if isinstance(y, list) else str(y))
-            return super().__call__(*given, **named)
+            if not named.get('subplots'):
+                named.setdefault('ax', new_figure(8.0, 4.5).subplots())
+            if isinstance(axes := named.get('ax'), Figure):
+                named['ax'] = axes.axes[0]
+            drawn: Any = np.ravel(super().__call__(*given, **named))[0].figure
+            if axes is None:
+                plt.close(drawn)  # a notebook would show it twice
+            return drawn
 
-    return Plot
+    return Plots

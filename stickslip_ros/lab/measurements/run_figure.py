@@ -1,9 +1,10 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The picture of a recorded run or a stretch, with commands and status bits."""
+"""The picture of a run or a stretch, with the commands and status bits of a recording."""
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import cycle, groupby
@@ -17,6 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import EngFormatter
 
+from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.instrument.reports import Result, Status
 from stickslip_ros.lab.figures.plotting import (
@@ -37,6 +39,7 @@ from stickslip_ros.lab.figures.plotting import (
     styled,
     write_label,
 )
+from stickslip_ros.lab.measurements.measurement import TimeRun
 from stickslip_ros.lab.measurements.recorded import (
     RUN_QUANTITIES,
     BitSpan,
@@ -87,21 +90,12 @@ class Extent:
     origin: str
 
     @classmethod
-    def of(cls, name: str, series: Series) -> 'Extent':
-        """Return the extent of a series."""
-        known = series.value[np.isfinite(series.value)]
+    def of(cls, name: str, values: Array, unit: str, origin: str) -> 'Extent':
+        """Return the extent of values; None where none is finite."""
+        known = values[np.isfinite(values)]
         smallest = float(known.min()) if len(known) else None
         largest = float(known.max()) if len(known) else None
-        return cls(name, series.unit, len(series), smallest, largest, series.origin)
-
-    @classmethod
-    def joined(cls, parts: Sequence['Extent']) -> 'Extent':
-        """Return the extent of several stretches."""
-        low = [each.smallest for each in parts if each.smallest is not None]
-        high = [each.largest for each in parts if each.largest is not None]
-        samples = sum(each.samples for each in parts)
-        ends = min(low, default=None), max(high, default=None)
-        return cls(parts[0].name, parts[0].unit, samples, *ends, parts[0].origin)
+        return cls(name, unit, len(values), smallest, largest, origin)
 
 
 @dataclass(frozen=True)
@@ -112,45 +106,51 @@ class RunPlot:
     end_s: float
     quantities: tuple[Extent, ...]
     commands: tuple[LoggedCommand, ...]
-    events: tuple[LoggedEvent, ...]
-    status: tuple[BitSpan, ...]
-    status_since_s: float | None
+    events: tuple[LoggedEvent, ...] = ()
+    status: tuple[BitSpan, ...] = ()
+    status_since_s: float | None = None
+
+    @property
+    def title(self) -> str:
+        return f'{self.start_s:.9g} s to {self.end_s:.9g} s'
 
 
 def plot_run(
-    recording: Recording, picture: Path, window: TimeWindow | None = None, **how: Any
+    run: Recording | TimeRun, picture: Path, window: TimeWindow | None = None, **how: Any
 ) -> RunPlot:
-    """Draw a recording or a stretch into a PNG, SVG or PDF; options are those of ``draw_run``."""
+    """Draw a run or a stretch into a PNG, SVG or PDF; options are those of ``draw_run``."""
     check_picture(picture)
-    figure, plot = draw_run(recording, window, **how)
+    figure, plot = draw_run(run, window, **how)
     save_figure(figure, picture)
     return plot
 
 
 def draw_run(
-    recording: Recording,
+    run: Recording | TimeRun,
     window: TimeWindow | None = None,
     *,
-    quantities: Mapping[str, Series] | None = None,
     title: str = '',
     with_steps: bool = False,
 ) -> tuple[Figure, RunPlot]:
     """
-    Draw position, force, voltage and feet of a recording, or a window, against time.
+    Draw position, force, voltage and feet, or a window of them, against time.
 
-    ``quantities`` replace those of trace or topics; ``with_steps`` adds the enlarged first steps.
-    Raises RecordingError and OutOfRange.
+    A long recording is read by stretches; ``with_steps`` adds the enlarged first steps. Raises
+    RecordingError and OutOfRange.
 
     """
-    extents = dict[str, Extent]()
-    if quantities is None:
-        quantities, extents = _overview(recording, window)
+    if isinstance(run, TimeRun):
+        recording, origin, quantities = run.recording, run.side.origin, run.series
+        extents = dict[str, Extent]()
+    else:
+        recording, origin = run, run.origin
+        quantities, extents = _overview(run, window)
     series = {name: each for name, each in quantities.items() if name in RUN_QUANTITIES}
     if not series:
         problem = 'has neither position, force nor voltage'
         hint = 'record a run that lasts a while, or say by --map which topic is what'
-        raise RecordingError(recording.path, problem, hint)
-    commands = recorded_commands(recording)
+        raise RecordingError(origin, problem, hint)
+    commands = recorded_commands(recording) if recording else []
     firsts_s = [float(each.time_s[0]) for each in series.values()]
     whole = TimeWindow(
         min(*firsts_s, *(each.time_s for each in commands[:1]), math.inf),
@@ -161,14 +161,16 @@ def draw_run(
     if not any(len(each) for each in inside.values()):
         length_s, limit = shown.end_s - shown.start_s, 'too short: no sample lies in it'
         raise OutOfRange('length of the window', length_s, 's', limit, 'raise it')
-    plot = RunPlot(
-        *shown,
-        tuple(extents.get(name) or Extent.of(name, each) for name, each in inside.items()),
-        tuple(each for each in commands if shown.start_s <= each.time_s <= shown.end_s),
-        tuple(events_within(recording, shown)),
-        tuple(bits_within(recording, shown)),
-        next((time_s for time_s, _ in timed_messages(recording, 'status')), None),
+    quantities_shown = tuple(
+        extents.get(name) or Extent.of(name, each.value, each.unit, each.origin)
+        for name, each in inside.items()
     )
+    commands = [each for each in commands if shown.start_s <= each.time_s <= shown.end_s]
+    plot = RunPlot(*shown, quantities_shown, tuple(commands))
+    if recording:
+        events, status = events_within(recording, shown), bits_within(recording, shown)
+        since_s = next((time_s for time_s, _ in timed_messages(recording, 'status')), None)
+        plot = replace(plot, events=tuple(events), status=tuple(status), status_since_s=since_s)
     falls_s = fall_times_s(inside['voltage_v']) if with_steps and 'voltage_v' in inside else []
     with_steps = len(falls_s) >= _STEPS and {'position_m', 'foot_m'} <= inside.keys()
     enlarged_s = falls_s[:_STEPS] if with_steps else []
@@ -185,16 +187,13 @@ def _overview(
     if window is not None:
         stretches = stretches_of(recording, check_window(window, TimeWindow(*recording.span_s)))
     pixels = math.ceil(PIXELS / len(stretches))
-    thin: dict[str, list[Series]] = {}
-    extents: dict[str, list[Extent]] = {}
+    thin, samples = dict[str, list[Series]](), Counter[str]()
     for found in series_by_stretch(recording, stretches):
         for name, each in found.items():
             if len(each):
-                time_s, value = decimated(each.time_s, each.value, pixels)
-                drawn = replace(each, time_s=time_s, value=value)
-                thin.setdefault(name, []).append(drawn)
-                extent = replace(Extent.of(name, drawn), samples=len(each))
-                extents.setdefault(name, []).append(extent)
+                time_s, value = decimated(each.time_s, each.value, pixels)  # keeps the extremes
+                thin.setdefault(name, []).append(replace(each, time_s=time_s, value=value))
+                samples[name] += len(each)
     joined = {
         name: replace(
             parts[0],
@@ -203,7 +202,10 @@ def _overview(
         )
         for name, parts in thin.items()
     }
-    return joined, {name: Extent.joined(parts) for name, parts in extents.items()}
+    return joined, {
+        name: replace(Extent.of(name, each.value, each.unit, each.origin), samples=samples[name])
+        for name, each in joined.items()
+    }
 
 
 def fall_times_s(voltage: Series) -> list[float]:

@@ -40,7 +40,6 @@ class RunResult(NotebookView):
     energy_residual: float = report_field('energy residual / work of the feet', '.2e', default=0.0)
 
     def sections(self) -> list[Section]:
-        """Return the numbers."""
         steps = 'steps', self.steps, 'steady' if self.steady else 'NOT steady'
         return [Section('run', [*rows_of(self), steps])]
 
@@ -63,6 +62,5 @@ class SawtoothRun(RunResult):
     recording: str = ''
 
     def sections(self) -> list[Section]:
-        """Return the numbers, and the file if any."""
         notes = [f'recording {self.recording}'] if self.recording else []
         return [each._replace(notes=notes) for each in super().sections()]

@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import stickslip_ros
-from stickslip_ros.budget import load_json
+from stickslip_ros.budget import NUMBERS_MOST, load_json
 from stickslip_ros.errors import RecordingError, UnknownName, WrongKind
 from stickslip_ros.extras import load_extra
-from stickslip_ros.files import prepare_output, read_bytes, replacing
+from stickslip_ros.files import SWEEP_PARTS, prepare_output, read_bytes, replacing
+from stickslip_ros.lab.measurements.vocabulary import POINT_COLUMNS
 from stickslip_ros.lab.readers.formats import DATA_FRAME, check_parquet
-from stickslip_ros.lab.readers.measured import POINT_COLUMNS
 from stickslip_ros.parameters import Parameters, Scalar, Spec, bare_name, spec_of
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 CSV, PARQUET = '.csv', '.parquet'
 _VERSION, _PARAMETERS = 'stickslip_ros.version', 'stickslip_ros.parameters'
+SWEEP_DIGEST = 'stickslip_ros.sweep'
 """Metadata in Parquet, comment lines above the header in CSV."""
 _COMMENT = '# '
 Row = dict[str, Scalar]  # result of a case: names with units, JSON values
@@ -54,9 +55,10 @@ def check_table_path(path: Path) -> None:
     prepare_output(path)
 
 
-def write_table(rows: Sequence[Row], path: Path, parameters: Parameters) -> None:
+def write_table(rows: Sequence[Row], path: Path, parameters: Parameters, digest: str = '') -> None:
     """Write rows with a header, floats to the bit; the file appears when complete."""
     described = {_VERSION: stickslip_ros.__version__, _PARAMETERS: json.dumps(parameters.flat())}
+    described |= {SWEEP_DIGEST: digest} if digest else {}
     with replacing(path) as part:
         if path.suffix == PARQUET:
             pyarrow = load_extra('a Parquet file', 'pyarrow')
@@ -75,8 +77,8 @@ def is_sweep(path: 'Path | DataFrame') -> bool:
     """Return whether a table is a sweep, by its header."""
     if not isinstance(path, Path):
         return STOP_RULE in getattr(path, 'columns', ())
-    if path.suffix == PARQUET:
-        return STOP_RULE in read_arrow(path, _REWRITE).column_names
+    if path.suffix == PARQUET or path.is_dir():
+        return any(STOP_RULE in each.column_names for each in _arrow_tables(path, 1))
     try:
         with path.open(newline='', encoding='utf-8') as file:
             head = io.StringIO(file.read(1 << 20), newline='')  # the header, and what is above it
@@ -93,12 +95,11 @@ def read_table(path: 'Path | DataFrame') -> tuple[list[Row], dict[str, Scalar] |
         known, rows, first = path.attrs.get('parameters'), path.to_dict('records'), 1
         described = known and {'stickslip_ros': stickslip_ros.__version__, **known}
         path = Path(DATA_FRAME)
-    elif path.suffix == PARQUET:
-        table = read_arrow(path, _REWRITE)
-        metadata = table.schema.metadata or {}
+    elif path.suffix == PARQUET or path.is_dir():
+        tables = _arrow_tables(path)
+        metadata = tables[0].schema.metadata or {}
         described = _described({name.decode(): text.decode() for name, text in metadata.items()})
-        rows = table.to_pylist()
-        first = 1
+        rows, first = list(itertools.chain(*(each.to_pylist() for each in tables))), 1
     else:
         text = read_bytes(path, _REWRITE).decode(errors='replace')
         lines = list(io.StringIO(text, newline=''))
@@ -120,6 +121,25 @@ def read_table(path: 'Path | DataFrame') -> tuple[list[Row], dict[str, Scalar] |
         cells = ((name, each) for name, each in row.items() if name not in INDEX)
         checked.append({n: _value(n, each, f'{where}, column {n}:') for n, each in cells})
     return checked, described
+
+
+def _arrow_tables(path: Path, most: int | None = None) -> list[Any]:
+    """Return a file, or all parts in a folder, at ``most`` so many; refuse missing parts."""
+    if not path.is_dir():
+        return [read_arrow(path, _REWRITE)]
+    files = sorted(path.glob(SWEEP_PARTS))
+    if files and len(files) != (count := parts_of(files[0])):
+        hint = 'run the same sweep again: it makes the others'
+        raise RecordingError(path, f'has {len(files)} of {count} parts of a sweep', hint)
+    sizes = [check_parquet(each) for each in files]
+    NUMBERS_MOST.check(sum(each.num_rows * each.num_columns for each in sizes), path)
+    return [read_arrow(each, _REWRITE) for each in files[:most]]
+
+
+def parts_of(part: Path) -> int:
+    """Return the number of parts of a sweep, from the name of one."""
+    count = part.stem.rpartition('-')[2]
+    return int(count) if count.isdecimal() else 0
 
 
 def read_arrow(path: Path, hint: str) -> Any:

@@ -9,23 +9,21 @@ from pathlib import Path
 from typing import Any
 
 from stickslip_ros.errors import StickSlipError, quoted
+from stickslip_ros.instrument.commands import number_name
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.interface.messages import STAMPED_FIELDS
 from stickslip_ros.interface.topics import COMMAND_TOPICS, SERVICES, Topic
 from stickslip_ros.lab.design.shapes import SHAPES
-from stickslip_ros.lab.panel.model import (
-    FEET,
-    HISTORY_SPANS_S,
-    RANGE,
-    REBUILT,
-    SCOPE_CYCLES,
-)
-from stickslip_ros.lab.readers.experiment import read_experiment
+from stickslip_ros.lab.measurements.measurement import TimeRun, measured
+from stickslip_ros.lab.measurements.vocabulary import OVER_TIME
+from stickslip_ros.lab.panel.model import FEET, HISTORY_SPANS_S, RANGE, SCOPE_CYCLES
+from stickslip_ros.lab.panel.settings import is_of_start, read_setting, shown_value, typed_value
 from stickslip_ros.lab.readers.formats import SUFFIXES
-from stickslip_ros.lab.readers.measured import OVER_TIME
 from stickslip_ros.message_types import JOINT_STATE, SET_BOOL
-from stickslip_ros.parameters import SENSORS, TRAVEL, is_fault, specs
-from stickslip_ros.units import display_unit
+from stickslip_ros.parameters import SENSORS, TRAVEL, is_fault, spec_of, specs
+from stickslip_ros.parameters.stages import stage_files
+from stickslip_ros.recording.layout import STORAGES
+from stickslip_ros.units import display_unit, parse_quantity
 
 WAYS = {'voltage': 'slide', 'jog': 'hold', 'waveform': 'wave'}
 """Commands with a special control, not a form."""
@@ -66,6 +64,11 @@ _WORDS = {
     ('position', 'step'): 'nm, relative',
 }
 """Text shown in place of the limits."""
+BESIDE = {
+    'steps': ('step.amplitude', 'step.frequency'),
+    'position': ('closed_loop.velocity', 'limits.soft_min', 'limits.soft_max'),
+}
+"""Live parameters next to a command."""
 WANTED = {
     'V': 'volts, such as 120.5',
     'nm': 'nanometres, such as 250.5',
@@ -111,8 +114,9 @@ def sheet() -> dict[str, Any]:
             }
             for each in SERVICES
         },
-        'faults': [_parameter(name) for name in specs() if is_fault(name)],
-        'rebuilt': [_parameter(name) for name in REBUILT],
+        'parameters': {name: _parameter(name) for name in specs()},
+        'faults': [name for name in specs() if is_fault(name)],
+        'stages': list(stage_files()),
     }
 
 
@@ -142,45 +146,65 @@ def lamps() -> dict[str, Any]:
 def shown_parameters() -> list[str]:
     """Return the parameters that limit, start or label a number of the page."""
     limits = (each for pair in LIMITS.values() for each in pair)
-    named = {*STARTS.values(), *limits, *_NEEDED, *REBUILT}
+    named = {*STARTS.values(), *limits, *_NEEDED}
     known = {each.removeprefix('-') for each in named if isinstance(each, str)}
     return [name for name in specs() if name in known]
 
 
 def read_waveform(content: bytes, name: str) -> list[list[float]]:
-    """Return rows of time, s, from 0, and voltage, V, of an uploaded table with units."""
+    """Return rows of time, s, from 0, and voltage, V, of an uploaded table or recording."""
     suffix = Path(name).suffix.lower()
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, 'table').with_suffix(suffix if suffix in SUFFIXES else '.csv')
+        known = suffix in {*SUFFIXES, *STORAGES}
+        path = Path(folder, 'table').with_suffix(suffix if known else '.csv')
         path.write_bytes(content)
         try:
-            columns = read_experiment(path, kind=OVER_TIME, measured=['voltage_v']).columns
+            run = measured(path, kind=OVER_TIME, wanted=['voltage_v'])
         except StickSlipError as error:
             parts = str(error).replace(f'{path}: ', '').split('; ')
             kept = [each for each in parts if '--' not in each]
             if kept != parts:
                 kept.append('head the columns as time (ms), voltage (V)')
             raise StickSlipError('; '.join(kept)) from None
-    time_s = columns['time_s'] - columns['time_s'][0]
-    return [list(row) for row in zip(time_s.tolist(), columns['voltage_v'].tolist(), strict=True)]
+    voltage = run.series.get('voltage_v') if isinstance(run, TimeRun) else None
+    if voltage is None:
+        raise StickSlipError(f'{name} holds no voltage; give a table of times and voltages')
+    time_s = voltage.time_s - voltage.time_s[0]
+    return [list(row) for row in zip(time_s.tolist(), voltage.value.tolist(), strict=True)]
 
 
 def read_parameter(name: object, value: object) -> tuple[str, Any]:
-    """Return a fault or rebuilt parameter with its checked value; refuse others."""
-    known = name in REBUILT or (name in list(specs()) and is_fault(str(name)))
-    if not isinstance(name, str) or not known:
-        raise StickSlipError(f'{quoted(name)} is not a parameter that the panel sets')
-    return name, specs()[name].check(name, value)
+    """Return a live parameter with its checked value; refuse others."""
+    if not isinstance(name, str) or not spec_of(name).live:
+        raise StickSlipError(f'{quoted(name)} is not a live parameter; set it by Apply')
+    return name, read_setting(name, value)
 
 
-def refuse_text(topic: Topic, values: object) -> None:
-    """Refuse the text of a field that is not a number, in the unit of the field."""
-    given = values if isinstance(values, list) else []
-    for label, value in zip(topic.numbers, given, strict=False):
-        number = _number(topic.request, label)
-        if isinstance(value, str):
-            place = f'{number["name"]} ' * (len(given) > 1) + quoted(value)
-            raise StickSlipError(f'{place} is not a number; give {number["wanted"]}')
+def read_numbers(topic: Topic, values: Any) -> Any:
+    """Return the numbers of fields, whose texts may have units; refuse other texts."""
+    if not isinstance(values, list):
+        return values
+    return [
+        _read_number(topic.request, label, value, '' if len(values) == 1 else f'{label} ')
+        for label, value in zip(topic.numbers, values, strict=False)
+    ] + values[len(topic.numbers) :]
+
+
+def read_number(content: bytes, place: str) -> float:
+    """Return the number of a field, such as that of ``waveform amplitude V``, in SI units."""
+    command, _, label = place.partition(' ')
+    return float(_read_number(command, label, content.decode(errors='replace'), place))
+
+
+def _read_number(command: str, label: str, value: Any, place: str) -> Any:
+    number, unit = _number(command, label), label.partition(' ')[2]
+    found = value
+    if isinstance(value, str):
+        found = parse_quantity(typed_value(number_name(command, label), value, unit), unit)
+    if found is None:
+        named = f'{number["name"]} ' * bool(place) + quoted(value)
+        raise StickSlipError(f'{named} is not a number; give {number["wanted"]}')
+    return found
 
 
 def _command(topic: Topic) -> Mapping[str, Any]:
@@ -198,6 +222,7 @@ def _command(topic: Topic) -> Mapping[str, Any]:
         'way': WAYS.get(name, 'form'),
         'signed': SIGNED.get(name),
         'about': ABOUT.get(name, ''),
+        'beside': BESIDE.get(name, ()),
         'step': _number(name, 'step m') if (name, 'step') in STARTS else None,
         'numbers': [_number(name, each) for each in topic.numbers[: 1 if is_vector else None]],
         'wave': wave if topic.is_table else None,
@@ -213,13 +238,24 @@ def _number(command: str, label: str) -> dict[str, Any]:
     words = _WORDS.get((command, name), '')
     wanted = WANTED.get(shown, f'{shown}, such as 0.5')
     limits = {'low': low, 'high': high, 'start': start, 'words': words, 'wanted': wanted}
-    return {'name': name, 'unit': shown, 'factor': factor, **limits}
+    return {'name': name, 'label': label, 'unit': shown, 'factor': factor, **limits}
 
 
 def _parameter(name: str) -> dict[str, Any]:
-    spec = specs()[name]
+    """Return the field of a parameter, from its declaration."""
+    spec = spec_of(name)
     factor, unit = display_unit(spec.unit)
-    high = FEET if name == 'fault.dead_foot' else spec.maximum
-    limits = {'low': spec.minimum, 'high': high, 'default': spec.default}
-    kind = {'kind': spec.kind.__name__, 'choices': spec.choices}
-    return {'name': name, 'text': spec.text, 'unit': unit, 'factor': factor, **limits, **kind}
+    return {
+        'name': name,
+        'text': spec.text,
+        'unit': unit,
+        'factor': factor,
+        'low': spec.minimum,
+        'high': FEET if name == 'fault.dead_foot' else spec.maximum,
+        'default': shown_value(spec.default, spec.unit),
+        'source': spec.source,
+        'kind': spec.kind.__name__,
+        'choices': ('false', 'true') if spec.kind is bool else spec.choices,
+        'is_live': spec.live,
+        'is_fixed': is_of_start(name),
+    }

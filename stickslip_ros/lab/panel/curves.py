@@ -70,7 +70,6 @@ class SampleRing:
         return rows
 
     def clear(self) -> None:
-        """Remove all rows."""
         self._end = 0
 
 
@@ -82,7 +81,6 @@ class BinHistory:
         self._open = 0  # samples of the newest bin
 
     def add_all(self, samples: Array) -> None:
-        """Add any samples."""
         rows = np.concatenate((self.samples.take_back(self._open), samples))
         if len(rows):
             number = np.floor(rows[:, TIME] / HISTORY_BIN_S)

@@ -3,7 +3,7 @@
 
 """A client of one drive in a separate thread; it feeds the model of the panel."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Generator, Mapping
 from functools import partial
 from queue import SimpleQueue
 from threading import Event, Thread
@@ -14,7 +14,8 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PointStamped
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
-from rcl_interfaces.srv import GetParameters, SetParameters
+from rcl_interfaces.msg import ParameterEvent
+from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.task import Future
@@ -27,10 +28,11 @@ from stickslip_ros.interface.cdr import unpack
 from stickslip_ros.interface.messages import ArrayMessage
 from stickslip_ros.interface.requests import BY_TOPIC, typed_numbers
 from stickslip_ros.interface.topics import SERVICES, Topic
-from stickslip_ros.lab.panel.controls import read_parameter, refuse_text, shown_parameters
-from stickslip_ros.lab.panel.model import ACTIVE, PANEL, REBUILT, Model
+from stickslip_ros.lab.panel.controls import read_numbers, read_parameter, shown_parameters
+from stickslip_ros.lab.panel.model import ACTIVE, APPLY, PANEL, Model
+from stickslip_ros.lab.panel.settings import YOU, read_settings
 from stickslip_ros.message_types import FLOAT64_ARRAY
-from stickslip_ros.parameters import NODE_NAME, specs
+from stickslip_ros.parameters import NODE_NAME, spec_of, specs
 from stickslip_ros.ros.client import DriveClient, command_topic, drives_of, open_context, stamp_ns
 from stickslip_ros.ros.diagnostics import verdict
 from stickslip_ros.ros.executable import end_node, stay_on_this_host
@@ -56,10 +58,28 @@ BUTTONS = {each.name.removeprefix('~/'): SERVICE_TYPES[each.type_name] for each 
 CALLED = BUTTONS | {
     'get_parameters': GetParameters,
     'set_parameters': SetParameters,
+    'set_parameters_atomically': SetParametersAtomically,
     'change_state': ChangeState,
     'get_state': GetState,
 }
 """Types of all services: those with buttons, and the others."""
+
+
+def _messages(values: Mapping[str, Any]) -> list[Any]:
+    """Return parameters as ROS sends them: an array is a list."""
+    plain = {name: list(v) if isinstance(v, tuple) else v for name, v in values.items()}
+    return [Parameter(name, value=v).to_parameter_msg() for name, v in plain.items()]
+
+
+def _setting(values: Mapping[str, Any]) -> tuple[str, Any]:
+    """Return the service that sets all values or none, and its request."""
+    request = SetParametersAtomically.Request(parameters=_messages(values))
+    return 'set_parameters_atomically', request
+
+
+def _transition(label: str) -> tuple[str, Any]:
+    """Return the service of the lifecycle, and its request."""
+    return 'change_state', ChangeState.Request(transition=Transition(label=label))
 
 
 class _NotSent(StickSlipError):
@@ -84,9 +104,11 @@ class Link:
         self.model = Model(f'/{namespace.strip("/")}/{name or NODE_NAME}'.replace('//', '/'))
         self._node.guard.tell = partial(self.model.note, PANEL, bad=True)
         self._diagnostics = self._node.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._node.create_subscription(ParameterEvent, '/parameter_events', self._heed, 100)
+        self._asks_why: Callable[[str], None] | None = None  # of a drive that did not activate
         self.state, self.frame = self.model.state, self.model.frame
         self.twin_frame, self.drawing = self.model.twin_frame, self.model.drawing
-        self.table = self.model.table
+        self.table, self.settings = self.model.table, self.model.settings
         self._wishes: SimpleQueue[Mapping[str, Any]] = SimpleQueue()
         self._wake = self._node.create_guard_condition(self._do_wishes)
         self._acts: dict[str, Callable[[Mapping[str, Any]], None]] = {
@@ -94,6 +116,7 @@ class Link:
             'line': self._do_line,
             'service': self._press,
             'set': self._set,
+            'apply': self._apply,
             'lifecycle': self._change_state,
             'attach': self._choose_drive,
             'view': self.model.choose,
@@ -155,6 +178,7 @@ class Link:
         drive.subscribe('trace', self._take_trace, raw=True, best_effort=True)
         drive.subscribe('status', lambda message: self.model.take_status(message.data))
         drive.subscribe('event', self._take_event)
+        drive.subscribe('info', lambda _: self._ask_parameters())  # each activation
         drive.subscribe('diagnostics', self._take_diagnostics)
         drive.subscribe('command/position', lambda sent: self.model.take_target(sent.point.x))
         while self._twin_topics:
@@ -252,6 +276,14 @@ class Link:
             if name == title:
                 values = {each.key: each.value for each in status.values}
                 self.model.take_part(part, status.level[0], status.message, values)
+                if part == 'drive' and self._asks_why and status.message != 'inactive':
+                    goes_on, self._asks_why = self._asks_why, None
+                    goes_on(status.message)
+
+    def _heed(self, event: Any) -> None:
+        """Ask a drive for the parameters that it, or another program, has changed."""
+        if event.node == self.model.drive and event.changed_parameters:
+            self._ask_parameters()
 
     # --- actions of the page
 
@@ -269,8 +301,7 @@ class Link:
 
     def _command(self, wish: Mapping[str, Any]) -> None:
         topic = command_topic(str(wish.get('name')), but='grant')
-        refuse_text(topic, wish.get('values'))
-        self._send(topic, wish.get('values'), wish.get('cycles', 1))
+        self._send(topic, read_numbers(topic, wish.get('values')), wish.get('cycles', 1))
 
     def _do_line(self, wish: Mapping[str, Any]) -> None:
         """Send a command line, as ``stickslip command`` takes it."""
@@ -307,17 +338,57 @@ class Link:
         self._ask(control, name, request, take)
 
     def _set(self, wish: Mapping[str, Any]) -> None:
+        """Set a live parameter."""
         name, value = read_parameter(wish.get('name'), wish.get('value'))
-        parameters = [Parameter(name, value=value).to_parameter_msg()]
+        self.model.begin_change({name: value}, {name: YOU})
 
         def take(answer: Any) -> None:
             [result] = answer.results
             self.model.note(name, result.reason, bad=not result.successful)
-            if name in REBUILT:
-                self._ask_parameters()
 
-        request = SetParameters.Request(parameters=parameters)
+        request = SetParameters.Request(parameters=_messages({name: value}))
         self._ask(name, 'set_parameters', request, take)
+
+    def _apply(self, wish: Mapping[str, Any]) -> None:
+        wanted, sources = read_settings(wish.get('values'))
+        before = self.model.stand.flat()
+        self.model.begin_change(wanted, sources)
+        self._go_on(self._changes(wanted, {name: before[name] for name in wanted}), None)
+
+    def _changes(
+        self, wanted: Mapping[str, Any], before: Mapping[str, Any]
+    ) -> Generator[tuple[str, Any] | None, Any, None]:
+        """
+        Set parameters; deactivate an active drive for those that are not live, then activate it.
+
+        A drive that refuses to activate gets its former values again. Yields a service and its
+        request, for its answer, or None, for the reason.
+
+        """
+        restarts = self.model.lifecycle == ACTIVE and not all(spec_of(n).live for n in wanted)
+        if restarts and not (yield _transition('deactivate')).success:
+            why = 'deactivate failed; the log of the drive says why'
+        else:
+            why = (yield _setting(wanted)).result.reason
+            if restarts and not (yield _transition('activate')).success:
+                why = why or (yield None).removeprefix('inactive; ')
+                yield _setting(before)
+                yield _transition('activate')
+        self._looked_s = -_LOOK_S
+        told = f'{why}; nothing is changed' if why else 'applied'
+        told += '; the drive began anew' * (restarts and not why)
+        self.model.note(APPLY, told, bad=bool(why))
+
+    def _go_on(self, steps: Generator[tuple[str, Any] | None, Any, None], answer: Any) -> None:
+        """Pass the answer of the last step on, and take the next one."""
+        try:
+            step = steps.send(answer)
+        except StopIteration:
+            return
+        if step is None:
+            self._asks_why = partial(self._go_on, steps)
+        else:
+            self._ask(APPLY, *step, partial(self._go_on, steps))
 
     def _change_state(self, wish: Mapping[str, Any]) -> None:
         label = wish.get('transition')
@@ -329,8 +400,7 @@ class Link:
             self.model.note('lifecycle', words, bad=not answer.success)
             self._looked_s = -_LOOK_S
 
-        request = ChangeState.Request(transition=Transition(label=label))
-        self._ask('lifecycle', 'change_state', request, take)
+        self._ask('lifecycle', *_transition(label), take)
 
     def _ask(self, control: str, service: str, request: Any, take: Callable[[Any], None]) -> None:
         """Call a service of the drive; its answer appears next to the control."""

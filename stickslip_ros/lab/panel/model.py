@@ -39,8 +39,9 @@ from stickslip_ros.lab.panel.curves import (
     table_of,
     table_within,
 )
+from stickslip_ros.lab.panel.settings import SettingSources
 from stickslip_ros.lab.panel.twin_view import TwinView
-from stickslip_ros.parameters import SENSORS, TRUTH, Parameters, is_fault, specs
+from stickslip_ros.parameters import SENSORS, TRUTH, Parameters, dump_yaml, spec_of, specs
 from stickslip_ros.units import MICRO, MILLI
 
 EVENTS_SHOWN = 60
@@ -54,13 +55,14 @@ _ERROR = 2  # level of diagnostics from which the drive is late
 _TIMES = ((1.0, 's'), (MILLI, 'ms'), (MICRO, 'us'))  # s, and the displayed unit
 PARTS = ('time', 'recorder', 'faults')  # parts of the diagnostics that the page shows
 FEET, RANGE = 'feet.total', 'amplifier.range'  # number of feet, range in V, beside parameters
-REBUILT = ('load_cell.contact',)
-"""Parameters that need a node that is not active; the drive is rebuilt."""
 PANEL = 'panel'
+APPLY = 'settings'  # what the page applies; events name the command parameters
+OWN_CONTROLS = {PANEL, 'script', 'lifecycle', APPLY}  # no command has such a name
 CONTROLS = {
-    *(*COMMANDS, *REBUILT, PANEL, 'script', 'lifecycle'),
+    *COMMANDS,
+    *OWN_CONTROLS,
     *(service.name.removeprefix('~/') for service in SERVICES),
-    *filter(is_fault, specs()),
+    *(name for name, spec in specs().items() if spec.live),
 }
 """Controls with a place for notes; PANEL takes all other notes."""
 NOTE_MAX, VALUES_MAX = 1000, 100
@@ -86,6 +88,9 @@ class Source(Protocol):
     def drawing(self) -> str:
         """Return the stand in its last cycles as SVG; empty if it is not known."""
 
+    def settings(self) -> str:
+        """Return the parameters of the stand as a file; empty if they are not known."""
+
     def table(self, plot: str, origin_s: float, start_s: float, end_s: float) -> str:
         """Return the samples of a plot between two times after its origin as CSV."""
 
@@ -101,6 +106,11 @@ def drawing_of(stand: Parameters, samples: Array) -> str:
         if film is not None or count >= len(samples):
             break
     return stand_svg(stand, film)
+
+
+def saved(stand: Parameters, heading: str) -> str:
+    """Return a file of parameters that ``--params`` reads."""
+    return dump_yaml(stand, f'{heading} SI units.\n\n  stickslip drive --params FILE')
 
 
 def short_time(time_s: float) -> str:
@@ -196,6 +206,8 @@ class Model:
             self._parts: dict[str, Any] = {}
             self._parameters: dict[str, Any] = {}
             self._stand: Parameters | None = None
+            self._sources = SettingSources()
+            self._changed: dict[str, tuple[str, str]] = {}
             self._twin = TwinView()
             self._notes: dict[str, Any] = {}
             self._notes_taken = 0
@@ -228,18 +240,15 @@ class Model:
             self._heard_s, self._has_news = monotonic(), True
 
     def take_twin_reading(self, name: str, stamp_ns: int, value_m: float) -> None:
-        """Take a position or a residual of the twin."""
         with self._lock:
             self._twin.take_reading(name, stamp_ns, value_m)
 
     def take_twin_row(self, key: str, labels: Sequence[str], row: Sequence[float]) -> None:
-        """Take a row of twin/steps or twin/parameters."""
         with self._lock:
             take = self._twin.take_fit if key == 'parameters' else self._twin.take_window
             take(labels, row)
 
     def take_status(self, bits: int) -> None:
-        """Take the status bits."""
         with self._lock:
             self._bits = bits
 
@@ -272,10 +281,37 @@ class Model:
         with self._lock:
             self._parameters.update({name: values[name] for name in shown if name in values})
             with suppress(StickSlipError):  # from a drive of another version
-                self._stand = Parameters().updated(values)
-                self._parameters[FEET] = self._stand.feet.total
-                amplifier = self._stand.amplifier
-                self._parameters[RANGE] = amplifier.voltage_max - amplifier.voltage_min
+                stand, before = Parameters().updated(values), self._stand
+                self._stand = stand
+                self._parameters[FEET] = stand.feet.total
+                self._parameters[RANGE] = stand.amplifier.range_v
+                if before is None:
+                    self._sources.recognise(stand)
+                elif any(
+                    not spec_of(name).live
+                    for name, _ in before.flat().items() - stand.flat().items()
+                ):
+                    for command in COMMANDS:  # judged by limits that are gone
+                        self._notes.pop(command, None)
+                self._changed = self._sources.changed(stand)
+
+    def begin_change(self, values: Mapping[str, Any], sources: Mapping[str, str]) -> None:
+        """Check new values with the known ones before the drive gets them; keep their sources."""
+        with self._lock:
+            if self._stand is not None:
+                self._stand.updated(values)
+            self._sources.note(values, sources)
+
+    @property
+    def stand(self) -> Parameters:
+        """The parameters of the drive; raises StickSlipError before they are known."""
+        if self._stand is None:
+            raise StickSlipError(f'the parameters are not known: {self.condition()[1]}')
+        return self._stand
+
+    def settings(self) -> str:
+        """Return the parameters of the drive as a file; empty if they are not known."""
+        return '' if self._stand is None else saved(self._stand, f'Parameters of {self.drive}.')
 
     def take_pause(self, *, is_paused: bool) -> None:
         """Take the answer to a pause; the diagnostics follow later."""
@@ -306,6 +342,7 @@ class Model:
                 'events': list(self._events),
                 'parts': self._parts,
                 'parameters': self._parameters,
+                'changed': self._changed,
                 'notes': self._notes,
                 'view': vars(self.view),
             }
@@ -377,7 +414,6 @@ class Model:
         )
 
     def choose(self, wish: Mapping[str, Any]) -> None:
-        """Change the view."""
         with self._lock:
             self.view.choose(wish)
             self._has_news = self._twin.has_news = True

@@ -29,7 +29,8 @@ from stickslip_ros.lab.panel.curves import (
     curve_of,
     table_within,
 )
-from stickslip_ros.lab.panel.model import EVENTS_SHOWN, View, drawing_of, packed_frame
+from stickslip_ros.lab.panel.model import EVENTS_SHOWN, View, drawing_of, packed_frame, saved
+from stickslip_ros.recording.reader import Recording
 from stickslip_ros.units import NANO
 
 SPEEDS = (*(0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5), 1, 2, 5, 10, 20, 50, 100)
@@ -44,7 +45,7 @@ def samples_of(run: Run, window_s: tuple[float, float] | None = None) -> Array:
     if 'position_m' not in found:
         problem = 'has neither a trace nor positions'
         hint = 'of another program, say which topic it is: --map position_m=/rig/encoder.point.x'
-        raise RecordingError(run.path, problem, hint)
+        raise RecordingError(run.measurement.side.origin, problem, hint)
     time_s = found['position_m'].time_s
     samples = np.full((len(time_s), len(SAMPLE_COLUMNS)), np.nan)
     samples[:, TIME] = time_s
@@ -66,7 +67,6 @@ class Player:
         window_s: tuple[float, float] | None = None,
     ) -> None:
         run = Run(path, topics=topics)
-        recording = run.recording
         self._name = path.name
         self._samples = samples_of(run, window_s)
         self._stand = None
@@ -75,12 +75,10 @@ class Player:
         self._start_s, self._end_s = self._samples[[0, -1], TIME].tolist()
         self._history = BinHistory(len(self._samples))
         self._history.add_all(self._samples)
-        self._bits = list(timed_messages(recording, 'status'))
-        self._events = [
-            event
-            for _, text in timed_messages(recording, 'event')
-            if (event := read_event(str(text))) is not None
-        ]
+        recording = run.source if isinstance(run.source, Recording) else None
+        self._bits = list(timed_messages(recording, 'status')) if recording else []
+        texts = timed_messages(recording, 'event') if recording else ()
+        self._events = [each for _, text in texts if (each := read_event(str(text))) is not None]
         self._lock = RLock()
         self._scope, self._view = Scope(), View()
         self._time_s, self._since_s = self._start_s, 0.0
@@ -136,6 +134,10 @@ class Player:
         with self._lock:
             samples = self._before()
         return '' if self._stand is None else drawing_of(self._stand, samples)
+
+    def settings(self) -> str:
+        """Return the parameters of the run as a file; empty if they are not known."""
+        return '' if self._stand is None else saved(self._stand, f'Parameters of {self._name}.')
 
     def table(self, plot: str, origin_s: float, start_s: float, end_s: float) -> str:
         """Return the samples of a plot between two times after its origin as CSV."""

@@ -24,8 +24,9 @@ from tornado.web import Application, HTTPError, RequestHandler, StaticFileHandle
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from stickslip_ros.errors import OutOfRange, StickSlipError
-from stickslip_ros.lab.panel.controls import read_waveform
+from stickslip_ros.lab.panel.controls import read_number, read_waveform
 from stickslip_ros.lab.panel.model import Source
+from stickslip_ros.lab.panel.settings import read_parameter_file
 from stickslip_ros.process.stopping import stop_if_asked
 
 ADDRESS = '127.0.0.1'
@@ -44,7 +45,7 @@ _FRAMES_PAGE = """\
 <link rel="stylesheet" href="0/beside.css">
 </head>
 <body>
-{frames}
+<main><h1>stickslip panels</h1>{frames}</main>
 </body>
 </html>
 """
@@ -109,18 +110,18 @@ class _Frames(_Part):
         self.write(_FRAMES_PAGE.format(frames='\n'.join(frames)))
 
 
-class _Stand(_Part):
-    """The current drawing of the stand."""
+class _Text(_Part):
+    """A text that is made when it is asked for: the drawing of the stand, its parameters."""
 
-    def initialize(self, source: Source) -> None:
-        self._source = source
+    def initialize(self, make: Callable[[], str], kind: str) -> None:
+        self._make, self._kind = make, kind
 
     def get(self) -> None:
-        drawing = self._source.drawing()
-        if not drawing:
+        text = self._make()
+        if not text:
             raise HTTPError(404)
-        self.set_header('Content-Type', 'image/svg+xml')
-        self.write(drawing)
+        self.set_header('Content-Type', self._kind)
+        self.write(text)
 
 
 class _Table(_Part):
@@ -188,17 +189,20 @@ class _Socket(_Part, WebSocketHandler):
                     self.send(news[kind])
 
 
-class _Waveform(_Part):
-    """Read an uploaded waveform; return its rows."""
+class _Upload(_Part):
+    """Read an uploaded file; return its content, or why it is refused."""
 
     needs_origin = True
+
+    def initialize(self, read: Callable[[bytes, str], Any]) -> None:
+        self._read = read
 
     async def post(self) -> None:
         name = self.get_query_argument('name', '')
         try:
             with suppress(asyncio.CancelledError):  # the panel is closing
-                rows = await asyncio.to_thread(read_waveform, self.request.body, name)
-                self.write({'rows': rows})
+                read = await asyncio.to_thread(self._read, self.request.body, name)
+                self.write({'read': read})
         except StickSlipError as error:
             self.write({'refused': str(error)})
 
@@ -263,11 +267,13 @@ def next_due_s(due_s: float, begun_s: float, now_s: float) -> float:
 
 
 def _parts(place: str, hub: Hub) -> list[Any]:
-    """Return the handlers of a source."""
     return [
         (f'{place}socket', _Socket, {'hub': hub}),
-        (f'{place}waveform', _Waveform),
-        (f'{place}stand.svg', _Stand, {'source': hub.source}),
+        (f'{place}waveform', _Upload, {'read': read_waveform}),
+        (f'{place}number', _Upload, {'read': read_number}),
+        (f'{place}parameters', _Upload, {'read': read_parameter_file}),
+        (f'{place}stand.svg', _Text, {'make': hub.source.drawing, 'kind': 'image/svg+xml'}),
+        (f'{place}parameters.yaml', _Text, {'make': hub.source.settings, 'kind': 'text/yaml'}),
         (rf'{place}(oscilloscope|history|twin)\.csv', _Table, {'source': hub.source}),
         (f'{place}(.*)', _File, {'path': str(PAGE), 'default_filename': 'index.html'}),
     ]

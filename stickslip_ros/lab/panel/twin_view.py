@@ -85,19 +85,23 @@ class TwinView:
             return numbers, curves
         time_s = np.array([each['t[s]'] for each in self._fits])
         numbers['start_s'], numbers['end_s'] = float(time_s[0]), float(time_s[-1])
-        newest = self._fits[-1]
-        for name in (each for each in newest if f'{each}{_ERROR}' in newest):
-            columns = name, f'{name}{_ERROR}'
-            value, error = (np.array([each[key] for each in self._fits]) for key in columns)
-            unit = specs()[name].unit if name in specs() else ''
-            text = f'{value[-1]:.4g} ± {error[-1]:.2g} {unit}' if math.isfinite(error[-1]) else ''
-            numbers['fits'].append([name, text or f'{value[-1]:.4g} {unit}, not determined'])
-            scale = abs(value[0]) or math.nan
-            error = np.where(np.isfinite(error), error, np.nan)
-            for end, off in (('', 0.0), (' low', -error), (' high', error)):
-                share = (value + off - value[0]) / scale
+        for name in (each for each in self._fits[-1] if f'{each}{_ERROR}' in self._fits[-1]):
+            text, shares = self._estimate(name)
+            numbers['fits'].append([name, text])
+            for end, share in shares.items():
                 curves[f'{name}{end}'] = curve_of(time_s - time_s[0], share, 0.0)
         return numbers, curves
+
+    def _estimate(self, name: str) -> tuple[str, dict[str, Array]]:
+        """Return the newest estimate in words, and its changes with both ends of the error."""
+        columns = name, f'{name}{_ERROR}'
+        value, error = (np.array([each[key] for each in self._fits]) for key in columns)
+        unit = specs()[name].unit if name in specs() else ''
+        text = f'{value[-1]:.4g} ± {error[-1]:.2g} {unit}' if math.isfinite(error[-1]) else ''
+        error = np.where(np.isfinite(error), error, np.nan)
+        ends, scale = {'': 0.0, ' low': -error, ' high': error}, abs(value[0]) or math.nan
+        shares = {end: (value + off - value[0]) / scale for end, off in ends.items()}
+        return text or f'{value[-1]:.4g} {unit}, not determined', shares
 
     def columns(self) -> dict[str, Array]:
         """Return time, s, and readings, m, of the window."""

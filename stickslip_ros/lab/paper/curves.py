@@ -163,6 +163,7 @@ def _figure(name: str, shows: str, profile: str, preloads_n: Sequence[float]) ->
 
     number = name.removeprefix('fig')
     title = f'Fig. {number}: generated force over actuation amplitude, {profile} contacts'
+    title += f', {len(preloads_n)} preloads'
     return PaperFigure(name, title, 65, cases, _draw_forces, caption, (8.5, 5.4))
 
 

@@ -33,7 +33,6 @@ class Table:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Names of the columns."""
         return tuple(self.rows[0])
 
     def where(self, **values: object) -> 'Table':

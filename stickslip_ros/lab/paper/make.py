@@ -6,14 +6,13 @@
 from collections.abc import Sequence
 
 from stickslip_ros.errors import OutOfRange, UnknownName
-from stickslip_ros.lab.paper.amplifier import ROUNDED, SLEW
 from stickslip_ros.lab.paper.curves import FIG2, FIG6A, FIG6B, FIG7
 from stickslip_ros.lab.paper.figure import PaperFigure, Table
 from stickslip_ros.lab.runs.batch import Progress, run_courses
 from stickslip_ros.lab.runs.courses import bundle_for
 from stickslip_ros.parameters import Parameters
 
-FIGURES = {figure.name: figure for figure in (FIG2, FIG6A, FIG6B, FIG7, SLEW, ROUNDED)}
+FIGURES = {figure.name: figure for figure in (FIG2, FIG6A, FIG6B, FIG7)}
 POINTS_MIN = 2
 
 

@@ -5,9 +5,8 @@
 
 import io
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,21 +14,25 @@ from numpy.typing import NDArray
 from stickslip_ros.arrays import Array
 from stickslip_ros.budget import CELLS_MOST
 from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind, quoted
-from stickslip_ros.lab.readers.columns import ROW
-from stickslip_ros.lab.readers.layout import BEYOND, EMPTY, OVER_RANGE, TextForm, to_number
-from stickslip_ros.lab.readers.measured import DIRECTED, Column
-from stickslip_ros.lab.readers.numbers import NUMBERS, SIGMA, sigma_name
-from stickslip_ros.lab.readers.remedies import likely_unit, map_hint
+from stickslip_ros.lab.readers.columns import ROW, Column, Found, nanoseconds, resolve_columns
+from stickslip_ros.lab.readers.layout import (
+    EMPTY,
+    OVER_RANGE,
+    OVER_RANGE_NUMBER,
+    Header,
+    TextLayout,
+    TextTable,
+    to_number,
+)
+from stickslip_ros.lab.readers.refusal import option_for, unit_to_fill
 from stickslip_ros.lab.readers.units import in_si
-from stickslip_ros.parameters import Spec
+from stickslip_ros.lab.readers.vocabulary import CLOCK_QUANTITY, Vocabulary
 from stickslip_ros.process.stopping import stop_if_asked
-
-if TYPE_CHECKING:
-    from pandas import DataFrame
 
 Lines = NDArray[np.intp]  # line numbers of rows, from 1
 CHUNK_CELLS = 1_000_000  # read at once, to limit memory
 TIME_DECIMALS = 15  # of computed times, s
+_NUMBER = 'a finite number'
 _TOO_MANY = 'give one value per column; with decimal commas separate columns by semicolons'
 
 
@@ -42,59 +45,73 @@ class Rows(NamedTuple):
     over: list[int]  # cells over range of each column
 
 
-def read_rows(
-    source: 'Path | bytes | DataFrame',
-    layout: TextForm,
-    columns: Sequence[Column],
-    origin: str,
-) -> Rows:
+def read_columns(table: TextTable, found: Found, vocabulary: Vocabulary) -> tuple[Rows, list[str]]:
+    """Return the whole rows of columns, and notes; refuse the first wrong cell."""
+    columns = resolve_columns(found, table, vocabulary)
+    rows, notes = whole_rows(read_rows(table, columns, vocabulary), vocabulary)
+    check_values(rows, vocabulary, table)
+    return rows, notes
+
+
+def read_rows(table: TextTable, columns: Sequence[Column], vocabulary: Vocabulary) -> Rows:
     """Read the rows with a number; refuse the first wrong cell and row."""
     parts: list[list[Array]] = [[] for _ in columns]
     lines, empty, over = list[Lines](), list[Lines](), [0] * len(columns)
-    named = 1 + max(each.at for each in layout.columns if each.text)
+    named = 1 + max(each.at for each in table.layout.columns if each.text)
     places = [at for each in columns for at, *_ in each.parts if at != ROW.at]
-    texts = [at for e in columns for at, _, begin in e.parts if begin or e.name == 'direction']
-    for first, chunk in _chunks(source, layout, origin, texts):
+    is_word = vocabulary.words.keys().__contains__
+    texts = [at for e in columns for at, _, begin in e.parts if begin or is_word(e.name)]
+    for first, chunk in _chunks(table, texts):
         stop_if_asked()
         is_there = chunk.notna().to_numpy()
-        for beyond in np.flatnonzero(is_there[:, named:].any(axis=1)):
+        for row in np.flatnonzero(is_there[:, named:].any(axis=1)):
             problem = f'has more values than the {named} columns with names'
-            raise RecordingError(f'{origin}: line {first + beyond}', problem, _TOO_MANY)
+            raise RecordingError(f'{table.origin}: line {first + row}', problem, _TOO_MANY)
         kept = is_there[:, places].any(axis=1)
         lines.append(first + np.flatnonzero(kept))
         empty.append(first + np.flatnonzero(~is_there.any(axis=1)))
         for number, column in enumerate(columns):
-            total: Array = np.zeros(len(lines[-1]))
-            for at, factor, begin in column.parts:
-                if at == ROW.at:
-                    values = np.asarray(lines[-1] - layout.first, np.float64)
-                else:
-                    values, is_over, wrong = _floats(chunk[at][kept], layout, column, begin)
-                    over[number] += int(np.sum(is_over))
-                    for row in wrong:
-                        where = _place(origin, lines[-1][row], column)
-                        cell, hint = str(chunk[at][kept].iloc[row]), 'or leave the cell empty'
-                        wanted = 'up or down' if column.name == 'direction' else 'a finite number'
-                        raise WrongKind(where, cell, wanted, f'correct the row, {hint}')
-                total = total + in_si(values, factor)
-            if column.name == 'time_s' and (layout.start_s or column.parts[1:]):
-                total = np.round((layout.start_s or 0.0) + total, TIME_DECIMALS)
+            total, count = _sums(chunk[kept], lines[-1], table, column, vocabulary)
             parts[number].append(total)
+            over[number] += count
     found = Rows(columns, [np.concatenate(each) for each in parts], np.concatenate(lines), over)
     blank = np.concatenate(empty)
     is_counted = any(each.index == ROW.at for each in columns) and len(found.lines)
     if is_counted and (blank < found.lines[-1]).any():
         problem = 'is empty, so that the times of the rows below are not known'
-        raise RecordingError(f'{origin}: line {blank[0]}', problem, 'take the line away')
+        raise RecordingError(f'{table.origin}: line {blank[0]}', problem, 'take the line away')
     return found
 
 
-def _chunks(
-    source: 'Path | bytes | DataFrame', layout: TextForm, origin: str, texts: Sequence[int]
-) -> Iterator[tuple[int, Any]]:
+def _sums(
+    cells: Any, lines: Lines, table: TextTable, column: Column, vocabulary: Vocabulary
+) -> tuple[Array, int]:
+    """Return the sums of the addends of a column, and the cells over range; refuse a wrong one."""
+    layout = table.layout
+    total: Array = np.zeros(len(lines))
+    over, word = 0, vocabulary.words.get(column.name)
+    for at, factor, begin in column.parts:
+        if at == ROW.at:
+            values = np.asarray(lines - layout.first, np.float64)
+        else:
+            values, is_over, wrong = _floats(cells[at], layout, column, begin, word)
+            over += int(np.sum(is_over))
+            for row in wrong:
+                wanted = vocabulary.quantities[column.name].text if word else _NUMBER
+                hint = 'correct the row, or leave the cell empty'
+                where = _place(table, lines[row], column)
+                raise WrongKind(where, str(cells[at].iloc[row]), wanted, hint)
+        total = total + in_si(values, factor)
+    if column.name == CLOCK_QUANTITY and (layout.start_s or column.parts[1:]):
+        total = np.round((layout.start_s or 0.0) + total, TIME_DECIMALS)
+    return total, over
+
+
+def _chunks(table: TextTable, texts: Sequence[int]) -> Iterator[tuple[int, Any]]:
     """Yield first line and cells (DataFrame) of chunks of rows; some columns as text."""
     import pandas as pd  # noqa: PLC0415 - slow import
 
+    source, layout, origin = table
     line = layout.first
     if isinstance(source, pd.DataFrame):
         yield line, source
@@ -135,48 +152,53 @@ def _chunks(
 
 
 def _floats(
-    cells: Any, layout: TextForm, column: Column, begin: int
+    cells: Any,
+    layout: TextLayout,
+    column: Column,
+    begin: int,
+    word: Callable[[str], str] | None,
 ) -> tuple[Array, Any, NDArray[np.intp]]:
     """Return cells less a whole number, NaN if empty; which are over range, and wrong ones."""
     if cells.dtype.kind in 'iuf':
         values = cells.to_numpy(dtype=np.float64)
-        is_over = np.abs(values) >= BEYOND
+        is_over = np.abs(values) >= OVER_RANGE_NUMBER
         return np.where(is_over, np.nan, values - begin), is_over, np.flatnonzero(np.isinf(values))
     texts = [str(cell).strip().lower() for cell in cells.fillna('')]
     if column.unit == '%':
         texts = [text.removesuffix('%').rstrip() for text in texts]
-    if column.name == 'direction':
-        ways = [DIRECTED.fullmatch(text) for text in texts]
-        texts = ['-1' if e and e[2] else '1' if e else t for e, t in zip(ways, texts, strict=True)]
     is_empty = np.array([text in EMPTY for text in texts], bool)
+    texts = texts if word is None else list(map(word, texts))
     values = np.array([to_number(text, layout.decimal) for text in texts])
     is_over = np.array([OVER_RANGE.fullmatch(text) is not None for text in texts], bool)
-    is_over |= np.abs(values) >= BEYOND
-    is_right = np.abs(values) == 1.0 if column.name == 'direction' else np.isfinite(values)
-    wrong = np.flatnonzero(~is_right & ~is_over & ~is_empty)
-    # Whole numbers are subtracted before they are floats.
-    whole = [int(text) - begin if begin and text.isdecimal() else np.nan for text in texts]
-    values = np.where(np.isnan(whole), values - begin, whole)
+    is_over |= np.abs(values) >= OVER_RANGE_NUMBER
+    if begin:  # whole numbers are subtracted before they are floats
+        whole = [int(text) if text.isdecimal() else nanoseconds(text.upper()) for text in texts]
+        values = np.array(
+            [e - begin if e else value for e, value in zip(whole, values - begin, strict=True)],
+            float,
+        )
+    wrong = np.flatnonzero(~np.isfinite(values) & ~is_over & ~is_empty)
     return np.where(is_over, np.nan, values), is_over, wrong
 
 
-def whole_rows(rows: Rows) -> tuple[Rows, list[str]]:
+def whole_rows(rows: Rows, vocabulary: Vocabulary) -> tuple[Rows, list[str]]:
     """
     Return complete rows, and notes on omitted ones, of which some are over range, and on times.
 
-    Over time a row needs a time, by amplitude a number with its settings.
+    A row needs a time or, in a table without times, a number with its settings.
 
     """
     pairs = [*zip(rows.columns, rows.numbers, strict=True)]
     known = {each.name: ~np.isnan(numbers) for each, numbers in pairs}
-    clocks = [numbers for each, numbers in pairs if each.name == 'time_s']
+    clocks = [numbers for each, numbers in pairs if each.name == CLOCK_QUANTITY]
     found, is_kept = rows.numbers, ~np.all(np.isnan(clocks), axis=0)
     is_lost = np.ones(len(rows.lines), dtype=bool)
     if not clocks:
-        whole = dict[str, Any]()
-        for name in known.keys() & NUMBERS.keys():
-            needs = (name, *NUMBERS[name].settings, sigma_name(name))
-            whole[name] = np.all([known[each] for each in needs if each in known], axis=0)
+        whole = {
+            name: np.all([known[each] for each in needed if each in known], axis=0)
+            for name, needed in vocabulary.needed.items()
+            if name in known
+        }
         found = [np.where(whole.get(each.name, True), numbers, np.nan) for each, numbers in pairs]
         is_kept = np.any([*whole.values()], axis=0)
         is_lost = ~is_kept | np.any([known[name] & ~whole[name] for name in whole], axis=0)
@@ -185,7 +207,10 @@ def whole_rows(rows: Rows) -> tuple[Rows, list[str]]:
         if each.begin_s:
             notes.append(f'{quoted(each.header)} counts from {each.begin_s:.9f} s')
     for (each, numbers), over in zip(pairs, rows.over, strict=True):
-        if len(without := rows.lines[np.isnan(numbers) & is_lost]):
+        is_missing = np.isnan(numbers) & is_lost
+        if clocks[1:]:  # a shorter column of several clocks ends before others
+            is_missing &= np.logical_or.accumulate(~np.isnan(numbers)[::-1])[::-1]
+        if len(without := rows.lines[is_missing]):
             which = quoted(each.header) + f' ({over} over range)' * (over > 0)
             text = f'{len(without)} of {len(rows.lines)} rows without {which} were left out'
             notes.append(f'{text}, the first is line {without[0]}')
@@ -193,28 +218,34 @@ def whole_rows(rows: Rows) -> tuple[Rows, list[str]]:
     return rows._replace(numbers=kept, lines=rows.lines[is_kept]), notes
 
 
-def _place(origin: str, line: int, column: Column) -> str:
-    return f'{origin}: line {line}, column {column.header or column.name}:'
+def _place(table: TextTable, line: int, column: Column) -> str:
+    return f'{table.origin}: line {line}, column {column.header or column.name}:'
 
 
-def check_values(rows: Rows, specs: Mapping[str, Spec], layout: TextForm, origin: str) -> None:
+def check_values(rows: Rows, vocabulary: Vocabulary, table: TextTable) -> None:
     """Refuse the first value out of range; a large one may have another unit."""
     for column, numbers in zip(rows.columns, rows.numbers, strict=True):
         values = numbers + column.begin_s
-        spec, is_sigma = specs[column.name], SIGMA in column.name
+        spec, is_sigma = vocabulary.quantities[column.name], column.name in vocabulary.sigmas
         below = values < (-np.inf if spec.minimum is None else spec.minimum)
         above = values > (np.inf if spec.maximum is None else spec.maximum)
         for row in np.flatnonzero(below | above | (is_sigma & (values == 0.0))):
             limit, hint = f'below the minimum {spec.minimum:g} {spec.unit}', 'correct the row'
             if above[row]:
                 limit = f'above the largest {column.name}, {spec.maximum:g} {spec.unit}'
-                header = layout.columns[column.index]
-                unit = likely_unit(header, spec.unit)
-                if unit != column.unit and not column.parts[1:] and column.index != ROW.at:
-                    hint = (
-                        f'is it {unit}? give it by {map_hint(column.name, layout, header, unit)}'
-                    )
+                if column.index != ROW.at and not column.parts[1:]:
+                    header, unit = table.layout.columns[column.index], unit_to_fill(spec.unit)
+                    hint += f', or fill in {option_for(column.name, table.layout, header, unit)}'
             elif is_sigma:
                 limit, hint = 'not above 0', 'give the standard deviation, or take the column away'
-            where = _place(origin, rows.lines[row], column)
+            where = _place(table, rows.lines[row], column)
             raise OutOfRange(where, float(values[row]), spec.unit, limit, hint)
+
+
+def varying(table: TextTable, headers: Sequence[Header]) -> list[Header]:
+    """Return the columns that hold different cells in different rows."""
+    cells: dict[int, set[str]] = {each.at: set() for each in headers}
+    for _, chunk in _chunks(table, [*cells]):
+        for at, found in cells.items():
+            found.update(str(cell).strip() for cell in chunk[at].dropna())
+    return [each for each in headers if len(cells[each.at]) > 1]

@@ -8,7 +8,7 @@ The same rules hold for messages of a bag, columns of a table, and the windows o
 
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 from typing import NamedTuple
 
@@ -19,8 +19,8 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, RecordingError, quoted
 from stickslip_ros.lab.readers.cells import TIME_DECIMALS, Rows
 
-STAMP, LOG, COLUMN = 'stamps of its messages', 'log times', 'its own cells'
-"""Kinds of clocks."""
+STAMP, LOG = 'stamps of its messages', 'log times'
+"""Clocks of messages."""
 APART_S = 1.0
 """Largest distance of two readings of one clock: farther ones are of two clocks."""
 DRIFT = 1e-4  # largest difference of the rates of two clocks
@@ -35,8 +35,8 @@ _LOCAL, _SHUFFLED = 0.02, 0.4
 class Clock(NamedTuple):
     """What told the times of a quantity."""
 
-    source: str  # topic and field, or column
-    kind: str  # STAMP, LOG or COLUMN
+    source: str  # topic and field, or quantities
+    kind: str  # STAMP, LOG, or a column of times
     time_s: Array  # shape (n,)
     ahead_s: Array | None = None  # of the log times, which all topics share, shape (n,)
 
@@ -137,6 +137,35 @@ def spread_blocks(time_s: Array) -> tuple[Array, str]:
     return time_s + place * step_of, f'{note}{np.median(steps_s):.6g} s apart'
 
 
+def times_in_blocks(
+    time_s: Array, rate_hz: float, origin: str, *, is_first: bool
+) -> tuple[Array, str]:
+    """
+    Return times of samples at a rate, whose blocks have one time each; and a note.
+
+    That time is of the first sample, as of a stamp, or of the last one. Blocks follow each other;
+    a longer distance is that of lost ones. Raises OutOfRange if the blocks come at another rate.
+
+    """
+    starts = np.flatnonzero(np.diff(time_s, prepend=-np.inf))
+    sizes = np.diff(np.append(starts, len(time_s)))
+    lasts_s = (sizes[:-1] if is_first else sizes[1:]) / rate_hz
+    share = np.diff(time_s[starts]) / lasts_s
+    typical = float(np.median(share)) if len(share) else 1.0
+    blocks = np.maximum(np.rint(share / typical), 1.0)  # from one that came to the next
+    counted_s = np.append(0.0, np.cumsum(blocks * lasts_s))
+    off_s = time_s[starts] - counted_s
+    if abs(typical - 1.0) > _UNEVEN or np.ptp(off_s) > np.max(lasts_s, initial=0.0):
+        seen_hz = rate_hz * counted_s[-1] / np.ptp(time_s)
+        limit = f'not that of its blocks of {np.median(sizes):g} samples, {seen_hz:.6g} Hz'
+        raise OutOfRange(f'rate of {origin}', rate_hz, 'Hz', limit, f'write at {seen_hz:.6g}Hz')
+    lost = f', {np.sum(blocks - 1.0):g} are lost' if np.any(blocks > 1.0) else ''
+    begin_s = counted_s + np.median(off_s) - (0.0 if is_first else (sizes - 1) / rate_hz)
+    place = np.arange(len(time_s)) - np.repeat(starts, sizes)
+    found_s = np.round(np.repeat(begin_s, sizes) + place / rate_hz, TIME_DECIMALS)
+    return found_s, f'{len(starts)} blocks hold samples at {rate_hz:g} Hz{lost}'
+
+
 def joined_clocks(rows: Rows, origin: str, hint: str) -> tuple[dict[str, Array], list[str]]:
     """
     Return columns over all times, NaN where unknown, and notes on changed times.
@@ -168,17 +197,33 @@ def joined_clocks(rows: Rows, origin: str, hint: str) -> tuple[dict[str, Array],
                 place = f'{origin}: line {rows.lines[timed[kept[row]]]}, column time_s:'
                 raise OutOfRange(place, float(time_s[kept[row]]), 's', limit, hint)
             found[names[at]] = time_s[kept], rows.numbers[at][timed[kept]]
-    shown = [
-        Clock(f'column {1 + index}', COLUMN, time_s[~np.isnan(time_s)])
-        for index, time_s in ((index, rows.numbers[at]) for index, at in clocks)
-    ]
-    remedy = f'--map time_s="#{1 + clocks[0][0]} (UNIT)" if each row is of one time, else a table'
-    notes += check_clocks([e for e in shown if len(e.time_s)], origin, f'{remedy} of each clock')
+    notes += _notes_of_clocks(rows, [at for _, at in clocks], owners, origin)
+    return over_all_times(found), notes
+
+
+def over_all_times(found: Mapping[str, tuple[Array, Array]]) -> dict[str, Array]:
+    """Return times and values of quantities as columns over all times; NaN where unknown."""
     all_s = np.unique(np.concatenate([time_s for time_s, _ in found.values()]))
     columns = {'time_s': all_s, **{name: np.full(len(all_s), np.nan) for name in found}}
     for name, (time_s, values) in found.items():
         columns[name][np.searchsorted(all_s, time_s)] = values
-    return columns, notes
+    return columns
+
+
+def _notes_of_clocks(
+    rows: Rows, clocks: Sequence[int], owners: Sequence[int], origin: str
+) -> list[str]:
+    """Return notes on columns of times, each with the place of its clock; refuse two far apart."""
+    shown, names = list[Clock](), [each.name for each in rows.columns]
+    for owner, at in enumerate(clocks):
+        timed_by, time_s = rows.columns[at], rows.numbers[at]
+        of_it = [e for e, of in zip(names, owners, strict=True) if of == owner and e != 'time_s']
+        label = f'column {1 + timed_by.index} {quoted(timed_by.header)}'
+        shown.append(Clock(', '.join(of_it), label, time_s[~np.isnan(time_s)]))
+    first = rows.columns[clocks[0]]
+    remedy = f'write --map time_s="#{1 + first.index} ({first.unit})" if each row is of one time, '
+    shown = [each for each in shown if len(each.time_s) and each.source]
+    return check_clocks(shown, origin, f'{remedy}else give a table of each clock')
 
 
 def _sorted(time_s: Array) -> tuple[NDArray[np.intp], str]:

@@ -4,6 +4,7 @@
 """Tables of spreadsheets and measuring programs, converted to CSV text."""
 
 import csv
+import gzip
 import io
 import logging
 import math
@@ -22,7 +23,6 @@ from stickslip_ros.budget import NAMES_MOST, NUMBERS_MOST, TABLE_BYTES, TAGS
 from stickslip_ros.errors import RecordingError, StickSlipError, WrongKind
 from stickslip_ros.extras import load_extra
 from stickslip_ros.files import read_bytes, readable
-from stickslip_ros.recording.integrity import is_recording, refuse_foreign
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -35,13 +35,19 @@ DATA_FRAME = 'DataFrame'  # name of a table without a file
 Columns = Iterable[tuple[str, str, Any]]  # name, unit and numbers of each column
 Sources = Iterator[tuple[str, Path | bytes]]  # origin; text or path
 BLOCK_BYTES = 1 << 20
+_EPOCH = np.datetime64(0, 's')
 EMPTY_ROW = 48  # cells that an empty row counts as; a sheet has at most a million rows
 EXCEL_ERRORS = frozenset(('#NULL!', '#DIV/0!', '#VALUE!', '#REF!', '#NAME?', '#NUM!', '#N/A'))
 MATLAB_HDF5, MATLAB_HEAD_BYTES, MATLAB_ORDERS = b'MATLAB 7.3', 128, {b'IM': '<', b'MI': '>'}
-MATLAB_MATRIX, MATLAB_PACKED, MATLAB_NUMBERS = 14, 15, range(6, 16)
-"""Types of elements, and classes of numeric matrices."""
+MATLAB_MATRIX, MATLAB_PACKED, MATLAB_STRUCT, MATLAB_NUMBERS = 14, 15, 2, range(6, 16)
+"""Types of elements, and classes of a struct and of numeric matrices."""
 MATLAB_TYPES = {1: 'i1', 2: 'u1', 3: 'i2', 4: 'u2', 5: 'i4', 6: 'u4', 7: 'f4', 9: 'f8'}
 MATLAB_TYPES |= {12: 'i8', 13: 'u8'}  # stored types, and their names in numpy
+INCREMENTS = {'wf_increment': 'wf_start_offset', 'tinterval': 'tstart', 'xinc': 'xorg'}
+INCREMENTS |= {'dt_s': 't0_s'}
+"""Numbers beside vectors: time between their samples, s, and of the first, in lower case."""
+Timed = Iterable[tuple[str, str, Any, tuple[float, float] | None]]
+"""Name, unit, numbers, and start and increment if known, of each column."""
 
 
 def tables_in(path: 'Path | DataFrame', *, is_named: bool = False) -> Sources:
@@ -56,16 +62,16 @@ def tables_in(path: 'Path | DataFrame', *, is_named: bool = False) -> Sources:
         yield getattr(path, 'attrs', {}).get('source', DATA_FRAME), _csv(path)
         return
     suffix = path.suffix.lower()
-    if is_recording(path):
-        if path.is_file():
-            refuse_foreign(path)
-        problem = 'cannot be read as a table: it is a recording or a folder'
-        hint = 'compare, fit, plot and replay read it; make a table of it with stickslip export'
-        raise RecordingError(path, problem, hint)
     if suffix not in SUFFIXES:
         yield str(path), path
         return
     try:
+        if suffix == '.gz':
+            with gzip.open(readable(path)) as packed:
+                content = packed.read(TABLE_BYTES.most + 1)
+            TABLE_BYTES.check(len(content), path)
+            yield str(path), content
+            return
         if suffix == '.xlsx':
             yield from read_sheets(readable(path))
             return
@@ -93,7 +99,12 @@ def _csv(given: 'DataFrame') -> bytes:
     except (TypeError, ValueError):
         hint = "give a path, a Run, a DataFrame or columns as {'time_s': [0, 1]}"
         raise WrongKind('data', given, 'a table with columns of one length', hint) from None
+    if frame.index.name is None and frame.index.dtype.kind in 'mM':
+        frame = frame.rename_axis('time')
     frame = frame if frame.index.name is None else frame.reset_index()
+    for name in frame.select_dtypes('timedelta'):
+        seconds = frame[name].dt.total_seconds()
+        frame = frame.assign(**{str(name): seconds}).rename(columns={name: f'{name} (s)'})
     is_named = frame.columns.inferred_type != 'integer'  # text is of type str from pandas 3 on
     if not (is_named or isinstance(given, DataFrame)):
         hint = "write {'time_s': rows[:, 0], 'position_m': rows[:, 1]}"
@@ -158,7 +169,12 @@ def read_parquet(path: Path) -> 'list[DataFrame]':
 
 
 def read_hdf5(path: Path) -> 'list[DataFrame]':
-    """Return datasets, with units from attributes ``units`` or ``unit``."""
+    """
+    Return datasets, with units from attributes such as ``units`` or ``Unit``.
+
+    If two groups have datasets of one name, paths are names, and the times of a group come first.
+
+    """
     h5py = load_extra(f'a table {path.suffix}', 'h5py')
     found: list[Any] = []
 
@@ -170,7 +186,8 @@ def read_hdf5(path: Path) -> 'list[DataFrame]':
             NAMES_MOST.check(len(found), path)
 
     def unit_of(each: Any) -> str:
-        unit = each.attrs.get('units', each.attrs.get('unit', ''))
+        units = (each.attrs[key] for key in each.attrs if key.lower() in {'unit', 'units'})
+        unit = next(units, '')
         text = unit.decode(errors='replace') if isinstance(unit, bytes) else str(unit)
         return text.encode(errors='replace').decode()
 
@@ -178,20 +195,45 @@ def read_hdf5(path: Path) -> 'list[DataFrame]':
         file.visititems(take)
         numbers = sum(max(each.size, math.prod(each.chunks or ())) for each in found)
         NUMBERS_MOST.check(numbers, path, path.stat().st_size)
-        columns = ((each.name.rpartition('/')[2], unit_of(each), each[()]) for each in found)
-        return _joined(path, columns)
+        names = [each.name.rpartition('/')[2] for each in found]
+        if len({*names}) < len(names):
+            found.sort(key=lambda each: (each.name.rpartition('/')[0], unit_of(each) != 's'))
+            names = [each.name.removeprefix('/') for each in found]
+        clocks = [_clock_of({**each.parent.attrs, **each.attrs}) for each in found]
+        columns = [(n, unit_of(e), e[()]) for n, e in zip(names, found, strict=True)]
+    is_timed = [unit == 's' for _, unit, _ in columns]
+    if not any(is_timed) and any(clocks):
+        return _timed(path, ((*e, clock) for e, clock in zip(columns, clocks, strict=True)))
+    return _joined(path, columns, has_clocks=sum(is_timed) > 1 and is_timed[0])
 
 
 def read_numpy(path: Path) -> 'list[DataFrame]':
-    """Return the vectors of an archive of numpy."""
+    """Return the vectors of an archive of numpy, or of an array with fields or columns."""
+    stored_bytes = path.stat().st_size
+    if path.suffix.lower() == '.npy':
+        NUMBERS_MOST.check(stored_bytes // 8, path)
+        array = np.load(path, allow_pickle=False)
+        columns = enumerate(np.atleast_2d(array.T), 1)
+        named = [(f'column {number}', each) for number, each in columns]
+        return _joined(path, _vectors(_fields(array) or named))
     with zipfile.ZipFile(path) as archive:
         NAMES_MOST.check(len(archive.infolist()), path)
         unpacked_bytes = sum(each.file_size for each in archive.infolist())
         TABLE_BYTES.check(unpacked_bytes, path)
-        NUMBERS_MOST.check(unpacked_bytes // 8, path, path.stat().st_size)
+        NUMBERS_MOST.check(unpacked_bytes // 8, path, stored_bytes)
     with np.load(path, allow_pickle=False) as found:
-        columns = [(name, found[name]) for name in found.files]
-    return _joined(path, ((n, '', each) for n, each in columns if each.dtype.kind in 'fiu'))
+        arrays = [(name, found[name]) for name in found.files]
+    return _counted(path, _vectors(p for name, e in arrays for p in _fields(e) or [(name, e)]))
+
+
+def _fields(array: Any) -> list[tuple[str, Any]]:
+    """Return the fields of an array of records."""
+    return [(name, array[name]) for name in array.dtype.names or ()]
+
+
+def _vectors(pairs: Iterable[tuple[str, Any]]) -> Columns:
+    """Return the numbers among names and arrays, as columns without a unit."""
+    return [(name, '', each) for name, each in pairs if each.dtype.kind in 'fiu']
 
 
 def read_matlab(path: Path) -> 'list[DataFrame]':
@@ -204,11 +246,9 @@ def read_matlab(path: Path) -> 'list[DataFrame]':
     if 0 in head[:4]:  # version 4
         from scipy.io import loadmat
 
-        found = loadmat(io.BytesIO(content)).items()
-        columns = [(name, '', each) for name, each in found if each.dtype.kind in 'fiu']
-        return _joined(path, columns)
+        return _counted(path, _vectors(loadmat(io.BytesIO(content)).items()))
     order = MATLAB_ORDERS[head[-2:]]
-    return _joined(path, _matlab_vectors(path, content[MATLAB_HEAD_BYTES:], order))
+    return _counted(path, _matlab_vectors(path, content[MATLAB_HEAD_BYTES:], order))
 
 
 def _matlab_vectors(path: Path, content: bytes, order: str) -> Columns:
@@ -224,15 +264,27 @@ def _matlab_vectors(path: Path, content: bytes, order: str) -> Columns:
             kind, data = next(_elements(unpacked, order))  # noqa: PLW2901
         if kind != MATLAB_MATRIX:
             continue
-        (_, flags), (_, sizes), (_, name), (stored, numbers), *rest = _elements(data, order)
-        shape = np.frombuffer(sizes, f'{order}i4').tolist()
-        [described, *_] = np.frombuffer(flags, f'{order}u4').tolist()
-        if described & 0xFF in MATLAB_NUMBERS and not rest and _is_vector(shape):
-            values = np.frombuffer(numbers, order + MATLAB_TYPES[stored])
-            if len(values) != math.prod(shape):
-                raise ValueError(f'{len(values)} of {math.prod(shape)} numbers are there')
-            native = values.astype(values.dtype.newbyteorder('='))
-            yield bytes(name).decode(errors='replace'), '', native
+        yield from _matlab_matrix(data, order)
+
+
+def _matlab_matrix(data: bytes, order: str, field: str = '') -> Columns:
+    """Yield a vector or a number, or those in the fields of one struct."""
+    (_, flags), (_, sizes), (_, name), *parts = _elements(data, order)
+    shape = np.frombuffer(sizes, f'{order}i4').tolist()
+    [described, *_] = np.frombuffer(flags, f'{order}u4').tolist()
+    if described & 0xFF == MATLAB_STRUCT and not field and math.prod(shape) == 1:
+        (_, size), (_, names), *values = parts
+        [length] = np.frombuffer(size, f'{order}i4').tolist()
+        fields = [names[at : at + length] for at in range(0, len(names), max(length, 1))]
+        for each, (_, value) in zip(fields, values, strict=True):
+            yield from _matlab_matrix(value, order, each.rstrip(b'\0').decode(errors='replace'))
+    elif described & 0xFF in MATLAB_NUMBERS and len(parts) == 1 and max(shape) == math.prod(shape):
+        [(stored, numbers)] = parts
+        vector = np.frombuffer(numbers, order + MATLAB_TYPES[stored])
+        if len(vector) != math.prod(shape):
+            raise ValueError(f'{len(vector)} of {math.prod(shape)} numbers are there')
+        native = vector.astype(vector.dtype.newbyteorder('='))
+        yield field or bytes(name).decode(errors='replace'), '', native
 
 
 def _elements(content: bytes, order: str) -> Iterator[tuple[int, bytes]]:
@@ -249,43 +301,89 @@ def _elements(content: bytes, order: str) -> Iterator[tuple[int, bytes]]:
 
 
 def read_tdms(path: Path) -> 'list[DataFrame]':
-    """Return the channels, and their time if the sampling interval is given."""
+    """Return the channels, each behind the times that its increment, offset and start make."""
     nptdms = load_extra(f'a table {path.suffix}', 'nptdms')
     nptdms.log.log_manager.set_level(logging.CRITICAL)  # it tells damages in many lines
     with nptdms.TdmsFile.open(path) as tdms:
         if tdms.file_status.incomplete_final_segment:
             raise ValueError('it was cut off')
         channels = [each for group in tdms.groups() for each in group.channels() if len(each)]
-        NUMBERS_MOST.check(sum(map(len, channels)), path, path.stat().st_size)
-        columns = [(e.name, e.properties.get('unit_string', ''), e[:]) for e in channels]
-        if channels and 'wf_increment' in channels[0].properties:
-            columns.insert(0, ('time', 's', channels[0].time_track()))
-    return _joined(path, columns)
+        NUMBERS_MOST.check(2 * sum(map(len, channels)), path, path.stat().st_size)
+        known = [
+            e.properties['wf_start_time'] for e in channels if 'wf_start_time' in e.properties
+        ]
+        first = min(known, default=_EPOCH)
+        columns = []
+        for each in channels:
+            told, clock = each.properties, _clock_of(each.properties)
+            if clock:
+                late_s = float((told.get('wf_start_time', first) - first) / np.timedelta64(1, 's'))
+                clock = late_s + clock[0], clock[1]
+            columns.append((each.name, told.get('unit_string', ''), each[:], clock))
+    return _timed(path, columns)
+
+
+def _clock_of(told: Mapping[str, Any]) -> tuple[float, float] | None:
+    """Return start and increment, s, that numbers of known names tell; None without."""
+    lower = {name.lower(): np.ravel(value) for name, value in told.items()}
+    known = {n: float(e[0]) for n, e in lower.items() if e.size == 1 and e.dtype.kind in 'fiu'}
+    for step, start in INCREMENTS.items():
+        if known.get(step, 0.0) > 0.0:
+            return known.get(start, 0.0), known[step]
+    return None
+
+
+def _counted(path: Path, columns: Columns) -> 'list[DataFrame]':
+    """Join vectors, with times if a number beside them is their increment."""
+    listed = list(columns)
+    clock = _clock_of({name: numbers for name, _, numbers in listed})
+    vectors = [each for each in listed if np.size(each[2]) > 1]
+    if clock and not any('time' in name.lower() for name, *_ in vectors):
+        return _timed(path, ((*each, clock) for each in vectors))
+    return _joined(path, listed)
+
+
+def _timed(path: Path, columns: Timed) -> 'list[DataFrame]':
+    """Join columns, each behind the times of its clock."""
+    found, last = list[tuple[str, str, Any]](), None
+    for *column, clock in columns:
+        if clock and (*clock, len(column[2])) != last:
+            last = *clock, len(column[2])
+            found.append(('time', 's', clock[0] + clock[1] * np.arange(len(column[2]))))
+        found.append(tuple(column))
+    return _joined(path, found, has_clocks=last is not None)
 
 
 def _is_vector(shape: Sequence[int]) -> bool:
     return 1 < math.prod(shape) == max(shape)
 
 
-def _joined(path: Path, columns: Columns) -> 'list[DataFrame]':
-    """Join the vectors of each length to a table; refuse two of a name."""
+def _joined(path: Path, columns: Columns, *, has_clocks: bool = False) -> 'list[DataFrame]':
+    """
+    Join the vectors of each length to a table; refuse two of a name.
+
+    With clocks, columns of times before their values, all are one table, with empty cells at the
+    end of shorter ones.
+
+    """
     import pandas as pd
 
-    names, by_length = set[str](), dict[int, dict[str, Any]]()
+    names, by_length = list[str](), dict[int, list[Any]]()
     for name, unit, values in columns:
         if _is_vector(np.shape(values)):
             flat, header = np.ravel(values), f'{name} ({unit})' if unit else name
             # pandas 3 takes no name with bytes that are no UTF-8.
             header = header.encode(errors='backslashreplace').decode()
-            if header in names:
+            if header in names and not (has_clocks and unit == 's'):
                 raise ValueError(f'it has two vectors {header}; rename one')
-            names.add(header)
-            by_length.setdefault(len(flat), {})[header] = flat
+            names.append(header)
+            of_length = by_length.setdefault(0 if has_clocks else len(flat), [])
+            of_length.append(pd.Series(flat, name=header))
     NAMES_MOST.check(len(names), path)
-    NUMBERS_MOST.check(sum(count * len(each) for count, each in by_length.items()), path)
+    NUMBERS_MOST.check(sum(len(e) * max(map(len, e)) for e in by_length.values()), path)
     if not by_length:
         raise ValueError('it has no vector of numbers')
-    return [pd.DataFrame(each) for each in by_length.values()]
+    return [pd.concat(each, axis=1) for each in by_length.values()]
 
 
 READERS: dict[str, Callable[[Path], 'list[DataFrame]']] = {
@@ -294,7 +392,8 @@ READERS: dict[str, Callable[[Path], 'list[DataFrame]']] = {
     '.hdf5': read_hdf5,
     '.mat': read_matlab,
     '.npz': read_numpy,
+    '.npy': read_numpy,
     '.tdms': read_tdms,
 }
 """Readers by suffix, next to workbooks."""
-SUFFIXES = {'.xlsx', *READERS}
+SUFFIXES = {'.xlsx', '.gz', *READERS}

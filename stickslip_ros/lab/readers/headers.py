@@ -13,32 +13,33 @@ from stickslip_ros.units import parse_quantity
 
 Cells = list[str]
 COMMENT = re.compile(r'\s*[#%]+\s*')
+_SAME = 0.01  # largest relative difference between a step of times and that of the header
 
 
 class HeaderFormat(NamedTuple):
     """Names of settings in the header of an instrument: the first cells of rows above."""
 
     instrument: str
-    told_by: str  # settings that are there, also with a value
+    settings: str  # settings that are there, also with a value
     names: str  # of columns; its own name stands above times; # is the number of a column, from 0
     units: str
-    clock: str  # name of columns of times; with a step they are empty
-    unit: str  # of times, or the setting with it
+    clock: str  # name of columns of times, or of numbers of rows
+    unit: str  # of times, or the setting with it, which has several words
     start: str
     step: str  # time between rows
-    counter: str  # name of the column that numbers the rows
-    alike: str  # settings that must be the same for all columns
+    absent: str  # name of a column that may have no cells
+    common: str  # settings that must be the same for all columns
 
 
 _TABLE = """
 PI          |sample_time, dim, name0         |name#       |            |      |s|    |sample_time||
-LabVIEW     |x_columns=no, x_dimension=time  |            |y_unit_label|x_value|s|x0 |delta_x||date, time
+LabVIEW     |x_columns=no, x_dimension=time  |            |y_unit_label|x_value|s|x0 |delta_x|x_value|date, time
 LabVIEW     |y_unit_label, x_dimension=time  |            |y_unit_label|x_value|s|   |  ||date, time
 LabVIEW     |y_unit_label                    |            |y_unit_label|      | |    |  ||
 Rigol MSO   |t0, tinc                        |            |            |      |s|t0  |tinc||
-Rigol DS    |sequence, increment             |            |sequence    |      |s|start|increment|x|
-Graphtec    |sampling interval, number       |            |            |      |s|    |sampling interval|number|
-data logger |channel name, unit, interval    |channel name|unit        |channel name|s||||timestamp, interval
+Rigol DS    |sequence, increment             |            |sequence    |x     |s|start|increment||
+Graphtec    |sampling interval, number       |            |            |number|s|    |sampling interval||
+data logger |channel name, unit, interval    |channel name|unit        |channel name|s||interval||timestamp
 Yokogawa    |tracename, hresolution, hunit=s |tracename   |vunit       |tracename|s|hoffset|hresolution||
 Siglent     |source, second                  |source      |second      |source|s|    |  ||
 Tektronix   |horizontal units, vertical units|            |vertical units|time|horizontal units||||
@@ -66,8 +67,41 @@ def settings_in(lines: Sequence[str], rows: Sequence[Cells]) -> dict[str, Cells]
     return found
 
 
+class _Settings(NamedTuple):
+    """Settings of a header, as texts with a decimal point."""
+
+    cells: Mapping[str, Cells]
+    decimal: str
+
+    def values(self, key: str) -> list[str]:
+        """Return the different values of a setting."""
+        cells = (cell.strip().replace(self.decimal, '.') for cell in self.cells.get(key, [])[1:])
+        return [each for each in dict.fromkeys(cells) if each.lower() not in {'', key}]
+
+    def first(self, key: str, default: str = '') -> str:
+        return next(iter(self.values(key)), default)
+
+    def seconds(self, key: str) -> float:
+        """Return a setting in s; 0 without it."""
+        return parse_quantity(self.first(key, '0'), 's') or 0.0
+
+    def refuse_several(self, keys: Sequence[str], where: str) -> None:
+        for key in keys:
+            if len(several := self.values(key)) > 1:
+                problem = f'has columns of different {key}: {", ".join(several)}'
+                raise RecordingError(where, problem, 'save them in a file each')
+
+    def fit(self, form: HeaderFormat) -> bool:
+        """Return whether the settings of a format are there."""
+        pairs = (each.partition('=') for each in form.settings.split(', '))
+        return all(
+            key in self.cells and (not value or value in map(str.lower, self.values(key)))
+            for key, _, value in pairs
+        )
+
+
 def read_header(
-    settings: Mapping[str, Cells],
+    cells: Mapping[str, Cells],
     header: tuple[Cells, Cells],
     rows: Sequence[Cells],
     decimal: str,
@@ -81,54 +115,32 @@ def read_header(
 
     """
     names, units = map(list, header)
-    form = next((each for each in FORMATS if _tells(settings, each.told_by)), None)
+    settings = _Settings(cells, decimal)
+    form = next(filter(settings.fit, FORMATS), None)
     if form is None:
         return names, units, None, 0.0
-
-    def values(key: str) -> list[str]:
-        cells = (cell.strip().replace(decimal, '.') for cell in settings.get(key, [])[1:])
-        return [each for each in dict.fromkeys(cells) if each.lower() not in {'', key}]
-
-    for key in filter(None, (*form.alike.split(', '), form.start, form.step)):
-        if len(values(key)) > 1:
-            problem = f'has columns of different {key}: {", ".join(values(key))}'
-            raise RecordingError(where, problem, 'save them in a file each')
-    [step_s, start_s, spacing_s] = (
-        parse_quantity(next(iter(values(key)), '0'), 's') or 0.0
-        for key in (form.step, form.start, 'interval')
-    )
+    settings.refuse_several((*form.common.split(', '), form.start, form.step), where)
     if form.names.endswith('#'):
-        keys = (f'{form.names[:-1]}{at}' for at in range(len(rows[0])))
-        names = [next(iter(values(key)), '') for key in keys]
-    elif form.start == 't0':  # settings and units stand in the row of names
-        names = ['' if '=' in name else name for name in names]
-        units = [name.strip()[-1:] if name.startswith('CH') else '' for name in names]
-    names = list(settings.get(form.names, names))
+        names = [settings.first(f'{form.names[:-1]}{at}') for at in range(len(rows[0]))]
+    names = list(cells.get(form.names, names))
     indent = next((at for at, name in enumerate(names) if name.strip()), 0)
-    units = [''] * indent + settings[form.units] if form.units else units
+    units = [''] * indent + cells[form.units] if form.units else units
     units += [''] * (len(names) - len(units))
-    firsts = [parse_quantity(row[0].replace(decimal, '.'), '') or 0.0 for row in rows]
-    unit = next(iter(values(form.unit)), form.unit)
-    if form.names and spacing_s and abs(firsts[-1] - firsts[0] - spacing_s) > 0.01 * spacing_s:
-        form, step_s = form._replace(counter=form.names, step='interval'), spacing_s
-    if form.counter:
-        unit, start_s = f'{step_s!r} s', start_s - step_s * (firsts[0] == 1.0)
-    for at in reversed(range(len(names))):
-        name, clock = names[at].strip().lower(), form.clock or form.counter
-        if form.counter and parse_quantity(units[at], '') is not None:
-            names[at] = ''  # a setting below its name
-        elif clock and name == clock and form.step and not form.counter:
-            names[at] = ''
-            if rows[0][at].strip():
-                del names[at], units[at]
-        elif clock and name == clock:
-            names[at], units[at] = 'Time' if form.names or form.counter else names[at], unit
-    return names, units, start_s if form.step else None, 0.0 if form.counter else step_s
+    step_s = settings.seconds(form.step)
+    clocks = [at for at, name in enumerate(names) if form.clock == name.strip().lower() != '']
+    if not step_s or any(_have_step(rows, at, decimal, step_s) for at in clocks):
+        for at in clocks:
+            names[at] = 'Time' if form.names else names[at]
+            units[at] = settings.first(form.unit, form.unit) if ' ' in form.unit else form.unit
+        return names, units, None, 0.0
+    for at in reversed(clocks):
+        names[at] = ''
+        if form.absent and rows[0][at].strip():
+            del names[at], units[at]
+    return names, units, settings.seconds(form.start), step_s
 
 
-def _tells(settings: Mapping[str, Cells], told_by: str) -> bool:
-    pairs = (each.partition('=') for each in told_by.split(', '))
-    return all(
-        key in settings and (not value or value in map(str.lower, map(str.strip, settings[key])))
-        for key, _, value in pairs
-    )
+def _have_step(rows: Sequence[Cells], at: int, decimal: str, step_s: float) -> bool:
+    """Return whether cells of the first two rows differ by a step."""
+    one, two = (parse_quantity(row[at].replace(decimal, '.'), '') for row in rows)
+    return one is not None and two is not None and abs(two - one - step_s) <= _SAME * step_s

@@ -6,16 +6,22 @@
 import codecs
 import csv
 import math
+import os
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
-from typing import NamedTuple
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 from stickslip_ros.errors import RecordingError
+from stickslip_ros.files import read_bytes
 from stickslip_ros.lab.readers.headers import COMMENT, Cells, read_header, settings_in
 from stickslip_ros.lab.readers.units import split_unit, unit_of_any
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 HEAD_BYTES = 1 << 16  # bytes that determine the layout
 BLANKS = r'\s+'
@@ -33,14 +39,18 @@ OVER_RANGE = re.compile(
     re.IGNORECASE,
 )
 """Cells in place of a number beyond the range of an instrument."""
-BEYOND = 9.9e37  # numbers of instruments (SCPI) for such cells
+OVER_RANGE_NUMBER = 9.9e37  # numbers of instruments (SCPI) for such cells
 BOMS = {codecs.BOM_UTF8: 'utf-8-sig', codecs.BOM_UTF16_LE: 'utf-16', codecs.BOM_UTF16_BE: 'utf-16'}
 MISSING = {*EMPTY, 'inf', '-inf'}  # cells that may replace a number, or be text
 WINDOWS = 'cp1252'
+_MARKED = re.compile(r'\[[^\[\]]*\]|\([^()]*\)')  # a unit in a row of units
+_LINE_END = re.compile('\r\n|\n|\r')
 TEXT_HINT = 'save it as text: CSV in UTF-8, one row for each point or sample'
+DATE = re.compile(r'(\d{4}-\d\d-\d\d[ T]\d\d:\d\d:\d\d(?:\.\d{1,9})?)(?:Z|([-+])(\d\d):?(\d\d))?')
+"""Date and time of day (ISO 8601), with the sign, hours and minutes of its zone."""
 RECORD_LENGTH = 'record length'
 """First setting of an old Tektronix export: two columns of settings, time and signal."""
-BESIDE = 3  # columns left of the time in such a file
+SETTINGS_WIDTH = 3  # columns left of the time in such a file
 NUMBERING = ('no.', 'no', 'nr', 'number', 'sequence', '#', '1', '-')
 """Cells of a row of units above numbers without a unit."""
 Mask = tuple[bool | None, ...]
@@ -55,16 +65,17 @@ class Header(NamedTuple):
     unit: str  # in the text or in a row of units; empty if unknown
     cell: str = ''  # of the first row
     below: str = ''  # unit in a row of units
+    kind: str = 'number'  # date, text or empty
+    last: str = ''  # cell of the last row
 
     @property
     def shown(self) -> str:
-        """Text and unit."""
         is_there = not self.unit or self.name != self.text or self.unit in self.text
         return self.text if is_there else f'{self.text} ({self.unit})'
 
 
 @dataclass(frozen=True)
-class TextForm:
+class TextLayout:
     """The layout of a table."""
 
     encoding: str  # as for pandas
@@ -78,43 +89,53 @@ class TextForm:
     step_s: float = 0.0  # between rows without a column of times
 
 
-def layout_of(head: bytes, origin: str) -> TextForm:
+class TextTable(NamedTuple):
+    """A table that is laid out."""
+
+    source: 'Path | bytes | DataFrame'
+    layout: TextLayout
+    origin: str
+
+    @property
+    def where(self) -> str:
+        """File and line of the header."""
+        return f'{self.origin}: line {self.layout.header or self.layout.first}'
+
+
+def layout_of(source: Path | bytes, origin: str) -> TextLayout:
     """Return the layout of a table from its first HEAD_BYTES; refuse files without numbers."""
+    if isinstance(source, Path):
+        head = read_bytes(source, 'check the path', HEAD_BYTES + 1)
+    else:
+        head = source[: HEAD_BYTES + 1]
+    is_whole = len(head) <= HEAD_BYTES
+    head = head[:HEAD_BYTES]
     encoding, text = _decode(head, origin)
-    lines = re.split('\r\n|\n|\r', text)
-    if len(head) > HEAD_BYTES:
-        lines.pop()
+    lines = _LINE_END.split(text)[: None if is_whole else -1]
     delimiter, decimal, rows, mask = _dialect(lines)
     if not text.strip():
         raise RecordingError(origin, 'is empty', TEXT_HINT)
     if not mask:
         problem = f'has no rows of numbers in its first {len(lines)} lines'
         raise RecordingError(f'{origin}: line 1', problem, TEXT_HINT)
-    if rows[0][0].strip().lower() == RECORD_LENGTH and len(rows[0]) > BESIDE:
-        first = header = 0
-        settings = settings_in(lines, rows)
-        source = settings.get('source', ['', ''])[1]
-        shown: tuple[Cells, Cells] = [*[''] * BESIDE, 'Time', source], []
-    else:
-        first, header, shown = _below(lines, rows, mask, delimiter, decimal)
-        settings = settings_in(lines[:first], rows[:first])
+    first, header, shown, settings = _parts(lines, rows, mask, delimiter, decimal)
     where = f'{origin}: line {header or first + 1}'
     names, units, start_s, step_s = read_header(
         settings, shown, rows[first : first + 2], decimal, where
     )
-    width = max(len(names), len(rows[first]))
     if names and len(_trimmed(names)) < len(_trimmed(rows[first])):
         problem = f'has {len(rows[first])} values, the header in line {header} {len(names)} names'
         hint = 'name every column; with decimal commas separate columns by semicolons'
         raise RecordingError(f'{origin}: line {first + 1}', problem, hint)
-    names = names or [str(number) for number in range(1, width + 1)]
+    while len(rows) > first + 1 and not any(rows[-1]):
+        rows.pop()
+    last = rows[-1] if is_whole else _last_row(source, head, encoding, delimiter)
     notes = [line for at, line in enumerate(lines[:first]) if at != header - 1]
-    columns = zip(*(_filled(each, width) for each in (names, units, rows[first])), strict=True)
-    return TextForm(
+    return TextLayout(
         encoding=encoding,
         delimiter=delimiter,
         decimal=decimal,
-        columns=tuple(header_of(at, *each) for at, each in enumerate(columns)),
+        columns=_columns(names, units, rows[first:], last),
         header=header,
         first=first + 1,
         notes=tuple(COMMENT.sub('', note).rstrip() for note in notes if COMMENT.match(note)),
@@ -123,28 +144,67 @@ def layout_of(head: bytes, origin: str) -> TextForm:
     )
 
 
-def header_of(at: int, text: str, unit: str = '', cell: str = '') -> Header:
+def _parts(
+    lines: Sequence[str], rows: Sequence[Cells], mask: Mask, delimiter: str, decimal: str
+) -> tuple[int, int, tuple[Cells, Cells], dict[str, Cells]]:
+    """Return first row, header line, names with units, and settings, above or left of a table."""
+    if rows[0][0].strip().lower() == RECORD_LENGTH and len(rows[0]) > SETTINGS_WIDTH:
+        settings = settings_in(lines, rows)
+        channel = settings.get('source', ['', ''])[1]
+        return 0, 0, ([*[''] * SETTINGS_WIDTH, 'Time', channel], []), settings
+    first, header, shown = _below(lines, rows, mask, delimiter, decimal)
+    return first, header, shown, settings_in(lines[:first], rows[:first])
+
+
+def _columns(names: Cells, units: Cells, rows: Sequence[Cells], last: Cells) -> tuple[Header, ...]:
+    """Return the columns, each with the kind of its cells; without names by number."""
+    width = max(len(names), len(rows[0]))
+    names = names or [str(number) for number in range(1, width + 1)]
+    kinds = [_kind_of([row[at].strip() for row in rows if len(row) > at]) for at in range(width)]
+    filled = ((*e, *[''] * width)[:width] for e in (names, units, rows[0], kinds, last))
+    return tuple(header_of(at, *e) for at, e in enumerate(zip(*filled, strict=True)))
+
+
+def header_of(
+    at: int, text: str, unit: str = '', cell: str = '', kind: str = 'number', last: str = ''
+) -> Header:
     """Return a column whose unit stands in its text, or else in a row of units."""
     (name, own), below = split_unit(text.strip()), unit.strip(' []()')
-    return Header(at, text.strip(), name, own or below, cell.strip(), below)
+    own = 'ns' if kind == 'date' else own
+    return Header(at, text.strip(), name, own or below, cell.strip(), below, kind, last.strip())
+
+
+def _kind_of(cells: Sequence[str]) -> str:
+    """Return what most cells of a column are; a number may have either decimal sign."""
+    kinds = Counter[str]()
+    for cell in cells:
+        is_number = [_mask([cell], decimal)[0] for decimal in NUMBER]
+        if None not in is_number:
+            kind = 'date' if DATE.fullmatch(cell) else 'text'
+            kinds['number' if True in is_number else kind] += 1
+    return max(kinds, key=lambda kind: (kinds[kind], kind == 'number'), default='empty')
+
+
+def _last_row(source: Path | bytes, head: bytes, encoding: str, delimiter: str) -> Cells:
+    """Return the cells of the last line of a long table."""
+    if isinstance(source, bytes):
+        end = source[-HEAD_BYTES:]
+    else:
+        with source.open('rb') as file:
+            file.seek(-HEAD_BYTES, os.SEEK_END)
+            end = file.read()
+    mark = head[:2] if encoding == 'utf-16' else b''
+    lines = _LINE_END.split((mark + end).decode(encoding, 'replace').rstrip())
+    return _split(lines[-1], delimiter)
 
 
 def _below(
     lines: Sequence[str], rows: Sequence[Cells], mask: Mask, delimiter: str, decimal: str
 ) -> tuple[int, int, tuple[Cells, Cells]]:
     """Return first row, header line, names and units of a table below its header."""
-    first = next(
-        at
-        for at, row in enumerate(rows)
-        if any(here := _mask(row, decimal))
-        and (here[0] is not False or mask[0] is not None)
-        and all(None in pair or pair[0] == pair[1] for pair in zip_longest(here, mask))
-    )
+    first = next(at for at, row in enumerate(rows) if _is_row(_mask(row, decimal), mask))
     header, names = _header(lines, rows, first, delimiter)
-    pairs = zip(names, _mask(rows[first], decimal), strict=False)
-    units = [unit for name, is_number in pairs if is_number and (unit := name.strip(' []()'))]
-    units = [unit for unit in units if unit.lower() not in NUMBERING]
-    if header > 1 and units and all(map(unit_of_any, units)):
+    if header > 1 and _are_units(names, _mask(rows[first], decimal)):
         at, names_above = _header(lines, rows, header - 1, delimiter)
         if len(names_above) >= len(names):
             return first, at, (names_above, names)
@@ -156,6 +216,22 @@ def _below(
             first = header - 1
             header, names = _header(lines, rows, first, delimiter)
     return first, header, (names, [])
+
+
+def _is_row(cells: Mask, usual: Mask) -> bool:
+    """Return whether cells are numbers where those of the table usually are; some may lack."""
+    begins = cells[0] is not False or usual[0] is not None
+    pairs = zip_longest(cells, usual)
+    return begins and any(cells) and all(None in pair or pair[0] == pair[1] for pair in pairs)
+
+
+def _are_units(names: Sequence[str], are_numbers: Mask) -> bool:
+    """Return whether names above numbers are a row of units: in brackets, or known ones."""
+    pairs = zip(names, are_numbers, strict=False)
+    units = [unit for name, is_number in pairs if is_number and (unit := name.strip(' []()'))]
+    units = [unit for unit in units if unit.lower() not in NUMBERING]
+    is_marked = all(_MARKED.fullmatch(name.strip()) for name in names if name.strip())
+    return bool(units) and (is_marked or all(map(unit_of_any, units)))
 
 
 def to_number(cell: str, decimal: str) -> float:
@@ -206,6 +282,8 @@ def _dialect(lines: Sequence[str]) -> tuple[str, str, list[Cells], Mask]:
         rows = [_split(line, delimiter) for line in lines]
         counts = Counter(_mask(row, decimal) for row in rows)
         masks = {each: count for each, count in counts.items() if any(each) and len(each) > 1}
+        if counts[True,] > len(lines) // 2:  # one column
+            masks[True,] = counts[True,]
         if not masks:
             continue
 
@@ -238,7 +316,7 @@ def _header(
                 key=lambda each: abs(len(each) - width),
             )
         count = len(_trimmed(names))
-        is_table = count > 1 and (line is lines[at] or count == width)
+        is_table = count >= min(width, 2) and (line is lines[at] or count == width)
         return (at + 1, names) if is_table else (0, [])
     return 0, []
 
@@ -249,7 +327,3 @@ def _trimmed(row: Sequence[str]) -> list[str]:
     while kept and not kept[-1].strip():
         kept.pop()
     return kept
-
-
-def _filled(row: Sequence[str], width: int) -> tuple[str, ...]:
-    return (*row, *[''] * (width - len(row)))[:width]

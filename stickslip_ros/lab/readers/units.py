@@ -16,7 +16,7 @@ from stickslip_ros.units import power_of_ten
 
 SI_UNITS = ('s', 'm', 'N', 'V', 'Hz')
 _SUFFIX = re.compile(
-    r'(.*[^_\s])(?<!_per)[_\s]([kmuµμnp]?)(s|m|n|v|hz|g|f|m_per_s|v_per_s)', re.IGNORECASE
+    r'(.*[^_\s])(?<!_per)[_\s]([kmuµμnp]?)(s|m|n|v|hz|g|f|m_per_s|v_per_s|n_per_m)', re.IGNORECASE
 )
 # Headers may have 60,000 equal characters: adjacent parts must not match the same ones.
 BRACKETED = re.compile(r'(.*\S|)\s*[\[(]([^\[\]()]*)[\])]\s*')
@@ -32,7 +32,7 @@ TIMES = ('ms', 'us', 'µs', 'μs', 'ns')
 _DIGITS, _WHOLE_END = 23, 2.0**53
 """Limits of exact floats: digits of powers of ten, and whole numbers."""
 BASES = {unit.lower(): unit for unit in SI_UNITS}
-BASES |= {'kg': 'kg', 'g': 'g', 'f': 'F', 'm_per_s': 'm/s', 'v_per_s': 'V/s'}
+BASES |= {'kg': 'kg', 'g': 'g', 'f': 'F', 'm_per_s': 'm/s', 'v_per_s': 'V/s', 'n_per_m': 'N/m'}
 
 
 @cache
@@ -78,7 +78,7 @@ def in_si(values: Array, factor: float) -> Array:
 
 def unit_of_any(text: str) -> bool:
     """Return whether a text is a unit of a measured quantity."""
-    return any(factor_of(text, unit) for unit in SI_UNITS)
+    return any(factor_of(text, unit) for unit in (*SI_UNITS, 'm/s'))
 
 
 def split_unit(header: str) -> tuple[str, str]:

@@ -64,7 +64,9 @@ def compile_for_runs() -> None:
     plants = plant_of(Parameters())
     states = state_at_rest(plants, Parameters().stand.preload)
     log, truth = np.zeros((1, 3)), np.zeros((1, FORCE + 1))
-    observe_all([(plants, states, level(0.0), 0.0, 0.0, truth, log)] * LANES_MIN)
+    for plain in (True, False):
+        plants['plain'] = plain
+        observe_all([(plants, states, level(0.0), 0.0, 0.0, truth, log)] * LANES_MIN)
     take_ledger(plants, states)
 
 

@@ -79,7 +79,6 @@ class Journal:
             raise
 
     def __enter__(self) -> 'Journal':
-        """Return the journal."""
         return self
 
     def __exit__(self, *_: object) -> None:

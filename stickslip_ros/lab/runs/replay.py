@@ -21,8 +21,8 @@ from stickslip_ros.instrument.reports import read_event
 from stickslip_ros.interface.topics import recorded_channels
 from stickslip_ros.lab.measurements.measurement import TimeRun, measured
 from stickslip_ros.lab.measurements.recorded import recorded_stand
-from stickslip_ros.lab.readers.instructions import AS_IT_IS, Reading
-from stickslip_ros.lab.readers.measured import OVER_TIME
+from stickslip_ros.lab.measurements.table_options import TABLE_DEFAULTS, TableOptions
+from stickslip_ros.lab.measurements.vocabulary import OVER_TIME
 from stickslip_ros.lab.runs.batch import Progress
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import stop_if_asked
@@ -30,7 +30,7 @@ from stickslip_ros.recording.gaps import gaps_of
 from stickslip_ros.recording.reader import Difference, Recording, compare_data, data_digest
 from stickslip_ros.recording.requests import channels_of, recorded_requests
 from stickslip_ros.recording.run import ReportingBench, RunWriter
-from stickslip_ros.recording.run_file import CHECKPOINT_FILE, RUN_RECORD, SOURCES
+from stickslip_ros.recording.run_file import CHECKPOINT_FILE, RUN_RECORD, SOURCES, TOPICS_RECORD
 from stickslip_ros.sources import sources_digest
 from stickslip_ros.units import NANO, NS_PER_S
 
@@ -85,30 +85,23 @@ def replay(
     A bag that ``ros2 bag record`` made of the drive holds no state: its run begins at rest.
 
     """
-    recording = Recording(source)
+    recording, changes = Recording(source), changes or {}
     parameters = recorded_stand(recording)
     first_ns, last_ns = _span(recording)
+    before_ns = first_ns - parameters.block_ns
     start = None
     if not from_rest and CHECKPOINT_FILE in recording.attachments:
-        start = Bench.restore(recording.attachments[CHECKPOINT_FILE][1], changes or {})
-    elif not (from_rest or recording.is_copy) and first_ns > parameters.block_ns:
+        start = Bench.restore(recording.attachments[CHECKPOINT_FILE][1], changes)
+    elif not (from_rest or recording.is_copy) and before_ns > 0:
         problem = f'begins {first_ns * NANO:g} s into the run, in a state that was not recorded'
         hint = 'replay the whole run, or start from rest (--from-rest), which is not the same'
         raise RecordingError(recording.path, problem, hint)
-    begin_ns = 0 if start or recording.is_copy else first_ns - parameters.block_ns
-    lasts_ns = last_ns - (first_ns - parameters.block_ns if begin_ns or start else 0)
+    begin_ns = 0 if start or recording.is_copy else before_ns
     due = [TimedRequest(at_ns - begin_ns, each) for at_ns, each in recorded_requests(recording)]
     if recording.is_copy:
         due = _timed_by_events(recording, parameters, due)
-    stand = parameters.updated(changes or {})
-    before, after = parameters.flat(), stand.flat()
-    changed: dict[str, object] = {
-        name: after[name] for name in changes or {} if after[name] != before[name]
-    }
-    if 'fault.schedule' in changed:
-        limit = 'without effect: a replay takes its faults from the recording'
-        hint = 'leave it away, or record a new run with it'
-        raise OutOfRange('fault.schedule', str(changed['fault.schedule']), '', limit, hint)
+    stand = parameters.updated(changes)
+    changed = _changed(parameters, stand, changes)
     channels = channels_of(recording)  # as recorded, then those of the new stand
     for key, channel in recorded_channels(stand).items():
         channels.setdefault(key, channel)
@@ -123,25 +116,42 @@ def replay(
         )
         _play(run, writer, due, last_ns - begin_ns, progress)
     again, said = Recording(writer.recorder.path), recording.metadata[RUN_RECORD]
-    difference, apart_m = compare_data(recording, again), None
-    identical: bool | None = difference is None
-    if recording.is_copy:
-        name = channels['position'].topic
-        read, anew = (each.series(name) for each in (recording, again))
-        _, ours, theirs = np.intersect1d(read.time_s, anew.time_s, return_indices=True)
-        apart_m = float(np.sqrt(np.mean((read.value[ours] - anew.value[theirs]) ** 2)))
-        if not identical and apart_m <= _noise_m(stand):
-            identical = difference = None
     return Replay(
         source=str(source),
         requests=len(due),
         changed=changed,
-        identical=identical,
-        apart_m=apart_m,
-        difference=difference,
         other_sources=sources_digest() != said.get(SOURCES, sources_digest()),
-        **_end_of(again, lasts_ns),
+        **_compared(recording, again, channels['position'].topic, stand),
+        **_end_of(again, last_ns - before_ns * (not recording.is_copy)),
     )
+
+
+def _changed(
+    before: Parameters, after: Parameters, changes: Mapping[str, object]
+) -> dict[str, object]:
+    """Return the parameters that differ; refuse other faults than those of the recording."""
+    old, new = before.flat(), after.flat()
+    changed = {name: new[name] for name in changes if new[name] != old[name]}
+    if 'fault.schedule' in changed:
+        limit = 'without effect: a replay takes its faults from the recording'
+        hint = 'leave it away, or record a new run with it'
+        raise OutOfRange('fault.schedule', str(changed['fault.schedule']), '', limit, hint)
+    return changed
+
+
+def _compared(
+    recording: Recording, again: Recording, position: str, stand: Parameters
+) -> dict[str, Any]:
+    """Return the fields of a result that compare both recordings."""
+    difference, apart_m = compare_data(recording, again), None
+    identical: bool | None = difference is None
+    if recording.is_copy:
+        read, anew = (each.series(position) for each in (recording, again))
+        _, ours, theirs = np.intersect1d(read.time_s, anew.time_s, return_indices=True)
+        apart_m = float(np.sqrt(np.mean((read.value[ours] - anew.value[theirs]) ** 2)))
+        if not identical and apart_m <= _noise_m(stand):
+            identical = difference = None
+    return {'identical': identical, 'difference': difference, 'apart_m': apart_m}
 
 
 def _noise_m(stand: Parameters) -> float:
@@ -261,7 +271,9 @@ def _span(recording: Recording) -> tuple[int, int]:
     return channel.first_ns, channel.last_ns
 
 
-def read_drive_input(path: Path, stand: Parameters, reading: Reading = AS_IT_IS) -> DriveInput:
+def read_drive_input(
+    path: Path, stand: Parameters, reading: TableOptions = TABLE_DEFAULTS
+) -> DriveInput:
     """Read a voltage over time, or a stroke in its place."""
     topics = {name: text for name, text in reading.headers.items() if not text.startswith('/')}
     topics |= {name: e for name, e in reading.topics.items() if name in {_VOLTAGE, _FOOT}}
@@ -269,6 +281,9 @@ def read_drive_input(path: Path, stand: Parameters, reading: Reading = AS_IT_IS)
         path, replace(reading, headers=topics), kind=OVER_TIME, wanted=(_VOLTAGE, _FOOT)
     )
     assert isinstance(given, TimeRun)
+    if given.recording and TOPICS_RECORD in given.recording.metadata:
+        problem = 'is a recording of this package, of which a replay repeats the commands'
+        raise RecordingError(path, problem, 'leave --map away')
     name = _VOLTAGE if _VOLTAGE in given.series else _FOOT
     if name not in given.series or (given.recording and not given.topics):
         hint = f'say which topic is the voltage: --map {_VOLTAGE}=/rig/amplifier.data'

@@ -52,6 +52,8 @@ STEADY_STEPS_MIN = 200  # fewest steps of a steady run
 STEADY_WINDOW = 20
 """Steps of a window; the changes over the last two windows, continued as a geometric series, give
 the distance to the limit."""
+AT_ONCE_S = 0.5
+"""Simulated time between two checks for Ctrl-C in a run of a given number of steps, s."""
 STEADY_ERROR = 2e-4
 """Largest distance to the limit, as a share of a steady value. Against 4000 cycles (240 runs:
 cells of 30 to 300 kN/m, 0.1 to 1 N, 61 to 160 nm, 0.2 to 1 kHz, 0 to 80 N s/m) none was larger."""
@@ -128,6 +130,9 @@ def drive_course(
     while done < most and (steps or not is_steady(plants[0], np.concatenate(logs))):
         stop_if_asked()
         cycles = min(STEADY_WINDOW, most - done)
+        if steps:  # the state is looked at in the last window alone
+            at_once = min(steps - STEADY_WINDOW - done, int(AT_ONCE_S * abs(frequency_hz)))
+            cycles = max(cycles, at_once)
         logs.append((yield from cycles_of(plants, states, wave, cycles, load_n)))
         done += cycles
         before_j, ledger = ledger.contact_lost_j, take_ledger(plants, states)
@@ -203,21 +208,12 @@ def simulate(
         frequency_hz = SAWTOOTH_HZ if frequency_hz is None else frequency_hz
         request = Request('sawtooth', (voltage_v, frequency_hz, float(steps)))
     else:
-        cycle = tuple(np.ravel(np.asarray(waveform, dtype=np.float64)))
-        wave = check_request(Request('waveform', cycle), parameters)
-        if frequency_hz is None:
-            frequency_hz = 1.0 / wave.period_s
-        elif not 0.0 < frequency_hz < np.inf:
-            raise OutOfRange('frequency', frequency_hz, 'Hz', 'not above 0', 'turn the wave round')
-        stretched = wave.rows * np.array((1.0 / (frequency_hz * wave.period_s), 1.0))
-        request = Request('waveform', tuple(stretched.ravel().tolist()), cycles=steps)
-        voltage_v = float(np.ptp(stretched[:, 1]))
+        rows, frequency_hz = _stretched(parameters, waveform, frequency_hz)
+        request = Request('waveform', tuple(rows.ravel().tolist()), cycles=steps)
+        voltage_v = float(np.ptp(rows[:, 1]))
     wave = check_request(request, parameters)
     stand = start_on_wave(parameters, wave)
-    folder = Path(tempfile.mkdtemp(prefix='stickslip-')) if record is True else None
-    file = Path(record) if isinstance(record, str | Path) else folder and folder / 'run.mcap'
-    if file and not folder:
-        prepare_output(file, is_new=True, endings=RUN_ENDINGS)
+    file, folder = _file_of(record)
     grid_ns = stand.trace_period_ns if file else stand.block_ns
     joins = is_steered_by_requests(stand, is_recorded=file is not None)
     bench = Bench(stand.updated({'sim.block': stand.trace.period}) if joins else stand)
@@ -247,6 +243,30 @@ def simulate(
         **_read_off(bench.plant, ramps, bench.ledger, wave),
     )
     return Run(file, result, folder)
+
+
+def _file_of(record: str | Path | bool) -> tuple[Path | None, Path | None]:
+    """Return the file to record; of one that lives as long as the run, its folder too."""
+    if record is True:
+        folder = Path(tempfile.mkdtemp(prefix='stickslip-'))
+        return folder / 'run.mcap', folder
+    if record is False:
+        return None, None
+    prepare_output(Path(record), is_new=True, endings=RUN_ENDINGS)
+    return Path(record), None
+
+
+def _stretched(
+    parameters: Parameters, waveform: Any, frequency_hz: float | None
+) -> tuple[Array, float]:
+    """Return the rows of a cycle at a frequency, by default its own, and that frequency, Hz."""
+    cycle = tuple(np.ravel(np.asarray(waveform, dtype=np.float64)))
+    wave = check_request(Request('waveform', cycle), parameters)
+    if frequency_hz is None:
+        frequency_hz = 1.0 / wave.period_s
+    elif not 0.0 < frequency_hz < np.inf:
+        raise OutOfRange('frequency', frequency_hz, 'Hz', 'not above 0', 'turn the wave round')
+    return wave.rows * np.array((1.0 / (frequency_hz * wave.period_s), 1.0)), frequency_hz
 
 
 def is_steered_by_requests(stand: Parameters, *, is_recorded: bool) -> bool:
@@ -289,17 +309,17 @@ def _drive(
     """
     Update until the wave has ended, at a multiple of ``grid_ns``; return ramps and start, s.
 
-    Far from the end the longer blocks of the bench are used. The start is the clock after the
-    first block, which compiles.
+    Far from the end, and behind it, the longer blocks of the bench are used. The start is the
+    clock after the first block, which compiles.
 
     """
     long_ns, start_s = bench.parameters.block_ns, 0.0
-    requests, logs, done = [request], list[Array](), 0
+    requests, logs, done, is_moving = [request], list[Array](), 0, True
     while True:
         stop_if_asked()
         sure_s = ((wanted or STEADY_STEPS_MIN) - done) / abs(frequency_hz) - bench.stand.ramp_s
-        is_far = sure_s > bench.parameters.sim.block and not requests
-        step_ns = long_ns - bench.time_ns % long_ns if is_far else block_ns
+        is_long = not requests and not (is_moving and sure_s <= bench.parameters.sim.block)
+        step_ns = long_ns - bench.time_ns % long_ns if is_long else block_ns
         output = update(bench.time_ns + step_ns, requests)
         start_s = start_s or time.perf_counter()
         requests = []
@@ -307,7 +327,7 @@ def _drive(
             logs.append(output.ramps)
             done += len(output.ramps)
             progress(done, wanted)
-        is_moving = output.status & (Status.MOVING | Status.MOVE_DELAYED)
+        is_moving = bool(output.status & (Status.MOVING | Status.MOVE_DELAYED))
         if not is_moving and bench.time_ns % grid_ns == 0:
             return np.concatenate(logs), start_s
         may_end = not wanted and done >= STEADY_STEPS_MIN and len(output.ramps)
@@ -405,10 +425,9 @@ def voltage_for(parameters: Parameters, amplitude_m: float) -> float:
         if SMALLEST_MEANT_M <= amplitude_m * NANO <= largest_m:
             hint += f'; {amplitude_m:g} nm is {amplitude_m * NANO:g} m'
         raise OutOfRange('amplitude', amplitude_m, 'm', limit, hint)
-    return min(amplitude_m, largest_m) / parameters.actuator.gain
+    return min(amplitude_m / parameters.actuator.gain, parameters.amplifier.range_v)
 
 
 def full_stroke_m(parameters: Parameters) -> float:
     """Return the largest stroke of the feet, m, over the range of the amplifier."""
-    amplifier = parameters.amplifier
-    return (amplifier.voltage_max - amplifier.voltage_min) * parameters.actuator.gain
+    return parameters.amplifier.range_v * parameters.actuator.gain

@@ -6,7 +6,7 @@
 import dataclasses
 import itertools
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -44,7 +44,8 @@ from stickslip_ros.progress import progress_of
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-CASES_MAX = 100_000
+CASES_MAX = 100_000  # of one table
+PARTS_MAX = 10_000  # tables of a folder
 SPECS = {'amplitude_m': AMPLITUDE_SPEC, 'frequency_hz': FREQUENCY_SPEC}
 """Swept quantities that are not parameters."""
 _COUNT = Spec(int, 2, '', '', 'values of a range', 2, CASES_MAX)
@@ -94,34 +95,43 @@ class Sweep:
             if names.count(name) > 1:
                 hint = 'put all its values into one list'
                 raise OutOfRange('parameter', name, '', 'varied twice', hint)
-        counts = [len(axis.values) for axis in self.varied]
-        total = math.prod(counts) * len(self.frequencies_hz) * len(self.amplitudes_m)
-        if total > CASES_MAX:
-            limit = f'above the maximum {CASES_MAX}'
-            raise OutOfRange('number of runs', total, '', limit, 'take fewer values')
-        for values, cases in itertools.groupby(self.cases(), lambda case: case.values):
+        if self.total > (most := PARTS_MAX * CASES_MAX):
+            limit = f'above the maximum {most}'
+            raise OutOfRange('number of runs', self.total, '', limit, 'take fewer values')
+        # What is refused of an amplitude is refused of the smallest or of the largest.
+        ends_m = sorted({min(self.amplitudes_m), max(self.amplitudes_m)})
+        for values in itertools.product(*self._named()):
             there = self.parameters.updated(dict(values))
-            for case in cases:
-                FREQUENCY_SPEC.check('frequency', case.frequency_hz)
-                if self.both_ways and case.frequency_hz < 0.0:
-                    hertz, limit = case.frequency_hz, 'below 0 with --both-ways'
+            for hertz, amplitude_m in itertools.product(self.frequencies_hz, ends_m):
+                FREQUENCY_SPEC.check('frequency', hertz)
+                if self.both_ways and hertz < 0.0:
+                    limit = 'below 0 with --both-ways'
                     raise OutOfRange('frequency', hertz, 'Hz', limit, 'give it above 0')
                 # An amplitude of 0 makes no steps; the next one checks the frequency.
-                if (voltage_v := voltage_for(there, case.amplitude_m)) > 0.0:
-                    check_request(Request('sawtooth', (voltage_v, case.frequency_hz, 0.0)), there)
+                if (voltage_v := voltage_for(there, amplitude_m)) > 0.0:
+                    check_request(Request('sawtooth', (voltage_v, hertz, 0.0)), there)
 
-    def cases(self) -> list[SweepCase]:
-        """Return the full Cartesian product, in the order of the table."""
-        named = [[(axis.name, value) for value in axis.values] for axis in self.varied]
+    @property
+    def total(self) -> int:
+        """Return the number of cases."""
+        counts = (len(axis.values) for axis in self.varied)
+        return math.prod(counts) * len(self.frequencies_hz) * len(self.amplitudes_m)
+
+    def _named(self) -> list[list[tuple[str, Scalar]]]:
+        return [[(axis.name, value) for value in axis.values] for axis in self.varied]
+
+    def cases(self, first: int = 0, end: int | None = None) -> list[SweepCase]:
+        """Return these cases of the full Cartesian product, in the order of the table."""
+        axes: list[Sequence[Any]] = [*self._named(), self.frequencies_hz, self.amplitudes_m]
+        shape = [len(each) for each in axes]
+        numbers = np.unravel_index(np.arange(first, self.total if end is None else end), shape)
+        columns = [[axis[i] for i in at] for axis, at in zip(axes, numbers, strict=True)]
         return [
-            SweepCase(values, amplitude_m, frequency_hz)
-            for values in itertools.product(*named)
-            for frequency_hz in self.frequencies_hz
-            for amplitude_m in self.amplitudes_m
+            SweepCase(tuple(values), metres, hertz)
+            for *values, hertz, metres in zip(*columns, strict=True)
         ]
 
     def identity(self) -> JournalIdentity:
-        """Return the identity of the journal."""
         settings: dict[str, object] = {
             'varied': [dataclasses.astuple(axis) for axis in self.varied],
             'frequencies_hz': self.frequencies_hz,
@@ -129,7 +139,7 @@ class Sweep:
             'steps': self.steps,
             'both_ways': self.both_ways,
         }
-        return identify('sweep', self.parameters, len(self.cases()), settings)
+        return identify('sweep', self.parameters, self.total, settings)
 
     def columns(self) -> tuple[str, ...]:
         """Return the varied parameters that need their own column."""
@@ -240,7 +250,7 @@ def _range(name: str, text: str, spec: Spec) -> list[Scalar]:
     parts = text.split(':')
     if len(parts) != 3:
         raise WrongKind(name, text, 'start:stop:count', _EXAMPLE)
-    start, stop = to_si_list(name, parts[:2], spec.unit)
+    start, stop = to_si_list(name, parts[:2], spec.unit, ':')
     count = int(_COUNT.check(f'{name} count', parts[2]))
     if start == stop:
         limit = f'both start and stop of a range of {count}'
@@ -259,13 +269,24 @@ def _range(name: str, text: str, spec: Spec) -> list[Scalar]:
 def run_sweep(
     sweep: Sweep,
     *,
+    cases: Sequence[SweepCase] = (),
     journal: Journal | None = None,
     workers: int = 0,
     scheduler: str = '',
     progress: Progress | None = None,
 ) -> list[Row]:
-    """Run a sweep with ``run_batch``; return a row per case: varied values and results."""
-    cases = sweep.cases()
+    """
+    Run a sweep, or some of its cases, with ``run_batch``.
+
+    A row per case has varied values and results. Raises OutOfRange if they are too many for one
+    table.
+
+    """
+    if (count := len(cases) or sweep.total) > CASES_MAX:
+        limit = f'above the maximum {CASES_MAX} of one table'
+        hint = 'stickslip sweep -o NAME, without an ending, writes a folder of tables'
+        raise OutOfRange('number of runs', count, '', limit, hint)
+    cases = cases or sweep.cases()
     return run_courses(
         partial(case_course, sweep),
         cases,

@@ -81,7 +81,6 @@ class ZeroAmplitude(NotebookView):
     step_min_m: float
 
     def sections(self) -> list[Section]:
-        """Return the numbers."""
         title = f'preload {self.preload_n:g} N, {self.frequency_hz:g} Hz, {self.steps} steps'
         return [Section(title, rows_of(self))]
 

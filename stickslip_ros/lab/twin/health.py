@@ -15,15 +15,8 @@ from stickslip_ros.lab.fitting.result import FitResult
 from stickslip_ros.lab.twin.settings import TwinParameters
 from stickslip_ros.lab.twin.twin import Look, Twin
 from stickslip_ros.lab.twin.watch import ELSE, LookEstimate, Watch
+from stickslip_ros.parameters import spec_of
 
-_CAUSES = {
-    'contact.friction': 'dirt, moisture or wear; a constant load, as of a tilted rail, acts alike',
-    'contact.prefactor': 'wear, or another surface',
-    'runner.mass': 'something was put on the runner, or taken off',
-    'runner.damping': 'something touches the runner',
-    'actuator.gain': 'the piezo or its amplifier, of all feet or of one',
-}
-"""Usual causes of a changed parameter."""
 _SOMETHING_ELSE = (
     'something else has changed than one parameter: the preload, a load, one foot, the clock of '
     'the sensor, or messages are lost'
@@ -107,7 +100,8 @@ class Doctor:
 def _estimate_of(fit: Fit) -> LookEstimate:
     """Return the estimate of a fit, with errors widened by its misfit."""
     wider = max(1.0, fit.reduced_chi_square or 1.0)
-    covariance = wider * fit.uncertainty.covariance_z
+    # Without the widening by what may be missing: it was missing at the start, too.
+    covariance = wider * fit.uncertainty.assumed_z
     known = np.isfinite(
         np.diag(covariance)
     )  # on a bound, or undetermined, a coordinate is unknown
@@ -138,4 +132,4 @@ def _misfit_text(fit: FitResult) -> str:
 
 def _change_text(name: str, value: float, error: float, was: float, was_error: float) -> str:
     text = f'{name} {value:.4g} +- {error:.2g}, was {was:.4g} +- {was_error:.2g} at the start'
-    return f'{text}: {_CAUSES[name]}' if name in _CAUSES else text
+    return ': '.join(filter(None, [text, spec_of(name).cause]))

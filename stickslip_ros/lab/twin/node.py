@@ -19,9 +19,8 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 from std_msgs.msg import Float64MultiArray
-from std_srvs.srv import SetBool
 
-from stickslip_ros.errors import StickSlipError
+from stickslip_ros.errors import StickSlipError, WrongKind
 from stickslip_ros.interface.cdr import unpack
 from stickslip_ros.interface.messages import ArrayMessage
 from stickslip_ros.lab.measurements.mapped import Mapped, parse_map, topic_of
@@ -32,7 +31,7 @@ from stickslip_ros.lab.twin.work import TWIN_OUTPUTS, Work
 from stickslip_ros.message_types import FLOAT64_ARRAY, POINT_STAMPED, WRENCH_STAMPED
 from stickslip_ros.parameters import Parameters, Spec, declared_by, specs
 from stickslip_ros.process.signals import run
-from stickslip_ros.recording.any_message import path_of
+from stickslip_ros.recording.any_message import Joint, path_of
 from stickslip_ros.recording.series import split_columns
 from stickslip_ros.ros.diagnostics import verdict
 from stickslip_ros.ros.executable import describe_node, guard_services, run_node
@@ -83,7 +82,6 @@ class StickSlipTwin(CheckedNode, GuardedNode, LifecycleNode):
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self.create_timer(_REPORT_S, self._report, clock=steady)
         self.create_timer(_LOOK_S, self._join, clock=steady)
-        self.create_service(SetBool, '~/set_recording', self._set_recording)
         self._outputs: dict[str, Any] = {}
         self._work: Work | None = None
         self._mapped: dict[str, Mapped] = {}
@@ -95,6 +93,9 @@ class StickSlipTwin(CheckedNode, GuardedNode, LifecycleNode):
         """Check stand and topics, and create the publishers of the twin."""
         try:
             self._mapped = parse_map(self.settings.topics)
+            if blocks := [each.field for each in self._mapped.values() if each.rate_hz]:
+                hint = 'publish each sample, with a stamp'
+                raise WrongKind('twin.map', blocks[0], 'a number of each message', hint)
             Twin(self.stand, self.settings)
         except StickSlipError as error:
             self.get_logger().error(f'not configured: {error}')
@@ -124,23 +125,19 @@ class StickSlipTwin(CheckedNode, GuardedNode, LifecycleNode):
         return result
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Unsubscribe from the rig."""
         self._end_work()
         return super().on_deactivate(state)
 
     def on_cleanup(self, _: LifecycleState) -> TransitionCallbackReturn:
-        """Destroy the publishers of the twin."""
         while self._outputs:
             self.destroy_lifecycle_publisher(self._outputs.popitem()[1])
         return _SUCCESS
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Stop all work."""
         self._end_work()
         return self.on_cleanup(state)
 
     def destroy_node(self) -> None:
-        """Finish the recording, then destroy the node."""
         self._end_work()
         super().destroy_node()
 
@@ -210,7 +207,8 @@ class StickSlipTwin(CheckedNode, GuardedNode, LifecycleNode):
             value = message
             try:
                 for part in path:
-                    value = value[part] if isinstance(part, int) else getattr(value, part)
+                    at = message.name.index(part) if isinstance(part, Joint) else part
+                    value = value[at] if isinstance(at, int) else getattr(value, part)
                 samples[name] = (at_ns,), (float(value) * mapped.factor,)
             except (AttributeError, LookupError, TypeError, ValueError) as error:
                 why = f'a message has no number for {name}: {error}'
@@ -218,7 +216,6 @@ class StickSlipTwin(CheckedNode, GuardedNode, LifecycleNode):
         self._add(samples)
 
     def _take_trace(self, data: bytes) -> None:
-        """Take a trace block of a drive."""
         block = unpack(FLOAT64_ARRAY, data)
         assert isinstance(block, ArrayMessage)
         samples = _Samples()
@@ -255,20 +252,7 @@ class StickSlipTwin(CheckedNode, GuardedNode, LifecycleNode):
     def _tell(self, line: str) -> None:
         self.get_logger().warning(line)
 
-    def _set_recording(self, request: Any, response: Any) -> Any:
-        if self._work is None:
-            response.message = 'the twin is not active; activate it first'
-            return response
-        try:
-            namespace = self.get_namespace().rstrip('/')
-            response.message = self._work.set_recording(request.data, namespace)
-            response.success = True
-        except StickSlipError as error:
-            response.success, response.message = False, str(error)
-        return response
-
     def _report(self) -> None:
-        """Publish the diagnostics."""
         self.guard.begin_report()
         name, work, news = self.get_fully_qualified_name(), self._work, self.guard.news()
         values: dict[str, object] = {**self.guard.values()}

@@ -35,5 +35,4 @@ class TwinParameters(Checked):
 
     @property
     def free_names(self) -> list[str]:
-        """Names of the free parameters."""
         return [each.strip() for each in self.free.split(',') if each.strip()]

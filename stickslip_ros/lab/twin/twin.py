@@ -17,14 +17,10 @@ import numpy as np
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.lab.experiments.experiment import OF_TRACES, Experiment, Seen, Voltage
+from stickslip_ros.lab.experiments.experiment import OF_TRACES, Experiment, Readout, Voltage
 from stickslip_ros.lab.experiments.options import ReadingOptions
 from stickslip_ros.lab.experiments.predict import SAMPLE_S, predict
-from stickslip_ros.lab.experiments.reading import (
-    MOVES_MIN,
-    experiment_over_time,
-    without_outliers,
-)
+from stickslip_ros.lab.experiments.reading import MOVES_MIN, experiment_over_time
 from stickslip_ros.lab.experiments.sensor import KnownSensor, noise_of
 from stickslip_ros.lab.experiments.sensor_clock import LATE_MIN_S, LEAD_S
 from stickslip_ros.lab.fitting.fit import FitOptions, fit_experiments
@@ -58,7 +54,6 @@ class ComparedQuantity(NamedTuple):
 
     @property
     def rms(self) -> float:
-        """Root of the mean square of the residual."""
         return float(np.sqrt(np.mean((self.rig - self.twin) ** 2)))
 
 
@@ -80,12 +75,13 @@ class Twin:
     def __init__(self, stand: Parameters, settings: TwinParameters) -> None:
         self.stand, self.settings = stand, settings
         self._fitted, free, self.notes = choose_free(stand, settings.free_names)
-        own = stand.flat()
         self._free = tuple(
-            replace(one, start=float(own[one.name])) if one.name in FROM_ZERO else one
+            replace(one, start=float(stand.value(one.name))) if one.name in FROM_ZERO else one
             for one in free
         )
-        self._known = {one.name: (one.start, settings.prior) for one in free if own[one.name]}
+        self._known = {
+            one.name: (one.start, settings.prior) for one in free if stand.value(one.name)
+        }
         self._options = ReadingOptions(window_s=(0.0, settings.window))
         self._sensor = KnownSensor()  # of the first quantity
         self._noise: float | None = None
@@ -97,17 +93,17 @@ class Twin:
         experiment = self.experiment(window)
         self._late_s = self._lateness(experiment)
         late_s = self._late_s if abs(self._late_s) > LATE_MIN_S else 0.0  # the rest is of a fit
-        on_time = tuple(replace(each, time_s=each.time_s - late_s) for each in experiment.seen)
-        experiment = replace(experiment, seen=on_time)
-        first, *others = experiment.sensed(late_s=self._sensor.late_s).seen
-        seen = (first.sensed(slow_s=self._sensor.slow_s), *others)
-        there = replace(experiment, seen=seen)
+        on_time = tuple(replace(each, time_s=each.time_s - late_s) for each in experiment.observed)
+        experiment = replace(experiment, observed=on_time)
+        first, *others = experiment.sensed(late_s=self._sensor.late_s).observed
+        observed = (first.sensed(slow_s=self._sensor.slow_s), *others)
+        there = replace(experiment, observed=observed)
         [found] = predict(self.stand, [there])
         assert isinstance(there.drive, Voltage)
         late = np.array((self._sensor.late_s, 0.0))
         waves = waves_of(there.drive.rows + late)
         begins_s, shown = there.drive.begins_s + late_s, list[ComparedQuantity]()
-        for each, model in zip(seen, found, strict=True):
+        for each, model in zip(observed, found, strict=True):
             still = each.sensed(drift_per_s=0.0)  # a drift would absorb the steps
             metric = metric_of(still, model, there.drive.rows, max(each.noise, FINEST), None)
             _, left = metric.of_sensor(model.values - each.values)
@@ -127,12 +123,12 @@ class Twin:
 
     def _lateness(self, one: Experiment) -> float:
         """Return the delay, s, next to the last one of those with which the stand moves alike."""
-        first = one.seen[0]
+        first = one.observed[0]
         time_s, reach_s = first.time_s, min(_LAG_S * _LAGS, 0.25 * float(np.ptp(first.time_s)))
         even_s = np.arange(0.0, time_s[-1], SAMPLE_S)
-        even = Seen(first.quantity, even_s, even_s)
+        even = Readout(first.quantity, even_s, even_s)
         # with the readings themselves the run is that of ``look``, which is made once
-        [[model, *_]] = predict(self.stand, [replace(one, seen=(even, *one.seen))])
+        [[model, *_]] = predict(self.stand, [replace(one, observed=(even, *one.observed))])
         inside = np.flatnonzero((time_s > time_s[0] + reach_s) & (time_s < time_s[-1] - reach_s))
         some = inside[:: 1 + len(inside) // _COMPARED]
         time_s, values = time_s[some], first.values[some]
@@ -154,8 +150,8 @@ class Twin:
         if np.std(voltage_v) <= MOVES_MIN * noise_of(voltage_v):
             raise RigAtRest('nothing drives the rig')
         drift = {'force_n': math.inf}
-        seen = tuple(
-            Seen(
+        observed = tuple(
+            Readout(
                 name,
                 values,
                 times_s,
@@ -165,11 +161,10 @@ class Twin:
             for times_s, values in [window.samples.get(name, (np.empty(0), np.empty(0)))]
             if np.count_nonzero(times_s >= 0.0) >= _SAMPLES_MIN
         )
-        if not seen:
+        if not observed:
             raise StickSlipError(f'no readings arrived, or fewer than {_SAMPLES_MIN}; {hint}')
         name, drive = f'rig at {window.start_ns * 1e-9:.3f} s', (time_s, voltage_v)
-        one = experiment_over_time(name, drive, seen, self.stand, None, self._options, {})
-        return without_outliers(one, FitOptions().outliers)
+        return experiment_over_time(name, drive, observed, self.stand, None, self._options, {})
 
     def is_due(self, look: Look) -> bool:
         """Return whether a window is the first of a period, to be fitted; call once per window."""
@@ -182,18 +177,18 @@ class Twin:
     def fit(self, look: Look, starts: int = 1) -> Fit:
         """Fit a window, starting from the last good fit."""
         one = look.experiment
-        time_s = one.seen[0].time_s
+        time_s = one.observed[0].time_s
         if len(time_s) > _FITTED_MOST:
             end_s = float(time_s[_FITTED_MOST])
             assert isinstance(one.drive, Voltage)
             rows = one.drive.rows[: np.searchsorted(one.drive.rows[:, 0], end_s) + 1]
             one = replace(one.within(time_s[0], end_s), drive=replace(one.drive, rows=rows))
-        first, *others = one.seen
-        seen = (replace(first, sigma=self._noise), *others)
+        first, *others = one.observed
+        observed = (replace(first, sigma=self._noise), *others)
         return fit_experiments(
             self._fitted,
             self._free,
-            [replace(one, seen=seen)],
+            [replace(one, observed=observed)],
             known=self._known,
             options=FitOptions(starts=starts, workers=1),
         )
@@ -205,5 +200,5 @@ class Twin:
             replace(one, start=min(max(value, one.lower), one.upper))
             for one, value in zip(self._free, values, strict=True)
         )
-        self._sensor = fitted.experiments[0].seen[0].sensor
-        self._noise = self._noise or fitted.problem.noise.values[0]
+        self._sensor = fitted.experiments[0].observed[0].sensor
+        self._noise = self._noise or fitted.problem.noise[0]

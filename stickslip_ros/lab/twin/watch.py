@@ -64,7 +64,6 @@ class Watch:
 
     @property
     def has_begun(self) -> bool:
-        """Whether the baseline is complete."""
         return len(self._first) >= _FIRST_LOOKS
 
     def limit(self, count: int) -> float:

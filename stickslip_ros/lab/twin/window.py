@@ -70,7 +70,6 @@ class RigClock:
         self._sent_ns = sent_ns
 
     def stamp_of(self, sent_ns: int) -> int:
-        """Return a stamp for a message without one."""
         return sent_ns - round(self._behind_ns or 0.0)
 
 
@@ -139,7 +138,6 @@ class Windows:
         return ''
 
     def complete(self) -> Iterator[Window]:
-        """Yield complete windows in order."""
         while self._last_ns >= 0:
             end_ns = self._start_ns + self._length_ns
             if min(self._newest.values()) < end_ns and self._last_ns < end_ns + self._lag_ns:

@@ -1,23 +1,18 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Results of the self-test as sections, page, CSV and picture."""
+"""Results of the self-test as sections, page and CSV."""
 
 import csv
 import io
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from matplotlib.figure import Figure
-
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.lab.figures.page import page_of
-from stickslip_ros.lab.figures.plotting import BLUE, VERMILION, new_figure, styled
 from stickslip_ros.lab.validation.self_test import CheckedAnswer, failed
 from stickslip_ros.sections import Section
 
@@ -27,7 +22,6 @@ _PREFIXES = {-4: 'p', -3: 'n', -2: 'u', -1: 'm', 0: '', 1: 'k', 2: 'M', 3: 'G'}
 """By powers of a thousand."""
 PREFIXED_UNITS = ('m', 'N', 'J', 'Pa', 'N/m')
 _HEADER = ('quantity', 'case', 'against', 'made by', 'reference', 'ours', 'error', 'tolerance')
-LEAST_SHARE = 1e-6  # smaller errors are drawn at this share of their tolerance
 Answers = Mapping[str, Sequence[CheckedAnswer]]
 
 
@@ -66,7 +60,7 @@ def report_sections(outcomes: Answers) -> Iterator[Section]:
     header = ('family', 'references', 'failed', 'largest error, of its tolerance')
     notes = [*map(failure_text, failed(outcomes)), summary_text(outcomes)]
     title = 'contact mechanics and drive against references'
-    yield Section(title, rows, header, notes, partial(draw_margins, outcomes))
+    yield Section(title, rows, header, notes)
     for family, found in outcomes.items():
         rows_of_family = []
         for each in found:
@@ -94,29 +88,6 @@ def csv_text(outcomes: Answers) -> str:
     writer.writeheader()
     writer.writerows(rows)
     return text.getvalue()
-
-
-@styled()
-def draw_margins(outcomes: Answers) -> Figure:
-    """Draw each error as a share of its tolerance."""
-    figure = new_figure(8.0, 5.0, f'stickslip validate: {summary_text(outcomes)}')
-    axes = figure.subplots()
-    for line, found in enumerate(outcomes.values()):
-        shares = np.array([each.error / each.reference.tolerance for each in found])
-        passed = np.array([each.passed for each in found], dtype=bool)
-        drawn = np.clip(np.nan_to_num(shares, nan=np.inf), LEAST_SHARE, 1.0 / LEAST_SHARE)
-        spread = line + np.linspace(-0.3, 0.3, len(drawn))
-        axes.plot(drawn[passed], spread[passed], 'o', color=BLUE, markersize=4.0)
-        axes.plot(drawn[~passed], spread[~passed], 'X', color=VERMILION, markersize=8.0)
-    axes.axvline(1.0, color=VERMILION, linewidth=1.2)
-    axes.set_xscale('log')
-    axes.set_xlim(left=0.5 * LEAST_SHARE)
-    axes.set_xlim(right=max(axes.get_xlim()[1], 4.0))
-    axes.set_yticks(range(len(outcomes)), list(outcomes))
-    axes.invert_yaxis()
-    drawn_at_left = f'error/tolerance (at most {LEAST_SHARE:g} drawn at the left)'
-    axes.set(xlabel=drawn_at_left, title='Every reference: right of the line it fails')
-    return figure
 
 
 def write_report(outcomes: Answers, folder: Path) -> list[Path]:

@@ -20,9 +20,7 @@ FREE = {'load_cell.contact': 'absent', 'runner.damping': 5.0, 'sim.block': 0.01}
 
 
 @pytest.fixture
-def drive_in_domain(
-    quiet_ros: None, start_drive: Any, ros_domain: int, monkeypatch: pytest.MonkeyPatch
-) -> Any:
+def drive_in_domain(quiet_ros, start_drive, ros_domain, monkeypatch) -> Any:
     """Give an active drive where the command line looks for one."""
     stand = start_drive(FREE)
     monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
@@ -63,9 +61,7 @@ def test_what_the_drive_refuses_is_refused_with_its_reason(drive_in_domain: Any,
     assert '/stickslip_drive is inactive, not active; activate it first' in capsys.readouterr().err
 
 
-def test_without_a_drive_that_is_said(
-    quiet_ros: None, ros_domain: int, monkeypatch: pytest.MonkeyPatch, capsys: Any
-):
+def test_without_a_drive_that_is_said(quiet_ros, ros_domain, monkeypatch, capsys):
     monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
     assert main(['command', 'stop', '--namespace', 'left/', '--timeout', '200ms']) == 2
     assert capsys.readouterr().err == (
@@ -138,9 +134,7 @@ def test_numbers_that_do_not_fit_are_refused(name: str, words: list[str], told: 
         ('voltage 10V --cycles 3', '--cycles 3 is not for voltage; leave it out'),
     ],
 )
-def test_what_no_message_holds_is_refused_without_a_drive(
-    typed: str, told: str, monkeypatch: pytest.MonkeyPatch, capsys: Any
-):
+def test_what_no_message_holds_is_refused_without_a_drive(typed, told, monkeypatch, capsys):
     monkeypatch.setattr('stickslip_ros.lab.cli.command.open_context', None)  # nobody is asked
     assert main(['command', *typed.split()]) == 2
     assert told in capsys.readouterr().err
@@ -153,7 +147,6 @@ def test_numbers_are_read_in_order_and_by_name():
     assert joint[0] != joint[0]
     assert joint[1] == pytest.approx(20e-6)
     assert typed_numbers(COMMANDS['enable_amplifier'], ['1']) == [1.0]
-    assert typed_numbers(COMMANDS['position'], ['-0,5um']) == [-5e-7, 0.0, 0.0]
 
 
 def test_a_command_that_there_is_not_is_refused(capsys: Any):

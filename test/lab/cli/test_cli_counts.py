@@ -214,9 +214,7 @@ def told(recorded_run: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize('kind', LIES)
-def test_a_file_that_lies_about_its_messages_gives_no_shorter_table(
-    told: Path, tmp_path: Path, kind: str, capsys: pytest.CaptureFixture[str]
-):
+def test_a_file_that_lies_about_its_messages_gives_no_shorter_table(told, tmp_path, kind, capsys):
     data_lie, summary_lie, status, words = LIES[kind]
     path, table = tmp_path / 'lies.mcap', tmp_path / 'lies.csv'
     assembled(told, path, data_lie, summary_lie)
@@ -244,9 +242,7 @@ def rows_of_table(path: Path, *words: str) -> list[tuple[str, ...]]:
 
 
 @pytest.mark.parametrize('kind', [each for each in LIES if 'chunk' not in each])
-def test_what_lies_is_recovered_whole_and_counted_anew(
-    told: Path, tmp_path: Path, kind: str, capsys: pytest.CaptureFixture[str]
-):
+def test_what_lies_is_recovered_whole_and_counted_anew(told, tmp_path, kind, capsys):
     data_lie, summary_lie, *_ = LIES[kind]
     path = assembled(told, tmp_path / 'lies.mcap', data_lie, summary_lie)
     is_of_statistics = 'counted' in kind
@@ -327,9 +323,7 @@ def test_a_message_of_another_time_is_exported_and_told(
     assert 'some have probably a wrong time' in capsys.readouterr().out
 
 
-def test_a_message_of_another_time_is_drawn_compared_and_told(
-    late: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-):
+def test_a_message_of_another_time_is_drawn_compared_and_told(late, tmp_path, capsys):
     path = rewritten(late, tmp_path / 'far.mcap', moved(2 * YEAR_NS), chunk_size=CHUNK_BYTES)
     for words in (
         ('plot', str(path), '-o', str(tmp_path / 'far.png')),
@@ -369,9 +363,7 @@ def bag_of(folder: Path, *files: Path) -> Path:
     return folder
 
 
-def test_parts_of_other_runs_are_refused(
-    told: Path, late: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-):
+def test_parts_of_other_runs_are_refused(told, late, tmp_path, capsys):
     theirs = foreign_numbers(tmp_path / 'theirs.mcap', [(50 * YEAR_NS, 0, 1.5)])
     for number, files in enumerate([(told, late), (late, told), (told, theirs), (theirs, told)]):
         bag = bag_of(tmp_path / f'bag{number}', *files)
@@ -387,9 +379,7 @@ def test_parts_of_other_runs_are_refused(
         ([0, 2, 1], 'it is part 2 in the place of part 1'),
     ],
 )
-def test_parts_that_are_not_listed_once_and_in_order_are_refused(
-    tmp_path: Path, listed: list[int], words: str, capsys: pytest.CaptureFixture[str]
-):
+def test_parts_that_are_not_listed_once_and_in_order_are_refused(tmp_path, listed, words, capsys):
     path = tmp_path / 'run'
     recorded(path, 50, format='bag', split_duration=0.02, flush_period=0.01)
     assert len(rows_of_table(path, '--readings')) > 40

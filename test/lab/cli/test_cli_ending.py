@@ -93,17 +93,9 @@ MOMENTS: list[tuple[list[str], Reached]] = [
 
 
 QUICK = {
-    'contact',
-    'draw',
-    'import',
-    'export',
-    'info',
-    'plot',
-    'recover',
-    'parameters',
-    'interface',
+    'contact', 'draw', 'import', 'export', 'info', 'plot', 'recover', 'parameters', 'interface',
     'compile',
-}
+}  # fmt: skip
 """Verbs that are over before a signal comes; of imports see test_executable.py."""
 
 
@@ -163,9 +155,7 @@ OFTEN = {'simulate', 'sweep', 'drive'}
         for place, (words, _) in enumerate(MOMENTS)
     ],
 )
-def test_a_stopped_verb_ends_in_one_line_and_leaves_whole_files(
-    place: int, folder: Path, ros_domain: int
-):
+def test_a_stopped_verb_ends_in_one_line_and_leaves_whole_files(place, folder, ros_domain):
     words, reached = MOMENTS[place]
     number = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)[place % 3]
     status, errors = stopped(words, folder, reached, number, ros_domain)

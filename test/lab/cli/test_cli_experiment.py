@@ -12,7 +12,7 @@ import pytest
 from mcap_records import foreign_numbers
 
 from stickslip_ros.lab.cli.main import main
-from stickslip_ros.lab.readers.experiment import read_experiment
+from stickslip_ros.lab.measurements.tables import read_experiment
 
 
 @pytest.fixture
@@ -69,7 +69,7 @@ def test_a_given_column_is_played(capsys: Any, tmp_path: Path):
     words = ['replay', str(scope), '-o', str(tmp_path / 'run.mcap')]
     assert main(words) == 2
     said = capsys.readouterr().err
-    assert f'{scope}: line 1: there is no voltage_v or foot_m; not understood: ' in said
+    assert f'{scope}: line 1: there is no voltage_v or foot_m; columns of numbers: ' in said
     assert 'preload_n' not in said
     assert main([*words, '--map', 'voltage_v=1 (100 V)']) == 0
     out, err = capsys.readouterr()
@@ -77,12 +77,18 @@ def test_a_given_column_is_played(capsys: Any, tmp_path: Path):
     assert 'run.mcap' in out
 
 
-def test_a_recording_is_no_table_and_it_is_said_what_reads_it(tmp_path: Path, capsys: Any):
-    path = foreign_numbers(tmp_path / 'run.mcap', [(0, 0, 1.0)])
-    for each in (path, tmp_path):
+def test_import_reads_a_recording_once_its_topics_are_mapped(tmp_path: Path, capsys: Any):
+    path = foreign_numbers(tmp_path / 'run.mcap', [(10**6 * k, k, float(k)) for k in range(3)])
+    for each in (path, tmp_path / 'none'):
         assert main(['import', str(each)]) == 2
-        told = capsys.readouterr().err
-        assert 'it is a recording or a folder; compare, fit, plot and replay read it' in told
+    assert main(['import', str(path)]) == 2
+    told = capsys.readouterr().err
+    topic = re.findall(r'it holds (\S+);', told)[-1]
+    words = ['--map', f'voltage_v={topic}.data (mV)', '-o', str(tmp_path / 'o.csv')]
+    assert main(['import', str(path), *words]) == 0
+    assert 'voltage_v is' in capsys.readouterr().out
+    rows = (tmp_path / 'o.csv').read_text().splitlines()
+    assert rows == ['time_s,voltage_v', '0.0,0.0', '0.001,0.001', '0.002,0.002']
 
 
 def test_rows_without_times_are_counted_at_a_rate(tmp_path: Path, capsys: Any):

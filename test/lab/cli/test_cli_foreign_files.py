@@ -222,16 +222,19 @@ def test_no_name_of_a_file_commands_the_terminal(escape: str, tmp_path: Path, ca
         assert escape[:1] not in out + err, words
 
 
-@pytest.mark.parametrize('encoding', ['ascii', 'latin-1'])
-def test_a_terminal_without_a_letter_shows_its_escape(encoding: str, tmp_path: Path):
+@pytest.mark.parametrize(
+    ('encoding', 'verb', 'end'),
+    [('ascii', 'info', ''), ('latin-1', 'info', '.no'), ('ascii', 'recover', '')],
+)
+def test_a_terminal_without_a_letter_shows_its_escape(encoding, verb, end, tmp_path):
     path = foreign_numbers(tmp_path / 'ä\u2126.mcap', [(1, 0, 1.5)])
-    environment = {**os.environ, 'PYTHONIOENCODING': encoding, 'PYTHONUTF8': '0'}
-    for words in (['info', path], ['info', path.with_suffix('.no')], ['recover', path]):
-        done = run_process(
-            [sys.executable, '-m', 'stickslip_ros', *words], env=environment, encoding=encoding
-        )
-        assert 'Traceback' not in done.stderr
-        assert r'\u2126' in done.stdout + done.stderr
+    done = run_process(
+        [sys.executable, '-m', 'stickslip_ros', verb, f'{path}{end}'],
+        env={**os.environ, 'PYTHONIOENCODING': encoding, 'PYTHONUTF8': '0'},
+        encoding=encoding,
+    )
+    assert 'Traceback' not in done.stderr
+    assert r'\u2126' in done.stdout + done.stderr
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""``stickslip info``, ``plot`` and ``recover``: what a file holds, shows, and what came back."""
+"""``info``, ``plot``, ``recover`` and ``replay``: what a file holds, shows, and gives again."""
 
 import json
 from pathlib import Path
@@ -17,6 +17,7 @@ from stickslip_ros.lab.cli.main import main
 from stickslip_ros.message_types import FLOAT64
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.layout import FileForm
+from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.run import ReportingBench, RunWriter
 
@@ -58,9 +59,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_the_picture_lies_beside_the_recording_unless_told(
-    capsys: Any, recording: Path, tmp_path: Path
-):
+def test_the_picture_lies_beside_the_recording_unless_told(capsys, recording, tmp_path):
     assert main(['plot', str(recording)]) == 0
     assert recording.with_suffix('.png').stat().st_size > 10_000
     out = capsys.readouterr().out
@@ -125,10 +124,9 @@ def test_a_whole_file_says_so_and_nothing_is_written(whole: Path, capsys):
     assert [path.name for path in whole.parent.iterdir()] == ['run.mcap']
 
 
-def test_a_cut_file_is_copied_and_its_topics_and_losses_are_shown(cut: Path, capsys):
+def test_a_cut_file_is_copied_and_its_losses_are_shown(cut: Path, capsys):
     assert main(['recover', str(cut)]) == 0
     shown = capsys.readouterr().out
-    assert '/voltage' in shown
     assert 'chunk cut off, or a' in shown
     assert f'wrote {cut.with_name("run.recovered.mcap")}' in shown
     assert main(['info', str(cut.with_name('run.recovered.mcap'))]) == 0
@@ -141,7 +139,78 @@ def test_the_same_comes_as_json(cut: Path, tmp_path: Path, capsys):
     assert result['written'] == str(output)
     [file] = result['files']
     assert file['is_whole'] is False
-    assert file['messages'] == file['topics'][0]['messages'] == file['last_ns'] / MS_NS + 1
+    [topic] = Recording(output).channels
+    assert file['messages'] == topic.messages == topic.last_ns / MS_NS + 1
     assert [loss['problem'] for loss in file['losses']] == [
         'chunk cut off, or a length in it is wrong'
     ]
+
+
+FIRST = [
+    'simulate', '--preload', '0.5', '--amplitude', '60nm', '--steps', '20', '-o', 'run.mcap',
+]  # fmt: skip
+MEASURED = 'time_s,voltage_v\n0.0,10.0\n0.005,60.0\n0.010,20.0\n'
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'measured.csv').write_text(MEASURED, encoding='utf-8')
+    return tmp_path
+
+
+@pytest.fixture
+def recorded(folder: Path) -> Path:
+    """Give a recording, made as the page says."""
+    assert main(FIRST) == 0
+    return folder / 'run.mcap'
+
+
+def test_a_replay_says_that_the_data_are_identical(recorded: Path, capsys: pytest.CaptureFixture):
+    capsys.readouterr()
+    assert main(['replay', str(recorded)]) == 0
+    assert 'every message is identical, byte for byte' in capsys.readouterr().out
+    assert main(['replay', str(recorded), '--json']) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told['identical'] is True
+    assert told['requests'] == 1
+
+
+def test_a_value_that_is_the_default_is_a_change_where_the_recording_has_another(folder, capsys):
+    words = ['--voltage', '100', '--steps', '3', '--set', 'stand.preload=0.25']
+    assert main(['simulate', *words, '-o', 'run.mcap']) == 0
+    (folder / 'stand.yaml').write_text('/**: {ros__parameters: {stand: {preload: 0.5}}}')
+    capsys.readouterr()
+    assert main(['replay', 'run.mcap', '--params', 'stand.yaml', '--json']) == 0
+    assert json.loads(capsys.readouterr().out)['changed'] == {'stand.preload': 0.5}
+    assert main(['replay', 'run.mcap', '--set', 'stand.preload=0.25', '--json']) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told['changed'], told['identical']) == ({}, True)
+
+
+def test_what_cannot_be_replayed_is_one_line_and_status_2(recorded, capsys):
+    capsys.readouterr()
+    assert main(['replay', 'measured.csv']) == 2
+    assert 'name the recording to write with -o' in capsys.readouterr().err
+    assert main(['replay', str(recorded), '-o', str(recorded)]) == 2
+    assert 'it exists and is not overwritten' in capsys.readouterr().err
+    assert main(['replay', 'nowhere.mcap']) == 2
+    assert 'nowhere.mcap' in capsys.readouterr().err
+
+
+def test_a_recording_carries_its_experiment_and_is_compared_with_it(folder, capsys):
+    words = [*FIRST, '--set', 'record.experiment=measured.csv']
+    assert main(words) == 0
+    attached = Recording('run.mcap').attachments['experiment.csv']
+    assert attached == ('text/csv', MEASURED.encode())
+    assert main(['compare', 'run.mcap', '--json']) == 0
+    assert 'run.mcap experiment.csv' in capsys.readouterr().out
+
+
+def test_a_measured_voltage_on_a_runner_that_the_load_cell_holds_is_said(folder, capsys):
+    held = 'the runner is fixed to the load cell'
+    assert main(['replay', 'measured.csv', '-o', 'held.mcap']) == 0
+    assert held in capsys.readouterr().out
+    free = ['--set', 'load_cell.contact=absent']
+    assert main(['replay', 'measured.csv', '-o', 'free.mcap', *free]) == 0
+    assert held not in capsys.readouterr().out

@@ -14,24 +14,10 @@ from stickslip_ros.lab.cli.main import main
 from stickslip_ros.recording.reader import ChannelSummary
 
 KEYS = {
-    'preload_n',
-    'voltage_v',
-    'amplitude_m',
-    'frequency_hz',
-    'force_mean_n',
-    'force_net_n',
-    'force_ramp_start_n',
-    'step_length_m',
-    'step_scatter_m',
-    'step_correlation_m',
-    'steady',
-    'steps',
-    'simulated_s',
-    'wall_s',
-    'real_time_factor',
-    'energy_residual',
-    'recording',
-}
+    'preload_n', 'voltage_v', 'amplitude_m', 'frequency_hz', 'force_mean_n', 'force_net_n',
+    'force_ramp_start_n', 'step_length_m', 'step_scatter_m', 'step_correlation_m', 'steady',
+    'steps', 'simulated_s', 'wall_s', 'real_time_factor', 'energy_residual', 'recording',
+}  # fmt: skip
 AMPLITUDE = ('--amplitude', '160e-9')
 
 
@@ -126,4 +112,4 @@ def test_a_wave_with_columns_that_nobody_knows_is_sent_to_import(tmp_path: Path,
     (tmp_path / 'wave.csv').write_text('time (ms),CH1 (V)\n0,0\n1,5\n', encoding='utf-8')
     assert main(['simulate', '--waveform', str(tmp_path / 'wave.csv')]) == 2
     refusal = capsys.readouterr().err
-    assert '--map voltage_v="CH1 (V)" of stickslip import, and simulate its -o FILE' in refusal
+    assert '--map voltage_v="... (V)" of stickslip import, and simulate its -o FILE' in refusal

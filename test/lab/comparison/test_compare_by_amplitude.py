@@ -13,7 +13,7 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.comparison.compare import CompareOptions, compare
 from stickslip_ros.lab.experiments import predict as predict_module
 from stickslip_ros.lab.measurements.sweep_table import write_table
-from stickslip_ros.lab.readers.experiment import read_experiment, read_joined
+from stickslip_ros.lab.measurements.tables import read_experiment, read_joined
 from stickslip_ros.lab.runs.batch import Interrupted
 from stickslip_ros.lab.runs.sawtooth_run import run_drive
 from stickslip_ros.lab.runs.sweep import Axis, Sweep, run_sweep
@@ -240,16 +240,6 @@ def test_the_model_beside_a_noisy_copy_of_itself_leaves_the_noise(noisy):
     assert 0.01 < told.chi_square.p_value < 0.99
 
 
-def test_another_friction_is_found_out_by_chi_square(noisy):
-    path, _ = noisy
-    other = Parameters().updated({'contact.friction': 0.5 * Parameters().contact.friction})
-    comparison = compare(path, other, options=CompareOptions(steps=STEPS))
-    told = force_of(comparison).agreement
-    assert told.rms > 5.0 * SIGMA_N
-    assert told.chi_square.p_value < 1e-6
-    assert comparison.b.changed == {'contact.friction': other.contact.friction}
-
-
 def test_the_uncertainty_of_an_amplitude_counts_by_the_slope(tmp_path):
     amplitudes = [40e-9, 60e-9, 80e-9]
     b = write_points(
@@ -348,13 +338,6 @@ def test_a_damaged_sweep_is_refused(tables, tmp_path, old, new, message):
     assert old in text
     (tmp_path / 'damaged.csv').write_text(text.replace(old, new))
     refused(tmp_path / 'damaged.csv', folder / 'rough.csv', message)
-
-
-def test_a_damaged_parquet_file_is_refused(tables, tmp_path):
-    folder, _ = tables
-    content = (folder / 'rough.parquet').read_bytes()
-    (tmp_path / 'damaged.parquet').write_bytes(content[:-20])
-    refused(tmp_path / 'damaged.parquet', folder / 'rough.csv', 'cannot be read as a Parquet file')
 
 
 def test_runs_that_were_not_steady_are_told(tables):

@@ -6,13 +6,16 @@
 import base64
 import dataclasses
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 from xml.etree import ElementTree as ET
 
+import numpy as np
 import pytest
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.lab.comparison.compare import CompareOptions, compare
+from stickslip_ros.lab.comparison.figure import cycle_of, draw_comparison
 from stickslip_ros.lab.figures.page import page_of
 from stickslip_ros.lab.figures.plotting import svg_of
 from stickslip_ros.parameters import Parameters
@@ -144,11 +147,6 @@ def test_the_legend_names_the_files(runs, origin, shown):
     assert {f'A: {shown}', 'B: run.mcap'} <= set(words)
 
 
-def test_the_legend_of_points_names_their_preloads(points):
-    words = re.findall('<!-- (.*?) -->', svg_of(points.plot()))
-    assert {'B: model, 0.1 N', 'B: model, 0.5 N'} <= set(words)
-
-
 def test_what_comes_from_a_file_is_escaped(points):
     text = page_of(points.sections(), NASTY)
     texts = Page(text).texts
@@ -201,3 +199,27 @@ def test_sentences_say_when_all_is_equal(recorded_run):
     told = repr(same).split('\n')
     assert len(told) == 4
     assert all(re.fullmatch(r'The .* of B equals that of A at all \d+ points\.', t) for t in told)
+
+
+def test_a_cycle_is_enlarged_beside_the_course_of_a_run_but_not_in_a_narrow_figure(runs):
+    quantity = runs.quantities[0]
+    time_s = np.arange(0.0, 0.05, 2e-5)
+    values = 1e-6 * (np.floor(500.0 * time_s) + 0.3 * (500.0 * time_s % 1.0))
+    stepping = replace(quantity.parts[0], x=time_s, a=values, b=values, sigma=None)
+    start_s, end_s = cycle_of(stepping)
+    assert (start_s, end_s - start_s) == pytest.approx((0.025, 1.2 / 500.0), rel=1e-3)
+    assert cycle_of(replace(stepping, a=time_s)) is None
+    assert cycle_of(replace(stepping, a=np.sin(100.0 * time_s))) is None
+    drawn = replace(runs, quantities=(replace(quantity, parts=(stepping,)),))
+    assert [len(drawn.plot(width_mm=width).axes) for width in (None, 85.0)] == [4, 2]
+
+
+def test_the_bands_stand_in_the_legend(runs):
+    [quantity, *_] = runs.quantities
+    [part] = quantity.parts
+    ends = ('low_95', 'low_68', 'high_68', 'high_95')
+    band = {name: part.b + k * 1e-9 for name, k in zip(ends, (-2, -1, 1, 2), strict=True)}
+    banded = replace(quantity, parts=(replace(part, band=band),))
+    figure = draw_comparison(runs, [banded])
+    told = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert {'B, 95 % band', 'B, 68 % band'} <= {*told}

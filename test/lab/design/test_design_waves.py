@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A wave within its limits, what it does to the drive, and what that is worth."""
+"""Shapes of a cycle, waves within their limits, what they do to the drive, and their worth."""
 
 import dataclasses
 
@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import trapezoid
+from scipy.interpolate import PchipInterpolator
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.build import friction_limit_n
@@ -17,13 +18,85 @@ from stickslip_ros.drive.layout import contacts_of
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.design.objectives import COST_MAX, OBJECTIVES, WaveGoal, assess
 from stickslip_ros.lab.design.search import WaveSearch
-from stickslip_ros.lab.design.shapes import SHAPES
-from stickslip_ros.lab.design.steady_cycle import CONTACT_SHARE, measure
-from stickslip_ros.lab.design.waves import SPLINE, PeriodicWave, playable, write_wave
+from stickslip_ros.lab.design.shapes import SHAPES, spline
+from stickslip_ros.lab.design.steady_cycle import measure
+from stickslip_ros.lab.design.waves import (
+    KNOTS_MAX,
+    KNOTS_MIN,
+    SPLINE,
+    PeriodicWave,
+    playable,
+    write_wave,
+)
 from stickslip_ros.lab.runs.courses import run_course
 from stickslip_ros.lab.runs.replay import read_drive_input
 from stickslip_ros.lab.runs.sawtooth_run import run_drive
 from stickslip_ros.parameters import Parameters
+
+KNOTS = [0.0, 0.2, 0.4, 0.6, 0.8, 0.9, 1.0]
+HEIGHTS = [0.0, 0.1, 0.5, 1.0, 0.6, 0.2, 0.0]
+
+
+def assert_closed_with_one_rise(rows):
+    time, height = rows.T
+    top = int(np.argmax(height))
+    assert (tuple(rows[0]), tuple(rows[-1]), height[top]) == ((0.0, 0.0), (1.0, 0.0), 1.0)
+    assert (np.diff(time) >= 0.0).all()
+    assert (np.diff(height[: top + 1]) >= 0.0).all()
+    assert (np.diff(height[top:]) <= 0.0).all()
+
+
+@pytest.mark.parametrize('name', SHAPES)
+@given(data=st.data())
+def test_a_named_shape_is_closed_whatever_its_parameters(name, data):
+    shape = SHAPES[name]
+    values = {
+        trait: data.draw(st.floats(bounds.low, bounds.high))
+        for trait, bounds in shape.traits.items()
+    }
+    assert_closed_with_one_rise(shape.rows(**values))
+
+
+@given(data=st.data())
+def test_a_spline_is_closed_and_monotone_on_either_side_whatever_its_knots(data):
+    count = data.draw(st.integers(KNOTS_MIN, KNOTS_MAX))
+    positive = st.floats(1e-4, 1.0)
+    steps = np.array(data.draw(st.lists(positive, min_size=count, max_size=count)))
+    rise = data.draw(st.integers(1, count - 1))
+    times = np.concatenate(([0.0], np.cumsum(steps)[:-1] / steps.sum(), [1.0]))
+    up, down = np.cumsum(steps[:rise]), np.cumsum(steps[rise:])
+    heights = [0.0, *(up[:-1] / up[-1]), 1.0, *(1.0 - down[:-1] / down[-1]), 0.0]
+    rows = spline(times, heights)
+    assert_closed_with_one_rise(rows)
+    for part in (np.s_[: rise + 1], np.s_[rise:]):
+        first_s, last_s = times[part][[0, -1]]
+        of_part = rows[(rows[:, 0] >= first_s) & (rows[:, 0] < last_s)]
+        joined = PchipInterpolator(times[part], heights[part])(of_part[:, 0])
+        assert of_part[:, 1].tolist() == np.clip(joined, 0.0, 1.0).tolist()
+    for knot in zip(times, heights, strict=True):
+        assert np.abs(rows - knot).max(axis=1).min() < 1e-12  # every knot is a corner
+
+
+def test_the_usual_parameters_are_the_published_forms():
+    assert SHAPES['sawtooth'].rows().tolist() == [[0.0, 0.0], [1.0, 1.0], [1.0, 0.0]]
+    time, height = SHAPES['parabola'].rows()[:-1].T
+    assert height[time < 1.0] == pytest.approx(time[time < 1.0] ** 2)
+    time, height = SHAPES['cycloid'].rows().T
+    assert height == pytest.approx(height[::-1])
+    assert np.interp(0.25, time, height) < 0.25  # a cusp on top is steep beside it
+    time, height = SHAPES['sine-compensated'].rows()[:-1].T
+    assert height == pytest.approx(time - np.sin(2.0 * np.pi * time) / (2.0 * np.pi))
+    kick = SHAPES['freeze-and-kick'].rows(rise=0.5, freeze=0.5)
+    assert kick[1:4].tolist() == [[0.5, 1.0], [0.75, 1.0], [0.75, 0.0]]
+    trapezoid = SHAPES['trapezoid'].rows(rise=0.25, fall=0.25, hold=0.5)
+    assert trapezoid[:, 0].tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
+
+
+def test_more_rows_follow_the_same_curve():
+    few, many = spline(KNOTS, HEIGHTS), spline(KNOTS, HEIGHTS, rows=192)
+    assert len(many) > 3 * len(few)
+    assert np.interp(few[:, 0], *many.T) == pytest.approx(few[:, 1], rel=0.0, abs=1e-3)
+
 
 pytestmark = pytest.mark.usefixtures('compiled_kernels')
 
@@ -140,17 +213,6 @@ def test_a_speed_that_is_missed_costs_and_one_that_is_made_does_not(objective):
     assert (fast.cost, fast.meets) == (slow.value, True)
 
 
-def test_contacts_that_are_looked_at_slip_fully_once_a_cycle():
-    rows = playable(SHAPES['sawtooth'].rows(), FREE, 300.0, 1000.0)
-    cycle = run_course(measure(FREE, rows))
-    looked, blind = cycle.trace(contacts=True), cycle.trace()
-    assert looked[:, 2:CONTACT_SHARE] == pytest.approx(
-        blind[:, 2:CONTACT_SHARE], rel=1e-6, abs=1e-15
-    )
-    shares = looked[:, CONTACT_SHARE]
-    assert np.abs(shares).max() == pytest.approx(1.0, rel=1e-6)
-
-
 def test_a_written_wave_is_what_the_commands_read(tmp_path):
     rows = playable(SHAPES['cycloid'].rows(), STAND, 300.0, 1000.0)
     write_wave(rows, tmp_path / 'wave.csv')
@@ -172,3 +234,16 @@ def test_a_written_wave_is_what_the_commands_read(tmp_path):
 def test_goals_that_cannot_be_meant_are_refused(values, message):
     with pytest.raises(StickSlipError, match=message):
         WaveGoal(**values)
+
+
+@pytest.mark.parametrize('load_n', [0.0, 0.05])
+def test_flatness_is_that_of_four_speeds_from_no_load_to_the_whole_load(load_n):
+    free = STAND.updated({'load_cell.contact': 'absent'})
+    whole_n = load_n or 0.25 * friction_limit_n(STAND)
+    steps_m = [
+        run_drive(free, 160e-9, 1000.0, load_n=-share * whole_n / 3.0).step_length_m
+        for share in range(4)
+    ]
+    flatness = (max(steps_m) - min(steps_m)) / float(np.mean(steps_m))
+    worth = run_course(assess(WaveGoal('flatness', load_n), STAND, np.array(SAWTOOTH)))
+    assert worth.value == pytest.approx(flatness, rel=1e-4, abs=0.0)

@@ -60,9 +60,7 @@ def film() -> Callable[..., Path]:
     return runpy.run_path(str(DOCS / 'examples' / 'film.py'))['main']
 
 
-def test_the_drawing_of_the_documentation_is_the_film_of_the_example(
-    film: Callable[..., Path], tmp_path: Path
-):
+def test_the_drawing_of_the_documentation_is_the_film_of_the_example(film, tmp_path):
     kept, now = PICTURE.read_text(encoding='utf-8'), film(film=tmp_path / 'film.svg').read_text()
     assert NUMBER.split(kept) == NUMBER.split(now)
     numbers = ([float(each) for each in NUMBER.findall(text)] for text in (kept, now))

@@ -23,7 +23,7 @@ from stickslip_ros.lab.fitting.assumed import ASSUMED_SHARES
 from stickslip_ros.lab.fitting.fit import FitOptions, fit
 from stickslip_ros.lab.fitting.free import Free, choose_free
 from stickslip_ros.lab.fitting.metric import Allowance
-from stickslip_ros.lab.fitting.problem import StandardErrors, pose
+from stickslip_ros.lab.fitting.problem import pose
 from stickslip_ros.lab.measurements.recorded import recorded_stand
 from stickslip_ros.parameters import SENSORS, Parameters, load_yaml
 from stickslip_ros.recording.reader import Recording
@@ -78,7 +78,7 @@ def misses(one: Experiment, stand: Parameters, late_s: float = 0.0) -> dict[str,
     }
     return {
         seen.quantity: float(np.std(each.values - seen.values)) / noises[seen.quantity]
-        for each, seen in zip(found, one.seen, strict=True)
+        for each, seen in zip(found, one.observed, strict=True)
     }
 
 
@@ -111,8 +111,7 @@ def test_the_cyclic_error_of_its_interferometer_pulls_no_parameter(seed, tmp_pat
     plan = ((1, Request('sawtooth', (250.0, 1000.0, 8.0))),)
     one = experiment_of(recorded(tmp_path / 'run.mcap', plan, stand, 12))
     _, free, _ = choose_free(stand, ['contact.friction', 'runner.mass', *changes])
-    noise = StandardErrors(True, (5e-10,))
-    problem = replace(pose(stand, free, [one]), allowance=Allowance(), noise=noise)
+    problem = replace(pose(stand, free, [one]), allowance=Allowance(), noise=(5e-10,))
     [shown] = problem.predicted([stand])
     problem = problem.measured_at(shown)
     slopes = problem.slopes(problem.start)
@@ -129,7 +128,7 @@ def test_large_falls_before_small_ones_make_no_clock_late(tmp_path):
     )
     one = experiment_of(recorded(tmp_path / 'run.mcap', saws, stand, 25))
     assert isinstance(one.drive, Voltage)
-    found = lateness_of(one.seen[0], one.drive)
+    found = lateness_of(one.observed[0], one.drive)
     assert found is not None
     assert not found.is_clear, f'{found.late_s} s late, where its own clock is right'
 
@@ -178,10 +177,7 @@ def test_a_recording_that_begins_before_its_first_command_begins_at_rest(tmp_pat
     stand = Parameters()
     plan = ((30, Request('sawtooth', (213.3, 1000.0, 15.0))),)
     one = experiment_of(recorded(tmp_path / 'run.mcap', plan, stand, 50, begins_ms=20))
-    assert said(one) == (
-        'as commanded',
-        '0.030000 s on: sawtooth 213.3 V, 1000 Hz, 15 steps',
-    )
+    assert said(one) == ('as commanded', '0.030000 s on: sawtooth 213.3 V, 1000 Hz, 15 steps')
     assert misses(one, stand)['position_m'] == pytest.approx(1.0, abs=0.12)
 
 
@@ -228,6 +224,7 @@ def test_a_voltage_that_did_not_follow_its_commands_is_recognised(tmp_path):
         Request('load', (0.1, *(0.0,) * 5)),
         Request('preload', (0.5,)),
         Request('zero_position'),
+        Request('parameters', settings=(('runner.mass', 0.012),)),
         Request('fault', settings=(('fault.interferometer', 'freeze'),)),
     ],
     ids=lambda each: each.name,
@@ -239,11 +236,26 @@ def test_what_changes_the_stand_within_a_stretch_is_refused_by_its_name(change, 
         experiment_of(path)
 
 
+def test_what_changed_before_a_stretch_holds_in_it_and_an_equal_value_changes_nothing(tmp_path):
+    heavy = ('runner.mass', 0.012), ('step.amplitude', 213.3)
+    plan = (
+        (0, Request('parameters', settings=heavy)),
+        (5, Request('steps', (40.0,))),
+        (11, Request('parameters', settings=heavy)),
+    )
+    stand = Parameters().updated(STANDS['free'])
+    path = recorded(tmp_path / 'run.mcap', plan, stand, 50)
+    one = experiment_of(path, window_s=(0.01, 0.05))
+    assert said(one)[0] == 'as commanded'
+    assert misses(one, stand.updated({'runner.mass': 0.012}))['position_m'] < 1.2
+    assert misses(one, stand)['position_m'] > 1.5
+
+
 def test_a_sensor_that_holds_its_samples_keeps_its_low_pass(tmp_path):
     stand = Parameters().updated({'interferometer.sample_rate': 10e3})
     plan = ((0, Request('sawtooth', (213.3, 1000.0, 0.0))),)
     one = experiment_of(recorded(tmp_path / 'run.mcap', plan, stand, 20))
-    assert [each.sensor.undone_hz for each in one.seen] == [0.0, 2000.0]
+    assert [each.sensor.undone_hz for each in one.observed] == [0.0, 2000.0]
 
 
 def test_a_recording_with_a_load_cell_is_fitted_to_the_noise(tmp_path):

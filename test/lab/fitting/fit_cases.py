@@ -8,9 +8,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps, Seen
+from stickslip_ros.lab.experiments.experiment import Experiment, Readout, SawtoothSteps
 from stickslip_ros.lab.experiments.predict import predict
-from stickslip_ros.lab.fitting.assumed import ASSUMED_SHARES, FEET_NUMBER, LOAD_FACTOR
+from stickslip_ros.lab.fitting.assumed import (
+    ASSUMED_SHARES,
+    CALIBRATIONS,
+    FEET_NUMBER,
+    LOAD_FACTOR,
+)
 from stickslip_ros.parameters import Parameters
 
 FREQUENCY_HZ = 2000.0
@@ -20,7 +25,7 @@ SIGMA_N = 1e-3
 TRUTH = {'contact.friction': 0.25, 'runner.damping': 80.0}
 PRELOADS_N = (0.1,)
 AMPLITUDES_M = (40e-9, 60e-9, 80e-9, 100e-9, 140e-9)
-EXACT = dict.fromkeys((*ASSUMED_SHARES, FEET_NUMBER, LOAD_FACTOR), '+-0%')
+EXACT = dict.fromkeys((*ASSUMED_SHARES, *CALIBRATIONS, FEET_NUMBER, LOAD_FACTOR), '+-0%')
 """Constants of a rig whose contacts and feet are surely those of the stand."""
 
 
@@ -39,7 +44,7 @@ def exact_points(
     counted: bool = False,
 ) -> list[Experiment]:
     """Give the forces of a stand without noise, with or without their standard errors."""
-    nothing = Seen('force_n', np.zeros(1), sigma=SIGMA_N if known else None)
+    nothing = Readout('force_n', np.zeros(1), sigma=SIGMA_N if known else None)
     asked = [
         Experiment(
             '',
@@ -55,7 +60,7 @@ def exact_points(
         dataclasses.replace(
             one,
             drive=steps_of(one)._replace(steps=steps, is_steady=not counted),
-            seen=(dataclasses.replace(nothing, values=found.values),),
+            observed=(dataclasses.replace(nothing, values=found.values),),
         )
         for one, [found] in zip(asked, predict(truth, asked), strict=True)
     ]
@@ -63,7 +68,7 @@ def exact_points(
 
 def forces_n(points: Sequence[Experiment]) -> np.ndarray:
     """Give the forces of points."""
-    return np.array([one.seen[0].values[0] for one in points])
+    return np.array([one.observed[0].values[0] for one in points])
 
 
 def with_forces(
@@ -71,7 +76,7 @@ def with_forces(
 ) -> list[Experiment]:
     """Give the points with other forces and errors."""
     return [
-        dataclasses.replace(one, seen=(Seen('force_n', np.array([each]), sigma=sigma_n),))
+        dataclasses.replace(one, observed=(Readout('force_n', np.array([each]), sigma=sigma_n),))
         for one, each in zip(points, force_n, strict=True)
     ]
 

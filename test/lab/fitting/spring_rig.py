@@ -4,22 +4,22 @@
 """
 A made-up rig: rows of springs under six feet, small time steps, a sensor that is not ours.
 
-It shares no code with the package. The profile is that of Eq. 18, the springs stick or slip one by
-one (Section 3.4 of the paper), the runner moves by the leapfrog method, the voltage falls with the
-slew rate of its corners. What fits do not know may be there: feet of unequal gain, a piezo that
-remembers and rings, a slow sensor, a zero, a drift, a late clock, noise.
+Its springs are those of ``stage_rig``, and it shares no code with the package. What fits do not
+know may be there: feet of unequal gain, a piezo that remembers and rings, a slow sensor, a zero,
+a drift, a late clock, noise.
 
 """
 
+from collections import Counter
 from dataclasses import dataclass, field
 from functools import lru_cache
 
-import numba
 import numpy as np
 from scipy import signal
+from stage_rig import row_of, run, waves, with_memory
 
 E_STAR_PA, G_STAR_PA = 147.21485e9, 121.23576e9
-RADIUS_M, HURST = 0.5e-3, 0.7
+RADIUS_M = 0.5e-3
 SHARES = (2**0.5 / 2, 2**0.5 / 2, *(2**0.5 / 4,) * 4)
 """Normal force of each foot per preload."""
 SPRINGS = 160  # under half a contact
@@ -80,111 +80,32 @@ class Rig:
 def _motion(rig: Rig, rows: bytes, every: int) -> np.ndarray:
     """Give every so many steps the place of the runner; the values stay as they are."""
     corners = np.frombuffer(rows).reshape(-1, 2)
-    stiff, pressed = [], []
-    for share in SHARES:
-        half_m, press_n = _row(share * rig.preload_n, rig.prefactor)
-        stiff.append(np.full(SPRINGS, 2.0 * G_STAR_PA * half_m / SPRINGS))
-        pressed.append(rig.friction * press_n)
+    alike = Counter(zip(SHARES, rig.gains, strict=True))
+    stiff, limits = [], []
+    for (share, _), number in alike.items():
+        half_m, press_n = contact(share * rig.preload_n, rig.prefactor)
+        stiff.append(number * 2.0 * G_STAR_PA * half_m / SPRINGS)
+        limits.append(number * rig.friction * press_n)
     steps = round(corners[-1, 0] / STEP_S)
     voltage_v = np.interp(STEP_S * np.arange(steps + 1), corners[:, 0], corners[:, 1])
-    foot_m = rig.gain_m_per_v * _with_memory(voltage_v, rig.hysteresis)
+    foot_m = rig.gain_m_per_v * with_memory(voltage_v, rig.hysteresis, 300.0)
     if rig.resonance_hz:
         omega = 2.0 * np.pi * rig.resonance_hz
         rings = signal.TransferFunction([omega**2], [1.0, 0.14 * omega, omega**2])
         even = rings.to_discrete(STEP_S, 'tustin')
         foot_m = signal.lfilter(even.num, even.den, foot_m)
-    out = _run(
-        foot_m,
-        np.array(rig.gains),
-        np.array(stiff),
-        np.array(pressed),
-        rig.mass_kg,
-        rig.damping_n_s_per_m,
-        rig.load_n,
-        every,
-    )
+    feet_m = np.outer([gain for _, gain in alike], foot_m)
+    mechanics = rig.mass_kg, rig.damping_n_s_per_m, rig.load_n, 0.0
+    out = run(feet_m, np.array(stiff), np.array(limits), *mechanics, STEP_S, every)
     out.flags.writeable = False
     return out
 
 
-def _row(normal_n: float, prefactor: float) -> tuple[float, np.ndarray]:
+def contact(normal_n: float, prefactor: float) -> tuple[float, np.ndarray]:
     """Give half the width of a contact and the normal forces of its springs, both halves."""
-
-    def height(x: np.ndarray) -> np.ndarray:
-        return x**2 / RADIUS_M + prefactor * x**HURST
-
-    low, high = 1e-9, 1e-4
-    for _ in range(200):
-        half_m = 0.5 * (low + high)
-        x = (np.arange(SPRINGS) + 0.5) * half_m / SPRINGS
-        forces = 2.0 * E_STAR_PA * half_m / SPRINGS * (height(np.array(half_m)) - height(x))
-        low, high = (half_m, high) if forces.sum() < normal_n else (low, half_m)
-    return half_m, forces
+    return row_of(normal_n, RADIUS_M, prefactor, E_STAR_PA, SPRINGS)
 
 
-def _with_memory(voltage_v: np.ndarray, share: float) -> np.ndarray:
-    """Give the voltage that a piezo follows with eight plays of widths up to 300 V."""
-    if not share:
-        return voltage_v
-    followed = (1.0 - share) * voltage_v
-    for k in range(8):
-        followed = followed + share / 8.0 * _play(voltage_v, 150.0 * (k + 0.5) / 8.0)
-    return followed
-
-
-@numba.njit(cache=False)
-def _play(voltage_v, half_width_v):
-    out, place = np.empty_like(voltage_v), voltage_v[0]
-    for k in range(len(voltage_v)):
-        place = min(max(place, voltage_v[k] - half_width_v), voltage_v[k] + half_width_v)
-        out[k] = place
-    return out
-
-
-@numba.njit(cache=False, fastmath=True)
-def _run(foot_m, gains, stiff, limits, mass_kg, damping, load_n, every):
-    pulls = np.zeros(stiff.shape)
-    x, v = 0.0, 0.0
-    out = np.empty((len(foot_m) - 1) // every + 1)
-    out[0] = 0.0
-    before = foot_m[0]
-    for k in range(1, len(foot_m)):
-        moved = foot_m[k] - before
-        before = foot_m[k]
-        dx = v * STEP_S
-        x += dx
-        force = load_n
-        for i in range(len(gains)):
-            du = dx - gains[i] * moved
-            for j in range(pulls.shape[1]):
-                q = pulls[i, j] + stiff[i, j] * du
-                q = min(max(q, -limits[i, j]), limits[i, j])
-                pulls[i, j] = q
-                force -= q
-        v = (v * (1.0 - 0.5 * damping * STEP_S / mass_kg) + force * STEP_S / mass_kg) / (
-            1.0 + 0.5 * damping * STEP_S / mass_kg
-        )
-        if k % every == 0:
-            out[k // every] = x
-    return out
-
-
-def voltage(*waves: tuple[float, float, int], rest_s: float = 3e-3) -> np.ndarray:
-    """
-    Give the corners of waves one after the other, with rests between them.
-
-    Each is volts, hertz and number of cycles; of negative volts a triangle.
-
-    """
-    rows, now_s = [(0.0, 0.0), (rest_s, 0.0)], rest_s
-    for volts, hertz, count in waves:
-        for _ in range(count):
-            if volts < 0.0:
-                rows += [(now_s + 0.5 / hertz, -volts), (now_s + 1.0 / hertz, 0.0)]
-            else:
-                fall_s = volts / SLEW_V_PER_S
-                rows += [(now_s + 1.0 / hertz - fall_s, volts), (now_s + 1.0 / hertz, 0.0)]
-            now_s += 1.0 / hertz
-        now_s += rest_s
-        rows.append((now_s, 0.0))
-    return np.array(rows)
+def voltage(*parts: tuple[float, float, int], rest_s: float = 3e-3) -> np.ndarray:
+    """Give the corners of waves one after the other, from 0 V, with rests between them."""
+    return waves(*parts, slew_v_per_s=SLEW_V_PER_S, low_v=0.0, rest_s=rest_s)

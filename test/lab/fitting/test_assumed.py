@@ -12,11 +12,14 @@ import pytest
 from fit_cases import EXACT
 from spring_rig import voltage
 
+from stickslip_ros import load_yaml, stage_file
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
+from stickslip_ros.lab.experiments.experiment import Experiment, Readout, Voltage
 from stickslip_ros.lab.experiments.predict import predict
+from stickslip_ros.lab.figures.page import page_of
 from stickslip_ros.lab.fitting.assumed import (
     ASSUMED_SHARES,
+    CALIBRATIONS,
     FEET_NUMBER,
     LOAD_FACTOR,
     assumed_of,
@@ -26,7 +29,7 @@ from stickslip_ros.lab.fitting.assumed import (
 from stickslip_ros.lab.fitting.fit import FitOptions, fit
 from stickslip_ros.lab.fitting.free import Free
 from stickslip_ros.lab.fitting.report import Fit, as_object
-from stickslip_ros.lab.readers.numbers import stage_hz
+from stickslip_ros.lab.measurements.numbers import stage_hz
 from stickslip_ros.parameters import Parameters, Scalar
 
 ROWS = voltage((-60.0, 250.0, 1), (-170.0, 200.0, 1), (280.0, 300.0, 5), (300.0, 600.0, 8))
@@ -37,6 +40,7 @@ TRUTH = {
     'runner.damping': 25.0,
     'actuator.gain': 5.5e-10,
 }
+DRIVEN_BY = 'one wave', 'another wave'
 PRELOAD_N, NOISE_M = 0.33, 1.5e-9
 LIMIT_N = TRUTH['contact.friction'] * 2.0 * 2.0**0.5 * PRELOAD_N
 LOADED: Mapping[str, Any] = {'stand.load': 0.05 * LIMIT_N}
@@ -49,11 +53,13 @@ def recorded(changes: Mapping[str, Any], rows: np.ndarray = ROWS) -> Experiment:
     """Give the noisy position of a stand that differs from the stand of the paper."""
     time_s = np.arange(0.0, rows[-1, 0], 2e-5)
     settings: dict[str, Scalar] = {'stand.preload': PRELOAD_N, 'load_cell.contact': 'absent'}
-    asked = Experiment('rig', settings, Voltage(rows), (Seen('position_m', 0.0 * time_s, time_s),))
+    asked = Experiment(
+        'rig', settings, Voltage(rows), (Readout('position_m', 0.0 * time_s, time_s),)
+    )
     [[shown]] = predict(Parameters().updated({**TRUTH, **changes}), [asked])
     noise_m = np.random.default_rng(2).normal(0.0, NOISE_M, len(time_s))
-    seen = Seen('position_m', shown.values + noise_m, time_s)
-    return Experiment('rig', settings, Voltage(rows), (seen,))
+    seen = Readout('position_m', shown.values + noise_m, time_s)
+    return Experiment('rig', settings, Voltage(rows, notes=DRIVEN_BY), (seen,))
 
 
 def learned(seen: Experiment, assume: Mapping[str, str], known: str | None = None) -> Fit:
@@ -107,9 +113,7 @@ def test_a_load_can_be_free():
     assert LOAD_FACTOR not in found.uncertainty.shares
 
 
-def test_ratios_are_narrow_and_hold_whatever_the_feet_are(
-    changes: Mapping[str, Any], other: tuple[Experiment, Fit]
-):
+def test_ratios_are_narrow_and_hold_whatever_the_feet_are(changes, other):
     _, found = other
     ratios = {one.name: one for one in found.ratios}
     ringing, stand = ratios['ringing, k/m'], Parameters().updated({**TRUTH, **changes})
@@ -132,10 +136,23 @@ def test_the_report_says_where_the_scale_comes_from(other: tuple[Experiment, Fit
     )
     assert 'Assumed errors, also in the covariance: scale 30 %, contact.radius 50 %' in text
     assert 'feet and contacts are those of the paper, as none were described' in text
-    assert next(found.sections()).title == 'what the recording shows, whatever the feet are'
+    page = page_of(found.sections())
+    pictures = 'readings (A) and model (B)', 'correlations of the parameters'
+    told = (
+        f'<h1>fit of {", ".join(TRUTH)} to rig',
+        'The fit holds.',
+        'what the recording shows, whatever the feet are',
+        '<h2>fitted parameters</h2>\n<table>',
+        *(f'alt="{each}, drawn"' for each in pictures),
+        '<td>driven by</td><td>one wave<br>another wave</td>',
+    )
+    places = [page.find(each) for each in told]
+    assert places == sorted(places)
+    assert places[0] > 0
+    assert not any(each in found._repr_html_() for each in pictures)
     content = as_object(found)
     untold = {'contact.radius': 0.5, FEET_NUMBER: 0.5, LOAD_FACTOR: 0.03}
-    assert content['assumed'] == {**ASSUMED_SHARES, **untold}
+    assert content['assumed'] == {**ASSUMED_SHARES, **untold, **CALIBRATIONS}
     assert [each['name'] for each in content['ratios']][-1] == 'gain'
     assert content['bands'].startswith('bands are those of motions; forces have the error of')
 
@@ -165,6 +182,71 @@ def test_twice_the_feet_move_as_twice_the_feet():
     [[true]] = predict(stand.updated(twice), [one])
     [[found]] = predict(stand, [with_constant(stand, one, FEET_NUMBER, 2.0)])
     assert found.values == pytest.approx(true.values, rel=0.0, abs=STEPWISE * np.ptp(true.values))
+
+
+def test_a_voltage_monitor_that_is_2_percent_wrong_puts_the_gain_two_errors_off():
+    seen, true = recorded({}), TRUTH['actuator.gain']
+    wrong = replace(seen, drive=Voltage(ROWS * [1.0, 0.98]))
+    found = learned(wrong, {})
+    [gain] = [one for one in found.estimates if one.name == 'actuator.gain']
+    [shown] = [one for one in found.ratios if one.name == 'gain']
+    for one in (gain, shown):
+        assert one.value == pytest.approx(true / 0.98, rel=1e-3)
+        assert one.standard_error == pytest.approx(0.01 * true, rel=0.1)
+        assert 1.9 < (one.value - true) / one.standard_error < 2.1
+    assert 'voltage 1 %, position 0.1 %' in repr(found)
+    spread = np.std(np.log([each.actuator.gain for each in found.draws(400)]))
+    own = np.sqrt(found.uncertainty.recorded_z[4, 4])
+    assert spread == pytest.approx(np.hypot(own, 3e-3), rel=0.15)  # 0.3 % of a step is owed
+
+
+CLAMP = load_yaml(stage_file('clamp'))
+GUIDED = {**TRUTH, 'runner.mass': 0.036, 'runner.damping': 31.0, 'actuator.gain': 9.1e-9}
+GUIDED |= {'feet.share[1]': 0.08}  # where the file assumes 0.05, from 0.005 to 1
+
+
+@pytest.fixture(scope='module')
+def clamped() -> Experiment:
+    """Give the noisy position of a clamp with a stiffer guide than that of its file."""
+    rows = voltage((95.0, 150.0, 4), (-60.0, 150.0, 1), (70.0, 300.0, 6))
+    time_s = np.arange(0.0, rows[-1, 0], 2e-5)
+    settings: dict[str, Scalar] = {'stand.preload': 8.0, 'load_cell.contact': 'absent'}
+    blank = Readout('position_m', 0.0 * time_s, time_s)
+    asked = Experiment('clamp', settings, Voltage(rows), (blank,))
+    [[shown]] = predict(CLAMP.updated(GUIDED), [asked])
+    noise_m = np.random.default_rng(3).normal(0.0, NOISE_M, len(time_s))
+    return replace(asked, observed=(replace(blank, values=shown.values + noise_m),))
+
+
+def test_the_share_of_a_guide_is_named_and_can_be_learned(clamped: Experiment):
+    options = FitOptions(starts=1)
+    lacking = fit(clamped, [*TRUTH], parameters=CLAMP, options=options)
+    assert lacking.missing[0].name == 'feet.share[1]'
+    assert lacking.missing[0].odds > 20.0
+    share = Free('feet.share[1]', low=0.005, high=1.0)
+    options = FitOptions(starts=1, assume={'contact.radius': '5mm+-2%'})
+    weighed = [name for name in TRUTH if name != 'runner.mass']
+    free: list[str | Free] = [*weighed, Free('runner.mass', known='36g+-1%'), share]
+    found = fit(clamped, free, parameters=CLAMP, options=options)
+    assert found.holds
+    for one in found.estimates:
+        assert one.low < GUIDED[one.name] < one.high
+    assert found.estimates[-1].value == pytest.approx(0.08, rel=0.02)
+    friction = found.estimates[0]
+    assert friction.standard_error < 0.08 * friction.value
+
+
+def test_ranges_of_a_stage_are_assumed_errors_unless_a_value_is_given():
+    _, shares = assumed_of(CLAMP, ['runner.mass', 'feet.share[1]'], {'contact.radius': '+-2%'})
+    assert shares['contact.radius'] == 0.02
+    assert 'feet.share[1]' not in shares
+    assert shares['stand.preload'] == pytest.approx(np.log(30.0) / 3.92)  # 95 % within 1 to 30 N
+    assert shares[FEET_NUMBER] == pytest.approx(np.log(4.0) / 3.92)
+    _, shares = assumed_of(CLAMP.updated({'contact.radius': '4mm'}), ['runner.mass'], {})
+    assert shares['contact.radius'] == ASSUMED_SHARES['contact.radius']
+    assert shares['feet.share[1]'] == pytest.approx(np.log(200.0) / 3.92)
+    walker = assumed_of(load_yaml(stage_file('walker')), ['runner.mass'], {})[1]
+    assert walker['stand.load'] == pytest.approx(0.5 / 0.2 / 3.92)  # a range that ends at 0
 
 
 @pytest.mark.slow  # a fit on feet that it does not know, and another of a weighed runner
@@ -215,7 +297,7 @@ def test_values_and_errors_of_constants_are_stated_and_a_described_foot_is_no_do
     [
         ('contact.radius', '1mm', 'is not VALUE'),
         ('contact.radius', '+-100%', 'with an error of 0 to less than 100 %'),
-        ('scale', '2+-10%', r'not a value above 0 \(scale, feet, load: 1\)'),
+        ('scale', '2+-10%', r'not a value above 0 \(scale, feet, load, voltage, position: 1\)'),
         ('contact.friction', '+-1%', 'of a free parameter; leave it out, or use --known'),
         ('contact.radus', '+-1%', 'contact.radius'),
         ('feet.count', '+-1%', 'a quantity'),

@@ -15,14 +15,18 @@ from scipy.optimize import curve_fit
 from scipy.stats import binom, chi2
 
 from stickslip_ros.errors import OutOfRange
+from stickslip_ros.kernels import cache as kernel_cache
+from stickslip_ros.kernels.cache import Folders
+from stickslip_ros.kernels.kernel import entry_point
 from stickslip_ros.lab.experiments import predict as predict_module
 from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps
 from stickslip_ros.lab.fitting.fit import FitOptions, fit, fit_experiments
 from stickslip_ros.lab.fitting.free import Free, choose_free
-from stickslip_ros.lab.fitting.report import Fit, as_object, warnings_of
+from stickslip_ros.lab.fitting.report import Fit, as_object, warnings_of, write_fit
 from stickslip_ros.lab.fitting.result import read_draws
 from stickslip_ros.lab.runs.courses import Course
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters.yaml_form import load_values
 
 SHARE = 0.05
 """Of a standard error, that two estimates from the same data may differ by: runs end when they
@@ -84,7 +88,10 @@ def test_what_was_measured_several_times_is_computed_once_and_told_from_the_firs
         told.append((done, total))
 
     found = fit(frame, 'contact.friction', options=ALONE, progress=show)
-    assert told == [(number, 0) for number in range(1, len(told) + 1)]
+    counted_runs = [*dict.fromkeys(done for done, _ in told if done)]  # 0 while it compiles
+    assert counted_runs == [*range(1, told[-1][0] + 1)]
+    assert told[0][1] == 0
+    assert all(total == 0 or total >= done for done, total in told)
     assert len(set(runs)) == len(runs)
     assert {each[1].amplitude_m for each in runs if isinstance(each[1], SawtoothSteps)} == {
         6e-8,
@@ -93,6 +100,24 @@ def test_what_was_measured_several_times_is_computed_once_and_told_from_the_firs
     }
     cycles = [steps_of(one).steps for one in found.experiments]
     assert cycles[:3] == cycles[3:]
+
+
+def test_the_bar_of_a_fit_says_that_kernels_are_compiled(
+    truth: Parameters, monkeypatch: pytest.MonkeyPatch
+):
+    notes = list[str]()
+    stand, free, _ = choose_free(truth, [Free('contact.friction')])
+
+    def show(_done: int, _total: int, note: str) -> None:
+        notes.append(note)
+        if len(notes) == 1:
+            with monkeypatch.context() as patch:  # no other run keeps the kernel
+                patch.setattr(kernel_cache, 'cache_folders', lambda: Folders((), None))
+                entry_point(lambda value: 2.0 * value)(1.5)
+
+    fit_experiments(stand, free, exact_points(truth), options=ALONE, progress=show)
+    runs = '0 of 1 searches ended'
+    assert notes[:3] == [runs, 'compiling kernels, once: 0', runs]
 
 
 def values(fit: Fit) -> list[float]:
@@ -115,7 +140,6 @@ def test_data_without_noise_give_the_parameters_back_from_most_starts(truth):
     assert fit.steady
     ended = [each for each in fit.searches if np.allclose(each.place, fit.found.place, atol=1e-4)]
     assert len(ended) >= 3
-    assert fit.others == ()
     assert fit.parameters.contact.friction == fit.estimates[0].value
     assert fit.p_value > 0.9999
     assert warnings_of(fit) == ()
@@ -167,7 +191,7 @@ def test_chi_square_and_its_p_value_are_those_of_the_residuals(noisy):
     assert noisy.chi_square == pytest.approx(float(residuals @ residuals), rel=ROUNDING, abs=0.0)
     assert noisy.uncertainty.dof == DOF
     assert noisy.p_value == pytest.approx(chi2.sf(noisy.chi_square, DOF), rel=ROUNDING, abs=0.0)
-    assert noisy.noise_n is None
+    assert noisy.noise_of_numbers == {}
 
 
 def test_an_interval_is_even_about_the_logarithm_and_that_of_a_part_reaches_to_0(noisy):
@@ -185,7 +209,8 @@ def test_without_standard_errors_the_residuals_give_the_scale(truth, noisy):
     assert_same_values(fit, values(noisy))
     assert fit.p_value is None
     scale = math.sqrt(noisy.chi_square / DOF)
-    assert fit.noise_n == pytest.approx(SIGMA_N * scale, rel=SAME_ERRORS, abs=0.0)
+    noise_n = fit.noise_of_numbers['force_n']
+    assert noise_n == pytest.approx(SIGMA_N * scale, rel=SAME_ERRORS, abs=0.0)
     scaled = [error * scale for error in errors(noisy)]
     assert errors(fit) == pytest.approx(scaled, rel=SAME_ERRORS, abs=0.0)
     assert fit.uncertainty.quantile == pytest.approx(3.182446, rel=ROUNDING, abs=0.0)  # of t
@@ -198,10 +223,7 @@ def test_the_truth_lies_in_the_intervals_as_often_as_they_promise(truth, known):
     for seed in range(SETS):
         stand, free, _ = choose_free(truth, list(TRUTH))
         found = fit_experiments(
-            stand,
-            free,
-            noisy_points(truth, seed, known=known, sigma_n=LITTLE_N),
-            options=ALONE,
+            stand, free, noisy_points(truth, seed, known=known, sigma_n=LITTLE_N), options=ALONE
         )
         inside += [one.low <= TRUTH[one.name] <= one.high for one in found.estimates]
     assert np.all(inside >= SETS_INSIDE)
@@ -261,7 +283,8 @@ def test_what_is_known_to_less_than_a_factor_of_e_is_not_determined(truth, tmp_p
     assert vague.holds
     assert one.undetermined
     assert repr(vague).splitlines()[0].endswith(', not determined')
-    assert next(vague.sections()).rows[0][2:5] == ('unknown', '-', '-')
+    [row] = next(each.rows for each in vague.sections() if each.title == 'fitted parameters')
+    assert row[2:5] == ('unknown', '-', '-')
     assert any('measure under another preload too' in text for text in warnings_of(vague))
     path = tmp_path / 'fitted.json'
     path.write_text(json.dumps(as_object(vague)), encoding='utf-8')
@@ -273,13 +296,20 @@ def test_what_is_known_to_less_than_a_factor_of_e_is_not_determined(truth, tmp_p
         read_draws(path)
 
 
-def test_a_parameter_that_changes_nothing_is_told(truth):
+def test_a_parameter_that_changes_nothing_is_told_keeps_its_start_and_is_not_written(
+    truth, tmp_path
+):
     names = 'friction_law.stribeck_velocity runner.damping'
-    fit = fitted(truth, noisy_points(truth, 1), names)
+    fit = fitted(truth, noisy_points(truth, 1), names, starts=2)
     assert fit.estimates[0].inert
+    assert fit.estimates[0].value == pytest.approx(fit.estimates[0].start, rel=1e-12)
     assert math.isfinite(fit.estimates[1].standard_error)
-    told = 'has no effect on the readings; the others hold for this value of it'
-    assert f'friction_law.stribeck_velocity {told}' in warnings_of(fit)
+    told = 'friction_law.stribeck_velocity has no effect on the readings and keeps its start'
+    assert any(warning.startswith(told) for warning in warnings_of(fit))
+    write_fit(tmp_path / 'fit.yaml', fit, {}, 'points', '')
+    written = load_values(tmp_path / 'fit.yaml')
+    assert 'friction_law.stribeck_velocity' not in written
+    assert written['runner.damping'] == fit.estimates[1].value
 
 
 def test_two_moduli_that_act_as_one_are_told(truth):

@@ -3,6 +3,7 @@
 
 """What a fit may be given: free parameters, starts, bounds and files; and what it refuses."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,8 @@ from stickslip_ros.lab.experiments.options import ReadingOptions
 from stickslip_ros.lab.experiments.reading import read_experiments
 from stickslip_ros.lab.fitting.fit import fit
 from stickslip_ros.lab.fitting.free import FITTED, Coordinate, Free, choose_free
+from stickslip_ros.lab.fitting.report import _row
+from stickslip_ros.lab.fitting.statistics import Estimate
 from stickslip_ros.parameters import Parameters, specs
 
 ROUNDING = 1e-12
@@ -92,6 +95,10 @@ def test_only_quantities_of_the_drive_can_be_freed():
         ('contact.fricton', 'did you mean contact.friction'),
         ('contact.law', "free parameter 'contact.law' is not a quantity"),
         ('contact.line_points', 'is not a quantity'),
+        ('feet.share', 'name an element, feet.share[0]'),
+        ('feet.share[2]', "'feet.share[2]' is not one of its elements, 0 to 1"),
+        ('runner.mass[0]', 'write runner.mass'),
+        ('feet.count[0]', 'is not a quantity'),
         ('sim.dt', "'sim.dt' is not a property of the drive"),
         ('stand.preload', "'stand.preload' is not a property of the drive"),
         ('trace.period', 'free quantities of contact, friction_law, runner'),
@@ -149,19 +156,19 @@ def test_a_file_is_read_with_and_without_its_optional_columns(tmp_path):
         SawtoothSteps(60e-9, 500.0),
         SawtoothSteps(120e-9, 500.0),
     ]
-    assert [one.seen[0].values.tolist() for one in points] == [[0.03], [0.2]]
-    assert points[0].seen[0].sigma is None
+    assert [one.observed[0].values.tolist() for one in points] == [[0.03], [0.2]]
+    assert points[0].observed[0].sigma is None
     full = f'\ufeff# stand 7\n{HEADER},frequency_hz,force_sigma_n\n0.1,60e-9,0.03,200,1e-3\n'
     [point] = read(written(tmp_path, full))
     assert point.drive == SawtoothSteps(60e-9, 200.0)
-    assert point.seen[0].sigma == 1e-3
+    assert point.observed[0].sigma == 1e-3
 
 
 def test_step_lengths_are_those_of_a_free_runner(tmp_path):
     text = 'preload_n,amplitude_m,step_length_m\n0.1,60e-9,1e-8\n'
     [point] = read(written(tmp_path, text))
     assert point.settings == {'stand.preload': 0.1, 'load_cell.contact': 'absent'}
-    assert point.seen[0].quantity == 'step_length_m'
+    assert point.observed[0].quantity == 'step_length_m'
 
 
 @pytest.mark.parametrize(
@@ -179,3 +186,20 @@ def test_a_file_without_usable_numbers_is_refused(text, message, tmp_path):
     with pytest.raises(StickSlipError) as refusal:
         read(written(tmp_path, text))
     assert message in str(refusal.value)
+
+
+def test_an_interval_has_the_digits_of_its_error():
+    free = Coordinate('contact.friction', '', 2841.02, 1.0, 9e3)
+    one = Estimate(
+        **vars(free),
+        value=2841.02,
+        standard_error=0.26,
+        low=2840.51,
+        high=2841.53,
+        at_bound=False,
+        inert=False,
+        undetermined=False,
+    )
+    assert _row(one, holds=True)[1:5] == ('2841.02', '0.26', '2840.51', '2841.53')
+    wide = replace(one, standard_error=300.0, low=2253.0, high=3429.0)
+    assert _row(wide, holds=True)[1:5] == ('2841', '3e+02', '2253', '3429')

@@ -6,7 +6,6 @@
 import json
 from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ from spring_rig import Rig, voltage
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
+from stickslip_ros.lab.experiments.experiment import Experiment, Readout, Voltage
 from stickslip_ros.lab.experiments.predict import Prediction, predict
 from stickslip_ros.lab.fitting.fit import FitOptions, fit
 from stickslip_ros.lab.fitting.free import choose_free
@@ -26,7 +25,6 @@ from stickslip_ros.lab.fitting.missing import missing_from
 from stickslip_ros.lab.fitting.problem import pose
 from stickslip_ros.lab.fitting.report import Fit, as_object, warnings_of
 from stickslip_ros.lab.fitting.result import read_draws
-from stickslip_ros.lab.fitting.statistics import QUANTILE_95
 from stickslip_ros.parameters import Parameters, Scalar
 
 ROWS = voltage((300.0, 600.0, 6), rest_s=1e-3)
@@ -35,9 +33,6 @@ SETTINGS: dict[str, Scalar] = {'stand.preload': 0.6, 'load_cell.contact': 'absen
 UNDAMPED = Parameters()
 STAND = UNDAMPED.updated({'runner.damping': 20.0})
 RINGS = {'actuator.resonance': 160e3, 'actuator.damping_ratio': 0.07}
-RAIL = {'count': 1, 'share': 0.05, 'gain': 0.0, 'radius': 5e-4, 'weight': 0.0, 'delay': 0.0}
-GUIDE = {f'feet.{key}': (*getattr(STAND.feet, key), each) for key, each in RAIL.items()}
-"""A seventh foot beside those of the paper, which stands still."""
 TWO = ['contact.friction', 'actuator.gain']
 ALONE = FitOptions(starts=1, workers=1, assume=EXACT)
 
@@ -45,17 +40,17 @@ ALONE = FitOptions(starts=1, workers=1, assume=EXACT)
 def shown(lacking: Mapping[str, Any], on: Parameters = STAND, rows: Array = ROWS) -> Experiment:
     """Give the position of a stand without noise."""
     time_s = np.arange(0.0, rows[-1, 0], 1.0 / RATE_HZ)
-    blank = Seen('position_m', np.zeros(len(time_s)), time_s, NOISE_M)
+    blank = Readout('position_m', np.zeros(len(time_s)), time_s, NOISE_M)
     asked = Experiment('drive', SETTINGS, Voltage(rows), (blank,))
     [[found]] = predict(on.updated(dict(lacking)), [asked])
-    return replace(asked, seen=(replace(blank, values=found.values),))
+    return replace(asked, observed=(replace(blank, values=found.values),))
 
 
 def with_error(one: Experiment, error_m: Array | float = 0.0) -> Experiment:
     """Add an error, and noise, to a position."""
-    [seen] = one.seen
+    [seen] = one.observed
     noise = np.random.default_rng(1).normal(0.0, NOISE_M, len(seen.values))
-    return replace(one, seen=(replace(seen, values=seen.values + error_m + noise),))
+    return replace(one, observed=(replace(seen, values=seen.values + error_m + noise),))
 
 
 def first_of(one: Experiment, on: Parameters = STAND) -> str:
@@ -79,19 +74,17 @@ def first_of(one: Experiment, on: Parameters = STAND) -> str:
         (UNDAMPED, {'contact.friction_rate': 0.03}, 'contact.friction_rate'),
         (STAND, {'contact.friction_ageing': 0.02}, 'contact.friction_ageing'),
         (STAND, {'actuator.hysteresis': 0.05}, 'actuator.hysteresis'),
-        (STAND, GUIDE, 'a guide'),
+        (STAND, {'feet.guide_friction': 9e-3}, 'feet.guide_friction'),
     ],
 )
-def test_what_the_stand_lacks_is_named_first(
-    on: Parameters, lacking: Mapping[str, Any], name: str
-):
+def test_what_the_stand_lacks_is_named_first(on, lacking, name):
     assert first_of(with_error(shown(lacking, on)), on) == name
 
 
 @pytest.mark.parametrize('fringe_m', [158.2e-9, 316.4e-9])
 def test_a_cyclic_error_of_the_sensor_is_named_with_its_fringe_and_solved_for(fringe_m: float):
     one = shown({})
-    error_m = 4e-9 * np.sin(2.0 * np.pi * one.seen[0].values / fringe_m + 1.0)
+    error_m = 4e-9 * np.sin(2.0 * np.pi * one.observed[0].values / fringe_m + 1.0)
     assert first_of(with_error(one, error_m)) == f'cyclic error of {1e9 * fringe_m:.4g} nm'
     found = fit(with_error(one, error_m), TWO, parameters=STAND, options=ALONE)
     assert_holds(found)
@@ -108,7 +101,7 @@ def assert_holds(found: Fit) -> None:
 def fit_of(rig: Rig, seed: int, free: list[str]) -> Fit:
     """Fit a rig with the damping of STAND."""
     time_s, position_m = rig.positions(ROWS, RATE_HZ, seed)
-    one = Experiment('rig', SETTINGS, Voltage(ROWS), (Seen('position_m', position_m, time_s),))
+    one = Experiment('rig', SETTINGS, Voltage(ROWS), (Readout('position_m', position_m, time_s),))
     return fit(one, free, parameters=STAND, options=FitOptions(starts=1, workers=1))
 
 
@@ -122,40 +115,31 @@ def ringing() -> Fit:
 def test_a_ringing_piezo_that_passes_for_little_friction_is_told(ringing: Fit):
     assert ringing.estimates[0].value < 0.1  # where 0.3 is true
     assert ringing.missing[0].chi_square < 1.1 * ringing.readings  # says nothing
-    assert ringing.reasons == ('values move beyond their errors with actuator.resonance free',)
+    [reason] = ringing.reasons
+    assert reason.startswith('values move beyond their errors with actuator.resonance ')
+    assert reason.endswith(' standard errors')
     [warning] = [text for text in warnings_of(ringing) if text.startswith('the stand may lack')]
-    assert warning.startswith('the stand may lack actuator.resonance (odds ')
+    assert warning.startswith('the stand may lack actuator.resonance ')
 
 
-def test_a_fit_that_does_not_hold_shows_no_intervals_and_gives_no_draws(
-    ringing: Fit, tmp_path: Path
-):
+def test_a_fit_that_does_not_hold_shows_no_intervals_and_gives_no_draws(ringing, tmp_path):
     assert repr(ringing).splitlines()[0].endswith(', not reliable')
-    ratios, values, *_ = ringing.sections()
+    verdict, ratios, values, *others = ringing.sections()
+    assert 'correlations of the parameters' not in {each.title for each in others}
     assert {row[2:5] for row in (*ratios.rows, *values.rows)} == {('-', '-', '-')}
-    assert values.notes[0].startswith('The fit does not hold, so no errors are given')
+    assert verdict.notes[0].startswith('The fit does not hold, so no errors are given')
     path = tmp_path / 'fitted.json'
     path.write_text(json.dumps(as_object(ringing)), encoding='utf-8')
     with pytest.raises(StickSlipError, match='is of a fit that failed its checks; free the'):
         read_draws(path)
 
 
-def test_intervals_reach_those_of_other_minima(ringing: Fit):
-    covariance = np.array([[1.0, 0.5], [0.5, 4.0]])
-    doubt = replace(ringing.uncertainty, z=np.zeros(2), covariance_z=covariance)
-    wider = doubt.reaching(np.array([[5.0, 0.0]]), np.array([0.0]))
-    assert wider.errors_z[0] == pytest.approx((5.0 + QUANTILE_95) / QUANTILE_95)
-    assert wider.errors_z[1] == pytest.approx(2.0)
-    assert wider.correlation == pytest.approx(doubt.correlation)
-    assert doubt.reaching(np.empty((0, 2)), np.empty(0)) is doubt
-
-
 def test_a_value_that_is_held_wrong_and_moves_a_free_one_is_told():
-    held = fit_of(Rig(preload_n=0.6, mass_kg=3.1e-3), 4, TWO)
-    assert held.chi_square < 1.2 * held.readings  # the allowance covers what is missed
+    held = fit_of(Rig(preload_n=0.6, mass_kg=3.3e-3), 4, TWO)
+    assert held.chi_square < 1.5 * held.readings  # the allowance covers what is missed
     assert held.p_value is None
-    [reason] = held.reasons
-    assert reason.startswith('values move beyond their errors with ')
+    told = 'values move beyond their errors with '
+    assert any(reason.startswith(told) for reason in held.reasons)
 
 
 def shape(time_s: Array, rows: Array, rms_m: float) -> Array:
@@ -175,7 +159,10 @@ def shape(time_s: Array, rows: Array, rms_m: float) -> Array:
 def test_the_shape_that_a_model_owes_is_found_in_its_residual(rms_m: float):
     rows = voltage((-60.0, 250.0, 4), (280.0, 300.0, 6), (300.0, 600.0, 8))
     one = shown({}, rows=rows)
-    [[true], [seen]] = one.seen, with_error(one, shape(one.seen[0].time_s, rows, rms_m)).seen
+    [[true], [seen]] = (
+        one.observed,
+        with_error(one, shape(one.observed[0].time_s, rows, rms_m)).observed,
+    )
     still, owed_m = np.zeros_like(true.values), 1e-9
     model = Prediction(true.values, still, still)
     metric = metric_of(seen, model, rows, NOISE_M, Allowance(shape_m=owed_m))
@@ -190,7 +177,7 @@ def test_a_fit_holds_with_the_errors_of_what_its_model_owes():
     one = shown({})
     right, wrong = (
         fit(with_error(one, each), TWO, parameters=STAND, options=ALONE)
-        for each in (0.0, shape(one.seen[0].time_s, ROWS, 2e-9))
+        for each in (0.0, shape(one.observed[0].time_s, ROWS, 2e-9))
     )
     assert_holds(right)
     assert_holds(wrong)

@@ -9,12 +9,12 @@ import numpy as np
 import pandas as pd
 import pytest
 from fit_cases import EXACT
-from spring_rig import G_STAR_PA, SHARES, SLEW_V_PER_S, Rig, _row
+from spring_rig import G_STAR_PA, SHARES, SLEW_V_PER_S, Rig, contact
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.comparison.compare import CompareOptions, compare
-from stickslip_ros.lab.experiments.experiment import Experiment, Seen, VoltageStep
+from stickslip_ros.lab.experiments.experiment import Experiment, Readout, VoltageStep
 from stickslip_ros.lab.experiments.predict import predict, ring_down
 from stickslip_ros.lab.fitting.fit import FitOptions, fit
 from stickslip_ros.lab.fitting.report import as_object
@@ -39,7 +39,7 @@ STEPS = 14
 def linear(rig: Rig) -> tuple[float, float]:
     """Give frequency and decay of the mass on its sticking contacts: m x'' + c x' + K x = 0."""
     stiff_n_per_m = sum(
-        2.0 * G_STAR_PA * _row(share * rig.preload_n, rig.prefactor)[0] for share in SHARES
+        2.0 * G_STAR_PA * contact(share * rig.preload_n, rig.prefactor)[0] for share in SHARES
     )
     decay_per_s = rig.damping_n_s_per_m / (2.0 * rig.mass_kg)
     rate = np.sqrt(stiff_n_per_m / rig.mass_kg - decay_per_s**2)
@@ -71,7 +71,7 @@ def stand(rig: Rig) -> Parameters:
 
 def rings(rig: Rig, amplitude_m: float) -> tuple[float, float]:
     nothing = np.zeros(1)
-    seen = Seen('ringing_hz', nothing), Seen('decay_s', nothing)
+    seen = Readout('ringing_hz', nothing), Readout('decay_s', nothing)
     [[hertz, decay]] = predict(stand(rig), [Experiment('', FREE, VoltageStep(amplitude_m), seen)])
     return float(hertz.values[0]), float(decay.values[0])
 
@@ -166,7 +166,7 @@ def test_who_knows_a_0_amplitude_and_a_ring_down_learns_friction_mass_and_dampin
 @pytest.mark.parametrize(
     ('columns', 'message'),
     [
-        ({'ringing (kHz)': [9.1], 'decay (ms)': [0.2]}, 'there is no amplitude_m; add it, in m'),
+        ({'ringing (kHz)': [9.1], 'decay (ms)': [0.2]}, 'there is no amplitude_m or voltage_v'),
         (
             {'stroke (nm)': [90.0], 'force (mN)': [9.0], '0-amplitude (nm)': [80.0]},
             'has both zero_amplitude_m and numbers by amplitude; give it in a table of its own',

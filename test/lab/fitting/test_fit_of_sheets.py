@@ -3,6 +3,7 @@
 
 """A step curve and a data sheet of a rig of springs teach a drive; each number is known."""
 
+import math
 from functools import partial
 from typing import Any
 
@@ -13,6 +14,7 @@ from fit_cases import EXACT
 from spring_rig import SHARES, SLEW_V_PER_S, Rig
 from test_fit_of_numbers import RIG, linear, stand
 
+from stickslip_ros import load_yaml, stage_file
 from stickslip_ros.drive.build import friction_limit_n, slew_of
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.comparison.compare import CompareOptions, compare
@@ -20,8 +22,9 @@ from stickslip_ros.lab.experiments.options import ReadingOptions
 from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.lab.experiments.reading import read_experiments
 from stickslip_ros.lab.fitting.fit import FitOptions, fit
+from stickslip_ros.lab.fitting.search import Minimum, distinct
 from stickslip_ros.lab.linear.linearise import linearise
-from stickslip_ros.lab.runs.sawtooth_run import run_drive, simulate
+from stickslip_ros.lab.runs.sawtooth_run import run_drive, simulate, voltage_for
 from stickslip_ros.lab.runs.zero_amplitude import zero_amplitude
 from stickslip_ros.parameters import Parameters
 
@@ -178,3 +181,52 @@ def test_a_stand_of_another_friction_law_has_no_stage_frequency():
     sheet = {'stage frequency (Hz)': [9e3], 'mass (g)': [3.0]}
     with pytest.raises(StickSlipError, match='without one stiffness for all small motions'):
         predicted(sheet, SET.updated({'contact.law': 'coulomb'}))
+
+
+@pytest.mark.parametrize('back', [1.0, -1.0])
+def test_a_curve_to_full_voltage_teaches_a_gain_whatever_the_sign_of_steps_back(back):
+    volts = [15.0, 20.0, 25.0, 30.0, 40.0, 50.0, 60.0]
+    up_nm = np.array([148.8, 233.5, 317.8, 407.2, 572.9, 757.9, 924.4])
+    down_nm = np.array([149.7, 230.6, 314.4, 417.6, 571.4, 755.9, 905.3])
+    columns = {'voltage (V)': volts, 'step up (nm)': up_nm, 'step down (nm)': back * down_nm}
+    on = load_yaml(stage_file('rod'))
+    options = FitOptions(preloads_n=(2.6,), frequency_hz=300.0, starts=2)
+    free = ['contact.friction', 'actuator.gain']
+    found = fit(pd.DataFrame(columns), free, parameters=on, options=options)
+    assert found.holds
+    gain = found.estimates[1]
+    assert gain.low < 1.72e-8 < gain.high
+    assert gain.standard_error < 3e-10
+    assert {'step_length_m', 'step_back_m'} == found.noise_of_numbers.keys()
+    assert all(1e-9 < each < 2e-8 for each in found.noise_of_numbers.values())
+    quality = next(each for each in found.sections() if each.title == 'quality')
+    noises = [str(text) for name, text in quality.rows if str(name).startswith('noise of ')]
+    assert [text.rpartition(' ')[2] for text in noises] == ['m', 'm']
+
+
+def test_a_voltage_that_a_gain_has_rounded_is_played():
+    for gain in np.linspace(1e-8, 3e-8, 500).tolist():
+        on = load_yaml(stage_file('rod')).updated({'actuator.gain': gain})
+        assert voltage_for(on, 60.0 * gain) == pytest.approx(60.0, rel=1e-15)
+        assert voltage_for(on, 60.0 * gain) <= 60.0
+
+
+def test_the_best_of_searches_is_found_beside_one_that_met_an_impossible_stand():
+    dead = Minimum((), math.inf, converged=False, evaluations=0)
+    ended = Minimum((0.0, 1.0), 3.0, converged=True, evaluations=9)
+    assert distinct([dead, ended, dead]) == [ended]
+
+
+def test_rows_of_two_stands_make_no_fit_that_holds():
+    columns = {
+        'voltage (V)': [200.0, 250.0, 300.0] * 2,
+        'step up (nm)': [49.0, 70.0, 92.0, 9.0, 14.0, 19.0],
+        'step down (nm)': [47.0, 66.0, 88.0, 8.0, 13.0, 18.0],
+    }
+    options = FitOptions(preloads_n=(0.5,), starts=1)
+    free = ['contact.friction', 'actuator.gain']
+    found = fit(pd.DataFrame(columns), free, options=options)
+    assert not found.holds
+    told = ' '.join(found.reasons)
+    assert 'step_length_m is missed by ' in told
+    assert 'more than 20 % of its largest number' in told

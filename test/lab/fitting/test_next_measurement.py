@@ -16,9 +16,7 @@ AGREES = 1.05
 
 
 @pytest.mark.usefixtures('compiled_kernels')
-def test_the_first_of_the_ranked_measurements_leaves_the_errors_that_were_expected(
-    capsys: pytest.CaptureFixture[str],
-):
+def test_the_first_of_the_ranked_measurements_leaves_the_errors_that_were_expected(capsys):
     example = runpy.run_path(str(EXAMPLE))
     fitted, ranking = example['main']()
     errors, (preload_n, voltage_v) = ranking[0]

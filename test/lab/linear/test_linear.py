@@ -14,8 +14,7 @@ from scipy.linalg import expm
 
 from stickslip_ros import LinearDrive, StickSlipError, linearise, measure_response
 from stickslip_ros.drive.layout import contacts_of, gain_ratios
-from stickslip_ros.lab.linear.bode import bode_rows
-from stickslip_ros.lab.linear.swept_sine import SLIDING_SHARE
+from stickslip_ros.lab.linear.swept_sine import SLIDING_SHARE, bode_rows
 from stickslip_ros.parameters import Parameters, load_yaml
 
 IDEAL = Parameters()
@@ -48,6 +47,7 @@ STAGES: dict[str, dict[str, Any]] = {
     'one-sided cell': {
         'load_cell.contact': 'one_sided', 'load_cell.gap': 0.0, 'load_cell.stiffness': 3e6
     },
+    'loss in the contacts': {'contact.loss_factor': 0.2, 'feet.gain': [1.0, 0.5]},
     'all of it': {name: REALISTIC[name] for name in REALISTIC},
 }  # fmt: skip
 SHARES = np.array([0.02, 0.1, 0.3, 0.6, 0.8, 0.9])

@@ -97,9 +97,7 @@ def test_poles_are_those_of_scipy(stand: str):
     ('stand', 'order', 'gain', 'phase_deg'),
     [('ideal', 3, 9.0, 85.8), ('realistic', 4, 8.69, 81.0), ('coupled', 4, None, 78.0)],
 )
-def test_python_control_finds_the_margins_of_a_plant_of_few_states(
-    stand: str, order: int, gain: float | None, phase_deg: float
-):
+def test_python_control_finds_the_margins_of_a_plant_of_few_states(stand, order, gain, phase_deg):
     linear = linearise(STANDS[stand])
     plant = linear.to_control(DT_S, sensors=True)['position_um', 'voltage_v']
     few = linear.to_control(DT_S, sensors=True, order=order)['position_um', 'voltage_v']

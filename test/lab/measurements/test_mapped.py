@@ -83,9 +83,7 @@ def test_a_rig_has_the_quantities_that_the_user_names(rig: Path, recorded_run: R
     np.testing.assert_allclose(frame.voltage_v, ours.voltage_v, rtol=1e-7)
 
 
-def test_each_verb_takes_a_bag_of_sqlite3(
-    rig: Path, recorded_run: Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-):
+def test_each_verb_takes_a_bag_of_sqlite3(rig, recorded_run, tmp_path, capsys):
     convert = Path(sys.executable).with_name('rosbags-convert')
     run_process([convert, '--src', rig, '--dst', tmp_path / 'rig'], check=True)
     [file] = (tmp_path / 'rig').glob('*.db3')
@@ -127,9 +125,7 @@ def test_clock_and_zero_of_a_rig_are_found_and_told(rig: Path, recorded_run: Run
         assert each.agreement.relative_rms < (0.06 if each.name == 'voltage_v' else 0.005)
 
 
-def test_a_rig_is_drawn_and_played_and_the_model_is_driven_by_what_drove_it(
-    rig: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-):
+def test_a_rig_is_drawn_and_played_and_the_model_is_driven_by_what_drove_it(rig, tmp_path, capsys):
     said = [word for name, text in TOPICS.items() for word in ('--map', f'{name}={text}')]
     frame: Any = open_run(rig, topics=TOPICS).frame
     assert main(['plot', str(rig), *said, '-o', str(tmp_path / 'rig.png'), '--json']) == 0
@@ -167,20 +163,6 @@ def test_a_window_leaves_out_what_is_not_wanted(rig: Path, recorded_run: Run):
         assert window_s[0] <= part.x.min() <= part.x.max() <= window_s[1]
 
 
-def test_names_can_be_kept_in_a_file(
-    rig: Path, recorded_run: Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-):
-    names = tmp_path / 'rig.yaml'
-    names.write_text(''.join(f'{name}: {text}\n' for name, text in TOPICS.items()))
-    words = ['compare', str(recorded_run[1]), str(rig), '--map-file', str(names)]
-    assert main([*words, '--align', '--offset', '--window', '15ms@1ms']) == 0
-    out = capsys.readouterr().out
-    assert 'was shifted by' in out
-    names.write_text('- force_n\n')
-    assert main(words) == 2
-    assert 'position_m: /rig/encoder.point.x' in capsys.readouterr().err
-
-
 @pytest.mark.parametrize(
     ('topics', 'told'),
     [
@@ -191,7 +173,7 @@ def test_names_can_be_kept_in_a_file(
         ({'voltage_v': '/rig/amp.data'}, 'its numbers are'),
         ({'voltage_v': '/rig/amp..data'}, 'write it as point.x'),
         ({'force_n': '/rig/cell.data (nm)'}, 'a unit of N'),
-        ({'speed': '/rig/cell.data'}, 'none of position_m'),
+        ({'speed': '/rig/cell.data'}, 'over time time_s, position_m'),
         ({'time_s': '/rig/cell.data'}, 'none of position_m'),
     ],
 )

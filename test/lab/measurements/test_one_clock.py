@@ -61,9 +61,7 @@ def lag_of(table: Path) -> float:
 
 
 @pytest.mark.parametrize('start_ns', [10**9, DAY_NS - 86_400 * 10**9, DAY_NS + 5 * 10**9])
-def test_two_clocks_are_refused_and_the_remedy_puts_both_on_one(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], start_ns: int
-):
+def test_two_clocks_are_refused_and_the_remedy_puts_both_on_one(tmp_path, capsys, start_ns):
     path = bag(tmp_path / 'a bag', times_ns(), times_ns(start_ns))
     table = tmp_path / 'table.csv'
     words = [
@@ -82,9 +80,7 @@ def test_two_clocks_are_refused_and_the_remedy_puts_both_on_one(
     assert abs(lag_of(table)) < 1e-6
 
 
-def test_samples_that_share_the_time_of_a_simulated_clock_are_spread_and_told(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-):
+def test_samples_that_share_the_time_of_a_simulated_clock_are_spread_and_told(tmp_path, capsys):
     coarse_ns = times_ns() // 10**7 * 10**7
     path = bag(tmp_path / 'bag', coarse_ns, times_ns() // 10**7 * 10**7)
     table = tmp_path / 'table.csv'
@@ -169,25 +165,23 @@ def test_a_drift_is_told_and_its_size_is_right(tmp_path: Path):
     )
 
 
-def test_columns_on_two_clocks_are_refused_and_one_of_them_can_be_chosen(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-):
+def test_columns_on_two_clocks_are_refused_and_one_of_them_can_be_chosen(tmp_path, capsys):
     path, table, rows = tmp_path / 'two.csv', tmp_path / 'table.csv', np.arange(200) / RATE_HZ
     columns = np.column_stack((rows, 100.0 + rows, 1.7e9 + rows, 1e9 * rows))
     head = 'Time (s),Voltage (V),Time (s),Position (nm)'
     np.savetxt(path, columns, '%.4f', ',', header=head, comments='')
     assert main(['import', str(path), '-o', str(table)]) == 2
     said = capsys.readouterr().err
-    remedy = shlex.split(re.findall('--map [^"]*"[^"]*"', said)[0].replace('UNIT', 's'))
+    for each in ('voltage_v', 'position_m', "column 1 'Time (s)'", "column 3 'Time (s)'", '1 s'):
+        assert each in said
+    remedy = shlex.split(re.findall('--map [^"]*"[^"]*"', said)[0])
     assert main(['import', str(path), *remedy, '-o', str(table)]) == 0
     read = pd.read_csv(table, comment='#')
     np.testing.assert_allclose(read.time_s, rows, atol=1e-12)
     np.testing.assert_allclose(read.position_m, rows, atol=1e-12)
 
 
-def test_a_recording_beside_the_model_is_opened_once(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
+def test_a_recording_beside_the_model_is_opened_once(tmp_path, monkeypatch):
     path = simulate(Parameters(), amplitude_m=100e-9, steps=5, record=tmp_path / 'a.mcap').path
     opened, begin = list[str](), Recording.__init__
 

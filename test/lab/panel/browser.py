@@ -119,10 +119,14 @@ def take_picture(picture: Path) -> None:
         page.locator('#sawtooth-steps').fill('1000')
         page.get_by_label('Sawtooth backwards').click()
         page.locator('#events >> text=DONE').wait_for()
+        page.locator('#time', has_text=re.compile(r'^(9|\d\d)\.')).wait_for()  # a full history
+        page.locator('#sawtooth-steps').fill('0')  # on a busy machine it goes on, too
         page.get_by_label('Sawtooth forwards').click()
         page.locator('#velocity', has_text=re.compile(r'^\+4\d')).wait_for()
         first = frames(page)
         wait_until(lambda: frames(page) > first + 12, 'frames', progress=lambda: frames(page))
+        page.locator('#drawing svg', has_text='are shown in').wait_for()
+        page.wait_for_selector('body[data-condition=running]')
         page.screenshot(path=picture)
 
 

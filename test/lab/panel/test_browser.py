@@ -24,7 +24,8 @@ from playwright.sync_api import Locator, Page, expect
 from waiting import wait_until
 
 from stickslip_ros.lab.cli.panel import NICENESS
-from stickslip_ros.lab.readers.experiment import parse_experiment
+from stickslip_ros.lab.measurements.tables import parse_experiment
+from stickslip_ros.parameters import load_yaml
 from stickslip_ros.process.signals import STOPPED
 from stickslip_ros.testing import Operator, open_context
 
@@ -172,6 +173,77 @@ def test_the_drive_does_what_the_page_commands_and_the_page_shows_it(
         return figure(page, 'position') == pytest.approx(there_nm, abs=20.0)
 
     wait_until(agrees, 'position on the page that is that of the topic')
+
+
+def test_parameters_are_found_changed_refused_applied_and_saved(page: Page, tmp_path: Path):
+    card, told = page.locator('#parameters'), note(page, 'settings')
+    card.locator('summary').click()
+    page.get_by_label('Search parameters').fill('friction coefficient')
+    friction = page.locator('#parameter-contact\\.friction')
+    expect(card.locator('.parameters > div:visible', has=friction)).to_have_count(1)
+    expect(page.locator('#parameter-runner\\.mass')).to_be_hidden()
+    apply = card.get_by_role('button', name='Apply')
+    expect(apply).to_be_disabled()
+    friction.fill('-3')
+    expect(card).to_contain_text('1 to apply: all live, the drive goes on')
+    press(apply)
+    expect(told).to_have_text('contact.friction -3 is below the minimum 0.001; raise it')
+    expect(friction).to_have_value('-3')
+    friction.fill('0,25')
+    press(apply)
+    expect(told).to_have_text('applied')
+    expect(friction).to_have_value('0.25')
+    expect(apply).to_be_disabled()
+
+    page.reload()
+    card.locator('summary').click()
+    first = card.locator('.parameters > div', has=friction)
+    expect(first).to_contain_text('set by you; 0.001 to 10')
+    expect(first.locator('input')).to_have_value('0.25')
+    with page.expect_download() as saved:
+        card.get_by_role('link', name='Save').click()
+    saved.value.save_as(tmp_path / 'saved.yaml')
+    assert load_yaml(tmp_path / 'saved.yaml').changed()['contact.friction'] == 0.25
+
+    card.get_by_label('Stage', exact=True).select_option('walker')
+    expect(page.locator('#parameter-actuator\\.gain')).not_to_have_value('5.333e-10')
+    expect(card).to_contain_text('to apply: an active drive is deactivated')
+    press(apply)
+    expect(told).to_have_text('applied; the drive began anew')
+    expect(card.locator('.parameters > div', has=friction)).to_contain_text('default: Table 1')
+    expect(page.locator('#preload-preload + .unit')).to_have_text('0 to 12\u2009000 mN')
+    expect(card.locator('.parameters > div').first).to_contain_text('of stage walker')
+    lines = 'contact: {friction: three}'
+    file = tmp_path / 'wrong.yaml'
+    file.write_text(f'/**:\n  ros__parameters:\n    {lines}\n')
+    card.locator('input[type=file]').set_input_files(file)
+    expect(card).to_contain_text("wrong.yaml: contact.friction 'three' is not a finite number")
+    file = tmp_path / 'paper.yaml'
+    file.write_text('/**:\n  ros__parameters:\n    sim: {block: 0.01}\n')
+    card.locator('input[type=file]').set_input_files(file)
+    press(apply)
+    expect(page.locator('#preload-preload + .unit')).to_have_text('0 to 2\u2009000 mN')
+    expect(card.locator('.parameters > div').first).to_contain_text('of paper.yaml')
+
+
+def test_fields_take_units_and_live_parameters_change_beside_their_commands(page: Page):
+    page.locator('#position-x').fill('2 um')
+    page.locator('#position-x').blur()
+    expect(page.locator('#position-x')).to_have_value('2000')
+    page.locator('#waveform-amplitude').fill('0,3 kV')
+    page.locator('#waveform-cycles').fill('1')
+    send(page, 'Waveform forwards', 'waveform')
+    expect(note(page, 'waveform')).to_have_text('DONE')
+    page.locator('details', has=page.locator('#step\\.amplitude')).locator('summary').click()
+    page.locator('#step\\.amplitude').fill('0.2 kV')
+    page.keyboard.press('Enter')
+    expect(page.locator('legend', has_text='Steps')).to_contain_text('of 200 V')
+    page.locator('#step\\.amplitude').fill('3 s')
+    page.keyboard.press('Enter')
+    expect(note(page, 'step.amplitude')).to_contain_text("'3 s' is not a number in mV, V or kV")
+    page.locator('#step\\.amplitude').fill('300')
+    page.keyboard.press('Enter')
+    expect(page.locator('legend', has_text='Steps')).to_contain_text('of 300 V')
 
 
 def picture(page: Page) -> str:

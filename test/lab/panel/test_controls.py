@@ -10,8 +10,11 @@ import pandas as pd
 import pytest
 
 from stickslip_ros.errors import StickSlipError
+from stickslip_ros.instrument.commands import COMMANDS
+from stickslip_ros.interface.requests import typed_numbers
 from stickslip_ros.interface.topics import COMMAND_TOPICS, Topic
-from stickslip_ros.lab.panel.controls import read_waveform, refuse_text
+from stickslip_ros.lab.panel.controls import read_number, read_numbers, read_waveform
+from stickslip_ros.lab.panel.settings import read_setting
 
 ROWS = [[0.0, 0.0], [0.01, 100.0], [0.02, 70.0]]
 LONG, QUICK_S = 60_000, 5.0
@@ -53,7 +56,7 @@ def test_a_header_of_any_length_is_judged_at_once(header: str, filling: str):
 @pytest.mark.parametrize(
     ('text', 'problem'),
     [
-        ('0,0\n10,100\n', "there is no time_s; not understood: '1', '2'"),
+        ('0,0\n10,100\n', "there is no time_s, and no voltage_v; columns of numbers: #1 '1'"),
         ('time,voltage\n0,0\n10,100\n', "has no unit for 'time', 'voltage'"),
         ('time (ms),force (mN)\n0,0\n10,100\n', 'there is no voltage_v'),
         ('time (ms),voltage (V)\n', 'no rows of numbers'),
@@ -79,7 +82,7 @@ def test_what_leaves_something_to_guess_is_refused_without_options_that_a_page_h
     [
         ('voltage', ['abc'], "'abc' is not a number; give volts, such as 120.5"),
         ('voltage', [''], "'' is not a number; give volts, such as 120.5"),
-        ('position', ['1um'], "'1um' is not a number; give nanometres, such as 250.5"),
+        ('position', ['1V'], "'1V' is not a number; give nanometres, such as 250.5"),
         ('load', ['much'], "'much' is not a number; give millinewtons, such as 50.5"),
         ('steps', ['few'], "'few' is not a number; give a whole number, such as 10"),
         ('sawtooth', [300, 'x', 0], "frequency 'x' is not a number; give hertz, such as 500"),
@@ -90,14 +93,46 @@ def test_text_in_the_place_of_a_number_is_refused_in_the_unit_of_its_field(
 ):
     [topic] = [each for each in COMMAND_TOPICS if each.request == name]
     with pytest.raises(StickSlipError) as refused:
-        refuse_text(topic, values)
+        read_numbers(topic, values)
     assert str(refused.value) == problem
+
+
+@pytest.mark.parametrize(
+    ('text', 'voltage_v'),
+    [
+        (',5', 0.5),
+        ('0,3 kV', 300.0),
+        ('+1,5e2', 150.0),
+        ('0,300', 0.3),
+        ('1234,567V', 1234.567),
+        ('1,000', "'1,000' is not clear: .* write 1000 or 1.000"),
+        ('12,500 V', "'12,500 V' is not clear: .* write 12500 V or 12.500 V"),
+        ('1.000,5', r"'1\.000,5' is not a number"),
+        ('1,000.5', r"'1,000\.5' is not a number"),
+        ('1,2,3', "'1,2,3' is not a number"),
+    ],
+)
+def test_a_decimal_comma_means_the_same_on_every_door(text: str, voltage_v: float | str):
+    [voltage] = [each for each in COMMAND_TOPICS if each.request == 'voltage']
+    doors = [
+        lambda: typed_numbers(COMMANDS['voltage'], [text]),
+        lambda: typed_numbers(COMMANDS['sawtooth'], [f'amplitude={text}', '1', '1'])[:1],
+        lambda: read_numbers(voltage, [text]),
+        lambda: [read_number(text.encode(), 'waveform amplitude V')],
+        lambda: [read_setting('step.amplitude', text)],
+    ]
+    for read in doors:
+        if isinstance(voltage_v, str):
+            with pytest.raises(StickSlipError, match=voltage_v):
+                read()
+        else:
+            assert read() == [pytest.approx(voltage_v, rel=1e-12)]
 
 
 @pytest.mark.parametrize('topic', COMMAND_TOPICS, ids=lambda topic: topic.request)
 def test_a_foreign_page_that_sends_text_or_no_list_is_refused_too(topic: Topic):
     allowed: tuple[object, ...] = (None, 5, {}, [], [1.0] * 20)
     for values in allowed:
-        refuse_text(topic, values)
+        read_numbers(topic, values)
     with pytest.raises(StickSlipError, match="'x' is not a number; give "):
-        refuse_text(topic, ['x'] * 20)
+        read_numbers(topic, ['x'] * 20)

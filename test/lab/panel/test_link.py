@@ -5,6 +5,7 @@
 
 import json
 from collections.abc import Callable
+from pathlib import Path
 from threading import Event
 from time import monotonic
 from typing import Any
@@ -20,7 +21,8 @@ from stickslip_ros.lab.cli.panel import NICENESS
 from stickslip_ros.lab.panel import link as link_module
 from stickslip_ros.lab.panel import server
 from stickslip_ros.lab.panel.link import Link
-from stickslip_ros.lab.panel.model import PANEL
+from stickslip_ros.lab.panel.model import APPLY, PANEL
+from stickslip_ros.parameters import load_yaml
 from stickslip_ros.testing import Stand
 
 Wait = Callable[[Callable[[dict[str, Any]], object]], None]
@@ -47,6 +49,12 @@ def recorder(told: dict[str, Any]) -> dict[str, str]:
 def faults(told: dict[str, Any]) -> dict[str, str]:
     """Return the diagnostics of faults."""
     return dict(told['parts'].get('faults', {}).get('values', {}))
+
+
+def applied(values: dict[str, str], source: str = 'set by you') -> dict[str, Any]:
+    """Return what the page wishes when Apply is pressed."""
+    pairs = {name: [text, source] for name, text in values.items()}
+    return {'do': 'apply', 'name': APPLY, 'values': pairs}
 
 
 @pytest.fixture
@@ -178,15 +186,62 @@ def test_faults_and_states_are_switched(stand: Stand, link: Link, wait: Wait):
         wait(lambda told: word(told) == 'inactive')
         link.do({'do': 'command', 'name': 'voltage', 'values': [1]})
         wait(lambda told: 'the node is inactive' in note(told, 'voltage')['text'])
-        assert link.state()['parameters']['load_cell.contact'] != contact
-        link.do({'do': 'set', 'name': 'load_cell.contact', 'value': contact})
-        wait(lambda told: told['parameters']['load_cell.contact'] == contact)  # noqa: B023
+        link.do(applied({'load_cell.contact': contact}))
+        wait(lambda told: note(told, APPLY)['text'] == 'applied')
         link.do({'do': 'lifecycle', 'name': 'lifecycle', 'transition': 'configure'})
         wait(lambda told: note(told, 'lifecycle')['bad'])
         link.do({'do': 'lifecycle', 'name': 'lifecycle', 'transition': 'activate'})
         wait(lambda told: word(told) in ACTIVE)
         link.do({'do': 'command', 'name': 'steps', 'values': [1]})
         wait(lambda told: note(told, 'steps')['text'] == 'DONE')
+
+
+def test_parameters_are_applied_through_the_lifecycle_and_a_refusal_changes_nothing(
+    start_drive: Callable[..., Stand], link: Link, wait: Wait, tmp_path: Path
+):
+    (tmp_path / 'no_folder').touch()
+    given = {'sim.block': BLOCK_S, 'record.directory': str(tmp_path / 'no_folder')}
+    stand = start_drive(given, wait=False)
+    wait(lambda told: word(told) in ACTIVE and told['parameters'])
+    bench = stand.drive.session.bench
+    link.do(applied({'contact.friction': '0,25', 'runner.mass': '12 g'}, 'of lesson.yaml'))
+    wait(lambda told: note(told, APPLY)['text'] == 'applied')
+    wait(lambda told: told['changed'].get('runner.mass') == ('0.012', 'of lesson.yaml'))
+    assert stand.drive.session.bench is bench
+    link.do(applied({'contact.radius': '0,4 mm', 'runner.mass': '13 g'}, 'of lesson.yaml'))
+    wait(lambda told: note(told, APPLY)['text'] == 'applied; the drive began anew')
+    wait(lambda told: told['changed'].get('runner.mass') == ('0.013', 'of lesson.yaml'))
+    drive = stand.drive.session.parameters
+    assert (drive.contact.friction, drive.contact.radius) == (0.25, 0.4e-3)
+
+    for values, why in (
+        ({'contact.friction': '-3'}, 'contact.friction -3 is below the minimum 0.001'),
+        ({'contact.friction': '3 kg'}, "contact.friction '3 kg' is not a finite number"),
+        ({'limits.soft_min': '3 um', 'limits.soft_max': '2 um'}, 'is above limits.soft_max'),
+    ):
+        link.do(applied(values))
+        wait(lambda told: why in note(told, APPLY)['text'])  # noqa: B023 - at once
+        assert stand.drive.session.parameters == drive
+    link.do(applied({'record.on_start': 'true'}))  # found when it is activated
+    wait(lambda told: note(told, APPLY)['text'].endswith('; nothing is changed'))
+    assert 'not activated' in note(link.state(), APPLY)['text']
+    wait(lambda told: word(told) in ACTIVE)
+    assert stand.drive.session.parameters == drive
+
+    session = stand.drive.session
+    link.do(applied({'limits.soft_max': '2 um', 'step.amplitude': '0,1 kV'}))
+    wait(lambda told: note(told, APPLY)['text'] == 'applied')
+    wait(lambda told: told['changed'].get('limits.soft_max') == ('2000', 'set by you'))
+    assert stand.drive.session is session  # all live: the drive goes on
+    link.do({'do': 'command', 'name': 'position', 'values': ['3 um']})
+    wait(lambda told: 'RANGE_LIMIT_REACHED' in note(told, 'position')['text'])
+    file = tmp_path / 'saved.yaml'
+    file.write_text(link.settings())
+    assert load_yaml(file) == session.parameters.updated(
+        {'limits.soft_max': 2e-6, 'step.amplitude': 100.0}
+    )
+    stand.operator.set_parameter('closed_loop.velocity', 1e-6)
+    wait(lambda told: told['changed'].get('closed_loop.velocity', ('',))[0] == '1')
 
 
 def test_a_twin_in_the_namespace_of_the_drive_is_heard(stand: Stand, link: Link, wait: Wait):

@@ -17,7 +17,8 @@ from stickslip_ros.instrument.reports import Status
 from stickslip_ros.interface.topics import SERVICES
 from stickslip_ros.lab.panel import model as panel_model
 from stickslip_ros.lab.panel.controls import read_parameter, sheet, shown_parameters
-from stickslip_ros.lab.panel.model import PANEL, RANGE, Model
+from stickslip_ros.lab.panel.model import APPLY, OWN_CONTROLS, PANEL, RANGE, Model
+from stickslip_ros.lab.panel.settings import read_settings
 from stickslip_ros.parameters import Parameters, spec_of, specs
 
 DRIVE = '/stickslip_drive'
@@ -167,9 +168,7 @@ def test_conditions_are_told_apart(model: Model, monkeypatch: pytest.MonkeyPatch
     ('late_us', 'shown'),
     [('2776121.5', '2.8 s'), ('12345.6', '12 ms'), ('350.4', '350 us'), ('0.0', '0 us')],
 )
-def test_lateness_is_told_with_two_digits_in_a_unit_that_people_read(
-    model: Model, late_us: str, shown: str
-):
+def test_lateness_is_told_with_two_digits_in_a_unit_that_people_read(model, late_us, shown):
     model.take_part('time', 0, '', {'lateness_p99_us': late_us})
     assert model.state()['parts']['time']['values']['lateness'] == shown
 
@@ -183,6 +182,13 @@ def test_a_refusal_stands_beside_its_control_and_in_the_list(model: Model):
     assert told['notes']['voltage']['bad']
     assert told['notes']['steps'] == {'text': 'DONE', 'bad': False, 'unsent': False, 'number': 2}
     assert told['events'] == [refused, an_event()]
+
+
+def test_no_event_of_a_command_covers_the_answer_of_another_control(model: Model):
+    assert OWN_CONTROLS.isdisjoint(COMMAND_ROWS)
+    model.note(APPLY, 'applied')
+    model.take_event(an_event(command='parameters'))
+    assert model.state()['notes'][APPLY]['text'] == 'applied'
 
 
 def test_of_events_the_last_are_kept(model: Model):
@@ -218,9 +224,7 @@ def test_what_is_heard_of_a_twin_is_a_picture_of_its_own_once_and_for_each_new_p
 @pytest.mark.parametrize(
     'times_s', [[], [0.1, 0.05], [0.1, math.nan, 0.2], [math.inf], [-1.0], [0.1, 1e300]]
 )
-def test_a_trace_without_rising_times_is_refused_and_the_picture_stays(
-    model: Model, times_s: list[float]
-):
+def test_a_trace_without_rising_times_is_refused_and_the_picture_stays(model, times_s):
     model.take_trace(block(0.0))
     before = model.frame()
     with pytest.raises(WrongKind, match=r't\[s\] of a trace .* is not a list that rises from 0'):
@@ -261,7 +265,7 @@ def test_every_command_service_fault_and_bit_has_a_control_by_itself():
         name for name, row in COMMAND_ROWS.items() if row.has_topic and name != 'joint'
     ]
     assert len(told['services']) == len(SERVICES)
-    assert {each['name'] for each in told['faults']} == {
+    assert set(told['faults']) == {
         name for name, spec in specs().items() if spec.live and name.startswith('fault.')
     }
     assert [each['bit'] for each in told['bits']] == [int(bit) for bit in Status]
@@ -295,12 +299,18 @@ def test_the_amplitude_of_a_bipolar_amplifier_goes_up_to_its_range(model: Model)
         (['fault.dead_foot'], 3),
         ('fault.dead_foot', 13),
         ('fault.interferometer', 'broken'),
-        ('load_cell.contact', 'welded'),
+        ('load_cell.contact', 'absent'),
         ('load_cell.stiffness', 1e6),
     ],
 )
-def test_nothing_but_a_fault_and_the_load_cell_can_be_set(name: Any, value: Any):
+def test_nothing_but_a_live_parameter_can_be_set_at_once(name: Any, value: Any):
     with pytest.raises(StickSlipError):
         read_parameter(name, value)
-    for pair in (('fault.dead_foot', 3), ('load_cell.contact', 'absent')):
-        assert read_parameter(*pair) == pair
+    assert read_parameter('fault.dead_foot', '3') == ('fault.dead_foot', 3)
+    assert read_parameter('limits.soft_max', '2 um') == ('limits.soft_max', 2e-6)
+
+
+@pytest.mark.parametrize('name', ['record.directory', 'fault.schedule', 'sim.checkpoint'])
+def test_the_page_names_no_file_or_folder_of_a_drive(name: str):
+    with pytest.raises(StickSlipError, match='start the drive with it'):
+        read_settings({name: ['/etc/passwd', 'page']})

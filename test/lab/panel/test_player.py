@@ -4,7 +4,6 @@
 """A recorded run on the panel: dragged, played fast and slowly, as often as asked."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -79,9 +78,7 @@ def test_the_stand_is_drawn_in_the_cycles_before_the_place(recording: Path):
 
 
 @pytest.mark.parametrize('speed', [SPEEDS[0], 0.5, SPEEDS[-1]])
-def test_it_plays_at_the_chosen_speed_to_the_end_and_again(
-    recording: Path, clock: Clock, speed: float
-):
+def test_it_plays_at_the_chosen_speed_to_the_end_and_again(recording, clock, speed):
     player = Player(recording)
     start_s = time_of(player)
     player.do({'do': 'speed', 'speed': speed})
@@ -99,9 +96,7 @@ def test_it_plays_at_the_chosen_speed_to_the_end_and_again(
 
 
 @pytest.mark.parametrize('time_s', [-5.0, 1e9, None, 'x', float('nan'), float('inf')])
-def test_a_place_outside_of_the_run_is_its_end_and_none_is_passed_over(
-    recording: Path, clock: Clock, time_s: Any
-):
+def test_a_place_outside_of_the_run_is_its_end_and_none_is_passed_over(recording, clock, time_s):
     player = Player(recording)
     whole, first = player.overview(), player.state()['player']['speed']
     player.do({'do': 'seek', 'time_s': time_s})
@@ -173,4 +168,4 @@ def test_a_stretch_is_played_alone(recording: Path):
 
 def test_a_recording_without_position_is_refused(recording: Path):
     with pytest.raises(RecordingError, match=r'nor positions; .* --map position_m='):
-        Player(recording, {'voltage_v': '/voltage.data'})
+        Player(recording, {'voltage_v': '/voltage.vector.x'})

@@ -45,6 +45,9 @@ class Told:
     def drawing(self) -> str:
         return self.drawn
 
+    def settings(self) -> str:
+        return ''
+
     def table(self, plot: str, origin_s: float, start_s: float, end_s: float) -> str:
         return f'{plot}\n'
 
@@ -90,9 +93,7 @@ def test_the_page_and_its_files_are_served_and_nothing_beside(port: int):
         assert status_of(port, path)[0] in {403, 404}
 
 
-def test_a_path_that_no_file_can_have_is_refused_without_a_traceback(
-    port: int, caplog: pytest.LogCaptureFixture
-):
+def test_a_path_that_no_file_can_have_is_refused_without_a_traceback(port, caplog):
     for path in ('/%00', '/panel.js%00', '/../%00', '/socket/%00', '/%ff', '/%ed%a0%80'):
         assert status_of(port, path)[0] == 400
     assert not [record for record in caplog.records if record.exc_info]
@@ -120,7 +121,7 @@ def posted(port: int, content: bytes, **headers: str) -> tuple[int, dict[str, An
 def test_a_file_of_the_page_comes_back_as_rows_or_with_a_reason(port: int):
     own = {'Origin': f'http://127.0.0.1:{port}'}
     table = b'time (ms),voltage (V)\n0,0\n10,100\n'
-    assert posted(port, table, **own) == (200, {'rows': [[0.0, 0.0], [0.01, 100.0]]})
+    assert posted(port, table, **own) == (200, {'read': [[0.0, 0.0], [0.01, 100.0]]})
     assert 'has no unit for' in posted(port, b'time,voltage\n0,0\n10,1\n', **own)[1]['refused']
     assert posted(port, table, Origin='http://evil.example')[0] == 403
     assert posted(port, table)[0] == 403
@@ -176,9 +177,7 @@ async def dealt_with(page: Any) -> Any:
 
 
 @pytest.mark.parametrize('headers', [{}, {'Origin': 'http://evil.example'}, {'Origin': 'null'}])
-def test_a_socket_without_an_origin_or_with_a_foreign_one_is_refused(
-    port: int, source: Told, headers: dict[str, str]
-):
+def test_a_socket_without_an_origin_or_with_a_foreign_one_is_refused(port, source, headers):
     upgrade = {
         'Upgrade': 'websocket',
         'Connection': 'Upgrade',
@@ -236,9 +235,7 @@ def test_a_page_is_told_and_its_wishes_are_done(port: int, source: Told):
 
 
 @pytest.mark.parametrize('broken', ['state', 'frame'])
-def test_a_picture_that_cannot_be_made_is_said_and_wishes_are_done(
-    port: int, source: Told, broken: str
-):
+def test_a_picture_that_cannot_be_made_is_said_and_wishes_are_done(port, source, broken):
     setattr(source, broken, lambda: 1 / 0)
 
     async def talk() -> None:

@@ -68,9 +68,7 @@ def test_estimates_are_shown_as_changes_since_the_first_fit_with_their_errors():
         (['t[s]', *map(str, range(100))], [1.0] * 101),
     ],
 )
-def test_a_row_without_its_time_or_of_another_size_is_refused_and_blanks_nothing(
-    labels: list[str], row: list[float]
-):
+def test_a_row_without_its_time_or_of_another_size_is_refused_and_blanks_nothing(labels, row):
     view = TwinView()
     hear_window(view, 7000)
     view.take_fit(FIT, [10.0, 1.0, 0.3, 0.003, 20.0, 1.0])

@@ -114,8 +114,7 @@ FILES: dict[str, tuple[str, dict[str, str], float]] = {
     ),
     'two clocks': (
         of(
-            'Time (s),Position (um),Time (s),Voltage (V)',
-            columns(LATE_S, MICRONS, TIMES_S, VOLTS),
+            'Time (s),Position (um),Time (s),Voltage (V)', columns(LATE_S, MICRONS, TIMES_S, VOLTS)
         ),
         ASIS,
         0.0,
@@ -123,7 +122,7 @@ FILES: dict[str, tuple[str, dict[str, str], float]] = {
     'Siglent': (
         of(
             'Sample Interval,Analog:0.0001\nVertical Units,CH1:V,CH2:V\nHorizontal Units,s\n'
-            'Source,CH1,CH2\nSecond,Volt,Volt',
+            'Horizontal Scale,0.004\nSource,CH1,CH2\nSecond,Volt,Volt',
             columns(TIMES_S, CENTIVOLTS, MICRONS),
         ),
         SCOPE,

@@ -7,9 +7,13 @@ import numpy as np
 import pytest
 
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.lab.readers.experiment import parse_experiment, read_experiment
-from stickslip_ros.lab.readers.measured import BY_AMPLITUDE, OVER_TIME, POINT_COLUMNS, TIME_COLUMNS
-from stickslip_ros.lab.readers.numbers import sigma_name
+from stickslip_ros.lab.measurements.numbers import sigma_name
+from stickslip_ros.lab.measurements.tables import parse_experiment
+from stickslip_ros.lab.measurements.vocabulary import (
+    BY_AMPLITUDE,
+    POINT_COLUMNS,
+    TIME_COLUMNS,
+)
 
 POINTS = 'preload_n,amplitude_m,force_n\n'
 TIMES = 'time_s,position_m\n'
@@ -30,17 +34,6 @@ def test_a_table_by_amplitude_is_read_with_its_notes():
     np.testing.assert_array_equal(experiment.columns['force_sigma_n'], [0.001, 0.002])
 
 
-def test_a_table_over_time_is_read():
-    experiment = parse('time_s,force_n,voltage_v\n-1,0.03,0\n0,0.04,300\n')
-    assert experiment.kind == OVER_TIME
-    np.testing.assert_array_equal(experiment.columns['time_s'], [-1.0, 0.0])
-
-
-def test_what_a_spreadsheet_writes_is_read():
-    text = '\ufeffpreload_n,amplitude_m,force_n\r\n"0.1","6e-8",0.03\r\n'
-    assert parse_experiment(text.encode(), 'exp.csv').columns['force_n'][0] == 0.03
-
-
 def test_every_uncertainty_belongs_to_a_column():
     for columns in (POINT_COLUMNS, TIME_COLUMNS):
         sigmas = [name for name in columns if '_sigma_' in name]
@@ -53,24 +46,27 @@ def test_every_uncertainty_belongs_to_a_column():
     [
         ('\n', 'exp.csv: is empty; save it as text'),
         (POINTS, 'exp.csv: line 1: has no rows of numbers in its first 2 lines'),
-        ('time_s,force_n,a,b\n,,1,2\n', 'line 1: has no values below its header; give at least'),
-        ('preload_n,force_n\n1,2\n', 'line 1: there is no amplitude_m; add it, in m'),
+        ('time_s,force_n,a,b\n,,1,2\n', 'line 1: has no values below its header; give at'),
         (
-            'preload_n,amplitude_m\n1,2\n',
-            'or decay_s or step_back_m or speed_m_per_s',
+            'preload_n,force_n\n1,2\n',
+            'line 1: there is no amplitude_m or voltage_v; columns of numbers',
         ),
-        ('time_s,temp\n1,2\n', 'or voltage_v or foot_m; not under'),
+        ('preload_n,amplitude_m\n1,2\n', 'or decay_s or step_back_m or another number'),
+        ('time_s,temp\n1,2\n', 'or voltage_v or foot_m; columns of numbers: #1 '),
         (
             'Stroke (nm),F (mN)\n60,2\n',
-            'there is no preload_n; add it, in N, or give the preload of the file in N, as --prel',
+            'add a column preload_n (N), or fill in the preload of the file, --preload ...N',
         ),
-        ('Time (s),Force (V)\n0,1\n', 'say which column it is, as --map force_n="Force (0.05 N)"'),
-        ('Time (s),CH1 (V)\n0,1\n', 'say which column it is, as --map voltage_v="CH1 (V)"'),
-        ('t,load\n0,1\n', 's, mN? give it by --map time_s="t (s)" --map force_n="load (mN)"'),
-        ('0 1\n1 2\n', "line 1: columns '1', '2' tell neither a time nor an amplitude; which"),
+        ('Time (s),Force (V)\n0,1\n', '#2 \'Force (V)\'; fill in --map voltage_v="... (V)"'),
+        ('Time (s),CH1 (V)\n0,1\n', 'fill in --map voltage_v="... (V)"'),
+        ('t,load\n0,1\n', 'fill in --map time_s="t (...s)" --map force_n="load (...N)"'),
+        (
+            '0 1\n1 2\n',
+            "line 1: has neither a time nor an amplitude; columns of numbers: #1 '1', #2 '2'",
+        ),
         (
             'preload_n,amplitude_m,force_n,Force (mN)\n1,6e-8,2,2\n',
-            "columns 'force_n' and 'Force (mN)' may both be force_n; choose one: --map force_n=",
+            "columns 'force_n' and 'Force (mN)' may both be force_n; columns of numbers: #1 ",
         ),
         (
             'preload_n,amplitude_m,force_n,step_length_sigma_m\n1,6e-8,2,2\n',
@@ -91,10 +87,10 @@ def test_every_uncertainty_belongs_to_a_column():
         (f'{POINTS}1,6e-8,"0,05"\n', "line 2, column force_n: '0,05' is not a finite number"),
         (f'{POINTS}1,6e-8,x\n1,7e-8,2\n', "line 2, column force_n: 'x' is not a finite number"),
         (f'{POINTS}1,6e-8,inf\n', "line 2, column force_n: 'inf' is not a finite number"),
-        (f'{POINTS}1,6e-8,nan\n', 'line 1: has no values below its header; give at least one row'),
+        (f'{POINTS}1,6e-8,nan\n', 'line 1: has no values below its header; give at least a row'),
         (
             f'{POINTS}1,30,2\n',
-            'amplitude_m: 30 m is above the largest amplitude_m, 0.001 m; is it nm? give it by',
+            '30 m is above the largest amplitude_m, 0.001 m; correct the row, or fill in',
         ),
         (f'{POINTS}1,-6e-8,2\n', 'column amplitude_m: -6e-08 m is below the minimum 0 m; correct'),
         (f'{POINTS}0,6e-8,2\n', 'column preload_n: 0 N is below the minimum 0.001 N; correct'),
@@ -105,7 +101,7 @@ def test_every_uncertainty_belongs_to_a_column():
         ),
         (
             f'{TIMES}0,1e-9\n0,1e-9\n',
-            'line 3, column time_s: 0 s is not after the 0 s of the row before; if the rows',
+            'line 3, column time_s: 0 s is not after the 0 s of the row before; fill in the rate',
         ),
         (
             f'{POINTS}1,6e-8,2\n1,6e-8,"2\n',
@@ -123,10 +119,3 @@ def test_a_bad_file_is_refused_by_line_column_value_and_hint(text, message):
 def test_what_is_no_text_is_refused():
     with pytest.raises(StickSlipError, match=r'exp\.csv: is no text; save it as text: CSV'):
         parse_experiment(b'PK\x03\x04\x14\0\0\0\x08\0ab', 'exp.csv')
-
-
-def test_a_missing_file_is_refused(tmp_path):
-    with pytest.raises(StickSlipError, match='cannot be read'):
-        read_experiment(tmp_path / 'missing.csv')
-    with pytest.raises(StickSlipError, match='cannot be read'):
-        read_experiment(tmp_path)

@@ -3,6 +3,7 @@
 
 """Headers of instruments, times of rows, and remedies that are carried out."""
 
+import itertools
 import random
 import re
 from dataclasses import replace
@@ -14,9 +15,10 @@ import pytest
 from header_files import COUNT, FILES, MICRONS, TIMES_S, VOLTS, columns, of
 
 from stickslip_ros import StickSlipError
-from stickslip_ros.lab.readers.experiment import parse_experiment
-from stickslip_ros.lab.readers.instructions import AS_IT_IS, Reading
-from stickslip_ros.lab.readers.measured import MeasuredTable
+from stickslip_ros.errors import RecordingError
+from stickslip_ros.lab.measurements.table_options import TABLE_DEFAULTS, TableOptions
+from stickslip_ros.lab.measurements.tables import parse_experiment
+from stickslip_ros.lab.measurements.vocabulary import MeasuredTable
 from stickslip_ros.units import parse_quantity
 
 ROUNDING = 1e-12
@@ -24,7 +26,7 @@ DEEPEST = 3
 """Refusals behind each other whose remedies are carried out."""
 
 
-def read(text: str, reading: Reading = AS_IT_IS) -> MeasuredTable:
+def read(text: str, reading: TableOptions = TABLE_DEFAULTS) -> MeasuredTable:
     return parse_experiment(text.encode(), 'a.csv', reading)
 
 
@@ -36,7 +38,7 @@ def known(table: MeasuredTable, name: str) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize('name', FILES)
 def test_an_instrument_says_names_units_and_times(name: str):
     text, headers, first_s = FILES[name]
-    table = read(text, Reading(headers))
+    table = read(text, TableOptions(headers))
     late_s = {'two clocks': 5e-5, 'LabVIEW with two clocks': 5e-5, 'PlotJuggler': 2e-5}
     for column, truth, delay_s in (
         ('voltage_v', np.array(VOLTS), 0.0),
@@ -49,39 +51,41 @@ def test_an_instrument_says_names_units_and_times(name: str):
 
 def test_a_rate_counts_rows_and_sets_the_columns_of_times_aside():
     text = FILES['coarse times'][0]
-    table = read(text, Reading(header_files.SCOPE, rate_hz=10e3, start_s=-3e-3))
+    table = read(text, TableOptions(header_files.SCOPE, rate_hz=10e3, start_s=-3e-3))
     assert table.columns['time_s'].tolist() == [round(each - 3e-3, 6) for each in TIMES_S]
     assert table.unread == ('Time(s)',)
     points = of('preload_n,amplitude_m,force_n', [(0.5, 6e-8, 0.01)])
     for given, told in (
-        (Reading(rate_hz=1e3), '--rate is without effect on an experiment by amplitude'),
-        (Reading(start_s=1.0), '--start without --rate is without effect'),
+        (TableOptions(rate_hz=1e3), '--rate is without effect on an experiment by amplitude'),
+        (TableOptions(start_s=1.0), '--start without --rate is without effect'),
     ):
         with pytest.raises(StickSlipError, match=told):
             read(points, given)
     with pytest.raises(StickSlipError, match='--rate with --map time_s= is without effect'):
-        read(text, Reading({'time_s': 'Time (s)'}, rate_hz=1e3))
+        read(text, TableOptions({'time_s': 'Time (s)'}, rate_hz=1e3))
     with pytest.raises(StickSlipError, match=r'line 3: is empty, so that the times of the rows'):
-        read('voltage (V),a\n1,2\n\n3,4\n', Reading(rate_hz=1e3))
+        read('voltage (V),a\n1,2\n\n3,4\n', TableOptions(rate_hz=1e3))
     for wrong in (0.0, -1.0, float('nan')):
         with pytest.raises(StickSlipError, match='--rate'):
-            Reading(rate_hz=wrong)
+            TableOptions(rate_hz=wrong)
 
 
 def test_only_named_quantities_are_read_and_need_units():
     text = of('t,q,v,F,sigma F', columns(TIMES_S, MICRONS, 0.1, 0.2, 0.3))
-    table = read(text, Reading({'time_s': 't (s)', 'force_n': 'F (N)', 'force_sigma_n': '#5 (N)'}))
+    table = read(
+        text, TableOptions({'time_s': 't (s)', 'force_n': 'F (N)', 'force_sigma_n': '#5 (N)'})
+    )
     assert list(table.columns) == ['time_s', 'force_n', 'force_sigma_n']
     assert table.unread == ('q', 'v')
 
 
 def test_columns_of_one_name_are_named_by_number():
     text = of('time (s),CH,CH', columns(TIMES_S, 1, 2))
-    with pytest.raises(StickSlipError, match=r'--map voltage_v="#2 \(V\)"'):
-        read(text, Reading({'voltage_v': 'CH (V)'}))
-    assert read(text, Reading({'voltage_v': '#3 (V)'})).columns['voltage_v'][0] == 2.0
+    with pytest.raises(StickSlipError, match=r'--map voltage_v="#\.\.\. \(V\)"'):
+        read(text, TableOptions({'voltage_v': 'CH (V)'}))
+    assert read(text, TableOptions({'voltage_v': '#3 (V)'})).columns['voltage_v'][0] == 2.0
     with pytest.raises(StickSlipError, match="there is no column '#4"):
-        read(text, Reading({'voltage_v': '#4 (V)'}))
+        read(text, TableOptions({'voltage_v': '#4 (V)'}))
 
 
 @pytest.mark.parametrize(
@@ -112,20 +116,12 @@ def test_columns_that_began_apart_or_have_other_rates_are_not_joined(name: str):
     'mark', ['∞', '-∞', 'OVER', 'OVERFLOW', '+OVR', 'OL', 'O.L', '+++++', 'Burnout', '9.9E+37']
 )
 def test_marks_of_over_range_are_gaps_and_counted(mark: str):
-    table = read(f'Time,CH\n(us),(V)\n\n0,{mark}\n1,2\n2,\n3,4\n', Reading({'voltage_v': 'CH'}))
+    table = read(
+        f'Time,CH\n(us),(V)\n\n0,{mark}\n1,2\n2,\n3,4\n', TableOptions({'voltage_v': 'CH'})
+    )
     assert table.columns['voltage_v'].tolist() == [2.0, 4.0]
     told = "2 of 4 rows without 'CH' (1 over range) were left out, the first is line 4"
     assert table.gaps == (told,)
-
-
-def test_the_units_of_two_channels_tell_voltage_and_position():
-    rows = [*columns(TIMES_S, VOLTS, MICRONS)]
-    table = read(of('in s,C1 in V,C2 in um', rows))
-    assert table.columns['voltage_v'].tolist() == VOLTS
-    np.testing.assert_allclose(table.columns['position_m'], 1e-6 * np.array(MICRONS), ROUNDING)
-    assert 'voltage_v' not in read(of('in s,C1 in V,force (mN)', rows)).columns
-    with pytest.raises(StickSlipError, match='--map voltage_v="C1 in V"'):
-        read(of('in s,C1 in V,C2 in V', rows))
 
 
 def test_signs_apart_from_digits_are_read():
@@ -154,7 +150,7 @@ def test_unsorted_rows_are_sorted_and_it_is_said(order: str):
 @pytest.mark.parametrize('step', [10, 13, 37])
 def test_a_clock_that_begins_anew_is_not_sorted(begin: int, step: int):
     rows = [((begin + step * row) % 1000, row) for row in range(120)]
-    with pytest.raises(StickSlipError, match=r's is not after the .* of the row before; if the'):
+    with pytest.raises(StickSlipError, match=r's is not after the .* of the row before; fill in'):
         read(of('time (us),voltage (V)', rows))
 
 
@@ -177,7 +173,7 @@ def test_coarse_times_are_spread_within_their_resolution(rows_per_tick: float, r
 def test_topics_are_no_columns_unless_recordings_are_among_the_sources():
     text, reading = (
         of('time (s),voltage (V)', columns(TIMES_S, VOLTS)),
-        Reading({'voltage_v': '/u'}),
+        TableOptions({'voltage_v': '/u'}),
     )
     with pytest.raises(StickSlipError, match="there is no column '/u'"):
         read(text, reading)
@@ -210,62 +206,107 @@ OTHERS = {
     'speed alone': of('time (s),speed (m/s)', columns(TIMES_S, 1)),
 }
 GIVEN = {
-    'nothing': Reading(),
-    'preload': Reading(preloads_n=(0.5,)),
-    'rate': Reading(rate_hz=1e3),
-    'start': Reading(start_s=1.0),
-    'column that is not there': Reading({'voltage_v': 'nothing (V)'}),
-    'topic': Reading({'position_m': '/rig/x'}),
-    'no unit': Reading({'force_n': '#2', 'time_s': '#1'}),
-    'sum without units': Reading({'time_s': '#1 + #2', 'voltage_v': '#2 (V)'}),
+    'nothing': TableOptions(),
+    'preload': TableOptions(preloads_n=(0.5,)),
+    'rate': TableOptions(rate_hz=1e3),
+    'start': TableOptions(start_s=1.0),
+    'column that is not there': TableOptions({'voltage_v': 'nothing (V)'}),
+    'topic': TableOptions({'position_m': '/rig/x'}),
+    'no unit': TableOptions({'force_n': '#2', 'time_s': '#1'}),
+    'sum without units': TableOptions({'time_s': '#1 + #2', 'voltage_v': '#2 (V)'}),
 }
 TEXTS = {**{name: text for name, (text, *_) in FILES.items()}, **OTHERS}
 
 
-def remedies(reading: Reading, message: str) -> list[Reading]:
-    """Return what the remedies of a refusal make of the options, each alternative for itself."""
+FILLED = {'--rate ...kHz': '--rate 10kHz', '--preload ...N': '--preload 0.5N'}
+"""What a user fills into an option that is no column."""
+PREFIX = re.compile(r'\(\.\.\.(?=[smNVHFg])')
+"""Before a unit whose prefix is to be filled in."""
+NUMBER = re.compile(r'[-+]?[\d.]+(e[-+]?\d+)?', re.IGNORECASE)
+
+
+def remedies(options: TableOptions, refusal: StickSlipError) -> list[TableOptions]:
+    """Return the options that a user makes of a refusal, filled in with each column of numbers."""
+    message = str(refusal)
     if away := re.search(
         r'(--\w+)(?: without --rate| with --map time_s=| (\w+)=)? is without', message
     ):
-        headers = {each: text for each, text in reading.headers.items() if each != away[2]}
+        headers = {each: text for each, text in options.headers.items() if each != away[2]}
         without: dict[str | None, dict[str, Any]] = {
             '--preload': {'preloads_n': ()},
             '--rate': {'rate_hz': None},
         }
         without['--start'] = {'start_s': None}
-        return [replace(reading, headers=headers, **without.get(away[1], {}))]
+        return [replace(options, headers=headers, **without.get(away[1], {}))]
     if 'leave --preload away' in message:
-        return [replace(reading, preloads_n=())]
-    found = list[Reading]()
-    for part in re.split(r'; |, or ', message):
-        if maps := dict(re.findall(r'--map (\w+)="([^"]*)"', part)):
-            found.append(replace(reading, headers={**reading.headers, **maps}))
+        return [replace(options, preloads_n=())]
+    found = list[TableOptions]()
+    for dots, filled in FILLED.items():
+        message = message.replace(dots, filled)
+    numbers = [row[0] for row in getattr(refusal, 'table', ())[1:] if row[3] == 'number']
+    prefix = '(p' if 'above the largest' in message else '(n'
+    for part in message.split(', or '):
+        maps = dict(re.findall(r'--map (\w+)="([^"]*)"', part))
+        open_names = [name for name, text in maps.items() if text.startswith(('...', '#...'))]
+        for chosen in [*itertools.permutations(numbers, len(open_names))] if maps else []:
+            headers = dict(maps)
+            for name, column in zip(open_names, chosen, strict=True):
+                headers[name] = column + headers[name].partition('...')[2]
+            for name, text in headers.items():
+                headers[name] = PREFIX.sub(prefix, text.replace('(... ', '(2 ')).replace('...', '')
+            found.append(replace(options, headers={**options.headers, **headers}))
         if rate := re.search(r'--rate (\S+)', part):
-            found.append(replace(reading, rate_hz=parse_quantity(rate[1], 'Hz')))
-        if preload := re.search(r'--preload (\S+)', part):
-            found.append(replace(reading, preloads_n=(float(preload[1]),)))
+            found.append(replace(options, rate_hz=parse_quantity(rate[1], 'Hz')))
+        if preload := re.search(r'--preload (\S+)N', part):
+            found.append(replace(options, preloads_n=(float(preload[1]),)))
     return found
+
+
+def check_numbers(text: str, table: MeasuredTable) -> None:
+    """Check that each number but a time is one of its column, in the unit that is told."""
+    lines = [re.split(r'[,;\t]', line) for line in text.splitlines()]
+    for column in table.recognised:
+        if column.name == 'time_s' or column.name not in table.columns:
+            continue
+        cells = [row[column.index].replace(' ', '') for row in lines if len(row) > column.index]
+        numbers = [column.factor * float(each) for each in cells if NUMBER.fullmatch(each)]
+        values = table.columns[column.name]
+        values = values[~np.isnan(values)]
+        assert len(values)
+        for value in values:
+            assert min(abs(each - value) for each in numbers) <= 1e-9 * abs(value), column
 
 
 @pytest.mark.parametrize('name', TEXTS)
 @pytest.mark.parametrize('given', GIVEN)
-def test_each_remedy_that_a_refusal_names_leads_to_another_outcome(name: str, given: str):
-    waiting: list[tuple[Reading, tuple[str, ...]]] = [(GIVEN[given], ())]
+def test_each_remedy_that_a_refusal_names_leads_to_its_numbers(name: str, given: str):
+    waiting: list[tuple[TableOptions, tuple[str, ...]]] = [(GIVEN[given], ())]
     seen = set[str]()
     while waiting:
-        reading, told = waiting.pop()
-        if repr(reading) in seen:
+        options, earlier = waiting.pop()
+        if repr(options) in seen:
             continue
-        seen.add(repr(reading))
+        seen.add(repr(options))
         try:
-            read(TEXTS[name], reading)
+            check_numbers(TEXTS[name], read(TEXTS[name], options))
         except StickSlipError as refusal:
             message = str(refusal)
-        else:
-            continue
-        assert message not in told, f'{reading} leads to the same refusal'
-        assert '="...' not in message
-        ways = remedies(reading, message)
-        assert ways or '--' not in message, message
-        if len(told) < DEEPEST:
-            waiting += [(each, (*told, message)) for each in ways]
+            assert message not in earlier, f'{options} leads to the same refusal'
+            ways = remedies(options, refusal)
+            assert ways or '--' not in message, message
+            if len(earlier) < DEEPEST:
+                waiting += [(each, (*earlier, message)) for each in ways]
+
+
+@pytest.mark.parametrize('name', TEXTS)
+def test_a_refusal_shows_the_columns_of_a_file_and_offers_no_text_as_a_number(name: str):
+    with pytest.raises(RecordingError) as refusal:
+        read(TEXTS[name], TableOptions({'force_n': 'no such column'}))
+    title, *rows = refusal.value.table
+    assert title == ('#', 'name', 'unit', 'kind', 'first', 'last')
+    offered = re.findall(r'(#\d+) ', str(refusal.value).partition('columns of numbers: ')[2])
+    assert offered == [row[0] for row in rows if row[3] == 'number'][: len(offered)]
+    for number, _, _, kind, first, last in rows:
+        assert number[1:].isdecimal()
+        if kind == 'number':
+            assert re.fullmatch(r'[-+ ]*[\d.,e+-]+', first or last), (first, last)

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.lab.readers.experiment import read_experiment, read_joined
-from stickslip_ros.lab.readers.instructions import Reading
-from stickslip_ros.lab.readers.measured import MeasuredTable
-from stickslip_ros.lab.readers.numbers import NUMBERS
+from stickslip_ros.lab.measurements.numbers import NUMBERS
+from stickslip_ros.lab.measurements.table_options import TableOptions
+from stickslip_ros.lab.measurements.tables import read_experiment, read_joined
+from stickslip_ros.lab.measurements.vocabulary import MeasuredTable
 
-READING = Reading(preloads_n=(0.5,))
+READING = TableOptions(preloads_n=(0.5,))
 CURVE = 'voltage (V),step size up (nm),step size down (nm)\n20,21,18\n60,196,179\n'
 SHEET = (
     'Quantity;Value;Unit;Tolerance (%);Voltage (V)\n'
@@ -27,7 +27,7 @@ SHEET = (
 )
 
 
-def read(folder: Path, text: str, reading: Reading = READING) -> MeasuredTable:
+def read(folder: Path, text: str, reading: TableOptions = READING) -> MeasuredTable:
     path = folder / 'owner.csv'
     path.write_text(text, encoding='utf-8')
     return read_experiment(path, reading)
@@ -87,7 +87,7 @@ def test_a_curve_that_was_reported_stays_as_it_was_when_it_is_joined_to_a_sheet(
     for name, text in (('curve', CURVE), ('sheet', SHEET)):
         (tmp_path / f'{name}.csv').write_text(text, encoding='utf-8')
     reported = list[tuple[MeasuredTable, set[str]]]()
-    reading = Reading(
+    reading = TableOptions(
         preloads_n=(0.5,), report=lambda each: reported.append((each, {*each.columns}))
     )
     joined = read_joined([tmp_path / 'curve.csv', tmp_path / 'sheet.csv'], reading)
@@ -119,7 +119,7 @@ def test_a_wrong_row_of_a_sheet_is_refused_by_its_line(tmp_path: Path, row: str,
 
 
 def test_a_signal_named_value_is_no_sheet(tmp_path: Path):
-    reading = Reading({'position_m': 'value (um)', 'time_s': 'time (s)'})
+    reading = TableOptions({'position_m': 'value (um)', 'time_s': 'time (s)'})
     table = read(tmp_path, 'time,value\n0,1\n0.1,2\n', reading)
     close(table.columns['position_m'], [1e-6, 2e-6])
 
@@ -131,7 +131,7 @@ def test_a_row_without_its_voltage_is_left_out_and_counted(tmp_path: Path):
 
 
 def test_the_preload_of_a_stand_holds_for_a_table_without_one(tmp_path: Path):
-    columns = read(tmp_path, CURVE, Reading(stand_n=0.7)).columns
+    columns = read(tmp_path, CURVE, TableOptions(stand_n=0.7)).columns
     close(columns['preload_n'], [0.7, 0.7])
 
 
@@ -149,16 +149,16 @@ def test_the_preload_of_a_stand_holds_for_a_table_without_one(tmp_path: Path):
         ),
         ('stroke (nm),direction,force (mN)\n6,up,1\n', 'has a direction, but no step or speed'),
         ('voltage (V),stroke (nm),step (nm)\n60,9,9\n', 'has both amplitude_m and voltage_v;'),
-        ('preload (N),step (nm)\n1,9\n', 'add it, in m, or voltage_v, in V'),
+        ('preload (N),step (nm)\n1,9\n', 'there is no amplitude_m or voltage_v'),
         ('mass (g),holding force (N)\n0,1\n', 'moving_mass_kg 0 kg is without a tolerance; add a'),
         ('mass (g),holding force (N)\n-3,1\n', 'mass (g): -0.003 kg is below the minimum 0 kg'),
-        ('voltage (V),step (nm),tolerance\n60,9,5\n', 'is it %? give it by --map tolerance="tol'),
+        ('voltage (V),step (nm),tolerance\n60,9,5\n', '--map tolerance="tolerance (...%)"'),
         ('voltage (V),step (nm),tolerance (%)\n60,9,0\n', '0 % is below the minimum 0.001 %'),
     ],
 )  # fmt: skip
 def test_a_row_that_means_nothing_is_refused(tmp_path: Path, text: str, message: str):
     with pytest.raises(StickSlipError) as refusal:
-        read(tmp_path, text, Reading() if 'preload' in text else READING)
+        read(tmp_path, text, TableOptions() if 'preload' in text else READING)
     assert message in str(refusal.value)
 
 

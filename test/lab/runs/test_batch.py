@@ -20,7 +20,6 @@ from waiting import GIVE_UP_S
 
 import stickslip_ros
 from stickslip_ros.errors import OutOfRange, RecordingError
-from stickslip_ros.extras import MissingExtra
 from stickslip_ros.lab.runs import batch
 from stickslip_ros.lab.runs.batch import ClusterError, Interrupted, run_batch, run_courses
 from stickslip_ros.lab.runs.journal import Journal, JournalIdentity, identify
@@ -416,12 +415,6 @@ def test_a_cluster_that_has_lost_its_last_worker_ends_the_batch(monkeypatch):
         told = r'has had no worker for 1 s; start it again, then the same command: what is done is'
         with pytest.raises(ClusterError, match=told):
             run_courses(task, cases, 1, scheduler=local.scheduler_address, progress=lose_workers)
-
-
-def test_without_dask_the_command_that_installs_it_is_told(monkeypatch):
-    monkeypatch.setitem(sys.modules, 'distributed', None)
-    with pytest.raises(MissingExtra, match=r"'distributed', which is .*pip install dist"):
-        run_batch(third, CASES, scheduler='tcp://127.0.0.1:1')
 
 
 def test_dask_is_imported_only_when_asked_for(monkeypatch):

@@ -4,6 +4,7 @@
 """A bag that ros2 bag record made of the drive: its run, parameters and commands are known."""
 
 import random
+from dataclasses import replace as changed
 from pathlib import Path
 
 import numpy as np
@@ -15,9 +16,14 @@ from rosbags.rosbag2 import Writer as BagWriter
 from rosbags.typesys import Stores, get_typestore
 
 from stickslip_ros.instrument.commands import Request
+from stickslip_ros.interface.cdr import pack_float64, unpack
+from stickslip_ros.interface.messages import StampedMessage
+from stickslip_ros.interface.schemas import SCHEMAS
 from stickslip_ros.lab.cli.main import main
+from stickslip_ros.lab.measurements.recorded import recorded_series
 from stickslip_ros.lab.measurements.recorded_run import open_run
 from stickslip_ros.lab.runs.replay import replay
+from stickslip_ros.message_types import FLOAT64, VECTOR3_STAMPED
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run import ReportingBench, RunWriter
@@ -47,18 +53,34 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def copied(run: Path, target: Path, *, shift_ns: int = 0, late_ns: int = 0, lost: int = 0) -> Path:
+def copied(
+    run: Path,
+    target: Path,
+    *,
+    shift_ns: int = 0,
+    late_ns: int = 0,
+    late: str = 'command',
+    lost: int = 0,
+    is_old: bool = False,
+) -> Path:
     """
     Write messages alone, as another recorder does: it adds a shift to their times.
 
-    Commands come up to ``late_ns`` later, and each message of a number ``lost`` is lost.
+    Commands, or others, come up to ``late_ns`` later, and each message of a number ``lost`` is
+    lost. In an old bag the voltage has no stamp.
 
     """
     chance, rows = random.Random(1), []
     with run.open('rb') as stream:
-        for schema, channel, message in make_reader(stream).iter_messages():
-            late = chance.randrange(late_ns) if late_ns and 'command' in channel.topic else 0
-            rows.append((message.log_time + shift_ns + late, schema, channel, message.data))
+        for told, channel, message in make_reader(stream).iter_messages():
+            late_by = chance.randrange(late_ns) if late_ns and late in channel.topic else 0
+            schema, data = told, message.data
+            if is_old and channel.topic == '/voltage':
+                stamped = unpack(VECTOR3_STAMPED, data)
+                assert isinstance(stamped, StampedMessage)
+                data = pack_float64(stamped.values[0])
+                schema = changed(told, name=FLOAT64, data=SCHEMAS[FLOAT64].encode())
+            rows.append((message.log_time + shift_ns + late_by, schema, channel, data))
     writer, known, seen = foreign(target), {}, 0
     for time_ns, schema, channel, data in sorted(rows, key=lambda each: each[0]):
         if channel.topic not in known:
@@ -80,17 +102,13 @@ def test_a_bag_of_the_drive_is_replayed_to_the_byte(run: Path, tmp_path: Path, s
 
 
 @pytest.mark.parametrize('late_ms', [1, 3, 8])
-def test_commands_that_came_late_stand_at_the_times_of_their_events(
-    run: Path, tmp_path: Path, late_ms: int
-):
+def test_commands_that_came_late_stand_at_the_times_of_their_events(run, tmp_path, late_ms):
     bag = copied(run, tmp_path / 'bag.mcap', shift_ns=NOW_NS, late_ns=late_ms * MS_NS)
     result = replay(bag, tmp_path / 'again.mcap')
     assert (result.identical, result.apart_m) == (True, 0.0), result.difference
 
 
-def test_a_bag_that_lost_readings_gives_the_run_within_their_noise(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-):
+def test_a_bag_that_lost_readings_gives_the_run_within_their_noise(run, tmp_path, capsys):
     bag = copied(run, tmp_path / 'bag.mcap', lost=10)
     assert [each.gaps for each in Recording(bag).channels if each.topic == '/position'] == [None]
     assert main(['replay', str(bag)]) == 0
@@ -123,20 +141,19 @@ def test_parameters_and_the_trace_of_a_bag_are_those_of_the_drive(run: Path, tmp
         assert np.array_equal(bag.series[name].value, each.value)
 
 
-def test_what_has_no_stamp_is_placed_by_the_readings(run: Path, tmp_path: Path):
-    bag, ours = (
-        {name: Recording(path).series(name) for name in ('voltage', 'position', 'joint_states')}
-        for path in (copied(run, tmp_path / 'bag.mcap', shift_ns=NOW_NS), run)
-    )
-    assert {name: each.time_s.tolist() for name, each in bag.items()} == {
-        name: each.time_s.tolist() for name, each in ours.items()
-    }
+@pytest.mark.parametrize('of', [{'is_old': True}, {'late': '/voltage', 'late_ns': 5 * MS_NS}])
+def test_readings_stand_at_their_stamps_and_an_old_voltage_at_those_of_others(run, tmp_path, of):
+    bag = Recording(copied(run, tmp_path / 'bag.mcap', shift_ns=NOW_NS, **of))
+    for name in ('voltage', 'position', 'joint_states'):
+        found, expected = bag.series(name), Recording(run).series(name)
+        assert np.array_equal(found.time_s, expected.time_s)
+        assert np.array_equal(found.value, expected.value)
+        assert found.unit == expected.unit
+    assert recorded_series(bag, traced=False).keys() == {'voltage_v', 'position_m', 'force_n'}
 
 
 @pytest.mark.parametrize('verb', ['compare', 'fit', 'plot', 'export', 'info'])
-def test_every_verb_takes_a_bag_of_the_drive_without_a_map(
-    run: Path, tmp_path: Path, verb: str, capsys: pytest.CaptureFixture[str]
-):
+def test_every_verb_takes_a_bag_of_the_drive_without_a_map(run, tmp_path, verb, capsys):
     bag = str(copied(run, tmp_path / 'bag.mcap', shift_ns=NOW_NS))
     words = {
         'compare': [bag, 'model', '--json'],
@@ -171,9 +188,7 @@ def test_the_trace_places_messages_where_no_position_was_recorded(run: Path, tmp
     assert np.array_equal(bag.series('voltage').time_s, expected)
 
 
-def test_a_bag_without_its_commands_is_compared_by_its_trace(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-):
+def test_a_bag_without_its_commands_is_compared_by_its_trace(run, tmp_path, capsys):
     bag = without(run, tmp_path / 'bag.mcap', '/command/voltage')
     assert main(['replay', str(bag)]) == 2
     assert 'holds 2 of 3 commands' in capsys.readouterr().err
@@ -181,9 +196,7 @@ def test_a_bag_without_its_commands_is_compared_by_its_trace(
 
 
 @pytest.mark.parametrize('verb', ['export', 'compare', 'fit'])
-def test_a_window_beyond_a_bag_says_from_when_to_when_it_is(
-    run: Path, tmp_path: Path, verb: str, capsys: pytest.CaptureFixture[str]
-):
+def test_a_window_beyond_a_bag_says_from_when_to_when_it_is(run, tmp_path, verb, capsys):
     bag = str(copied(run, tmp_path / 'bag.mcap', shift_ns=NOW_NS))
     words = {
         'export': ['-o', str(tmp_path / 'a.csv')],

@@ -263,13 +263,6 @@ def test_a_stroke_is_turned_into_volts(stand):
     assert voltage_for(bipolar, 320e-9) == pytest.approx(600.0, rel=ROUNDING, abs=0.0)
 
 
-def test_a_stroke_that_exceeds_the_largest_by_rounding_is_the_largest(stand):
-    largest_m = 300.0 * stand.actuator.gain
-    for stroke_m in (160e-9, 160 * 1e-9, largest_m * (1.0 + 1e-10)):
-        assert voltage_for(stand, stroke_m) <= 300.0 * (1.0 + ROUNDING)
-        assert ran(stand, amplitude_m=stroke_m, steps=1).steps == 1
-
-
 @pytest.mark.parametrize(
     ('stroke_m', 'hint'), [(161e-9, 'lower it'), (160.0, 'lower it; 160 nm is 1.6e-07 m')]
 )
@@ -347,14 +340,8 @@ def test_the_step_length_is_the_mean_of_the_last_ten():
     assert step_length_m(_ramps([3.0, 8.0], column=2)) == 4.0
 
 
-def test_scatter_and_correlation_are_those_of_known_steps():
-    way = np.arange(20_000)
-    wave = 1e-7 * (1.0 + 0.05 * np.sqrt(2.0) * np.sin(2.0 * np.pi * way / 1000.0))
-    scatter_m, correlation_m = scatter_of(wave)
-    assert scatter_m == pytest.approx(5e-9, rel=2e-3)
-    known_m = 1e-7 * 1000.0 / (2.0 * np.pi) * np.arccos(np.exp(-1.0))
-    assert correlation_m == pytest.approx(known_m, rel=0.03)
-    even_m = scatter_of(np.diff(1e-7 * way))
+def test_even_steps_and_a_single_one_do_not_scatter():
+    even_m = scatter_of(np.diff(1e-7 * np.arange(20_000)))
     assert even_m[0] < 1e-15
     assert even_m[1] == 0.0
     assert scatter_of(np.array([1e-7])) == (0.0, 0.0)
@@ -524,9 +511,7 @@ def as_the_amplifier_gives_it(amplitude_v: float, frequency_hz: float, stand: Pa
 
 
 @pytest.mark.parametrize('stretch', [1.0, 0.37])
-def test_a_waveform_of_the_same_shape_gives_the_force_of_a_saw_tooth(
-    stretch: float, tmp_path: Path
-):
+def test_a_waveform_of_the_same_shape_gives_the_force_of_a_saw_tooth(stretch, tmp_path):
     stand = Parameters()
     rows = as_the_amplifier_gives_it(300.0, 1000.0, stand) * np.array((stretch, 1.0))
     path = tmp_path / 'wave.mcap'

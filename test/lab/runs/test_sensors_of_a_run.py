@@ -42,6 +42,14 @@ def test_its_readings_are_a_column_of_the_run_and_a_topic_of_the_same_numbers(pa
     np.testing.assert_array_equal(truth.value, frame['foot_m'].to_numpy()[at])
 
 
+def test_its_unit_stays_with_it_in_xarray(path: Path):
+    pytest.importorskip('xarray', reason='no xarray: pip install xarray')
+    labelled = open_run(path).frame.to_xarray()
+    assert labelled.attrs['source'] == str(path)
+    units = {name: labelled[name].attrs['units'] for name in (PROBE, 'force_n', 'time_s')}
+    assert units == {PROBE: 'm', 'force_n': 'N', 'time_s': 's'}
+
+
 def test_a_picture_of_the_run_shows_it(path: Path, tmp_path: Path):
     plot = plot_run(Recording(path), tmp_path / 'run.png')
     assert PROBE in [each.name for each in plot.quantities]

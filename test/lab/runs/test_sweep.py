@@ -27,13 +27,10 @@ from stickslip_ros.lab.runs.sweep import (
     parse_axis,
     parse_varied,
     run_sweep,
-    stop_rule,
 )
 from stickslip_ros.parameters import AMPLITUDE_SPEC, column_name, spec_of
 
 PRELOAD = spec_of('stand.preload')
-FORCE_ERROR = 0.01
-"""Of a reference force that is given to the millinewton."""
 GROUPS, INDENTING, TABULATING = 2, 2, 1
 """Groups of equal contacts, and what is solved for each: depth and radius; the virgin curve."""
 COLUMNS = [
@@ -167,8 +164,8 @@ def test_a_sweep_without_variation_is_one_run(stand):
             "parameter 'stand.preload' is varied twice; put all its values into one list",
         ),
         (
-            {'varied': (Axis('sim.seed', tuple(range(50_001))),)},
-            'number of runs 100002 is above the maximum 100000; take fewer values',
+            {'varied': (Axis('sim.seed', (1,) * 100_000),), 'frequencies_hz': (1e3,) * 5001},
+            'number of runs 1000200000 is above the maximum 1000000000; take fewer values',
         ),
         (
             {'varied': (Axis('contact.rms_height', (1e-6,)),)},
@@ -206,15 +203,6 @@ def test_a_varied_parameter_is_named_with_its_unit(stand):
     preload = (Axis('stand.preload', (0.1,)),)
     assert Sweep(ramped, preload, (1000.0,), (1e-9,)).columns() == ('stand.preload',)
     assert Sweep(stand, preload, (1000.0,), (1e-9,)).columns() == ()
-
-
-def test_a_steady_run_has_the_force_of_the_reference(stand):
-    case = SweepCase((('stand.preload', 0.1),), 160e-9, 1000.0)
-    row = run_course(case_course(Sweep(stand, (), (1000.0,), (160e-9,)), case))
-    assert row['force_mean_n'] == pytest.approx(0.061, rel=FORCE_ERROR, abs=0.0)
-    assert row['steady'] is True
-    assert row['stop_rule'] == stop_rule(0)
-    assert 'within 0.02% of its limit, by the last 40 steps; 200 to 5000' in row['stop_rule']
 
 
 def test_an_amplitude_of_zero_is_a_drive_at_rest(stand):
@@ -264,12 +252,6 @@ def test_a_table_that_could_not_be_written_is_refused_at_once(tmp_path, monkeypa
     with pytest.raises(MissingExtra, match=r"a Parquet file needs the package 'pyarrow'.*pip in"):
         check_table_path(tmp_path / 'a.parquet')
     check_table_path(tmp_path / 'b.csv')
-
-
-def test_a_table_in_a_place_that_is_taken_is_refused(short, tmp_path):
-    (tmp_path / 'file').write_text('')
-    with pytest.raises(RecordingError, match='cannot be written'):
-        write_table([{'a': 1.0}], tmp_path / 'file' / 'a.csv', short.parameters)
 
 
 def test_both_ways_adds_the_step_backwards_of_a_mirrored_drive_which_a_table_keeps(

@@ -75,9 +75,7 @@ def test_the_twin_steps_as_the_rig_does_and_its_residual_is_noise():
         ('gain_m_per_v', 0.97, 'actuator.gain', 'the piezo or its amplifier'),
     ],
 )
-def test_what_changes_is_named_at_the_second_fit(
-    begun: tuple[Twin, Doctor], field: str, factor: float, name: str, cause: str
-):
+def test_what_changes_is_named_at_the_second_fit(begun, field, factor, name, cause):
     twin, doctor = deepcopy(begun)
     other = replace(Rig(), **{field: factor * getattr(Rig(), field)})
     _, found = (doctor.examine(twin.look(seen(other, k))) for k in (3, 4))
@@ -96,9 +94,7 @@ def test_what_changes_is_named_at_the_second_fit(
         ({'gains': (0.7, *(1.0,) * 5)}, 'actuator.gain', 'of all feet or of one'),
     ],
 )
-def test_a_change_that_acts_as_that_of_a_parameter_is_told_beside_it(
-    begun: tuple[Twin, Doctor], change: dict, name: str, cause: str
-):
+def test_a_change_that_acts_as_that_of_a_parameter_is_told_beside_it(begun, change, name, cause):
     twin, doctor = deepcopy(begun)
     other = replace(Rig(), **change)
     _, found = (doctor.examine(twin.look(seen(other, k))) for k in (3, 4))
@@ -107,9 +103,7 @@ def test_a_change_that_acts_as_that_of_a_parameter_is_told_beside_it(
 
 
 @pytest.mark.parametrize('late_s', [3e-4, pytest.param(-3e-4, marks=SLOW)])
-def test_a_clock_that_has_moved_is_told_and_no_parameter_with_it(
-    begun: tuple[Twin, Doctor], late_s: float
-):
+def test_a_clock_that_has_moved_is_told_and_no_parameter_with_it(begun, late_s):
     twin, doctor = deepcopy(begun)
     other = replace(Rig(), late_s=late_s)
     first, found = (doctor.examine(twin.look(seen(other, k))) for k in (3, 4))

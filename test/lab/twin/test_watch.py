@@ -32,9 +32,7 @@ def alarms(seed: int, shared: float, understated: float, memory: float, per_day:
     [(0.0, 1.0, 0.0), (0.8, 1.0, 0.0), (0.0, 1.0, 0.95), (0.0, 2.0, 0.0), (0.0, 20.0, 0.0)],
     ids=['independent', 'shared', 'correlated', 'understated by 2', 'understated by 20'],
 )
-def test_nothing_raises_no_more_alarms_than_are_allowed(
-    shared: float, understated: float, memory: float
-):
+def test_nothing_raises_no_more_alarms_than_are_allowed(shared, understated, memory):
     per_day = 50.0  # so that some may come in so few looks
     total = sum(alarms(seed, shared, understated, memory, per_day) for seed in range(10))
     allowed = per_day * 10 * LOOKS * PERIOD_S / 86400.0

@@ -1,11 +1,12 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a twin publishes and records of the windows of a rig."""
+"""What a twin publishes of the windows of a rig."""
 
+from collections import Counter
 from dataclasses import replace
-from pathlib import Path
 from threading import Event
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,20 +14,14 @@ import pytest
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.interface.cdr import unpack
 from stickslip_ros.interface.messages import ArrayMessage
-from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
+from stickslip_ros.lab.experiments.experiment import Experiment, Readout, Voltage
 from stickslip_ros.lab.experiments.predict import predict
-from stickslip_ros.lab.measurements.recorded import (
-    recorded_commands,
-    recorded_series,
-    recorded_stand,
-)
 from stickslip_ros.lab.twin.settings import TwinParameters
 from stickslip_ros.lab.twin.twin import Look, Twin
 from stickslip_ros.lab.twin.window import Window
 from stickslip_ros.lab.twin.work import Work
-from stickslip_ros.message_types import FLOAT64_ARRAY
+from stickslip_ros.message_types import FLOAT64_ARRAY, POINT_STAMPED
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.recording.reader import Recording
 
 HZ, VOLTS, LENGTH_S, RATE_HZ, START_NS = 500.0, 300.0, 0.05, 50e3, 7_000_000_000
 SETTINGS = TwinParameters(window=LENGTH_S, period=1e4, free='contact.friction, actuator.gain')
@@ -39,7 +34,7 @@ def windows(count: int, shift_s: float) -> list[Window]:
     corners = [(s + t, v) for s in starts_s for t, v in ((0.0, 0.0), (1.0 / HZ - fall_s, VOLTS))]
     rows = np.array([*corners, (starts_s[-1] + 1.0 / HZ, 0.0)])
     time_s = np.arange(0.0, rows[-1, 0] - shift_s, 1.0 / RATE_HZ)
-    seen = Seen('position_m', np.zeros(len(time_s)), time_s + shift_s)
+    seen = Readout('position_m', np.zeros(len(time_s)), time_s + shift_s)
     [[found]] = predict(Parameters().updated(STAND), [Experiment('', {}, Voltage(rows), (seen,))])
     made = []
     for number in range(count):
@@ -55,35 +50,23 @@ def windows(count: int, shift_s: float) -> list[Window]:
     return made
 
 
-@pytest.mark.parametrize('shift_s', [0.0, 7e-6], ids=['a trace', 'stamps of their own'])
-def test_a_recording_of_the_twin_holds_every_reading_and_opens(tmp_path: Path, shift_s: float):
-    stand = Parameters().updated(STAND | {'record.directory': str(tmp_path)})
-    told = list[str]()
-    work = Work(stand, SETTINGS, lambda *_: None, told.append)
-    work.set_recording(wanted=True, namespace='/left')
-    given = windows(3, shift_s)
-    for window in given:
+def test_a_twin_publishes_each_window_thinned_to_a_thousand_a_second():
+    told, sent = list[str](), list[tuple[str, bytes]]()
+    work = Work(
+        Parameters().updated(STAND), SETTINGS, lambda *each: sent.append(each), told.append
+    )
+    for window in windows(3, 0.0):
         work.put(window)
     work.close()
     assert (told, work.trouble, work.shown, work.dropped) == ([], '', 3, 0)
-    [path] = tmp_path.iterdir()
-    recording = Recording(path)
-    found = recorded_series(recording)
-    for quantity in ('voltage_v', 'position_m'):
-        inside = [
-            (time_s[time_s >= 0.0] + number * LENGTH_S, values[time_s >= 0.0])
-            for number, (time_s, values) in enumerate(each.samples[quantity] for each in given)
-        ]
-        time_s, values = np.concatenate(inside, axis=1)
-        assert found[quantity].time_s == pytest.approx(time_s, rel=0.0, abs=2e-9)
-        assert np.array_equal(found[quantity].value, values)
-    counts = {each.topic: each.messages for each in recording.channels}
-    assert counts['/left/twin/steps'] == 3
-    assert counts['/left/twin/parameters'] == 1
-    assert counts['/left/twin/residual'] == pytest.approx(150, rel=0.0, abs=3)
-    assert recorded_stand(recording).flat() == stand.flat()
-    assert recorded_commands(recording) == []
-    assert set(recording.trace('/left/twin/steps')['steps'].value) <= {23.0, 24.0}
+    counts = Counter(key for key, _ in sent)
+    assert counts['twin/steps'] == 3
+    assert counts['twin/parameters'] == 1
+    assert counts['twin/residual'] == counts['twin/position'] == pytest.approx(150, rel=0.0, abs=3)
+    rows: list[Any] = [unpack(FLOAT64_ARRAY, data) for key, data in sent if key == 'twin/steps']
+    assert {each.data[0, 1] for each in rows} <= {23.0, 24.0}
+    residual: Any = unpack(POINT_STAMPED, dict(reversed(sent))['twin/residual'])
+    assert residual.stamp_ns == START_NS + round(1e9 * LENGTH_S)
 
 
 def test_a_fit_that_fails_is_the_health_of_the_rig(monkeypatch: pytest.MonkeyPatch):
@@ -101,9 +84,7 @@ def test_a_fit_that_fails_is_the_health_of_the_rig(monkeypatch: pytest.MonkeyPat
     assert told == [work.health.words] == ['no fit: a stand cannot follow']
 
 
-def test_where_windows_wait_a_fit_is_left_out_rather_than_a_window(
-    monkeypatch: pytest.MonkeyPatch,
-):
+def test_where_windows_wait_a_fit_is_left_out_rather_than_a_window(monkeypatch):
     stand, all_wait, look = Parameters().updated(STAND), Event(), Twin.look
 
     def late_look(twin: Twin, window: Window) -> Look:

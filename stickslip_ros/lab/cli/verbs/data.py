@@ -32,9 +32,9 @@ DATA = (
         'import',
         'read tables of instruments, write them in SI units',
         'Read tables of instruments and spreadsheets (docs/howto/bring_your_data.md), print the '
-        'columns as read, and write them as CSV in SI units. Several tables by '
-        'amplitude become one.',
-        file('tables', nargs='+'),
+        'columns as read, and write them as CSV in SI units. Several tables become one; a '
+        'recording is read too.',
+        file('tables, or a recording', nargs='+'),
         *MAP,
         *options_of(READING, 'preloads_n', 'rate_hz', 'start_s'),
         output('.csv to write (default: only print the columns)'),
@@ -81,7 +81,7 @@ DATA = (
         'wave is recognised in a voltage monitor with ten samples a cycle or more; else give '
         '--commands. Zero, drift, delay and low-pass of sensors are fitted too; intervals allow '
         'for errors of the model. Quantities of contact, friction_law, runner, load_cell, '
-        'actuator, amplifier, stand.load may be freed. Freeing contact.rms_height sets '
+        'actuator, amplifier, feet, stand.load may be freed. Freeing contact.rms_height sets '
         'contact.prefactor to 0, which would hide it.',
         file('recordings, tables over time, tables by amplitude', nargs='+'),
         *MAP,
@@ -101,7 +101,7 @@ DATA = (
         *options_of(
             READING, 'commands', 'window_s', 'frequency_hz', 'steps', 'outliers', 'workers'
         ),
-        *options_of(FIT, 'assume', 'shape_m', 'step_share', 'starts', 'seed'),
+        *options_of(FIT, 'assume', 'drift_m_per_s', 'shape_m', 'step_share', 'starts', 'seed'),
         many(
             '-o --output',
             '.json: all results; .html: a page; .yaml: the fitted stand for --params',
@@ -120,32 +120,33 @@ DATA = (
     ),
     verb(
         'plot',
-        'draw a recording against time',
-        'Draw the trace of a recording, or else its topics at 1 kHz, with the commands (dotted) '
-        'and the status bits. Thinned curves keep every peak. --map names the topics of another '
-        'program.',
-        file('the recording'),
+        'draw a recording or a table',
+        'Draw a recording, the trace or else its topics at 1 kHz, with the commands (dotted) and '
+        'the status bits; or tables, over time or by amplitude. Thinned curves keep every peak. '
+        '--map names the topics of another program, or columns.',
+        file('a recording, or tables', nargs='+'),
         WINDOW,
         *MAP,
-        output('.png, .svg or .pdf (default: a PNG next to the recording)'),
+        *options_of(READING, 'preloads_n', 'rate_hz', 'start_s'),
+        output('.png, .svg or .pdf (default: a PNG next to the first file)'),
         *LOOK,
-        module='recording',
     ),
     verb(
         'draw',
         'draw the stand',
         'Draw a stand to scale, as SVG, or write its frames and bodies as URDF for RViz and other '
         'programs. docs/examples/film.py draws a recording as a film.',
-        output('.svg or .urdf to write', required=True),
+        output('.svg or .urdf to write; needed'),
         *PARAMETERS,
+        module='reference',
     ),
     verb(
         'export',
-        'write the quantities of a recording as a table',
+        'write the quantities of a recording or of tables as a table',
         'Write the trace of a recording, or else its topics, as a table with a row for each time '
-        'and units in the column names.',
-        file(RECORDING),
-        output('.csv, .parquet or .xlsx to write', required=True),
+        'and units in the column names; of tables what was read.',
+        file(f'{RECORDING}; or tables', nargs='+'),
+        output('.csv, .parquet or .xlsx to write; needed'),
         flag_option(
             '--readings', 'write position, force and voltage of the topics, not the trace'
         ),
@@ -156,6 +157,7 @@ DATA = (
         ),
         WINDOW,
         *MAP,
+        *options_of(READING, 'preloads_n'),
     ),
     verb(
         'recover',

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Verbs that compute, without ROS."""
+"""Verbs that compute, without ROS, and compare the model with the paper and references."""
 
 from stickslip_ros.lab.cli.options import (
     DRAWS,
@@ -12,6 +12,7 @@ from stickslip_ros.lab.cli.options import (
     WORKERS,
     either,
     flag_option,
+    folder,
     many,
     option,
     options_of,
@@ -77,7 +78,8 @@ SIMULATE = (
         '0.1N,0.5N, or a range start:stop:count with both ends, 0:160nm:33. A run ends when it is '
         'steady: mean force of a cycle (free runner: step length) within 0.02% of its limit, by '
         'the last 40 steps; 200 to 5000 steps; --steps sets their number. FILE.journal keeps '
-        'finished runs: after Ctrl-C or a crash the same command continues.',
+        'finished runs: after Ctrl-C or a crash the same command continues. A name without ending '
+        'is a folder of Parquet files, a data set of any size; workers of Dask write to it.',
         option('--preload', 'vary stand.preload', metavar=VALUES),
         option('--amplitude', 'peak-to-peak displacements', metavar=VALUES, required=True),
         option('--frequency', 'steps per second', metavar=VALUES, default='1kHz'),
@@ -90,7 +92,10 @@ SIMULATE = (
         BOTH_WAYS,
         NO_LOAD_CELL,
         DRAWS,
-        output('.csv or .parquet', required=True),
+        output('.csv, .parquet or a folder of .parquet to write; needed'),
+        option(
+            '--part', 'of a folder, make only the third of 20 files, as 3/20', metavar='N/COUNT'
+        ),
         RUNNERS,
         FRESH,
         *PARAMETERS,
@@ -124,8 +129,7 @@ SIMULATE = (
         option('--preload', 'stand.preload, or its limits', metavar='LOW:HIGH'),
         *options_of('design.search.WaveSearch', 'knots', 'evaluations', 'seed'),
         DRAWS,
-        output('.csv of the wave', required=True),
-        *FIGURE,
+        output('.csv of the wave; needed'),
         RUNNERS,
         FRESH,
         *PARAMETERS,
@@ -153,5 +157,30 @@ SIMULATE = (
         'keep them.',
         flag_option('--timings', 'print the number of kernels and the time'),
         reports_compilation=True,
+    ),
+)
+
+EVIDENCE = (
+    verb(
+        'figures',
+        "the paper's figures",
+        "Make the paper's Figs 2, 6 and 7. Writes for each figure DIR/NAME.csv (all digits, SI), "
+        'DIR/NAME.png, DIR/NAME.svg, and DIR/NAME.md with the caption. Names: fig2, fig6a, fig6b, '
+        'fig7.',
+        folder('runs/figures'),
+        option('--only', 'figures to make (default: all)', metavar='NAMES'),
+        option('--points', 'points along an axis (default: those of each figure)', int, default=0),
+        WORKERS,
+        *PARAMETERS,
+        module='evidence',
+    ),
+    verb(
+        'validate',
+        'self-test: contact and drive against references',
+        'Compare results of this installation with its references: closed forms, single springs, '
+        '3-D solutions, codes of others, printed values. Writes a page (validation.html) and '
+        'validation.csv. Exit status 1 if a result is wrong.',
+        folder('runs/validation'),
+        module='evidence',
     ),
 )

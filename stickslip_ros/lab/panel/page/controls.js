@@ -6,6 +6,7 @@
 import {
   button, DIRECTIONS, ends, grey, inRow, make, newest, note, numberField, refusal, resolved, whenPictureComes, whenStateComes,
 } from "./fields.js";
+import { addParameters } from "./parameters.js";
 import { addScript, noteCommand } from "./script.js";
 import { wish } from "./socket.js";
 import { addWaveform } from "./waveform.js";
@@ -45,6 +46,7 @@ export function addControls(told) {
   const rest = sheet.commands.filter((each) => !byHand(each)).sort((one, other) => isNext(other) - isNext(one)).map(commandControl);
   columns[0].append(...rest.slice(0, COMMANDS_LEFT));
   columns[1].append(...rest.slice(COMMANDS_LEFT), scriptControl(), standControl(), lifecycleControl(), faultControl());
+  addParameters(document.getElementById("parameters"), sheet);
   document.getElementById("hands").replaceChildren(...sheet.commands.filter(byHand).map(commandControl));
   document.getElementById("columns").replaceChildren(...columns);
   const [run, stop] = [RUN, STOP].map((names) => names.filter((name) => sheet.services[name]));
@@ -91,6 +93,8 @@ function commandControl(command) {
     made.append(fields, ...(numbers.length === 1 ? [] : [inRow(senders)]));
     if (command.step) made.append(stepper(command, send));
     made.append(note(command.name));
+    if (command.beside.length) made.append(fold(command.beside.map((each) => each.replace(/.*\./, "").replace("_", " ")).join(", "), "Live parameters",
+      command.beside.map((each) => liveField(each).made)));
   }
   return made;
 }
@@ -118,9 +122,10 @@ function stepper(command, send) {
   const made = make("div"), step = numberField(command, command.step);
   made.className = "single";
   made.append(...step.parts, ...DIRECTIONS.map(([sign, text, where]) => {
-    const name = `Step ${where}`, each = button(text, `${name}, from the target that is held, else from the reading`, () => {
-      const from = last.target_m ?? newest.figures.position ?? null;
-      if (from !== null) send([from + step.read(sign)]);
+    const name = `Step ${where}`, each = button(text, `${name}, from the target that is held, else from the reading`, async () => {
+      await step.settle();
+      const from = last.target_m ?? newest.figures.position ?? null, by = step.read(sign);
+      if (from !== null) send([typeof by === "string" ? by : from + by]);
     });
     each.setAttribute("aria-label", name);
     return each;
@@ -263,60 +268,53 @@ function lifecycleControl() {
       grey(each, from.includes(lifecycle) ? "" : `the node is ${lifecycle || "not there"}`));
     return each;
   });
-  made.append(...pairs(buttons), note("lifecycle"), ...sheet.rebuilt.map(rebuiltField));
+  made.append(...pairs(buttons), note("lifecycle"));
   return made;
 }
 
 // --- faults
 
 function faultControl() {
-  const made = group("faults", "faults that come and go while the drive runs"), fields = make("div");
-  const fold = make("details"), now = make("summary", "", "Open or fold the faults");
-  fields.className = "faults";
+  const made = group("faults", "faults that come and go while the drive runs");
+  const fields = sheet.faults.map((name) => {
+    const { kind, factor, default: usual } = sheet.parameters[name], short = name.replace(/^fault\./, "");
+    return liveField(name, (state) => {
+      const told = value(state, "faults", short);
+      return kind === "float" && told ? String(Number((told * factor).toPrecision(9))) : told?.replace(/^(True|False)$/, (word) => word.toLowerCase()) ?? usual;
+    }).made;
+  });
+  if (sheet.services.clear_faults) fields.push(serviceButton("clear_faults"));
+  const folded = fold("", "Open or fold the faults", fields), now = folded.firstChild;
   whenStateComes(({ parts }) => {
     const text = `${sheet.faults.length} to choose from; now: ${parts.faults?.message || "–"}`;
     if (now.textContent !== text) now.textContent = text;
   });
-  fields.append(...sheet.faults.map((fault) => {
-    const short = fault.name.replace(/^fault\./, "");
-    return parameterField(fault, short, (state) => value(state, "faults", short) ?? String(fault.default)).made;
-  }));
-  if (sheet.services.clear_faults) fields.append(serviceButton("clear_faults"));
-  fold.append(now, fields);
-  made.append(fold, notes(["clear_faults", "fault"]));
+  made.append(folded, notes(["clear_faults", "fault"]));
   return made;
 }
 
-/** Return the field of a parameter that needs a node which is not active: it says so. */
-function rebuiltField(parameter) {
-  const { made, field, unit } = parameterField(parameter, parameter.name.replace(/\.contact$/, ""), ({ parameters }) => parameters[parameter.name] ?? "");
-  whenStateComes(({ lifecycle }) => {
-    field.disabled = !["inactive", "unconfigured"].includes(lifecycle);
-    unit.textContent = field.disabled ? "Deactivate first" : "then Activate";
-    field.title = `${parameter.text}; needs Deactivate, then Activate: the drive begins anew`;
-  });
+function fold(text, about, fields) {
+  const made = make("details"), inside = make("div");
+  inside.className = "faults";
+  inside.append(...fields);
+  made.append(make("summary", text, about), inside);
   return made;
 }
 
-function parameterField(parameter, short, presentOf) {
-  const field = make(parameter.choices.length ? "select" : "input", "", parameter.text);
-  const label = make("label", short.replaceAll("_", " "), parameter.text), unit = make("span", parameter.unit);
-  label.htmlFor = field.id = parameter.name;
+/** Return the field of a parameter that changes while the drive runs. */
+function liveField(name, presentOf = ({ changed }) => changed[name]?.[0] ?? sheet.parameters[name].default) {
+  const parameter = sheet.parameters[name], isSwitch = parameter.kind === "bool";
+  const field = make(parameter.choices.length && !isSwitch ? "select" : "input", "", parameter.text);
+  const label = make("label", name.replace(/.*\./, "").replaceAll("_", " "), parameter.text), unit = make("span", parameter.unit);
+  label.htmlFor = field.id = name;
   unit.className = "unit";
-  if (parameter.choices.length) field.append(...parameter.choices.map((each) => make("option", each)));
-  else if (parameter.kind === "bool") field.type = "checkbox";
-  else {
-    field.inputMode = "decimal";
-    unit.textContent = parameter.unit;
-  }
-  const isNumber = ["float", "int"].includes(parameter.kind);
+  if (isSwitch) field.type = "checkbox";
+  else if (parameter.choices.length) field.append(...parameter.choices.map((each) => make("option", each)));
+  const isNumber = !parameter.choices.length;
   let wished = null, wishedAt = -Infinity;
   field.onchange = () => {
-    let wanted = parameter.kind === "bool" ? field.checked : field.value;
-    const number = Number(String(wanted).replace(",", "."));
-    if (isNumber && wanted !== "" && !Number.isNaN(number)) wanted = number / parameter.factor;
-    wish({ do: "set", name: parameter.name, value: wanted });
-    [wished, wishedAt] = [parameter.kind === "bool" ? (wanted ? "True" : "False") : String(wanted), performance.now()];
+    [wished, wishedAt] = [isSwitch ? String(field.checked) : field.value, performance.now()];
+    wish({ do: "set", name, value: wished });
   };
   whenStateComes((state) => {
     if (isNumber) {
@@ -327,11 +325,11 @@ function parameterField(parameter, short, presentOf) {
     const present = presentOf(state);
     if (present === wished) wished = null;
     if (wished !== null && performance.now() < wishedAt + PATIENCE_MS) return;
-    if (parameter.kind === "bool") field.checked = present === "True";
-    else field.value = isNumber ? Number((Number(present) * parameter.factor).toPrecision(9)) : present;
+    if (isSwitch) field.checked = present === "true";
+    else field.value = present;
   });
   const made = make("div");
   made.className = "fields";
-  made.append(label, field, unit, note(parameter.name));
+  made.append(label, field, unit, note(name));
   return { made, field, unit };
 }

@@ -109,7 +109,7 @@ export function ends(low, high) {
   return low === -high ? `± ${shown(high)}` : `${low < 0 ? "−" : ""}${shown(low)} to ${shown(high)}`;
 }
 
-export function numberField(command, { name, unit, factor, low, high, start, words, wanted }) {
+export function numberField(command, { name, label: key, unit, factor, low, high, start, words, wanted }) {
   const id = `${command.name}-${name}`, about = `${command.name}: ${name}${unit && `, ${unit}`}`;
   const label = make("label", name), field = make("input", "", about), range = make("span", unit);
   label.htmlFor = field.id = id;
@@ -128,11 +128,12 @@ export function numberField(command, { name, unit, factor, low, high, start, wor
     field.dataset.touched = "yes";
     field.setAttribute("aria-invalid", Boolean(problem()));
   });
-  const read = (sign = 1) => {
-    const text = field.value.trim().replace(",", "."), number = Number(text);
-    return text === "" || Number.isNaN(number) ? text : (sign * number) / factor;
+  const read = (sign = 1) => { // the server knows units
+    const text = field.value.trim().replace(/^([-+]?\d*),(?!\d{3}$)(\d+)$/, "$1.$2"), number = Number(text); // 1,000 is for the server
+    if (text !== "" && !Number.isNaN(number)) return (sign * number) / factor;
+    return sign > 0 ? text : text.startsWith("-") ? text.slice(1) : `-${text}`;
   };
-  const problem = () => (typeof read() === "string" ? `${name} '${read()}' is not a number; give ${wanted}` : "");
+  const problem = () => (/^[-+]?[.,]?\d/.test(read()) ? "" : `${name} '${read()}' is not a number; give ${wanted}`);
   field.addEventListener("keydown", (event) => {
     if (event.key !== "Enter") return;
     const beside = ["div", "fieldset"].map((each) => field.closest(each).querySelector("button:last-of-type"));
@@ -143,5 +144,14 @@ export function numberField(command, { name, unit, factor, low, high, start, wor
     field.dataset.touched = "yes";
     field.setAttribute("aria-invalid", false);
   };
-  return { name, field, read, write, problem, low, high, parts: [label, field, range] };
+  /** Have the server read a text with a unit; return why it cannot. */
+  const settle = async () => {
+    if (typeof read() !== "string") return "";
+    const told = await fetch(`number?name=${encodeURIComponent(`${command.name} ${key}`)}`, { method: "POST", body: field.value })
+      .then((answer) => answer.json()).catch(() => ({ refused: "the panel does not answer" }));
+    if (told.refused === undefined) write(told.read);
+    return told.refused ?? "";
+  };
+  field.addEventListener("change", () => problem() || settle());
+  return { name, field, read, write, settle, problem, low, high, parts: [label, field, range] };
 }

@@ -260,7 +260,8 @@ function showFrame(data) {
   showFigure("voltage", head.figures.voltage, 1, 1, none);
   showFigure("velocity", head.figures.velocity, UM, 2, none);
   byId("time").textContent = head.time_s.toFixed(3);
-  history.draw(curves, -head.span_s, 0, null, head.time_s);
+  const length_s = -(curves.position?.x[0] ?? 0), span_s = sheet.spans_s.find((each) => each >= Math.min(length_s, head.span_s));
+  history.draw(curves, -Math.min(span_s ?? head.span_s, head.span_s), 0, null, head.time_s);
   showScope(head.scope, curves);
   if (whole) {
     overview.draw({ position: whole.curve }, whole.start_s, whole.end_s, head.time_s);

@@ -42,9 +42,9 @@ export function addWaveform(made, command) {
     return apart(shapes[shape.value].rows, fall).map(([t, y]) => [t / hertz, low + height * (sign > 0 ? y : 1 - y)]);
   }
 
-  const play = (sign) => {
-    const values = rows(sign).flat();
-    const isFile = shape.value === FILE, problem = amplitude.problem() || frequency.problem();
+  const play = async (sign) => {
+    const [ofHeight, ofRate] = await Promise.all([amplitude, frequency, cycles].map((each) => each.settle()));
+    const values = rows(sign).flat(), isFile = shape.value === FILE, problem = ofHeight || ofRate;
     const why = isFile ? "choose a file" : problem || "the frequency is not above 0 Hz; raise it";
     tell(values.length ? "" : why);
     if (values.length) wish({ do: "command", name: command.name, values, cycles: cycles.read() });
@@ -77,7 +77,7 @@ export function addWaveform(made, command) {
       .catch(() => ({ refused: "the panel did not take the file; it takes 8 MB at most" }));
     tell(told.refused ? `${chosen.name}: ${told.refused}` : "");
     if (told.refused) return;
-    table = told.rows;
+    table = told.read;
     shape.value = FILE;
     const [length_s, last_v] = table.at(-1);
     about.textContent = `${chosen.name}: ${table.length} rows, ${Number((1e3 * length_s).toPrecision(6))} ms`;

@@ -1,0 +1,249 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""The shift between two clocks that recorded the same quantity, its error and its rivals."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import signal
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.errors import OutOfRange
+from stickslip_ros.lab.experiments.sensor import OUTLIERS, lone_outliers
+from stickslip_ros.lab.waveform.monitor import GAUSSIAN
+
+MOST_OF_B = 0.05, 0.95
+"""Quantiles of B; values further beyond than they are apart are cut in the first look."""
+OVERLAP_MIN = 0.5
+"""Share of the shorter record that must overlap: a short overlap correlates by chance."""
+NO_SPREAD = 1e-9  # variance, relative to that of the whole record, below which it is constant
+PER_SAMPLE = 4  # steps of the coarse search in a period of the slower record
+GRID_MOST = 1 << 19
+_PEAKS, _DIGITS = 6, 2  # peaks that are refined; digits of the coefficient, equals by small shift
+_NEWTON_STEPS, _TRIMS = 12, 3  # Gauss-Newton steps at most; fits without outliers in each
+CLOSE = 0.01  # share of the standard error below which a step ends the search
+FALLS, RAMPS = 8.0, 0.25
+"""Slopes beyond so many medians are falls, whose samples show noise only; slopes so far below that
+of a share of the way are rests, of which the median knows nothing."""
+_RIVAL, _EQUAL, _EXACT, _COARSE = 4.0, 1.1, 1e-6, 0.01
+"""Most unexplained variance of a rival and of an equal, relative to the best shift's, which counts
+as no less than that of exact records, or of the coarse search."""
+_TURNS, _FAST, _SPARSE = 0.3, 0.25, 0.1
+"""Least correlation of each way between samples with minus the next, and least square of a way per
+variance, of fewer than about four samples a cycle; these leave so much unexplained between."""
+_PARTS, _STEADY = 10, 5.0
+"""Parts of a record that are shifted alone; the largest of their shifts, in their standard errors,
+that noise makes. Beyond it the clock wanders, so that more samples make its shift no surer."""
+TRUSTED = 0.8
+"""Least coefficient of two records of the same quantity."""
+
+
+@dataclass(frozen=True)
+class ClockShift:
+    """The time to add to B's clock, so that it agrees with A's."""
+
+    shift_s: float
+    error_s: float  # standard error, or distance of the farthest rival
+    coefficient: float  # of correlation at this shift
+    rival_s: float  # the next best shift; nan if there is none
+    rival: float  # its coefficient
+    outliers: int  # samples of B
+
+    def doubts(self) -> list[str]:
+        """Return the reasons for another shift, as sentences."""
+        reasons = []
+        if self.coefficient < TRUSTED:
+            text = f'the correlation of the records is {self.coefficient:.3f}'
+            reasons.append(f'{text}, below {TRUSTED:g}; give the shift')
+        if as_good(self.rival, self.coefficient):
+            reasons.append(
+                f'a shift of {self.rival_s:.6f} s is nearly as good, correlation {self.rival:.5f} '
+                f'against {self.coefficient:.5f} at {self.shift_s:.6f} s; give the shift'
+            )
+        return reasons
+
+
+def clock_shift(
+    times_a_s: ArrayLike,
+    a: ArrayLike,
+    times_b_s: ArrayLike,
+    b: ArrayLike,
+    *,
+    sampled: bool = False,
+) -> ClockShift:
+    """
+    Return the shift of samples B, shapes (m,), to a course A, shapes (n,), of the same quantity.
+
+    Times rise. Straight lines join A: corners of a wave, best for the sake of its falls, or
+    samples. Gain and zero of B are free. The coarse shifts are peaks of Pearson's coefficient over
+    the overlap. At each, with e(t) = B - g A(t + d) - z, least squares in g, z and d give
+    d = sum(e A')/sum(A'^2), the slope A' freed of A and of its mean. Outliers by the median of |e|
+    are left out. Raises OutOfRange if A or B is constant or has fewer than four samples. The lines
+    between the samples of a sampled A add to the error.
+
+    """
+    (ta, ya), (tb, yb) = (
+        (np.asarray(times, np.float64), np.asarray(values, np.float64))
+        for times, values in ((times_a_s, a), (times_b_s, b))
+    )
+    known = np.isfinite(tb) & np.isfinite(yb)
+    tb, yb = tb[known], yb[known]
+    _check_changes('A', ya)
+    _check_changes('B', yb)
+    lone = lone_outliers(yb)
+    tb, yb = tb[~lone], yb[~lone]
+    shifts_s, scores = correlation_peaks(ta, ya, tb, yb)
+    found = [refined_shift(ta, ya, tb, yb, float(each)) for each in shifts_s[:_PEAKS]]
+    equal = _EQUAL * max(_EXACT, 1.0 - max(each[0] for each in found) ** 2)
+    found.sort(key=lambda each: (max(1.0 - each[0] ** 2, equal), abs(each[1])))
+    coefficient, shift_s, error_s, off = found[0]
+    apart_s = float(np.median(np.diff(tb)))
+    others = [each for each in found[1:] if abs(each[1] - shift_s) > apart_s]
+    rival, rival_s = others[0][:2] if others else (0.0, math.nan)
+    sparse, between = sparseness(ya) if sampled else (False, 0.0)
+    if sparse or as_good(rival, coefficient):
+        alike_s = [each[1] for each in found if as_good(each[0], coefficient)]
+        limits = (_SPARSE, _RIVAL) if sparse else (_COARSE, _EQUAL)
+        alike_s += [*shifts_s[as_good(scores, scores.max(), *limits)]]
+        error_s += farthest_s(alike_s, shift_s)
+    error_s += between * float(np.median(np.diff(ta)))
+    return ClockShift(shift_s, error_s, coefficient, rival_s, rival, off + int(lone.sum()))
+
+
+def _check_changes(name: str, values: Array) -> None:
+    """Refuse a record of which no shift can be seen."""
+    if len(values) < 4 or not np.ptp(values) > 0.0:
+        hint = 'record a motion, or give the shift'
+        raise OutOfRange(f'record {name}', len(values), 'samples', 'without change', hint)
+
+
+def sparseness(values: Array) -> tuple[bool, float]:
+    """Return whether samples turn at almost each, and a typical error between them, in samples."""
+    ways = np.diff(values)
+    steep, square = np.abs(ways), float(np.mean(ways**2))
+    turns = float(np.mean(ways[1:] * ways[:-1])) < -_TURNS * square
+    moves = steep[1:] > weighted_quantile(steep, steep, RAMPS) / FALLS
+    bend = float(np.median(np.abs(np.diff(ways))[moves])) / 8.0 if moves.any() else 0.0
+    between = bend / float(np.median(steep[1:][moves])) if bend else 0.0
+    return turns and square > _FAST * float(np.var(values)), between
+
+
+def as_good(scores: Any, best: float, least: float = _EXACT, most: float = _RIVAL) -> Any:
+    """Return whether coefficients leave little more unexplained than the best, or than least."""
+    return 1.0 - np.maximum(scores, 0.0) ** 2 <= most * max(1.0 - best**2, least)
+
+
+def farthest_s(shifts_s: ArrayLike, shift_s: float) -> float:
+    """Return the distance of the farthest of some shifts."""
+    return float(np.max(np.abs(np.asarray(shifts_s) - shift_s), initial=0.0))
+
+
+def weighted_quantile(values: Array, weights: Array, share: float) -> float:
+    """Return the value below which a share of the weights lies."""
+    order = np.argsort(values)
+    sums = np.cumsum(weights[order])
+    return float(values[order][np.searchsorted(sums, share * sums[-1])]) if len(values) else 0.0
+
+
+def wander_s(slope: Array, rest: Array) -> float:
+    """Return the largest shift of a part of a record, each a median of what moves."""
+    steep = np.abs(slope)
+    moves = steep > weighted_quantile(steep, steep, RAMPS) / FALLS
+    slope, rest = slope[moves], rest[moves]
+    ways = np.cumsum(np.abs(slope))
+    ends = np.searchsorted(ways, np.arange(1, _PARTS) / _PARTS * np.sum(np.abs(slope)))
+    parts_s = np.split(rest / slope, ends)
+    return farthest_s([np.median(each) for each in parts_s if len(each)], 0.0)
+
+
+def correlation_peaks(ta: Array, ya: Array, tb: Array, yb: Array) -> tuple[Array, Array]:
+    """Return the shifts of the peaks of the correlation of two records, and their heights."""
+    step_s = max(np.median(np.diff(tb)) / PER_SAMPLE, max(np.ptp(ta), np.ptp(tb)) / GRID_MOST)
+    grids = [np.arange(times[0], times[-1], step_s) for times in (ta, tb)]
+    low, high = np.quantile(yb, MOST_OF_B)
+    yb = np.clip(yb, 2.0 * low - high, 2.0 * high - low)  # large values would weigh most
+    on_a, on_b = np.interp(grids[0], ta, ya), np.interp(grids[1], tb, yb)
+    scores = coefficients(on_a - on_a.mean(), on_b - on_b.mean())
+    lasts = overlaps(len(on_a), len(on_b))[2]
+    scores = np.where(lasts >= OVERLAP_MIN * min(len(on_a), len(on_b)), scores, -1.0)
+    around = np.pad(scores, 1, constant_values=-2.0)
+    tops = np.flatnonzero((scores >= around[:-2]) & (scores > around[2:]) & (scores > 0.0))
+    shifts_s = ta[0] - tb[0] + step_s * (tops + 1 - len(on_b))
+    best = np.lexsort((np.abs(shifts_s), -np.round(scores[tops], _DIGITS)))
+    return shifts_s[best], scores[tops][best]
+
+
+def refined_shift(
+    ta: Array, ya: Array, tb: Array, yb: Array, shift_s: float
+) -> tuple[float, float, float, int]:
+    """Return coefficient, shift, its standard error, and number of outliers near a shift."""
+    slopes = np.diff(ya) / np.maximum(np.diff(ta), np.finfo(np.float64).tiny)
+    apart_s, moved_s = float(np.median(np.diff(tb))), 0.0
+    for _ in range(_NEWTON_STEPS):
+        at_s = tb + shift_s + moved_s
+        inside = (at_s >= ta[0]) & (at_s <= ta[-1])
+        seen, at_s = yb[inside], at_s[inside]
+        slope = slopes[np.clip(np.searchsorted(ta, at_s) - 1, 0, len(slopes) - 1)]
+        columns = np.column_stack((np.interp(at_s, ta, ya), np.ones(len(seen)), slope))
+        steep = np.abs(slope)
+        ways = np.abs(np.interp(at_s + apart_s, ta, ya) - columns[:, 0])
+        ramp = weighted_quantile(steep, ways, RAMPS)
+        usable = steep <= FALLS * np.median(steep[steep > ramp / FALLS]) if ramp else steep > 0.0
+        if usable.sum() <= columns.shape[1]:
+            return 0.0, shift_s, math.inf, 0
+        kept = usable
+        for _ in range(_TRIMS):
+            gains = np.linalg.lstsq(columns[kept], seen[kept], rcond=None)[0]
+            rest = seen - columns @ gains
+            limit = OUTLIERS * GAUSSIAN * float(np.median(np.abs(rest[usable])))
+            kept = usable & (np.abs(rest) <= limit)
+        spread = float(np.var(gains[0] * columns[usable, 0]))  # outliers have no part in it
+        if not (gains[0] > 0.0 and spread > 0.0):
+            return 0.0, shift_s, math.inf, 0
+        variance = float(np.mean(rest[kept] ** 2))
+        inverse = np.linalg.pinv(columns[kept].T @ columns[kept])
+        error_s = math.sqrt(variance * float(inverse[2, 2])) / float(gains[0])
+        step_s = float(np.clip(gains[2] / gains[0], -0.5 * apart_s, 0.5 * apart_s))
+        if abs(moved_s + step_s) > apart_s:  # that is another peak
+            break
+        moved_s += step_s
+        if abs(step_s) < CLOSE * error_s:
+            break
+    wander = wander_s(slope[usable], rest[usable] / gains[0])
+    error_s = wander if wander > _STEADY * math.sqrt(_PARTS) * error_s else error_s
+    missed = np.minimum(rest[usable] ** 2, spread).mean() / spread
+    outliers = int(np.sum(usable & ~kept))
+    return math.sqrt(max(1.0 - missed, 0.0)), shift_s + moved_s, error_s, outliers
+
+
+def coefficients(a: Array, b: Array) -> Array:
+    """Return Pearson's coefficient over the overlap for each lag of B, from 1 - len(b) on."""
+    a, b = a / np.std(a), b / np.std(b)
+    first, last, count = overlaps(len(a), len(b))
+    lags = np.arange(1 - len(b), len(a))
+    safe = np.maximum(count, 1)
+    sum_a, square_a = _window_sums(a, first, last)
+    sum_b, square_b = _window_sums(b, first - lags, last - lags)
+    covariance = signal.correlate(a, b, method='fft') / safe - sum_a * sum_b / safe**2
+    variance_a = square_a / safe - (sum_a / safe) ** 2
+    variance_b = square_b / safe - (sum_b / safe) ** 2
+    spread = (variance_a > NO_SPREAD) & (variance_b > NO_SPREAD)
+    norm = np.sqrt(np.where(spread, variance_a * variance_b, 1.0))
+    return np.where(spread, covariance / norm, 0.0)
+
+
+def overlaps(count_a: int, count_b: int) -> tuple[Array, Array, Array]:
+    """Return first and last sample of A in the overlap of each lag, and its length."""
+    lags = np.arange(1 - count_b, count_a)
+    first, last = np.maximum(lags, 0), np.minimum(count_a, lags + count_b)
+    return first, last, last - first
+
+
+def _window_sums(values: Array, first: Array, last: Array) -> tuple[Array, Array]:
+    sums = np.concatenate(([0.0], np.cumsum(values)))
+    squares = np.concatenate(([0.0], np.cumsum(values**2)))
+    return sums[last] - sums[first], squares[last] - squares[first]

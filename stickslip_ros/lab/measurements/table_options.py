@@ -1,0 +1,101 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""Information about tables that only the user has."""
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName
+from stickslip_ros.lab.measurements.vocabulary import (
+    BY_AMPLITUDE,
+    EXPERIMENT_COLUMNS,
+    OVER_TIME,
+    POINT_COLUMNS,
+    TIME_COLUMNS,
+    MeasuredTable,
+)
+from stickslip_ros.lab.readers.layout import TextLayout
+from stickslip_ros.parameters import Spec
+from stickslip_ros.recording.integrity import is_recording
+
+_RATE = Spec(float, 0.0, 'Hz', 'measured', 'rows per second', 1e-6, 1e12)
+
+
+@dataclass(frozen=True)
+class TableOptions:
+    """Information about tables from the user."""
+
+    # headers by quantity, {'force_n': 'Force (mN)'}, whose unit overrides that of the file; for
+    # recordings of other programs topic and field
+    headers: Mapping[str, str] = field(default_factory=dict)
+    preloads_n: Sequence[float] = ()  # of tables without such a column: one each, or one for all
+    report: Callable[[MeasuredTable], None] | None = None  # called with each table
+    is_run: bool = False  # tables over time are simulated, so that preloads_n apply
+    stand_n: float | None = None  # preload of tables by amplitude without one; None: refused
+    rate_hz: float | None = None  # of rows; times are counted, columns of times are not read
+    start_s: float | None = None  # time of the first row
+    only_tables: bool = True  # no recording is among the sources, so that no header is a topic
+    is_shared: bool = False  # several recordings are, so that a topic may be of one of them
+
+    def __post_init__(self) -> None:
+        """Check column names, preloads, rate and start."""
+        for name in self.headers:
+            if name not in {**POINT_COLUMNS, **TIME_COLUMNS}:
+                points, times = ', '.join(POINT_COLUMNS), ', '.join(TIME_COLUMNS)
+                hint = f'known are, by amplitude {points}; over time {times}'
+                raise UnknownName('column of --map', name, hint)
+        for preload_n in self.preloads_n:
+            POINT_COLUMNS['preload_n'].check('--preload', preload_n)
+        if self.rate_hz is not None:
+            _RATE.check('--rate', self.rate_hz)
+        if self.start_s is not None:
+            TIME_COLUMNS['time_s'].check('--start', self.start_s)
+
+    @property
+    def topics(self) -> dict[str, str]:
+        """Entries that recordings take: topic and field, ``/rig/cell.wrench.force.x (mN)``."""
+        return {name: text for name, text in self.headers.items() if text.startswith('/')}
+
+    def for_sources(self, listed: Sequence[Any]) -> 'TableOptions':
+        """Return how to read these sources; refuse more preloads than sources."""
+        if len(self.preloads_n) > len(listed):
+            limit = f'above the number of tables, {len(listed)}'
+            hint = 'give one of all, or one of each'
+            raise OutOfRange('number of preloads', len(self.preloads_n), '', limit, hint)
+        is_table = [
+            hasattr(each, 'to_csv') or (isinstance(each, Path) and not is_recording(each))
+            for each in listed
+        ]
+        if self.rate_hz is not None and not any(is_table):
+            hint = 'leave it away: a recording has times'
+            raise OutOfRange('--rate', self.rate_hz, 'Hz', 'without effect on recordings', hint)
+        is_shared = is_table.count(False) > 1
+        return dataclasses.replace(self, only_tables=all(is_table), is_shared=is_shared)
+
+    def preload_n(self, number: int) -> float | None:
+        """Return the preload given for a table, counted from 0."""
+        given = self.preloads_n
+        if len(given) == 1:
+            return given[0]
+        return given[number] if number < len(given) else None
+
+    def check_use(self, kind: str, layout: TextLayout, where: str) -> None:
+        """Refuse options that do not apply to a table of this kind."""
+        known = EXPERIMENT_COLUMNS[kind]
+        useless = [f'--map {name}=' for name in self.headers if name not in known]
+        if self.preloads_n and kind == OVER_TIME and not self.is_run:
+            useless.append('--preload')
+        if self.rate_hz is not None and (kind == BY_AMPLITUDE or 'time_s' in self.headers):
+            useless.append('--rate' if kind == BY_AMPLITUDE else '--rate with --map time_s=')
+        if self.start_s is not None and layout.start_s is None:
+            useless.append('--start without --rate')
+        if useless:
+            problem = f'{useless[0]} is without effect on an {kind}'
+            raise RecordingError(where, problem, 'leave it away')
+
+
+TABLE_DEFAULTS = TableOptions()

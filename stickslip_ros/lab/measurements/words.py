@@ -1,0 +1,58 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""Quantities, settings and axes of measurements in words."""
+
+from collections.abc import Mapping
+
+from stickslip_ros.lab.measurements.measurement import (
+    AMPLITUDE_COLUMN,
+    FREQUENCY_COLUMN,
+    PRELOAD_COLUMN,
+    ROW_COLUMN,
+    TIME_COLUMN,
+    VOLTAGE_COLUMN,
+)
+from stickslip_ros.lab.measurements.numbers import NUMBERS
+from stickslip_ros.parameters import SENSORS, Scalar
+from stickslip_ros.units import NM, with_unit
+
+_QUANTITIES: Mapping[str, str] = {
+    **{name: each.words.partition(',')[0] for name, each in NUMBERS.items()},
+    'zero_amplitude_m': '0-amplitude',
+    'ringing_hz': 'frequency of ringing',
+    'decay_s': 'decay of ringing',
+    'energy_loss_per_step_j': 'friction loss per step',
+    **{each.quantity: each.words for each in SENSORS},
+    'voltage_v': 'voltage',
+    'foot_m': 'foot displacement',
+}
+CURVE_AXES = {
+    TIME_COLUMN: (1.0, 'time (s)'),
+    AMPLITUDE_COLUMN: (NM, 'stroke of the feet (nm)'),
+    VOLTAGE_COLUMN: (1.0, 'voltage (V)'),
+    PRELOAD_COLUMN: (1.0, 'preload (N)'),
+    ROW_COLUMN: (NM, 'displacement (nm)'),  # rows of a loop are drawn over it
+}
+"""Axes of curves: factor of SI and label."""
+LEGEND_MAX = 10  # most curves that a legend names
+
+
+def quantity_words(name: str) -> str:
+    """Return the words of a quantity, by its column."""
+    return _QUANTITIES.get(name, name)
+
+
+def setting_words(at: Mapping[str, Scalar]) -> str:
+    """Return settings in words, ``0.5 N`` or ``0.5 N, contact.friction 0.3``."""
+    parts = [f'{at[PRELOAD_COLUMN]:g} N'] if PRELOAD_COLUMN in at else []
+    for name, value in at.items():
+        if name in {PRELOAD_COLUMN, AMPLITUDE_COLUMN, TIME_COLUMN}:
+            continue
+        shown = f'{value:g}' if isinstance(value, float) else str(value)
+        parts.append(f'{shown} Hz' if name == FREQUENCY_COLUMN else f'{name} {shown}')
+    if AMPLITUDE_COLUMN in at:
+        parts.append(f'stroke {with_unit(float(at[AMPLITUDE_COLUMN]), "m")}')
+    if TIME_COLUMN in at:
+        parts.append(f'{at[TIME_COLUMN]:.9g} s')
+    return ', '.join(parts)
