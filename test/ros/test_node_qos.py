@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 import yaml
-from diagnostic_msgs.msg import DiagnosticStatus
 from mcap.reader import make_reader
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from reports import WARN, Reports, values_of
 from std_msgs.msg import Float64
 
 from stickslip_ros.ros.connections import ALWAYS
@@ -138,18 +138,7 @@ def test_an_endpoint_that_does_not_fit_is_told_and_counted(stand, direction, rem
         point = MESSAGE_TYPES['geometry_msgs/msg/PointStamped']
         node.create_subscription(point, 'position', lambda _: None, profile)
         topic = 'position'
-    heard = stand.operator.listen('diagnostics')
-
-    def misfits() -> list[Any]:
-        return [
-            part
-            for array in heard
-            for part in array.status
-            if part.name.endswith(': connections') and part.level == DiagnosticStatus.WARN
-        ]
-
-    stand.operator.spin_until(lambda: bool(misfits()), 'the misfit')
-    part = misfits()[0]
+    part = Reports(stand).wait_for('connections', lambda part: part.level == WARN)
     assert part.message == '1 of incompatible quality of service since the configuration'
-    assert [(pair.key, pair.value) for pair in part.values] == [(topic, '1')]
+    assert values_of(part) == {topic: '1'}
     assert f'make {remedy}' in capfd.readouterr().err

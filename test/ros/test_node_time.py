@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from reports import Reports
 
 from stickslip_ros.interface.messages import StampedMessage
 from stickslip_ros.recording.reader import Recording
@@ -23,29 +24,13 @@ def pause(stand: Any) -> int:
     return int(stand.drive.session.bench.time_ns)
 
 
-def next_time_part(stand: Any, heard: list[Any]) -> Any:
-    """Wait for diagnostics from now on; give the part that tells of time."""
-    seen = len(heard)
-    parts: list[Any] = []
-
-    def look() -> bool:
-        parts[:] = [
-            part for array in heard[seen:] for part in array.status if part.name.endswith(': time')
-        ]
-        return bool(parts)
-
-    stand.operator.spin_until(look, 'diagnostics')
-    return parts[-1]
-
-
 @pytest.mark.usefixtures('default_blocks')
 def test_a_pause_holds_time_and_its_end_lets_it_go_on_without_a_hole(start_drive: Callable):
     stand = start_drive(deep_queues('position'))
     operator = stand.operator
     held_ns = pause(stand)
     operator.spin_until(lambda: operator.time_ns == held_ns, 'the last position')
-    heard = stand.operator.listen('diagnostics')
-    next_time_part(stand, heard)  # a second of wall-clock time
+    Reports(stand).next('time')  # a second of wall-clock time
     assert stand.drive.session.bench.time_ns == operator.time_ns == held_ns
     answer = operator.switch('set_paused', wanted=False)
     assert (answer.success, answer.message) == (True, 'running')
@@ -160,10 +145,7 @@ def test_following_another_clock_is_allowed_and_refused_is_then_to_publish_one(s
     assert 'use_sim_time' in answer.reason
     assert stand.operator.change_state('configure')
     assert stand.operator.change_state('activate')
-    heard = stand.operator.listen(
-        'diagnostics'
-    )  # 1 Hz of wall-clock time, though the clock stands still
-    next_time_part(stand, heard)
+    Reports(stand).wait_for('time')  # 1 Hz of wall-clock time, though the clock stands still
 
 
 @pytest.mark.usefixtures('default_blocks')

@@ -1,0 +1,43 @@
+# Copyright 2026 The stickslip_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""Diagnostics that a test hears, part by part."""
+
+from collections.abc import Callable
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticStatus
+
+from stickslip_ros.testing import stamp_ns
+
+OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
+
+
+def values_of(part: DiagnosticStatus) -> dict[str, str]:
+    return {pair.key: pair.value for pair in part.values}
+
+
+class Reports:
+    """The diagnostics from now on, by the last word of the names of their parts."""
+
+    def __init__(self, stand: Any) -> None:
+        self._stand, self._operator = stand, stand.operator
+        self.heard = stand.operator.listen('diagnostics')
+
+    def parts(self, name: str, since_ns: int = 0) -> list[DiagnosticStatus]:
+        """Give a part of each report since a time, by the clock of the drive."""
+        late = [each for each in self.heard if stamp_ns(each) >= since_ns]
+        return [part for each in late for part in each.status if part.name.endswith(f': {name}')]
+
+    def wait_for(
+        self, name: str, fits: Callable[[DiagnosticStatus], Any] = lambda _: True
+    ) -> DiagnosticStatus:
+        """Wait for a part that fits; give the newest."""
+        self._operator.spin_until(lambda: any(map(fits, self.parts(name))), f'part {name}')
+        return [*filter(fits, self.parts(name))][-1]
+
+    def next(self, name: str) -> DiagnosticStatus:
+        """Wait for a part that is made from now on."""
+        now_ns = self._stand.drive.get_clock().now().nanoseconds
+        self._operator.spin_until(lambda: self.parts(name, now_ns), f'the next part {name}')
+        return self.parts(name, now_ns)[-1]
