@@ -87,20 +87,23 @@ def call(stand: Any, name: str, wanted: bool | None = None) -> Any:
     return stand.operator.trigger(name)
 
 
-@pytest.mark.parametrize('name', SERVICE_NAMES)
 @pytest.mark.usefixtures('default_blocks')
-def test_a_service_does_what_it_is_for(start_drive: Callable, name: str):
-    stand = start_drive({'fault.load_cell_offset': 1.0})
-    operator = stand.operator
-    operator.command('load', 0.1)
-    operator.command('sawtooth', (300.0, 1000.0, 0.0))
-    busy = Status.MOVING | Status.LOADED | Status.FAULT
-    operator.spin_until(lambda: operator.status & busy == busy, 'a busy drive')
-    if name == 'step_simulation':
-        assert operator.switch('set_paused', wanted=True).success
-    answer = call(stand, name)
-    assert answer.success, answer.message
-    WITNESSES[name](stand, name)
+def test_each_service_does_what_it_is_for(stand: Any):
+    assert WITNESSES.keys() == set(SERVICE_NAMES)
+    operator, busy = stand.operator, Status.MOVING | Status.LOADED | Status.FAULT
+    for name in SERVICE_NAMES:
+        assert operator.set_parameter('fault.load_cell_offset', 1.0).successful
+        operator.command('load', 0.1)
+        operator.command('sawtooth', (300.0, 1000.0, 0.0))
+        operator.spin_until(lambda: operator.status & busy == busy, 'a busy drive')
+        if name == 'step_simulation':
+            assert operator.switch('set_paused', wanted=True).success
+        answer = call(stand, name)
+        assert answer.success, answer.message
+        WITNESSES[name](stand, name)
+        for switch in (name, 'set_paused', 'enable_amplifier'):
+            if switch in SWITCHED:
+                operator.switch(switch, not SWITCHED[switch])
 
 
 def test_every_service_of_an_inactive_drive_is_refused_with_its_state(manual: Any):
@@ -109,10 +112,6 @@ def test_every_service_of_an_inactive_drive_is_refused_with_its_state(manual: An
     for name in SERVICE_NAMES:
         answer = call(manual, name)
         assert (answer.success, answer.message) == (False, f'{name} {why}')
-
-
-def test_every_service_has_its_witness():
-    assert WITNESSES.keys() == set(SERVICE_NAMES)
 
 
 NOTED = 'stop', 'zero_position', 'tare_force', 'enable_amplifier', 'clear_faults', 'reset'
