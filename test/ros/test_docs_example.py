@@ -16,9 +16,6 @@ import pytest
 from pages import DOCS, blocks_of
 from processes import run_process
 
-CLOCK_AHEAD_S = 5021.3
-HALF_A_ROW_S = 1e-4
-NOISE_M = 1e-9
 EXAMPLE = DOCS / 'examples' / 'scan_controller'
 PREDICTED_UM = 1e-3
 """A twentieth of the way of the example; its page says half of that."""

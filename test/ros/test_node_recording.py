@@ -170,34 +170,17 @@ def test_a_recording_of_a_drive_in_a_namespace_is_named_after_it(start_drive: Ca
 def test_an_existing_file_is_not_overwritten(start_drive: Callable, tmp_path: Path):
     file = tmp_path / 'kept.mcap'
     file.write_bytes(b'mine')
-    stand = start_drive({'record.name': 'kept.mcap'})
-    answer = stand.operator.set_recording(wanted=True)
-    assert not answer.success
-    assert answer.message == (
-        f'set_recording refused: {file}: it exists and is not overwritten; choose another name'
-    )
-    assert file.read_bytes() == b'mine'
-    assert stand.drive.session.worker.writer is None
-    stand.operator.command('voltage', 10.0)
-    assert stand.operator.wait_for_event('voltage', 0)['result'] == 'DONE'
-
-
-@pytest.mark.usefixtures('default_blocks')
-def test_record_on_start_records_from_time_zero(start_drive: Callable, tmp_path: Path):
-    stand = start_drive({'record.on_start': True, 'record.name': 'all.mcap'})
-    stand.operator.set_recording(wanted=False)
-    position = Recording(tmp_path / 'all.mcap').series('position')
-    assert position.time_s[0] == pytest.approx(1e-3)
-    assert len(position) == round(position.time_s[-1] / 1e-3)
-
-
-def test_record_on_start_over_an_existing_file_leaves_the_node_inactive(start_drive, tmp_path):
-    (tmp_path / 'kept.mcap').write_bytes(b'mine')
     stand = start_drive({'record.on_start': True, 'record.name': 'kept.mcap'}, wait=False)
-    assert stand.operator.state() == 'inactive'
-    (tmp_path / 'kept.mcap').unlink()
-    assert stand.operator.change_state('activate')
-    assert stand.operator.state() == 'active'
+    operator = stand.operator
+    assert operator.state() == 'inactive'
+    assert operator.set_parameter('record.on_start', value=False).successful
+    assert operator.change_state('activate')
+    answer = operator.set_recording(wanted=True)
+    why = f'{file}: it exists and is not overwritten; choose another name'
+    assert (answer.success, answer.message) == (False, f'set_recording refused: {why}')
+    assert file.read_bytes() == b'mine'
+    file.unlink()
+    assert operator.set_recording(wanted=True).success
 
 
 @pytest.mark.parametrize('transition', ['deactivate', 'shutdown'])
@@ -209,6 +192,7 @@ def test_leaving_the_active_state_finishes_the_recording(start_drive, tmp_path, 
     counts = {channel.topic: channel.messages for channel in recording.channels}
     assert counts['/position'] == session.bench.time_ns // session.parameters.block_ns
     assert {channel.gaps for channel in recording.channels} == {0}
+    assert recording.series('position').time_s[0] == session.parameters.sim.block
     event = stand.operator.wait_for_event('recording', 0)
     assert (event['result'], event['message']) == ('DONE', f'{tmp_path}/run.mcap')
     assert event['stamp_ns'] == recording.time_origin_ns + session.bench.time_ns
