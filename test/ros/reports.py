@@ -29,7 +29,7 @@ class Reports:
         late = [each for each in self.heard if stamp_ns(each) >= since_ns]
         return [part for each in late for part in each.status if part.name.endswith(f': {name}')]
 
-    def wait_for(
+    def await_part(
         self, name: str, fits: Callable[[DiagnosticStatus], Any] = lambda _: True
     ) -> DiagnosticStatus:
         """Wait for a part that fits; give the newest."""

@@ -149,13 +149,13 @@ def test_a_queue_more_than_half_full_is_a_warning_unless_the_recorder_may_wait(
 def test_a_node_without_a_drive_that_runs_says_its_state_and_what_was_refused(manual: Any):
     operator, reports = manual.operator, Reports(manual)
     for state in ('unconfigured', 'inactive'):
-        reports.wait_for('drive', lambda part: (part.level, part.message) == (OK, state))  # noqa: B023
+        reports.await_part('drive', lambda part: (part.level, part.message) == (OK, state))  # noqa: B023
         operator.change_state('configure')
     operator.set_parameter('record.on_start', value=True)
     operator.set_parameter('record.name', '../run')
     assert not operator.change_state('activate')
     why = "inactive; not activated: record.name '../run' is not"
-    reports.wait_for('drive', lambda part: part.level == ERROR and part.message.startswith(why))
+    reports.await_part('drive', lambda part: part.level == ERROR and part.message.startswith(why))
     operator.set_parameter('record.on_start', value=False)
     assert operator.change_state('activate')
     assert (reports.next('drive').level, reports.next('drive').message) == (OK, 'running')
@@ -168,9 +168,9 @@ def test_a_node_says_how_far_the_compilation_of_its_kernels_is(manual, monkeypat
         lambda _: entry_point(lambda value: 2.0 * value)(1.5),
     )
     reports = Reports(manual)
-    reports.wait_for('drive')  # it is heard
+    reports.await_part('drive')  # it is heard
     manual.operator.change_state('configure')
-    part = reports.wait_for('drive', lambda part: part.level == WARN)
+    part = reports.await_part('drive', lambda part: part.level == WARN)
     assert part.message.startswith('compiling kernels, once: 0 of ')
 
 
@@ -209,6 +209,6 @@ def test_the_age_of_commands_is_that_of_their_stamps(stand: Any):
     def largest_s(part: Any) -> float:
         return float(values_of(part).get('command_age_max_s', 0.0))
 
-    told_s = largest_s(reports.wait_for('connections', lambda part: largest_s(part) >= 9.0))
+    told_s = largest_s(reports.await_part('connections', lambda part: largest_s(part) >= 9.0))
     assert 9.0 <= told_s <= 9.0 + 1e-9 * (time.time_ns() - now_ns)
     assert values_of(reports.next('connections')) == {}

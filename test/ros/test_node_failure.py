@@ -74,7 +74,7 @@ def test_a_failed_drive_is_told_and_its_node_goes_back_to_unconfigured(stand, er
     stand.drive.session.bench.update = fail
     event = operator.wait_for_event('drive', 0)
     assert (event['number'], event['result'], event['message']) == (0, 'DRIVE_FAILED', WHY)
-    part = reports.wait_for('drive', lambda part: part.level == ERROR)
+    part = reports.await_part('drive', lambda part: part.level == ERROR)
     assert part.message == f'stopped: {WHY}'
     operator.spin_until(lambda: stand.operator.state() == 'unconfigured', 'the error transition')
     assert f'the drive has stopped: {WHY}' in capfd.readouterr().err
@@ -98,14 +98,14 @@ def test_a_block_that_takes_too_long_is_told_while_it_lasts(stand: Any, capfd):
 
     bench.update = wait
     try:
-        part = reports.wait_for('drive', lambda part: part.level == ERROR)
+        part = reports.await_part('drive', lambda part: part.level == ERROR)
         told = f'the block at {bench.time_ns * 1e-9:.9g} s has not ended in '
         assert part.message.startswith(told)
         assert told in capfd.readouterr().err
     finally:
         may_go_on.set()
     reports.heard.clear()
-    reports.wait_for('drive', lambda part: (part.level, part.message) == (OK, 'running'))
+    reports.await_part('drive', lambda part: (part.level, part.message) == (OK, 'running'))
 
 
 @pytest.mark.parametrize('where', ['drive', 'executor'])

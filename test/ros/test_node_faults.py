@@ -24,9 +24,9 @@ def written(tmp_path: Path, text: str) -> str:
 
 def test_a_fault_parameter_takes_effect_while_the_drive_runs(stand: Any):
     operator, reports = stand.operator, Reports(stand)
-    reports.wait_for('faults', lambda part: part.message == 'none')
+    reports.await_part('faults', lambda part: part.message == 'none')
     assert operator.set_parameter('fault.interferometer', 'freeze').successful
-    part = reports.wait_for('faults', lambda part: part.message == 'interferometer')
+    part = reports.await_part('faults', lambda part: part.message == 'interferometer')
     assert (part.level, values_of(part)) == (WARN, {'interferometer': 'freeze'})
     operator.spin_until(lambda: bool(operator.status & Status.FAULT), 'the bit')
     assert operator.requests == [
@@ -34,7 +34,7 @@ def test_a_fault_parameter_takes_effect_while_the_drive_runs(stand: Any):
     ]
     reports.heard.clear()
     assert operator.set_parameter('fault.interferometer', 'none').successful
-    assert reports.wait_for('faults', lambda part: part.message == 'none').level == OK
+    assert reports.await_part('faults', lambda part: part.message == 'none').level == OK
     operator.spin_until(lambda: not operator.status & Status.FAULT, 'no bit')
 
 

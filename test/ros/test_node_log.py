@@ -79,7 +79,7 @@ def test_a_message_that_the_network_does_not_take_is_counted_and_ends_nothing(
 ):
     stand = start_drive()
     reports, left = Reports(stand), [failures]
-    reports.wait_for('connections')
+    reports.await_part('connections')
     publish = LifecyclePublisher.publish
 
     def fail(publisher: Any, message: Any) -> None:
@@ -104,7 +104,7 @@ def test_a_second_drive_of_the_same_name_is_told(start_drive: Callable, log: Log
     start_drive(wait=False)
     named = 'another node is called /stickslip_drive too'
     published = '/stickslip_drive publishes on /position too'
-    part = reports.wait_for('connections', lambda part: published in part.message)
+    part = reports.await_part('connections', lambda part: published in part.message)
     assert (part.level, named in part.message) == (WARN, True)
     assert log.lines('WARN', named)
 
@@ -113,12 +113,12 @@ def test_another_publisher_of_a_reading_is_told_once_and_while_it_is_there(stand
     reports, node = Reports(stand), stand.operator.node
     publisher = node.create_publisher(PointStamped, 'position', 1)
     words = '/operator publishes on /position too'
-    reports.wait_for('connections', lambda part: words in part.message)
+    reports.await_part('connections', lambda part: words in part.message)
     assert words in reports.next('connections').message
     assert len(log.lines('WARN', words)) == 1
     node.destroy_publisher(publisher)
     reports.heard.clear()
-    reports.wait_for('connections', lambda part: part.message == 'compatible')
+    reports.await_part('connections', lambda part: part.message == 'compatible')
 
 
 def test_refusals_are_told_once_a_report_and_name(stand: Any, log: Log):
@@ -126,7 +126,7 @@ def test_refusals_are_told_once_a_report_and_name(stand: Any, log: Log):
     for number in range(1, FLOOD + 1):
         operator.command('voltage', REFUSED_V)
         operator.spin_until(lambda: len(operator.events) == number, 'events')  # noqa: B023
-    reports.wait_for('drive', lambda part: values_of(part)['commands_refused'] == str(FLOOD))
+    reports.await_part('drive', lambda part: values_of(part)['commands_refused'] == str(FLOOD))
     told = log.lines('WARN', 'voltage (command', "above the amplifier's 300 V")
     assert 1 <= len(told) <= 1 + len(reports.parts('drive'))
     assert len(told) < FLOOD / 3

@@ -124,7 +124,7 @@ def test_an_endpoint_that_does_not_fit_is_told_and_counted(stand, direction, rem
         point = MESSAGE_TYPES['geometry_msgs/msg/PointStamped']
         node.create_subscription(point, 'position', lambda _: None, profile)
         topic = 'position'
-    part = Reports(stand).wait_for('connections', lambda part: part.level == WARN)
+    part = Reports(stand).await_part('connections', lambda part: part.level == WARN)
     assert part.message == '1 of incompatible quality of service since the configuration'
     assert values_of(part) == {topic: '1'}
     assert f'make {remedy}' in capfd.readouterr().err

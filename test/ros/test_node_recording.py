@@ -120,7 +120,7 @@ def test_a_deleted_recording_has_failed_and_the_drive_goes_on(
     shutil.rmtree(folder)
     if flush_period_s < 1.0:
         stand.operator.wait_for_event('recording', 0)
-        reports.wait_for('recorder', lambda part: part.message.startswith('stopped: '))
+        reports.await_part('recorder', lambda part: part.message.startswith('stopped: '))
     answer = stand.operator.set_recording(wanted=False)
     assert not answer.success
     assert 'it was deleted, moved or replaced while it was written' in answer.message

@@ -124,7 +124,7 @@ def test_following_another_clock_is_allowed_and_refused_is_then_to_publish_one(s
     assert 'use_sim_time' in answer.reason
     assert stand.operator.change_state('configure')
     assert stand.operator.change_state('activate')
-    Reports(stand).wait_for('time')  # 1 Hz of wall-clock time, though the clock stands still
+    Reports(stand).await_part('time')  # 1 Hz of wall-clock time, though the clock stands still
 
 
 @pytest.mark.usefixtures('default_blocks')
