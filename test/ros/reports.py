@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Diagnostics that a test hears, part by part."""
+"""What a test sees of a drive: the parts of its diagnostics, its ends of topics."""
 
 from collections.abc import Callable
 from typing import Any
@@ -15,6 +15,21 @@ OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.E
 
 def values_of(part: DiagnosticStatus) -> dict[str, str]:
     return {pair.key: pair.value for pair in part.values}
+
+
+def endpoint_of(stand: Any, name: str, *, published: bool) -> Any:
+    """Give what the operator's side of the network knows of the drive's end of a topic."""
+    node = stand.operator.node
+    get = node.get_publishers_info_by_topic if published else node.get_subscriptions_info_by_topic
+    found: list[Any] = []
+
+    def look() -> bool:
+        found[:] = [each for each in get(name) if each.node_name == 'stickslip_drive']
+        return bool(found)
+
+    stand.operator.spin_until(look, f'{name} of the drive')
+    [endpoint] = found
+    return endpoint
 
 
 class Reports:

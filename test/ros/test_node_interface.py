@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from rclpy.duration import Infinite
 from rclpy.qos import LivelinessPolicy
+from reports import endpoint_of
 
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.interface.topics import (
@@ -18,7 +19,6 @@ from stickslip_ros.interface.topics import (
     READINGS,
     SERVICES,
     TOPICS,
-    Topic,
     recorded_channels,
 )
 from stickslip_ros.parameters import Parameters, specs
@@ -34,31 +34,20 @@ ALL_TOPICS = {
 }
 
 
-def endpoint_of(stand: Any, topic: Topic) -> Any:
-    """Give what the operator's side of the network knows of the drive's end of a topic."""
-    node, name = stand.operator.node, topic.full_name()
-    is_read = topic in READINGS
-    get = node.get_publishers_info_by_topic if is_read else node.get_subscriptions_info_by_topic
-    found: list[Any] = []
-
-    def look() -> bool:
-        found[:] = [each for each in get(name) if each.node_name == 'stickslip_drive']
-        return bool(found)
-
-    stand.operator.spin_until(look, f'{name} of the drive')
-    [endpoint] = found
-    return endpoint
-
-
-def test_every_topic_has_the_declared_type_and_quality_of_service(start_drive: Callable):
+def test_every_topic_has_the_declared_type_and_quality_and_every_reading_is_heard(start_drive):
     stand = start_drive(ALL_TOPICS, wait=False)
     for topic in TOPICS:
-        endpoint = endpoint_of(stand, topic)
+        endpoint = endpoint_of(stand, topic.full_name(), published=topic in READINGS)
         qos = to_qos(endpoint.qos_profile)
         assert endpoint.topic_type == topic.type_name
         assert (qos.reliable, qos.latched) == (topic.qos.reliable, topic.qos.latched)
         assert endpoint.qos_profile.deadline == endpoint.qos_profile.lifespan == Infinite
         assert endpoint.qos_profile.liveliness == LivelinessPolicy.AUTOMATIC
+    stand.operator.wait_for_topics()
+    assert stand.operator.trigger('stop').success
+    stand.operator.command('grant', (1.0, 0))
+    received = stand.operator.received
+    stand.operator.spin_until(lambda: all(received[each.key] for each in READINGS), 'each topic')
 
 
 def test_the_node_has_no_topics_but_the_declared_ones_and_every_service(stand: Any):

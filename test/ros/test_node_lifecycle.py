@@ -4,13 +4,11 @@
 """The node goes through the states of a lifecycle, by itself or as a manager says."""
 
 import itertools
-from collections.abc import Callable
 from typing import Any
 
 import pytest
 
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.instrument.reports import Status
 from stickslip_ros.interface.topics import COMMAND_TOPICS, READINGS, SERVICES, TOPICS
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording
@@ -29,13 +27,8 @@ def topics_of(stand: Any) -> set[str]:
         topic.key
         for topics, there in ((READINGS, published), (COMMAND_TOPICS, subscribed))
         for topic in topics
-        if resolved(topic.name) in there
+        if topic.full_name() in there
     }
-
-
-def resolved(name: str) -> str:
-    """Give the full name of a topic of a drive without a namespace."""
-    return name if name.startswith('/') else f'/{name.replace("~", "stickslip_drive")}'
 
 
 def services_of(stand: Any) -> set[str]:
@@ -150,15 +143,3 @@ def test_commands_to_an_inactive_drive_move_nothing_then_or_later(start_drive, p
     assert event['number'] == 1
     assert set(operator.positions.values()) == {0.0}
     assert [each['command'] for each in operator.events] == ['voltage']
-
-
-def test_an_end_in_the_middle_of_a_move_leaves_no_thread_behind(start_drive: Callable):
-    stand = start_drive()
-    stand.operator.command('sawtooth', (300.0, 1000.0, 0.0))
-    stand.operator.spin_until(lambda: bool(stand.operator.status & Status.MOVING), 'the move')
-    session = stand.drive.session
-    thread = session._thread
-    assert thread.is_alive()
-    stand.drive.trigger_deactivate()
-    assert not thread.is_alive()
-    assert session.failure is None

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from reports import WARN, Reports, values_of
+from reports import WARN, Reports, endpoint_of, values_of
 from std_msgs.msg import Float64
 
 from stickslip_ros.ros.connections import ALWAYS
@@ -22,19 +22,6 @@ BEST_EFFORT = {'qos_overrides./position.publisher.reliability': 'best_effort'}
 STREAMS = ('position', 'force', 'voltage', 'trace', 'joint_states')
 OPTIONAL = ('truth/position', 'truth/force', 'clock')
 SET_POINTS = ('voltage', 'jog', 'position', 'joint', 'load', 'preload')
-
-
-def endpoint_of(stand: Any, name: str, *, published: bool) -> Any:
-    node = stand.operator.node
-    get = node.get_publishers_info_by_topic if published else node.get_subscriptions_info_by_topic
-    found: list[Any] = []
-
-    def look() -> bool:
-        found[:] = [each for each in get(name) if each.node_name == 'stickslip_drive']
-        return bool(found)
-
-    stand.operator.spin_until(look, name)
-    return found[0].qos_profile
 
 
 @pytest.mark.parametrize('has_all', [False, True])
@@ -65,7 +52,7 @@ def test_an_override_names_the_resolved_topic_of_a_publisher_or_a_subscription(s
     name = 'qos_overrides./left/command/voltage.subscription'
     given = {f'{name}.reliability': 'best_effort', f'{name}.depth': 7}
     stand = start_drive({**given, 'qos_overrides./left/position.publisher.depth': 3}, '/left')
-    profile = endpoint_of(stand, '/left/command/voltage', published=False)
+    profile = endpoint_of(stand, '/left/command/voltage', published=False).qos_profile
     assert profile.reliability == ReliabilityPolicy.BEST_EFFORT
     offered = stand.drive._topics._offered
     assert [offered[key].qos_profile.depth for key in ('command/voltage', 'position')] == [7, 3]
@@ -75,7 +62,7 @@ def test_overrides_hold_after_a_new_configuration_and_cannot_change(start_drive:
     stand = start_drive({**BEST_EFFORT, 'autostart': False}, wait=False)
     for transition in ('configure', 'cleanup', 'configure', 'activate'):
         assert stand.operator.change_state(transition)
-    profile = endpoint_of(stand, '/position', published=True)
+    profile = endpoint_of(stand, '/position', published=True).qos_profile
     assert profile.reliability == ReliabilityPolicy.BEST_EFFORT
     [name] = BEST_EFFORT
     assert stand.drive.get_parameter(name).value == 'best_effort'

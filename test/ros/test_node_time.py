@@ -39,16 +39,6 @@ def test_a_pause_holds_time_and_its_end_lets_it_go_on_without_a_hole(start_drive
     assert {b - a for a, b in itertools.pairwise(times)} == {BLOCK_NS}
 
 
-def test_a_paused_drive_waits_without_work(stand: Any):
-    pause(stand)
-    thread = stand.drive.session._thread
-    assert thread.is_alive()
-    condition = stand.drive.session._changed
-    stand.operator.spin_until(lambda: len(condition._waiters) == 1, 'a thread that waits')
-    assert stand.operator.trigger('stop').success
-    stand.operator.spin_until(lambda: len(condition._waiters) == 1, 'a thread that waits again')
-
-
 @pytest.mark.usefixtures('default_blocks')
 def test_a_step_advances_by_exactly_one_block_and_is_refused_while_time_runs(stand: Any):
     operator = stand.operator
