@@ -3,18 +3,15 @@
 
 """Every command topic is obeyed, and refused with an event."""
 
-import json
 import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import pytest
-from rclpy.node import Node
-from std_msgs.msg import Float64MultiArray, MultiArrayDimension, String
+from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.interface.topics import COMMAND_TOPICS
-from stickslip_ros.ros.client import DriveClient, Handshake
 
 COMMANDS: Mapping[str, tuple[Any, Any]] = {
     'voltage': (301.0, 100.0),
@@ -71,29 +68,12 @@ def test_a_waveform_with_a_layout_of_other_columns_is_refused_and_counted(stand:
     assert operator.wait_for_event('voltage', 0)['number'] == 1
 
 
-def test_each_of_two_senders_finds_its_own_event(stand: Any):
-    nodes = {tag: Node(tag, context=stand.context) for tag in ('left', 'right')}
-    heard: dict[str, list[dict[str, Any]]] = {tag: [] for tag in nodes}
-    clients = {tag: DriveClient(node, commands=('sawtooth',)) for tag, node in nodes.items()}
-    for tag, client in clients.items():
-
-        def take(message: String, tag: str = tag) -> None:
-            heard[tag] += [e for e in [json.loads(message.data)] if e.get('tag') == tag]
-
-        client.subscribe('event', take)
-        stand.operator.add_node(client.node)
-    stand.operator.spin_until(
-        lambda: all(client.is_connected() for client in clients.values()), 'the senders'
-    )
-    for client in clients.values():
-        handshake = Handshake(client.node, client.drive)
-        stand.operator.spin_until(handshake.is_done, 'an answer')
-    clients['left'].command('sawtooth', (300.0, 1000.0, 0.0), tag='left')
-    stand.operator.spin_until(
-        lambda: bool(stand.operator.status & Status.MOVING), 'the first saw-tooth'
-    )
-    clients['right'].command('sawtooth', (300.0, -1000.0, 7.0), tag='right')
-    stand.operator.spin_until(lambda: all(heard.values()), 'both events')
-    told = {tag: [(e['result'], e['number']) for e in events] for tag, events in heard.items()}
-    assert told == {'left': [('ABORTED', 1)], 'right': [('DONE', 2)]}
-    assert heard['right'][0]['steps'] == 7
+def test_each_of_two_senders_finds_its_own_event_by_its_tag(stand: Any):
+    operator = stand.operator
+    operator.command('sawtooth', (300.0, 1000.0, 0.0), tag='left')
+    operator.spin_until(lambda: bool(operator.status & Status.MOVING), 'the first saw-tooth')
+    operator.command('sawtooth', (300.0, -1000.0, 7.0), tag='right')
+    operator.spin_until(lambda: len(operator.events) == 2, 'both events')
+    told = [(each['tag'], each['result'], each['number']) for each in operator.events]
+    assert told == [('left', 'ABORTED', 1), ('right', 'DONE', 2)]
+    assert operator.events[1]['steps'] == 7
