@@ -103,21 +103,6 @@ def test_a_range_that_is_none_is_refused(ranges: str, message: str, tmp_path: Pa
         load_yaml(file)
 
 
-@pytest.mark.parametrize(
-    ('lines', 'fault'),
-    [
-        ('      # a thin rod; 1 to 3\n      mass: 2.0', 'mass: no source'),
-        ('      # assumed: a thin rod\n      mass: 2.0', 'mass: no range, or outside it'),
-        ('      # assumed: light; 1 to 3\n      mass: 4.0', 'mass: no range, or outside it'),
-        ('      # assumed: all; 0 to 1\n      gain: [1.0, 2.0]', 'gain: no range, or outside it'),
-        ("      # assumed: x; a, b or c\n      kind: 'd'", 'kind: no range, or outside it'),
-        ('      # assumed: first; 1 to 3\n      mass: 2.0\n      load: 2.0', 'load: no source'),
-    ],
-)
-def test_a_value_without_a_source_or_outside_its_range_is_found(lines: str, fault: str):
-    assert fault in faults_of(lines)
-
-
 def test_the_stages_are_those_of_the_folder_which_are_installed_and_explained(keywords):
     assert list(stage_files()) == [file.stem for file in FILES] == NAMES
     installed = dict(keywords['data_files'])['share/stickslip_ros/config/stages']
