@@ -85,19 +85,6 @@ def test_a_namespace_moves_every_relative_name(start_drive: Callable):
     }
 
 
-def test_diagnostics_of_two_drives_can_be_told_apart(start_drive: Callable):
-    stands = [start_drive(namespace=namespace) for namespace in ('/left', '/right')]
-    heard = stands[0].operator.listen('diagnostics')
-
-    def whole_reports() -> dict[str, Any]:
-        arrays = [each for each in heard if len(each.status) > 1]  # not a fault alone
-        return {each.status[0].name: each for each in arrays}
-
-    stands[0].operator.spin_until(lambda: len(whole_reports()) >= 2, 'diagnostics of both')
-    parts = {(part.name, part.hardware_id) for array in heard for part in array.status}
-    assert len(parts) == sum(len(each.status) for each in whole_reports().values())
-
-
 def test_who_comes_late_gets_status_and_info_and_no_old_readings_or_events(start_drive: Callable):
     stand = start_drive({'stand.preload': 0.25})
     operator = stand.operator
@@ -169,6 +156,9 @@ def test_two_drives_have_their_own_seed_motion_and_time(start_drive: Callable, t
     right.operator.trigger('stop')
     assert left.drive.session.worker.faults == {}
     assert left.operator.events == []
+    heard = left.operator.diagnostics  # of both
+    wanted = {f'{side}/stickslip_drive: time' for side in ('left', 'right')}
+    left.operator.spin_until(lambda: wanted <= {n for each in heard for n in each}, 'diagnostics')
     first = {}
     for name, stand in (('left', left), ('right', right)):
         assert stand.operator.set_recording(wanted=False).success

@@ -27,7 +27,6 @@ from rclpy.parameter import (
 
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import Parameters, describe, dump_yaml, load_yaml, specs
-from stickslip_ros.recording.reader import Recording
 from stickslip_ros.ros.executable import end_node
 from stickslip_ros.ros.node import StickSlipDrive
 from stickslip_ros.testing import open_context
@@ -77,23 +76,6 @@ def test_names_and_descriptors_are_those_of_the_package(manual: Any):
         told = f'one of {", ".join(spec.choices)}' if spec.choices else ''
         told += f'each {spec.minimum:g} to {spec.maximum:g}' if spec.is_array else ''
         assert descriptor.additional_constraints == told
-
-
-def test_a_parameter_changed_without_a_drive_is_used_by_the_next_one(
-    start_drive: Callable, tmp_path: Path
-):
-    stand = start_drive({'record.on_start': True, 'record.name': 'one.mcap'})
-    stand.operator.change_state('deactivate')
-    stand.operator.change_state('cleanup')
-    assert stand.operator.set_parameter('stand.preload', 0.3).successful
-    assert stand.operator.set_parameter('record.name', 'two.mcap').successful
-    stand.operator.change_state('configure')
-    stand.operator.change_state('activate')
-    assert stand.drive.session.parameters.stand.preload == 0.3
-    stand.operator.change_state('deactivate')
-    assert {path.name for path in tmp_path.glob('*.mcap')} == {'one.mcap', 'two.mcap'}
-    text = Recording(tmp_path / 'two.mcap').attachments['parameters.yaml'][1].decode()
-    assert 'preload: 0.3\n' in text
 
 
 REFUSED: tuple[tuple[str, Any, str], ...] = (
