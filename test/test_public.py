@@ -246,7 +246,11 @@ def test_a_sweep_is_a_table_of_drives_alone():
         alone = run_drive(there, row['amplitude_m'], 1000.0, STEPS)
         assert row['force_mean_n'] == alone.force_mean_n
     assert table.attrs['parameters'] == stand.flat()
-    words = {'contact.profile': ['rough', 'smooth'], 'amplitude_m': 60e-9, 'frequency_hz': -500}
+    words: Any = {
+        'contact.profile': ['rough', 'smooth'],
+        'amplitude_m': 60e-9,
+        'frequency_hz': -500,
+    }
     table = sweep(stand, words, steps=STEPS)
     assert list(table['contact.profile']) == ['rough', 'smooth']
     assert set(table['frequency_hz']) == {-500.0}

@@ -78,7 +78,7 @@ def test_a_refusal_is_a_warning_once(stand: Any):
     assert {(each.level, each.message) for each in later} == {(OK, 'running')}
 
 
-NONE = dict.fromkeys(PaceReport.__annotations__, 0)
+NONE: dict[str, Any] = dict.fromkeys(PaceReport.__annotations__, 0)
 PACE = PaceReport(**{**NONE, 'real_time_factor': 1.0, 'ticks': 1000, 'stalls': Stalls()})
 SLOW = {'real_time_factor': 0.89, 'missing_s': 0.11}
 LATE = {'overruns': 9, 'stalls': Stalls(2e-3, 30e-3, 1e-3)}
@@ -118,8 +118,8 @@ def test_the_status_of_a_pace(monkeypatch, changes, stamps_behind_s, level, mess
 
 
 def test_a_lag_is_news_when_it_begins_and_when_all_lags_together_have_doubled():
-    lags = [{'lag_s': 0.4}, {'lag_s': 0.6}, {'lateness_max_s': 0.8}, {}, {'lag_s': 0.7}]
-    lags += [{'given_up_s': 60.0, 'lateness_max_s': 60.0}]
+    lags: list[dict[str, Any]] = [{'lag_s': 0.4}, {'lag_s': 0.6}, {'lateness_max_s': 0.8}, {}]
+    lags += [{'lag_s': 0.7}, {'given_up_s': 60.0, 'lateness_max_s': 60.0}]
     late_s = [lag_to_log_s(replace(PACE, **each)) for each in lags]
     assert late_s == [0.0, 0.6, 0.8, 0.0, 0.7, 60.0]
     log = Doubling()

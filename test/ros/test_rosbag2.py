@@ -16,6 +16,7 @@ from processes import run_process, start_process
 
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.joints import Joints
+from stickslip_ros.interface.messages import StampedMessage
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run import ReportingBench, RunWriter
@@ -68,7 +69,7 @@ def ends_of(bag: Path) -> dict[str, float]:
     for topic, _, message in Recording(bag).messages():
         if topic.startswith('/command/'):
             command = topic.removeprefix('/command/')
-        elif topic == '/position':
+        elif topic == '/position' and isinstance(message, StampedMessage):
             ends_m[command] = message.values[0]
     return ends_m
 
