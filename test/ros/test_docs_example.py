@@ -5,6 +5,7 @@
 
 import importlib
 import json
+import os
 import runpy
 import shutil
 import sys
@@ -53,7 +54,8 @@ def project(tmp_path: Path) -> Path:
 
 def run_pytest(project: Path) -> str:
     """Run the tests of a project in a process of their own; give the last line."""
-    command = [sys.executable, '-m', 'pytest', '-q', '-p', 'no:cacheprovider', str(project)]
+    own = ['-c', os.devnull, '--rootdir', str(project)]  # not the settings of a folder above
+    command = [sys.executable, '-m', 'pytest', '-q', '-p', 'no:cacheprovider', *own, str(project)]
     done = run_process(command, cwd=project)
     return done.stdout.splitlines()[-1]
 

@@ -8,10 +8,12 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import pytest
+from rclpy.node import Node
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
-from stickslip_ros.instrument.reports import Status
+from stickslip_ros.instrument.reports import Status, read_event
 from stickslip_ros.interface.topics import COMMAND_TOPICS
+from stickslip_ros.ros.client import DriveClient, Handshake
 
 COMMANDS: Mapping[str, tuple[Any, Any]] = {
     'voltage': (301.0, 100.0),
@@ -69,11 +71,16 @@ def test_a_waveform_with_a_layout_of_other_columns_is_refused_and_counted(stand:
 
 
 def test_each_of_two_senders_finds_its_own_event_by_its_tag(stand: Any):
-    operator = stand.operator
+    operator, heard = stand.operator, list[Any]()
+    other = DriveClient(Node('other', context=stand.context), commands=('sawtooth',))
+    other.subscribe('event', lambda message: heard.append(read_event(message.data)))
+    operator.add_node(other.node)
+    handshake = Handshake(other.node, other.drive)
+    operator.spin_until(lambda: other.is_connected() and handshake.is_done(), 'the other sender')
     operator.command('sawtooth', (300.0, 1000.0, 0.0), tag='left')
     operator.spin_until(lambda: bool(operator.status & Status.MOVING), 'the first saw-tooth')
-    operator.command('sawtooth', (300.0, -1000.0, 7.0), tag='right')
-    operator.spin_until(lambda: len(operator.events) == 2, 'both events')
-    told = [(each['tag'], each['result'], each['number']) for each in operator.events]
+    other.command('sawtooth', (300.0, -1000.0, 7.0), tag='right')
+    operator.spin_until(lambda: len(heard) == 2, 'both events')
+    told = [(each['tag'], each['result'], each['number']) for each in heard]
     assert told == [('left', 'ABORTED', 1), ('right', 'DONE', 2)]
-    assert operator.events[1]['steps'] == 7
+    assert heard[1]['steps'] == 7
