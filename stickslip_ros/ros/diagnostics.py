@@ -59,8 +59,8 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
         if abs(off_s) > STAMPS_OFF_MAX_S and not session.is_paused:
             where = 'behind' if off_s > 0.0 else 'ahead of'
             off = f"stamps are {abs(off_s):.1f} s {where} the system's time, more than"
-            mend = 'deactivate the node and activate it, on a host that is too busy with'
-            mend += ' sim.real_time_factor 0.0 (as fast as it goes)'
+            mend = 'deactivate and activate the node; if this host stays too busy, set'
+            mend += ' sim.real_time_factor to 0.0 (as fast as it goes) in between'
             problems.append(f'{off} {STAMPS_OFF_MAX_S:g} s; {mend}')
     if problems:
         before = [] if level == _OK else [message]
