@@ -83,8 +83,8 @@ PACE = PaceReport(**{**NONE, 'real_time_factor': 1.0, 'ticks': 1000, 'stalls': S
 SLOW = {'real_time_factor': 0.89, 'missing_s': 0.11}
 LATE = {'overruns': 9, 'stalls': Stalls(2e-3, 30e-3, 1e-3)}
 MEND = (
-    "s %s the system's time, more than 0.5 s; deactivate and activate the node; if this host stays "
-    'too busy, set sim.real_time_factor to 0.0 (as fast as it goes) in between'
+    "s %s the system's time, more than 0.5 s; deactivate and activate the node; if this host "
+    'stays too busy, set sim.real_time_factor to 0.0 (as fast as it goes) in between'
 )
 GIVEN_UP = '70.0 s of simulated time given up: the lag was above sim.lag_max, 60 s; '
 
