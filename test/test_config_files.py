@@ -4,13 +4,13 @@
 """Layouts for Foxglove and PlotJuggler, and the description for ros2_control, fit the drive."""
 
 import json
-import re
 from pathlib import Path
 from textwrap import indent
 from xml.etree import ElementTree as ET
 
 import pytest
 import yaml
+from pages import blocks_of
 
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.instrument.joints import Joints
@@ -52,45 +52,26 @@ def leaves(layout) -> list[str]:
     return [*leaves(layout['first']), *leaves(layout['second'])]
 
 
-def test_foxglove_plots_numbers_of_topics_that_exist(foxglove):
-    values = [
-        path['value']
-        for panel in foxglove['configById'].values()
-        for path in panel.get('paths', [])
-    ]
-    assert set(values) == {
+def test_foxglove_plots_numbers_and_shows_messages_of_topics_that_exist(foxglove):
+    panels = foxglove['configById']
+    paths = [path for panel in panels.values() for path in panel.get('paths', [])]
+    assert {path['value'] for path in paths} == {
         '/position.point.x',
         '/force.wrench.force.x',
         '/voltage.vector.x',
         '/stickslip_drive/status.data',
     }
-    for value in values:
-        topic, *fields = value.split('.')
+    for path in paths:
+        topic, *fields = path['value'].split('.')
         assert kind_of_field(TYPES[topic], fields) in NUMBERS
+        has_stamp = 'header' in SCHEMAS[TYPES[topic]].split('\n')[0]
+        assert path['timestampMethod'] == ('headerStamp' if has_stamp else 'receiveTime')
+    topics = {panel['topicPath'] for panel in panels.values() if 'topicPath' in panel}
+    assert {'/stickslip_drive/event', '/stickslip_drive/info'} <= topics <= TYPES.keys()
+    assert sorted(leaves(foxglove['layout'])) == sorted(panels)
 
 
-def test_foxglove_takes_the_stamp_only_of_messages_that_have_one(foxglove):
-    for panel in foxglove['configById'].values():
-        for path in panel.get('paths', []):
-            has_stamp = 'header' in SCHEMAS[TYPES[path['value'].split('.')[0]]].split('\n')[0]
-            assert path['timestampMethod'] == ('headerStamp' if has_stamp else 'receiveTime')
-
-
-def test_foxglove_shows_messages_of_topics_that_exist(foxglove):
-    topics = [
-        panel['topicPath'] for panel in foxglove['configById'].values() if 'topicPath' in panel
-    ]
-    assert {'/stickslip_drive/event', '/stickslip_drive/info'} <= set(topics)
-    assert set(topics) <= TYPES.keys()
-
-
-def test_every_panel_of_foxglove_has_its_settings_and_its_place(foxglove):
-    assert sorted(leaves(foxglove['layout'])) == sorted(foxglove['configById'])
-    kinds = {name.partition('!')[0] for name in foxglove['configById']}
-    assert kinds == {'Plot', 'RawMessages', 'StateTransitions'}
-
-
-def test_plotjuggler_draws_numbers_of_topics_that_exist():
+def test_plotjuggler_draws_numbers_of_topics_that_exist_and_has_a_size_for_each_plot():
     root = ET.parse(ROOT / PLOTJUGGLER).getroot()
     curves = [curve.get('name', '') for curve in root.iter('curve')]
     assert len(curves) == 4
@@ -98,17 +79,10 @@ def test_plotjuggler_draws_numbers_of_topics_that_exist():
         [topic] = [name for name in TYPES if curve.startswith(f'{name}/')]
         fields = curve.removeprefix(f'{topic}/').split('/')
         assert kind_of_field(TYPES[topic], fields) in NUMBERS
-
-
-def test_plotjuggler_finds_a_size_for_each_of_its_plots():
-    root = ET.parse(ROOT / PLOTJUGGLER).getroot()
-    assert root.tag == 'root'
     for splitter in root.iter('DockSplitter'):
         sizes = [float(size) for size in splitter.get('sizes', '').split(';')]
         assert len(sizes) == len(list(splitter)) == int(splitter.get('count', '0'))
         assert sum(sizes) == pytest.approx(1.0, abs=1e-9)
-    for tab in root.iter('Tab'):
-        assert len(list(tab.iter('Container'))) == int(tab.get('containers', '0'))
 
 
 def test_layouts_and_the_data_of_each_package_are_installed(keywords):
@@ -123,16 +97,12 @@ PAGE = (ROOT / 'docs' / 'howto' / 'ros2_control.md').read_text(encoding='utf-8')
 STAND = load_yaml(ROOT / 'config' / 'realistic.yaml')
 
 
-def block(language: str) -> str:
-    """Return the first block of the page in a language."""
-    found = re.search(rf'```{language}\n(.*?)```', PAGE, re.DOTALL)
-    assert found is not None
-    return found.group(1)
+[DESCRIPTION] = blocks_of(ROOT / 'docs' / 'howto' / 'ros2_control.md', 'xml')
 
 
 @pytest.fixture
 def robot() -> ET.Element:
-    return ET.fromstring(block('xml'))
+    return ET.fromstring(DESCRIPTION.text)
 
 
 def test_joint_and_links_are_those_of_the_drive(robot: ET.Element):
@@ -167,4 +137,4 @@ def test_the_plugin_finds_the_topics_and_sends_every_command(robot: ET.Element):
 
 def test_the_description_of_the_launch_file_is_that_of_the_page():
     control = (ROOT / 'config' / 'ros2_control.urdf').read_text(encoding='utf-8')
-    assert indent(control, '  ') in block('xml')
+    assert indent(control, '  ') in DESCRIPTION.text

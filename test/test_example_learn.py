@@ -59,8 +59,7 @@ def test_a_voltage_is_a_share_of_the_range_and_bounded(learn: Any):
         assert env.target_m == pytest.approx(1e-6 * (observation[0] + observation[3]))
 
 
-@pytest.mark.parametrize('frequency_hz', [113.767, 500.0, 1500.0])
-@pytest.mark.parametrize('action', [0, 2])
+@pytest.mark.parametrize(('frequency_hz', 'action'), [(113.767, 0), (500.0, 2), (1500.0, 0)])
 def test_steps_one_by_one_go_as_far_as_all_at_once(learn: Any, frequency_hz: float, action: int):
     stand = learn.FREE.updated({'step.frequency': frequency_hz, 'runner.damping': 20.0})
     env, bench = learn.StickSlip(stand, 'steps'), Bench(stand)
@@ -100,7 +99,6 @@ def test_the_controller_of_the_page_reaches_its_target(learn, capsys):
     assert abs(float(capsys.readouterr().out.split()[0])) < 100.0
 
 
-@pytest.mark.slow
 def test_it_learns_to_come_to_a_target(learn: Any, capsys: pytest.CaptureFixture[str]):
     before_m, after_m = learn.main(generations=6)
     assert before_m > 20e-9

@@ -74,12 +74,8 @@ def run_tests(folder: Path, *words: str, **files: str) -> tuple[int, list[str]]:
 XDIST = ('-p', 'xdist', '-n', '2', '--dist', 'loadfile')
 
 
-@pytest.mark.parametrize(
-    'words',
-    [pytest.param((), marks=pytest.mark.slow, id='alone'), pytest.param(XDIST, id='xdist')],
-)
-def test_what_passes_then_is_named_before_the_closing_line_of_a_green_run(tmp_path, words):
-    status, lines = run_tests(tmp_path, *words, once=ONCE)
+def test_what_passes_then_is_named_before_the_closing_line_of_a_green_run(tmp_path: Path):
+    status, lines = run_tests(tmp_path, *XDIST, once=ONCE)
     assert status == 0
     assert lines[-1].startswith('4 passed in ')
     assert sum(line.startswith('E ') and 'fails once' in line for line in lines) == 3
@@ -90,12 +86,8 @@ def test_what_passes_then_is_named_before_the_closing_line_of_a_green_run(tmp_pa
     ]
 
 
-@pytest.mark.parametrize(
-    'words',
-    [pytest.param((), id='alone'), pytest.param(XDIST, marks=pytest.mark.slow, id='xdist')],
-)
-def test_what_fails_again_is_red_with_both_reports(tmp_path: Path, words: tuple[str, ...]):
-    status, lines = run_tests(tmp_path, *words, once=ONCE, always=ALWAYS)
+def test_what_fails_again_is_red_with_both_reports(tmp_path: Path):
+    status, lines = run_tests(tmp_path, once=ONCE, always=ALWAYS)
     assert status == 1
     assert lines[-1].startswith('1 failed, 4 passed in ')
     assert sum(line.startswith('FLAKY: ') for line in lines) == 3
@@ -156,6 +148,7 @@ def test_the_work_of_a_child_counts_towards_the_budget_and_a_wait_does_not(
     tmp_path: Path, words: tuple[str, ...], budget: str, status: int
 ):
     (tmp_path / 'test_works.py').write_text(WORKS)
+    (tmp_path / 'pytest.ini').write_text('[pytest]')
     command = [sys.executable, '-m', 'pytest', '-p', 'processor_time', f'--budget={budget}']
     own = {'PYTHONPATH': str(Path(__file__).parent), 'PYTEST_DISABLE_PLUGIN_AUTOLOAD': '1'}
     done = run_process([*command, *words], cwd=tmp_path, env={**os.environ, **own})

@@ -69,7 +69,7 @@ def test_the_ranges_that_a_fit_reads_are_those_of_the_comments(file: Path):
             comment = ' '.join(line.strip(' #') for line in above.splitlines())
             if found := FROM_TO.search(comment):
                 told[f'{group}.{name}'] = float(found[1]), float(found[2])
-    ranges, stand = load_ranges(file), load_yaml(file)
+    ranges, stand = load_ranges(file), load_yaml(stage_file(file.stem))
     assert {name.partition('[')[0]: each for name, each in ranges.items()} == told
     assert stand.ranges == ranges
     for name, (low, high) in ranges.items():
@@ -101,28 +101,6 @@ def test_a_range_that_is_none_is_refused(ranges: str, message: str, tmp_path: Pa
     file.write_text(f'/**: {values}\n/ranges: {{ros__parameters: {ranges}}}')
     with pytest.raises(StickSlipError, match=re.escape(message)):
         load_yaml(file)
-
-
-@pytest.mark.parametrize(
-    ('lines', 'fault'),
-    [
-        ('      # a thin rod; 1 to 3\n      mass: 2.0', 'mass: no source'),
-        ('      # assumed: a thin rod\n      mass: 2.0', 'mass: no range, or outside it'),
-        ('      # assumed: light; 1 to 3\n      mass: 4.0', 'mass: no range, or outside it'),
-        ('      # assumed: all; 0 to 1\n      gain: [1.0, 2.0]', 'gain: no range, or outside it'),
-        ("      # assumed: x; a, b or c\n      kind: 'd'", 'kind: no range, or outside it'),
-        ('      # assumed: first; 1 to 3\n      mass: 2.0\n      load: 2.0', 'load: no source'),
-    ],
-)
-def test_a_value_without_a_source_or_outside_its_range_is_found(lines: str, fault: str):
-    assert fault in faults_of(lines)
-
-
-@pytest.mark.parametrize('name', NAMES)
-def test_a_stage_is_loaded_by_name_and_its_arrays_belong_together(name: str):
-    values: dict[str, Any] = {**load_yaml(stage_file(name)).flat()}
-    arrays = [each for name, each in values.items() if name.startswith('feet.')][:-1]
-    assert len(set(map(len, arrays))) == 1
 
 
 def test_the_stages_are_those_of_the_folder_which_are_installed_and_explained(keywords):

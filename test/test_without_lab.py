@@ -127,24 +127,6 @@ def test_without_mcap_a_drive_runs_and_refuses_to_record(from_apt: Path, quiet_r
     assert done.stderr == f'stickslip: {MCAP.replace("a recording", "stickslip info")}\n'
 
 
-def test_without_mcap_a_drive_that_records_from_its_start_is_not_activated(
-    from_apt: Path, quiet_ros: None, ros_domain: int
-):
-    words = "import sys; sys.argv[1:] = ['--ros-args', '-p', 'record.on_start:=true']; "
-    program = f'{words}from stickslip_ros.ros.start import drive; sys.exit(drive())'
-    environment = {**os.environ, **surroundings(from_apt), 'ROS_DOMAIN_ID': str(ros_domain)}
-    process = start_process(
-        [sys.executable, '-S', '-c', program],
-        env=environment,
-        cwd=from_apt.parent,
-        stderr=subprocess.PIPE,
-    )
-    refused = next(line for line in process.stderr if 'not activated' in line)
-    process.send_signal(signal.SIGINT)
-    finish(process)
-    assert f'not activated: {MCAP}' in refused
-
-
 def test_each_verb_of_the_laboratory_is_refused_in_one_line(robot: Path):
     verbs = sorted(VERBS.keys() - OF_A_ROBOT)
     lines = [f'{verb} {LINES.get(verb) or SERVED[verb][0]}' for verb in verbs]

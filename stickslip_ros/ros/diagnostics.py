@@ -3,11 +3,8 @@
 
 """Diagnostics: lateness, refusals, faults, connections, state of the recording."""
 
-import math
-import shutil
 import statistics
 from collections.abc import Mapping
-from contextlib import suppress
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
@@ -26,11 +23,6 @@ BLOCK_MAX_S = 1.0
 """Wall-clock time of a block above which it is an error, while it lasts."""
 STAMPS_OFF_MAX_S = 0.5
 """Difference of stamps and system time above which a report is a warning."""
-MADE_UP_S = 0.05
-"""Lag below which it is made up."""
-FULL_SOON_S, RATE_OVER_S = 3600.0, 10.0
-"""Time until the disk is full, below which a report is a warning; and the shortest time over which
-the rate is averaged, since a file begins with its parameters."""
 QUEUE_SHARE = 0.5
 """Share of the recorder's queue above which a report is a warning."""
 
@@ -56,10 +48,6 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
         'paused': str(session.is_paused).lower(),
     }
     level, message = _lateness(report, session)
-    # Set back here: what the report says is whether a preload was on its way since the last one.
-    ramped, session.worker.preload_ramped = session.worker.preload_ramped, False
-    if ramped and level != _OK:
-        message += '; a preload on its way steps every spring'
     problems = []
     if report.given_up_s:
         lag_max_s = session.parameters.sim.lag_max
@@ -71,11 +59,9 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
         if abs(off_s) > STAMPS_OFF_MAX_S and not session.is_paused:
             where = 'behind' if off_s > 0.0 else 'ahead of'
             off = f"stamps are {abs(off_s):.1f} s {where} the system's time, more than"
-            mend = '; deactivate and activate the node' * (level != _ERROR)
-            problems.append(f'{off} {STAMPS_OFF_MAX_S:g} s{mend}')
-    if problems and level == _ERROR:  # a new origin would soon be left behind as well
-        mend = 'set sim.real_time_factor to 0.0 (as fast as it goes)'
-        problems.append(f'this host is too busy: deactivate the node, {mend}, activate it')
+            mend = 'deactivate and activate the node; if this host stays too busy, set'
+            mend += ' sim.real_time_factor to 0.0 (as fast as it goes) in between'
+            problems.append(f'{off} {STAMPS_OFF_MAX_S:g} s; {mend}')
     if problems:
         before = [] if level == _OK else [message]
         level, message = max(level, _WARN), '; '.join([*before, *problems])
@@ -111,32 +97,10 @@ class Doubling:
         return is_new
 
 
-class LagLog:
-    """The log of a lag: a line when it begins, has doubled, is being made up, is made up."""
-
-    def __init__(self) -> None:
-        self._told_s = self._most_s = self._fastest = self._given_up_s = 0.0
-        self._lags, self._loss_log = 0, Doubling()
-
-    def news(self, report: PaceReport, wanted: float) -> tuple[bool, str]:
-        """Return whether to warn with the status, and what to say when the lag is made up."""
-        pace, late_s, fast = report.real_time_factor, _lag_s(report), wanted / FACTOR_SHARE
-        self._lags += self._most_s <= STAMPS_OFF_MAX_S < late_s
-        is_due = self._lags.bit_count() == 1  # of many lags the first, second, fourth and so on
-        hurries = report.lag_s > STAMPS_OFF_MAX_S and pace > fast >= self._fastest
-        warns = is_due and (hurries or late_s > max(STAMPS_OFF_MAX_S, 2.0 * self._told_s))
-        if warns:
-            self._told_s = max(self._told_s, late_s)
-        self._most_s = most_s = max(self._most_s, late_s)
-        self._fastest = fastest = max(self._fastest, pace)
-        if report.given_up_s or report.lag_s <= MADE_UP_S:
-            self._most_s = self._fastest = 0.0
-            self._given_up_s += report.given_up_s
-            if most_s > STAMPS_OFF_MAX_S and not report.given_up_s:
-                self._told_s = 0.0
-                at = f'at up to {fastest:.2g} times real time'
-                return warns, f'a lag of {most_s:.1f} s is made up, {at}' * is_due
-        return warns or (report.given_up_s > 0.0 and self._loss_log.is_news(self._given_up_s)), ''
+def lag_to_log_s(report: PaceReport) -> float:
+    """Return the lag since the last report, given up or not, s; 0 if it is short."""
+    late_s = report.given_up_s or _lag_s(report)
+    return late_s if late_s > STAMPS_OFF_MAX_S else 0.0
 
 
 def _lag_s(report: PaceReport) -> float:
@@ -227,14 +191,6 @@ def recorder_status(name: str, session: Session) -> DiagnosticStatus:
         return _status(name, 'recorder', _ERROR, f'{dropped} dropped', values)
     if queued > QUEUE_SHARE * length and not writer.waits:
         return _status(name, 'recorder', _WARN, f'queue {queued} of {length}', values)
-    free_bytes = math.inf
-    with suppress(OSError):
-        free_bytes = shutil.disk_usage(recorder.path.parent).free
-    rate = size_bytes / max(length_s, RATE_OVER_S)  # in bytes per second
-    if free_bytes < FULL_SOON_S * rate and not session.parameters.record.keep_parts:
-        left_min = free_bytes / rate / 60.0
-        why = f'recording; at {MICRO * rate:.2g} MB/s the disk is full in {left_min:.0f} min'
-        return _status(name, 'recorder', _WARN, why, values)
     return _status(name, 'recorder', _OK, 'recording', values)
 
 

@@ -61,7 +61,7 @@ class Guard:
         self._lines: deque[str] = deque()
         self._log_soon = Summons(node, self._log)
         self._reported = 0
-        self._held_back: dict[str, int] = {}
+        self._told: set[str] = set()  # names since the last report
         self._lock = threading.Lock()
 
     def refuse(self, name: str, error: object) -> None:
@@ -80,8 +80,8 @@ class Guard:
 
     def _note(self, name: str, line: str) -> None:
         with self._lock:
-            is_first = name not in self._held_back
-            self._held_back[name] = 0 if is_first else self._held_back[name] + 1
+            is_first = name not in self._told
+            self._told.add(name)
         if is_first:
             self._lines.append(line)
             self._log_soon.send()
@@ -91,15 +91,9 @@ class Guard:
             self.tell(self._lines.popleft())
 
     def begin_report(self) -> None:
-        """Log the number of refusals since the last call that were only counted."""
+        """Let the next refusal of each name be logged again."""
         with self._lock:
-            held_back, self._held_back = self._held_back, {}
-        self._lines.extend(
-            f'{name}: {count} more refused or failed, counted in /diagnostics'
-            for name, count in held_back.items()
-            if count
-        )
-        self._log()
+            self._told.clear()
 
     def news(self, others: int = 0) -> str:
         """Return the number of unreported refusals in words, with all ``others`` of a drive."""

@@ -162,7 +162,8 @@ class StickSlipDrive(CheckedNode, GuardedNode, LifecycleNode):
             return self._refuse(f'not activated: {error}')
         session.start()
         self._active, self._trouble = session, ''
-        self._lag_log, self._loss_log = diagnostics.LagLog(), diagnostics.Doubling()
+        self._lag_log, self._loss_log = diagnostics.Doubling(), diagnostics.Doubling()
+        self._late_s = 0.0  # sum of the lags since the activation
         self.get_logger().info(_describe_run(self, session.parameters, session.bench))
         return result
 
@@ -358,11 +359,9 @@ class StickSlipDrive(CheckedNode, GuardedNode, LifecycleNode):
             self.get_logger().warning(f'{lost}; record less (record.trace) or free the disk')
         report = session.pacer.report()
         pace = diagnostics.pace_status(name, report, session)
-        warns, made_up = self._lag_log.news(report, session.pacer.real_time_factor)
-        if warns:
+        self._late_s += diagnostics.lag_to_log_s(report)
+        if self._lag_log.is_news(self._late_s):
             self.get_logger().warning(pace.message)
-        if made_up:
-            self.get_logger().info(made_up)
         self._send_diagnostics(
             pace,
             diagnostics.drive_status(name, session, self.guard),

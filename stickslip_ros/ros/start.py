@@ -10,10 +10,29 @@ from itertools import takewhile
 
 from stickslip_ros.errors import UnknownName
 from stickslip_ros.extras import MissingRos, needs_ros
+from stickslip_ros.parameters import describe, format_value, specs
 from stickslip_ros.parameters.stages import stage_file
 from stickslip_ros.process.signals import REFUSED, run
 
 # ruff: noqa: PLC0415 - that is what this module is for
+
+HELP = """\
+usage: drive [-h] [--stage STAGE]
+             [--ros-args [-p NAME:=VALUE] [--params-file FILE] [-r FROM:=TO] ...]
+
+The virtual stick-slip drive, a lifecycle node that configures and activates itself.
+It runs until Ctrl-C, SIGTERM or SIGHUP (a closed terminal). Exit status: 0 ended so, 2 a parameter
+was refused, 3 closing was cut short.
+
+  -h, --help           print this and exit
+  --stage STAGE        another kind of stage, a file of config/stages, as clamp
+  -p NAME:=VALUE       a parameter of the list below, in SI units
+  --params-file FILE   a ROS parameter file, such as config/realistic.yaml
+  -r FROM:=TO          another name, as in: -r __ns:=/left
+  --log-level LEVEL    debug, info, warn, error
+
+parameters, with their defaults:
+"""
 
 
 def drive() -> int:
@@ -23,9 +42,9 @@ def drive() -> int:
 
 def _drive() -> int:
     if {'-h', '--help'} & set(takewhile(lambda word: word != '--ros-args', sys.argv)):
-        from stickslip_ros.ros.help import help_text
-
-        sys.stdout.write(help_text())
+        sys.stdout.write(HELP)
+        for each, spec in specs().items():
+            sys.stdout.write(f'  {each}:={format_value(spec.default)}\n      {describe(spec)}\n')
         return 0
     gc.disable()  # until the node is made, see ``run_node``: a seventh of its start
     try:

@@ -11,14 +11,13 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import start_bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.fault_schedule import FaultSchedule, read_schedule
-from stickslip_ros.instrument.reports import Event, Identity, Output, Result, Status
+from stickslip_ros.instrument.reports import Event, Identity, Output, Result
 from stickslip_ros.interface.cdr import pack_stamp
 from stickslip_ros.interface.feed import IsHeard, Packed, pack_event
 from stickslip_ros.parameters import FaultParameters, Parameters, Scalar
 from stickslip_ros.recording.run import Publish, ReportingBench, RunWriter
 from stickslip_ros.runtime.orders import Order
 
-_PRELOADING = int(Status.PRELOADING)
 UNTROUBLED = (Result.DONE, Result.ABORTED)
 """Results of commands that were neither refused nor failed."""
 Faults = dict[str, Scalar]
@@ -51,7 +50,6 @@ class Worker(ReportingBench):
         super().__init__(parameters, publish, bench=bench, is_heard=callbacks.is_heard)
         self._block_ns = parameters.block_ns
         self._keeps_clock = parameters.sim.publish_clock
-        self.preload_ramped = False  # whether a preload was on its way; its reader sets it back
         self.failed_writer: RunWriter | None = None  # ended by the disk, until another begins
         self._callbacks = callbacks
         self._seen_faults: FaultParameters | None = None
@@ -91,7 +89,6 @@ class Worker(ReportingBench):
 
     def _publish_block(self, output: Output) -> None:
         """Publish time, ends of commands and readings of a block."""
-        self.preload_ramped |= bool(int(output.status) & _PRELOADING)
         if self._keeps_clock:  # before the readings: who gets one then has its time
             time_ns = output.readings.time_ns
             self._publish(Packed('clock', time_ns, pack_stamp(self.time_origin_ns + time_ns)))

@@ -30,8 +30,6 @@ from stickslip_ros.testing.operator import run_callbacks
 
 WAIT_S = 0.02
 """Wall-clock time between two checks of a waiting thread."""
-LIKENESS_MIN = 0.85
-"""Likeness of a name to that of a command above which it is misspelt."""
 LEAVE_S = 1.0
 """Wall-clock time for a callback to return after the test has given up waiting."""
 OURS = (
@@ -192,15 +190,13 @@ class Lockstep:
         return next((name for name, is_there in ends if not is_there), '')
 
     def _unheard(self) -> str:
-        """Return which publisher looks like one of a command, but has no subscriber."""
-        space = f'{self._drive.get_namespace().rstrip("/")}/'
+        """Return which publisher among the commands is none of them and has no subscriber."""
+        place = f'{self._drive.get_namespace().rstrip("/")}/{PREFIX}'
         for each in self._node.publishers:
-            name, place = each.topic_name, f'{space}{PREFIX}'
-            [near] = get_close_matches(name, self._commands, 1, 0.0)
-            is_here = name.startswith(space) and name.count('/') == place.count('/')
-            is_like = is_here and get_close_matches(name, [near], 1, LIKENESS_MIN)
-            is_meant = (name.startswith(place) or is_like) and name not in self._commands
+            name = each.topic_name
+            is_meant = name.startswith(place) and name not in self._commands
             if is_meant and not each.get_subscription_count():
+                [near] = get_close_matches(name, self._commands, 1, 0.0)
                 who = self._node.get_fully_qualified_name()
                 return f'nobody hears {name}, on which {who} publishes; did you mean {near}?'
         return ''

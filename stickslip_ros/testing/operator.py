@@ -13,7 +13,6 @@ from typing import Any
 
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
-from rcl_interfaces.msg import Log
 from rcl_interfaces.srv import SetParameters
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor, TimeoutException
@@ -205,16 +204,6 @@ class Operator(DriveClient):
         heard: list[Any] = []
         self.subscribe(key, heard.append, depth=LISTEN_DEPTH)
         return heard
-
-    def listen_to_log(self) -> list[str]:
-        """Collect future log messages of all nodes."""
-        lines: list[str] = []
-
-        def take(entry: Any) -> None:
-            lines.append(entry.msg)
-
-        self.node.create_subscription(Log, '/rosout', take, LISTEN_DEPTH)
-        return lines
 
     def trigger(self, name: str) -> Any:
         """Call a Trigger service of the drive (``stop``, ``reset``); return its answer."""

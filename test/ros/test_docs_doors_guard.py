@@ -102,6 +102,14 @@ def test_after_three_wrong_passwords_or_a_silence_the_console_closes(anc300, mon
         reader, writer = await connect()
         writer.write(b'wrong\r\n' * 200 + f'{PASSWORD}\r\n'.encode())
         assert await reader.read() == b'*****\r\nAuthorization failed\r\n' * 3
+        reader, writer = await connect()
+        writer.write(f'open\r\n{PASSWORD}\r\ngetcser\r\n'.encode())
+        said = [(await reader.readline()).decode().strip() for _ in range(7)]
+        assert said[1::2] == [
+            'Authorization failed',
+            'Authorization success',
+            'ANC300B-C-0000-0000001',
+        ]
         monkeypatch.setattr(anc300, 'LOGIN_S', 0.0)
         reader, _ = await connect()
         assert await reader.read() == b''

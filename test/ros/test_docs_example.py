@@ -5,6 +5,7 @@
 
 import importlib
 import json
+import os
 import runpy
 import shutil
 import sys
@@ -16,9 +17,6 @@ import pytest
 from pages import DOCS, blocks_of
 from processes import run_process
 
-CLOCK_AHEAD_S = 5021.3
-HALF_A_ROW_S = 1e-4
-NOISE_M = 1e-9
 EXAMPLE = DOCS / 'examples' / 'scan_controller'
 PREDICTED_UM = 1e-3
 """A twentieth of the way of the example; its page says half of that."""
@@ -56,7 +54,8 @@ def project(tmp_path: Path) -> Path:
 
 def run_pytest(project: Path) -> str:
     """Run the tests of a project in a process of their own; give the last line."""
-    command = [sys.executable, '-m', 'pytest', '-q', '-p', 'no:cacheprovider', str(project)]
+    own = ['-c', os.devnull, '--rootdir', str(project)]  # not the settings of a folder above
+    command = [sys.executable, '-m', 'pytest', '-q', '-p', 'no:cacheprovider', *own, str(project)]
     done = run_process(command, cwd=project)
     return done.stdout.splitlines()[-1]
 

@@ -9,8 +9,8 @@ import threading
 from typing import Any
 
 import pytest
-from diagnostic_msgs.msg import DiagnosticStatus
 from executables import end
+from reports import ERROR, OK, Reports
 
 from stickslip_ros.errors import RecordingError, StickSlipError
 from stickslip_ros.process.signals import CUT
@@ -62,34 +62,22 @@ sys.exit(signals.run('drive', lambda: main(words), is_node=True))
 """The executable, less patient, with a compiled kernel that never ends in one of its threads."""
 
 
-def part_of(stand: Any, heard: list[Any], name: str, level: bytes) -> DiagnosticStatus:
-    """Wait for a part of the diagnostics at a level; give it."""
-
-    def found() -> list[DiagnosticStatus]:
-        parts = [part for each in heard for part in each.status]
-        return [part for part in parts if part.name.endswith(name) and part.level == level]
-
-    stand.operator.spin_until(lambda: bool(found()), f'{name} at level {level!r}')
-    return found()[-1]
-
-
 @pytest.mark.parametrize('error', [StickSlipError, OSError])
 @pytest.mark.filterwarnings('ignore::pytest.PytestUnhandledThreadExceptionWarning')
-def test_a_failed_drive_is_told_and_its_node_goes_back_to_unconfigured(stand, error):
+def test_a_failed_drive_is_told_and_its_node_goes_back_to_unconfigured(stand, error, capfd):
     def fail(*_: object) -> None:
         raise error(WHY)
 
-    heard = stand.operator.listen('diagnostics')
-    logged = stand.operator.listen_to_log()
-    operator = stand.operator
+    operator, reports = stand.operator, Reports(stand)
     path = operator.set_recording(wanted=True).message
     operator.spin_for(0.05)
     stand.drive.session.bench.update = fail
     event = operator.wait_for_event('drive', 0)
     assert (event['number'], event['result'], event['message']) == (0, 'DRIVE_FAILED', WHY)
-    assert part_of(stand, heard, 'drive', DiagnosticStatus.ERROR).message == f'stopped: {WHY}'
+    part = reports.await_part('drive', lambda part: part.level == ERROR)
+    assert part.message == f'stopped: {WHY}'
     operator.spin_until(lambda: stand.operator.state() == 'unconfigured', 'the error transition')
-    operator.spin_until(lambda: f'the drive has stopped: {WHY}' in logged, 'the log')
+    assert f'the drive has stopped: {WHY}' in capfd.readouterr().err
     recording = Recording(path)
     assert {channel.gaps for channel in recording.channels} == {0}
     counts = {channel.topic: channel.messages for channel in recording.channels}
@@ -99,9 +87,8 @@ def test_a_failed_drive_is_told_and_its_node_goes_back_to_unconfigured(stand, er
     operator.spin_until(lambda: stand.drive.session.bench.time_ns > 0, 'another tick')
 
 
-def test_a_block_that_takes_too_long_is_told_while_it_lasts(stand: Any):
-    heard = stand.operator.listen('diagnostics')
-    logged = stand.operator.listen_to_log()
+def test_a_block_that_takes_too_long_is_told_while_it_lasts(stand: Any, capfd):
+    reports = Reports(stand)
     bench, may_go_on = stand.drive.session.bench, threading.Event()
     update = bench.update
 
@@ -111,16 +98,14 @@ def test_a_block_that_takes_too_long_is_told_while_it_lasts(stand: Any):
 
     bench.update = wait
     try:
-        part = part_of(stand, heard, 'drive', DiagnosticStatus.ERROR)
-        at_s = bench.time_ns * 1e-9
-        assert part.message.startswith(f'the block at {at_s:.9g} s has not ended in ')
-        stand.operator.spin_until(
-            lambda: any(f'at {at_s:.9g} s has not ended' in line for line in logged), 'the log'
-        )
+        part = reports.await_part('drive', lambda part: part.level == ERROR)
+        told = f'the block at {bench.time_ns * 1e-9:.9g} s has not ended in '
+        assert part.message.startswith(told)
+        assert told in capfd.readouterr().err
     finally:
         may_go_on.set()
-    heard.clear()
-    assert part_of(stand, heard, 'drive', DiagnosticStatus.OK).message == 'running'
+    reports.heard.clear()
+    reports.await_part('drive', lambda part: (part.level, part.message) == (OK, 'running'))
 
 
 @pytest.mark.parametrize('where', ['drive', 'executor'])

@@ -9,28 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from diagnostic_msgs.msg import DiagnosticStatus
+from reports import OK, WARN, Reports, values_of
 
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.parameters import SENSORS, is_fault, specs
 from stickslip_ros.recording.reader import Recording
-
-TITLE = 'stickslip_drive: faults'
-
-
-def fault_parts(heard: list[Any]) -> list[Any]:
-    return [part for array in heard for part in array.status if part.name == TITLE]
-
-
-def wait_for_faults(stand: Any, heard: list[Any], message: str) -> Any:
-    """Wait until diagnostics name exactly these faults; give the part."""
-
-    def shown() -> bool:
-        parts = fault_parts(heard)
-        return bool(parts) and parts[-1].message == message
-
-    stand.operator.spin_until(shown, f'faults: {message}')
-    return fault_parts(heard)[-1]
 
 
 def written(tmp_path: Path, text: str) -> str:
@@ -40,56 +23,54 @@ def written(tmp_path: Path, text: str) -> str:
 
 
 def test_a_fault_parameter_takes_effect_while_the_drive_runs(stand: Any):
-    operator, heard = stand.operator, stand.operator.listen('diagnostics')
-    wait_for_faults(stand, heard, 'none')
+    operator, reports = stand.operator, Reports(stand)
+    reports.await_part('faults', lambda part: part.message == 'none')
     assert operator.set_parameter('fault.interferometer', 'freeze').successful
-    part = wait_for_faults(stand, heard, 'interferometer')
-    assert part.level == DiagnosticStatus.WARN
-    assert [(pair.key, pair.value) for pair in part.values] == [('interferometer', 'freeze')]
+    part = reports.await_part('faults', lambda part: part.message == 'interferometer')
+    assert (part.level, values_of(part)) == (WARN, {'interferometer': 'freeze'})
     operator.spin_until(lambda: bool(operator.status & Status.FAULT), 'the bit')
     assert operator.requests == [
         {'name': 'fault', 'values': [], 'settings': {'fault.interferometer': 'freeze'}}
     ]
+    reports.heard.clear()
     assert operator.set_parameter('fault.interferometer', 'none').successful
-    assert wait_for_faults(stand, heard, 'none').level == DiagnosticStatus.OK
+    assert reports.await_part('faults', lambda part: part.message == 'none').level == OK
     operator.spin_until(lambda: not operator.status & Status.FAULT, 'no bit')
 
 
-@pytest.mark.parametrize(
-    ('name', 'value', 'reason'),
-    [
-        ('fault.interferometer', 'broken', "fault.interferometer 'broken' is not one of"),
-        ('fault.dead_foot', 7, 'above the number of feet, 6; lower it'),
-        ('fault.dead_foot', 13, 'fault.dead_foot 13 is above the maximum 12; lower it'),
-        ('fault.schedule', 'x.yaml', 'fault.schedule cannot change while the node is active'),
-        ('fault.missed_steps', float('nan'), ''),
-    ],
+BAD = (
+    ('fault.interferometer', 'broken', "fault.interferometer 'broken' is not one of"),
+    ('fault.dead_foot', 7, 'above the number of feet, 6; lower it'),
+    ('fault.dead_foot', 13, 'fault.dead_foot 13 is above the maximum 12; lower it'),
+    ('fault.schedule', 'x.yaml', 'fault.schedule cannot change while the node is active'),
+    ('fault.missed_steps', float('nan'), ''),
 )
-def test_a_bad_fault_is_refused_and_changes_nothing(stand, name, value, reason):
-    answer = stand.operator.set_parameter(name, value)
-    assert not answer.successful
-    assert reason in answer.reason
-    stand.operator.trigger('stop')
-    assert stand.drive.session.worker.faults == {}
-    stand.operator.spin_until(lambda: bool(stand.operator.requests), 'the note of the stop')
-    assert [each['name'] for each in stand.operator.requests] == ['stop']
 
 
-def test_a_fault_given_at_the_start_is_there_from_the_start(start_drive: Callable):
-    stand = start_drive({'fault.runner_stuck': True, 'fault.dead_foot': 3})
-    assert stand.drive.session.worker.faults == {'dead_foot': 3, 'runner_stuck': True}
-    assert stand.operator.status & Status.FAULT
-    assert stand.operator.requests == []
-
-
-def test_clearing_ends_every_fault_and_the_parameters_tell_the_truth(start_drive: Callable):
-    stand = start_drive({'fault.runner_stuck': True})
+def test_a_bad_fault_is_refused_and_changes_nothing(stand: Any):
     operator = stand.operator
+    for name, value, reason in BAD:
+        answer = operator.set_parameter(name, value)
+        assert not answer.successful
+        assert reason in answer.reason
+    operator.trigger('stop')
+    assert stand.drive.session.worker.faults == {}
+    operator.spin_until(lambda: bool(operator.requests), 'the note of the stop')
+    assert [each['name'] for each in operator.requests] == ['stop']
+
+
+def test_clearing_ends_faults_of_the_start_too_and_the_parameters_tell_the_truth(
+    start_drive: Callable,
+):
+    stand = start_drive({'fault.runner_stuck': True, 'fault.dead_foot': 3})
+    operator, worker = stand.operator, stand.drive.session.worker
+    assert worker.faults == {'dead_foot': 3, 'runner_stuck': True}
+    assert operator.status & Status.FAULT
     assert operator.set_parameter('fault.command_delay', 0.01).successful
     assert operator.trigger('clear_faults').success
-    assert stand.drive.session.worker.faults == {}
-    for name, value in (('fault.runner_stuck', False), ('fault.command_delay', 0.0)):
-        assert stand.drive.get_parameter(name).value == value
+    assert worker.faults == {}
+    for name, value in (('runner_stuck', False), ('dead_foot', 0), ('command_delay', 0.0)):
+        assert stand.drive.get_parameter(f'fault.{name}').value == value
     operator.trigger('stop')
     operator.spin_until(lambda: len(operator.requests) == 3, 'the notes')
     assert [each['name'] for each in operator.requests] == ['fault', 'clear_faults', 'stop']
@@ -136,28 +117,25 @@ def test_a_schedule_is_kept_to_the_block_and_recorded(start_drive: Callable, tmp
     assert stand.drive.get_parameter('fault.interferometer').value == 'none'
 
 
-def test_a_reset_does_not_restart_the_schedule(start_drive: Callable, tmp_path: Path):
+def test_a_new_configuration_restarts_the_schedule_and_a_reset_does_not(start_drive, tmp_path):
     stand = start_drive({'fault.schedule': written(tmp_path, '- {at: 0, set: {dead_foot: 1}}')})
     stand.operator.trigger('clear_faults')
     stand.operator.trigger('reset')
     stand.operator.spin_for(0.01)
     assert stand.drive.session.worker.faults == {}
-
-
-def test_a_new_configuration_restarts_the_schedule(start_drive: Callable, tmp_path: Path):
-    stand = start_drive({'fault.schedule': written(tmp_path, '- {at: 0, set: {dead_foot: 1}}')})
-    stand.operator.trigger('clear_faults')
     for transition in ('deactivate', 'cleanup', 'configure', 'activate'):
         assert stand.operator.change_state(transition)
     stand.operator.spin_until(lambda: bool(stand.drive.session.worker.faults), 'the fault')
 
 
-@pytest.mark.parametrize('text', ['', '- {at: -1, clear: true}', None])
-def test_a_bad_schedule_leaves_the_node_unconfigured(start_drive, tmp_path, text):
-    path = str(tmp_path / 'faults.yaml') if text is None else written(tmp_path, text)
-    stand = start_drive({'fault.schedule': path}, wait=False)
+def test_a_bad_schedule_leaves_the_node_unconfigured(start_drive: Callable, tmp_path: Path):
+    path = tmp_path / 'faults.yaml'
+    stand = start_drive({'fault.schedule': str(path)}, wait=False)
     assert stand.operator.state() == 'unconfigured'
-    Path(path).write_text('- {at: 0, set: {dead_foot: 1}}')
+    for text in ('', '- {at: -1, clear: true}'):
+        written(tmp_path, text)
+        assert not stand.operator.change_state('configure')
+    written(tmp_path, '- {at: 0, set: {dead_foot: 1}}')
     assert stand.operator.change_state('configure')
 
 
@@ -173,11 +151,8 @@ FAULTS: Mapping[str, Any] = {
 """A value of each fault."""
 
 
-def test_every_fault_has_a_value():
-    assert FAULTS.keys() == set(filter(is_fault, specs()))
-
-
 def test_every_fault_comes_by_its_parameter_and_goes_by_one_service(stand: Any):
+    assert FAULTS.keys() == set(filter(is_fault, specs()))
     operator = stand.operator
     for number, (name, value) in enumerate(FAULTS.items()):
         assert operator.set_parameter(name, value).successful

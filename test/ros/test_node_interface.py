@@ -10,7 +10,8 @@ from typing import Any
 
 import pytest
 from rclpy.duration import Infinite
-from rclpy.qos import DurabilityPolicy, LivelinessPolicy, ReliabilityPolicy
+from rclpy.qos import LivelinessPolicy
+from reports import endpoint_of
 
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.interface.topics import (
@@ -18,11 +19,11 @@ from stickslip_ros.interface.topics import (
     READINGS,
     SERVICES,
     TOPICS,
-    Topic,
     recorded_channels,
 )
 from stickslip_ros.parameters import Parameters, specs
 from stickslip_ros.recording.reader import Recording
+from stickslip_ros.ros.interface import to_qos
 
 pytestmark = pytest.mark.usefixtures('frequent_diagnostics')
 
@@ -33,52 +34,23 @@ ALL_TOPICS = {
 }
 
 
-def topic_of(key: str) -> Topic:
-    [topic] = [each for each in TOPICS if each.key == key]
-    return topic
-
-
-def endpoint_of(stand: Any, topic: Topic, namespace: str = '') -> Any:
-    """Give what the operator's side of the network knows of the drive's end of a topic."""
-    name = topic.name.replace('~', 'stickslip_drive')
-    name = name if name.startswith('/') else f'{namespace}/{name}'
-    node = stand.operator.node
-    get = (
-        node.get_publishers_info_by_topic
-        if topic in READINGS
-        else node.get_subscriptions_info_by_topic
-    )
-    found: list[Any] = []
-
-    def look() -> bool:
-        found[:] = [each for each in get(name) if each.node_name == 'stickslip_drive']
-        return bool(found)
-
-    stand.operator.spin_until(look, f'{name} of the drive')
-    [endpoint] = found
-    return endpoint
-
-
-def test_every_topic_has_the_declared_type_and_quality_of_service(start_drive: Callable):
+def test_every_topic_has_the_declared_type_and_quality_and_every_reading_is_heard(start_drive):
     stand = start_drive(ALL_TOPICS, wait=False)
     for topic in TOPICS:
-        assert_is_as_declared(topic, endpoint_of(stand, topic))
+        endpoint = endpoint_of(stand, topic.full_name(), published=topic in READINGS)
+        qos = to_qos(endpoint.qos_profile)
+        assert endpoint.topic_type == topic.type_name
+        assert (qos.reliable, qos.latched) == (topic.qos.reliable, topic.qos.latched)
+        assert endpoint.qos_profile.deadline == endpoint.qos_profile.lifespan == Infinite
+        assert endpoint.qos_profile.liveliness == LivelinessPolicy.AUTOMATIC
+    stand.operator.wait_for_topics()
+    assert stand.operator.trigger('stop').success
+    stand.operator.command('grant', (1.0, 0))
+    received = stand.operator.received
+    stand.operator.spin_until(lambda: all(received[each.key] for each in READINGS), 'each topic')
 
 
-def assert_is_as_declared(topic: Topic, endpoint: Any) -> None:
-    qos = endpoint.qos_profile
-    assert endpoint.topic_type == topic.type_name
-    assert qos.reliability == (
-        ReliabilityPolicy.RELIABLE if topic.qos.reliable else ReliabilityPolicy.BEST_EFFORT
-    )
-    assert qos.durability == (
-        DurabilityPolicy.TRANSIENT_LOCAL if topic.qos.latched else DurabilityPolicy.VOLATILE
-    )
-    assert qos.deadline == qos.lifespan == Infinite
-    assert qos.liveliness == LivelinessPolicy.AUTOMATIC
-
-
-def test_the_node_has_no_topics_but_the_declared_ones(stand: Any):
+def test_the_node_has_no_topics_but_the_declared_ones_and_every_service(stand: Any):
     drive = stand.drive
     published = {n for n, _ in drive.get_publisher_names_and_types_by_node(drive.get_name(), '/')}
     heard = {n for n, _ in drive.get_subscriber_names_and_types_by_node(drive.get_name(), '/')}
@@ -86,10 +58,6 @@ def test_the_node_has_no_topics_but_the_declared_ones(stand: Any):
     for there, topics in ((published, READINGS), (heard, COMMAND_TOPICS)):
         declared = {each.full_name() for each in topics if each.exists(Parameters())}
         assert there - every_node_has == declared
-
-
-def test_every_service_has_the_declared_type(stand: Any):
-    drive = stand.drive
     offered = dict(drive.get_service_names_and_types_by_node(drive.get_name(), '/'))
     for service in SERVICES:
         assert offered[service.name.replace('~', '/stickslip_drive')] == [service.type_name]
@@ -117,43 +85,24 @@ def test_a_namespace_moves_every_relative_name(start_drive: Callable):
     }
 
 
-def test_diagnostics_of_two_drives_can_be_told_apart(start_drive: Callable):
-    stands = [start_drive(namespace=namespace) for namespace in ('/left', '/right')]
-    heard = stands[0].operator.listen('diagnostics')
-
-    def whole_reports() -> dict[str, Any]:
-        arrays = [each for each in heard if len(each.status) > 1]  # not a fault alone
-        return {each.status[0].name: each for each in arrays}
-
-    stands[0].operator.spin_until(lambda: len(whole_reports()) >= 2, 'diagnostics of both')
-    parts = {(part.name, part.hardware_id) for array in heard for part in array.status}
-    assert len(parts) == sum(len(each.status) for each in whole_reports().values())
-
-
-def test_who_comes_late_gets_status_and_info(start_drive: Callable):
+def test_who_comes_late_gets_status_and_info_and_no_old_readings_or_events(start_drive: Callable):
     stand = start_drive({'stand.preload': 0.25})
-    stand.operator.command('load', 0.5)
-    stand.operator.wait_for_event('load', 0)
-    stand.operator.spin_until(lambda: stand.operator.status == IDLE | Status.LOADED, 'the status')
-    status, info = stand.operator.listen('status'), stand.operator.listen('info')
-    stand.operator.spin_until(lambda: bool(status and info), 'status and info')
+    operator = stand.operator
+    operator.command('load', 0.5)
+    operator.wait_for_event('load', 0)
+    operator.spin_until(lambda: operator.status == IDLE | Status.LOADED, 'the status')
+    before_ns = operator.time_ns
+    names = ('status', 'info', 'event', 'position')
+    status, info, events, positions = map(operator.listen, names)
+    operator.spin_until(lambda: bool(status and info and positions), 'what a newcomer gets')
     assert [each.data for each in status] == [IDLE | Status.LOADED]
     told = json.loads(info[0].data)
     assert told['parameters']['stand.preload'] == 0.25
     assert told['parameters'].keys() == specs().keys()
     assert told['units']['stand.preload'] == 'N'
-    assert told['parameters']['sim.seed'] == 1
     assert {'stickslip_ros', 'numpy', 'numba', 'python'} <= told['versions'].keys()
-
-
-def test_who_comes_late_does_not_get_old_readings_or_events(stand: Any):
-    stand.operator.command('voltage', 100.0)
-    stand.operator.wait_for_event('voltage', 0)
-    before_ns = stand.operator.time_ns
-    events, positions = stand.operator.listen('event'), stand.operator.listen('position')
-    stand.operator.spin_until(lambda: bool(positions), 'a position')
     assert events == []
-    assert stand.operator.simulated_ns(positions[0]) > before_ns
+    assert operator.simulated_ns(positions[0]) > before_ns
 
 
 STEPS = 20.0
@@ -165,15 +114,21 @@ def recorded_topics(stand: Any) -> set[str]:
     return set(Recording(Path(path)).types)
 
 
-def test_a_remapped_topic_is_published_and_recorded_under_its_new_name(start_drive: Callable):
-    stand = start_drive(remaps=('position:=measured', 'command/voltage:=/lab/volts'), wait=False)
-    node = stand.operator.node
-    stand.operator.spin_until(lambda: node.count_publishers('/measured') == 1, 'the topic')
-    stand.operator.spin_until(lambda: node.count_subscribers('/lab/volts') == 1, 'the topic')
-    assert node.count_publishers('/position') == 0
+def test_a_remapped_topic_is_published_heard_and_recorded_under_its_new_name(
+    start_drive: Callable,
+):
+    crossed = 'command/voltage:=/command/preload', 'command/preload:=/command/voltage'
+    stand = start_drive(remaps=('position:=measured', *crossed), wait=False)
+    operator = stand.operator
+    operator.spin_until(lambda: operator.node.count_publishers('/measured') == 1, 'the topic')
+    assert operator.node.count_publishers('/position') == 0
+    operator.shake_hands()
+    operator.command('preload', 50.0)  # on the topic that now means a voltage
+    assert operator.wait_for_event('voltage', 0)['result'] == 'DONE'
+    assert stand.drive.session.bench.state.voltage_v == 50.0
     topics = recorded_topics(stand)
-    assert {'/measured', '/lab/volts', '/force'} <= topics
-    assert not {'/position', '/command/voltage'} & topics
+    assert {'/measured', '/force'} <= topics
+    assert '/position' not in topics
 
 
 def test_a_recording_of_a_renamed_node_carries_its_names(start_drive: Callable):
@@ -183,15 +138,6 @@ def test_a_recording_of_a_renamed_node_carries_its_names(start_drive: Callable):
     heard = stand.operator.listen('diagnostics')
     stand.operator.spin_until(lambda: bool(heard), 'diagnostics')
     assert {part.name.partition(':')[0] for part in heard[0].status} == {'twin'}
-
-
-def test_a_remapped_command_reaches_the_drive(start_drive: Callable):
-    stand = start_drive(
-        remaps=('command/voltage:=/command/preload', 'command/preload:=/command/voltage')
-    )
-    stand.operator.command('preload', 50.0)  # on the topic that now means a voltage
-    assert stand.operator.wait_for_event('voltage', 0)['result'] == 'DONE'
-    assert stand.drive.session.bench.state.voltage_v == 50.0
 
 
 def test_two_drives_have_their_own_seed_motion_and_time(start_drive: Callable, tmp_path: Path):
@@ -210,6 +156,9 @@ def test_two_drives_have_their_own_seed_motion_and_time(start_drive: Callable, t
     right.operator.trigger('stop')
     assert left.drive.session.worker.faults == {}
     assert left.operator.events == []
+    heard = left.operator.diagnostics  # of both
+    wanted = {f'{side}/stickslip_drive: time' for side in ('left', 'right')}
+    left.operator.spin_until(lambda: wanted <= {n for each in heard for n in each}, 'diagnostics')
     first = {}
     for name, stand in (('left', left), ('right', right)):
         assert stand.operator.set_recording(wanted=False).success

@@ -4,14 +4,11 @@
 """The node goes through the states of a lifecycle, by itself or as a manager says."""
 
 import itertools
-from collections.abc import Callable
 from typing import Any
 
 import pytest
-from std_srvs.srv import Trigger
 
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.instrument.reports import Status
 from stickslip_ros.interface.topics import COMMAND_TOPICS, READINGS, SERVICES, TOPICS
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording
@@ -30,13 +27,8 @@ def topics_of(stand: Any) -> set[str]:
         topic.key
         for topics, there in ((READINGS, published), (COMMAND_TOPICS, subscribed))
         for topic in topics
-        if resolved(topic.name) in there
+        if topic.full_name() in there
     }
-
-
-def resolved(name: str) -> str:
-    """Give the full name of a topic of a drive without a namespace."""
-    return name if name.startswith('/') else f'/{name.replace("~", "stickslip_drive")}'
 
 
 def services_of(stand: Any) -> set[str]:
@@ -46,38 +38,27 @@ def services_of(stand: Any) -> set[str]:
     return full & {name for name, _ in offered}
 
 
-def last_ns(stand: Any) -> int:
-    return stand.operator.time_ns
-
-
-def test_without_autostart_the_drive_stays_unconfigured_with_its_diagnostics_alone(manual: Any):
-    assert manual.operator.state() == 'unconfigured'
+def test_a_drive_without_autostart_waits_offers_all_runs_and_stops_as_it_is_led(manual: Any):
+    operator = manual.operator
+    assert operator.state() == 'unconfigured'
     assert topics_of(manual) == {ALWAYS}
     assert services_of(manual) == set()
-
-
-def test_configure_offers_every_topic_and_service_but_nothing_runs(manual: Any):
-    assert manual.operator.change_state('configure')
-    assert manual.operator.state() == 'inactive'
+    for transition in ('activate', 'deactivate', 'cleanup'):
+        assert not operator.change_state(transition)
+    assert operator.change_state('configure')
+    assert operator.state() == 'inactive'
     assert topics_of(manual) == OFFERED
     assert len(services_of(manual)) == len(SERVICES)
-    with pytest.raises(
-        StickSlipError, match='the node is inactive, not active; activate it first'
-    ):
+    with pytest.raises(StickSlipError, match='inactive, not active; activate it first'):
         manual.drive.session  # noqa: B018 - it is the property that refuses
-    assert manual.operator.received.total() == 0
-
-
-def test_activate_runs_the_drive_and_deactivate_stops_it(manual: Any):
-    manual.operator.change_state('configure')
-    assert manual.operator.change_state('activate')
-    assert manual.operator.state() == 'active'
-    manual.operator.wait_for_drive()
+    assert operator.positions == {}
+    assert operator.change_state('activate')
+    assert operator.state() == 'active'
+    operator.wait_for_drive()
     session = manual.drive.session
-    assert manual.operator.change_state('deactivate')
-    assert manual.operator.state() == 'inactive'
-    stopped_ns = session.bench.time_ns
-    manual.operator.spin_until(lambda: last_ns(manual) == stopped_ns, 'the last position')
+    assert operator.change_state('deactivate')
+    assert operator.state() == 'inactive'
+    operator.spin_until(lambda: operator.time_ns == session.bench.time_ns, 'the last position')
     assert session._thread is None
 
 
@@ -92,7 +73,7 @@ def test_a_drive_that_is_activated_again_goes_on_where_it_stopped(manual: Any):
     stopped_ns, stopped = session.bench.time_ns, session.bench.state
     assert manual.operator.change_state('activate')
     assert manual.operator.state() == 'active'
-    manual.operator.spin_until(lambda: last_ns(manual) > stopped_ns, 'a position')
+    manual.operator.spin_until(lambda: manual.operator.time_ns > stopped_ns, 'a position')
     block_ns = session.parameters.block_ns
     times = sorted(manual.operator.positions)
     assert {b - a for a, b in itertools.pairwise(times)} == {block_ns}
@@ -146,13 +127,6 @@ def test_shutdown_ends_the_drive_from_any_state(manual: Any, way: tuple[str, ...
     assert session is None or session._thread is None
 
 
-@pytest.mark.parametrize('transition', ['activate', 'deactivate', 'cleanup'])
-def test_a_transition_that_does_not_fit_the_state_is_refused(manual: Any, transition: str):
-    assert not manual.operator.change_state(transition)
-    assert manual.operator.state() == 'unconfigured'
-    assert manual.operator.change_state('configure')
-
-
 def test_commands_to_an_inactive_drive_move_nothing_then_or_later(start_drive, perfect_sensors):
     stand = start_drive({'autostart': False, **perfect_sensors}, wait=False)
     stand.operator.change_state('configure')
@@ -161,9 +135,7 @@ def test_commands_to_an_inactive_drive_move_nothing_then_or_later(start_drive, p
     operator.command('voltage', 300.0)
     operator.command('sawtooth', (300.0, 1000.0, 50.0))
     operator.command('load', 1.0)
-    assert not stand.operator.call(
-        Trigger, 'stop', Trigger.Request()
-    ).success  # they came before it
+    assert not operator.trigger('stop').success  # they came before it
     stand.operator.change_state('activate')
     operator.wait_for_drive()
     operator.command('voltage', 0.0)
@@ -171,15 +143,3 @@ def test_commands_to_an_inactive_drive_move_nothing_then_or_later(start_drive, p
     assert event['number'] == 1
     assert set(operator.positions.values()) == {0.0}
     assert [each['command'] for each in operator.events] == ['voltage']
-
-
-def test_an_end_in_the_middle_of_a_move_leaves_no_thread_behind(start_drive: Callable):
-    stand = start_drive()
-    stand.operator.command('sawtooth', (300.0, 1000.0, 0.0))
-    stand.operator.spin_until(lambda: bool(stand.operator.status & Status.MOVING), 'the move')
-    session = stand.drive.session
-    thread = session._thread
-    assert thread.is_alive()
-    stand.drive.trigger_deactivate()
-    assert not thread.is_alive()
-    assert session.failure is None

@@ -8,19 +8,18 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PointStamped
 from rclpy.lifecycle import LifecyclePublisher
+from reports import WARN, Reports, values_of
 from std_msgs.msg import Float64
 
 import stickslip_ros
 from stickslip_ros.interface.topics import COMMAND
-from stickslip_ros.testing import stamp_ns
 
 pytestmark = pytest.mark.usefixtures('frequent_diagnostics')
 
 REFUSED_V = 1e6
-FLOOD = 300
+FLOOD = 100
 
 
 class Log:
@@ -39,29 +38,6 @@ class Log:
 @pytest.fixture
 def log(capfd: pytest.CaptureFixture[str]) -> Log:
     return Log(capfd)
-
-
-def connections(stand: Any) -> Callable[..., DiagnosticStatus]:
-    """
-    Listen to diagnostics; give a function that gives the newest part on connections.
-
-    With a time, by the clock of the drive, it is one that was made later, or an empty one.
-
-    """
-    heard = stand.operator.listen('diagnostics')
-    empty = DiagnosticStatus()
-
-    def newest(since_ns: int = 0) -> DiagnosticStatus:
-        late = (each for each in reversed(heard) if stamp_ns(each) >= since_ns)
-        parts = (part for array in late for part in array.status)
-        return next((part for part in parts if part.name.endswith(': connections')), empty)
-
-    return newest
-
-
-def now_ns(stand: Any) -> int:
-    """Give the time by the clock of the drive."""
-    return int(stand.drive.get_clock().now().nanoseconds)
 
 
 @pytest.mark.usefixtures('default_blocks')
@@ -102,9 +78,8 @@ def test_a_message_that_the_network_does_not_take_is_counted_and_ends_nothing(
     start_drive: Callable, monkeypatch: pytest.MonkeyPatch, failures: int, unsent: int
 ):
     stand = start_drive()
-    newest = connections(stand)
-    stand.operator.spin_until(lambda: bool(newest().name), 'diagnostics')
-    left = [failures]
+    reports, left = Reports(stand), [failures]
+    reports.await_part('connections')
     publish = LifecyclePublisher.publish
 
     def fail(publisher: Any, message: Any) -> None:
@@ -115,55 +90,43 @@ def test_a_message_that_the_network_does_not_take_is_counted_and_ends_nothing(
 
     monkeypatch.setattr(LifecyclePublisher, 'publish', fail)
     stand.operator.spin_until(lambda: not left[0], 'the failures')
-    failed_ns = now_ns(stand)
-    stand.operator.spin_until(lambda: bool(newest(failed_ns).name), 'the next diagnostics')
-    told = {each.key: each.value for each in newest().values}
-    assert told.get('force not sent', '0') == str(unsent)
-    assert newest().message == (
-        f'{unsent} messages not sent since the configuration' if unsent else 'compatible'
-    )
+    part = reports.next('connections')
+    assert values_of(part).get('force not sent', '0') == str(unsent)
+    why = f'{unsent} messages not sent since the configuration' if unsent else 'compatible'
+    assert part.message == why
     stand.operator.command('steps', 1)
     assert stand.operator.wait_for_event('steps', 0)['result'] == 'DONE'
 
 
 def test_a_second_drive_of_the_same_name_is_told(start_drive: Callable, log: Log):
     stand = start_drive()
-    newest = connections(stand)
+    reports = Reports(stand)
     start_drive(wait=False)
     named = 'another node is called /stickslip_drive too'
     published = '/stickslip_drive publishes on /position too'
-    stand.operator.spin_until(
-        lambda: named in newest().message and published in newest().message, 'the warning'
-    )
-    assert newest().level == DiagnosticStatus.WARN
+    part = reports.await_part('connections', lambda part: published in part.message)
+    assert (part.level, named in part.message) == (WARN, True)
     assert log.lines('WARN', named)
 
 
 def test_another_publisher_of_a_reading_is_told_once_and_while_it_is_there(stand: Any, log: Log):
-    newest = connections(stand)
-    node = stand.operator.node
+    reports, node = Reports(stand), stand.operator.node
     publisher = node.create_publisher(PointStamped, 'position', 1)
     words = '/operator publishes on /position too'
-    stand.operator.spin_until(lambda: words in newest().message, 'the warning')
-    before = newest()
-    stand.operator.spin_until(lambda: newest() is not before, 'the next diagnostics')
+    reports.await_part('connections', lambda part: words in part.message)
+    assert words in reports.next('connections').message
     assert len(log.lines('WARN', words)) == 1
     node.destroy_publisher(publisher)
-    stand.operator.spin_until(lambda: newest().message == 'compatible', 'the end of the warning')
+    reports.heard.clear()
+    reports.await_part('connections', lambda part: part.message == 'compatible')
 
 
-def test_refusals_are_told_and_those_that_are_held_back_are_counted(stand: Any, log: Log):
-    operator = stand.operator
+def test_refusals_are_told_once_a_report_and_name(stand: Any, log: Log):
+    operator, reports = stand.operator, Reports(stand)
     for number in range(1, FLOOD + 1):
         operator.command('voltage', REFUSED_V)
-        if number % (COMMAND.depth // 2) == 0:
-            operator.spin_until(lambda: len(operator.events) == number, 'events')  # noqa: B023
-
-    def told() -> int:
-        first = log.lines('WARN', 'voltage (command', "above the amplifier's 300 V")
-        more = [re.search(r'voltage: (\d+) more refused', each) for each in log.lines('more')]
-        return len(first) + sum(int(each[1]) for each in more if each)
-
-    operator.spin_until(lambda: told() >= FLOOD, 'the last line')
-    assert told() == FLOOD
-    assert len(log.lines('WARN', 'voltage')) < FLOOD / 3
+        operator.spin_until(lambda: len(operator.events) == number, 'events')  # noqa: B023
+    reports.await_part('drive', lambda part: values_of(part)['commands_refused'] == str(FLOOD))
+    told = log.lines('WARN', 'voltage (command', "above the amplifier's 300 V")
+    assert 1 <= len(told) <= 1 + len(reports.parts('drive'))
+    assert len(told) < FLOOD / 3

@@ -4,14 +4,11 @@
 """Quality of service can be overridden; what does not fit is told and counted."""
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
-from diagnostic_msgs.msg import DiagnosticStatus
-from mcap.reader import make_reader
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from reports import WARN, Reports, endpoint_of, values_of
 from std_msgs.msg import Float64
 
 from stickslip_ros.ros.connections import ALWAYS
@@ -25,19 +22,6 @@ BEST_EFFORT = {'qos_overrides./position.publisher.reliability': 'best_effort'}
 STREAMS = ('position', 'force', 'voltage', 'trace', 'joint_states')
 OPTIONAL = ('truth/position', 'truth/force', 'clock')
 SET_POINTS = ('voltage', 'jog', 'position', 'joint', 'load', 'preload')
-
-
-def endpoint_of(stand: Any, name: str, *, published: bool) -> Any:
-    node = stand.operator.node
-    get = node.get_publishers_info_by_topic if published else node.get_subscriptions_info_by_topic
-    found: list[Any] = []
-
-    def look() -> bool:
-        found[:] = [each for each in get(name) if each.node_name == 'stickslip_drive']
-        return bool(found)
-
-    stand.operator.spin_until(look, name)
-    return found[0].qos_profile
 
 
 @pytest.mark.parametrize('has_all', [False, True])
@@ -64,25 +48,21 @@ def test_a_stream_keeps_what_comes_in_a_second_of_simulated_time(start_drive: Ca
     }
 
 
-def test_an_override_of_a_subscription_and_of_a_depth(start_drive: Callable):
-    name = 'qos_overrides./command/voltage.subscription'
-    stand = start_drive({f'{name}.reliability': 'best_effort', f'{name}.depth': 7}, wait=False)
-    profile = endpoint_of(stand, '/command/voltage', published=False)
+def test_an_override_names_the_resolved_topic_of_a_publisher_or_a_subscription(start_drive):
+    name = 'qos_overrides./left/command/voltage.subscription'
+    given = {f'{name}.reliability': 'best_effort', f'{name}.depth': 7}
+    stand = start_drive({**given, 'qos_overrides./left/position.publisher.depth': 3}, '/left')
+    profile = endpoint_of(stand, '/left/command/voltage', published=False).qos_profile
     assert profile.reliability == ReliabilityPolicy.BEST_EFFORT
-    assert stand.drive._topics._offered['command/voltage'].qos_profile.depth == 7
-
-
-def test_an_override_in_a_namespace_names_the_resolved_topic(start_drive: Callable):
-    name = 'qos_overrides./left/position.publisher.depth'
-    stand = start_drive({name: 3}, '/left')
-    assert stand.drive._topics._offered['position'].qos_profile.depth == 3
+    offered = stand.drive._topics._offered
+    assert [offered[key].qos_profile.depth for key in ('command/voltage', 'position')] == [7, 3]
 
 
 def test_overrides_hold_after_a_new_configuration_and_cannot_change(start_drive: Callable):
     stand = start_drive({**BEST_EFFORT, 'autostart': False}, wait=False)
     for transition in ('configure', 'cleanup', 'configure', 'activate'):
         assert stand.operator.change_state(transition)
-    profile = endpoint_of(stand, '/position', published=True)
+    profile = endpoint_of(stand, '/position', published=True).qos_profile
     assert profile.reliability == ReliabilityPolicy.BEST_EFFORT
     [name] = BEST_EFFORT
     assert stand.drive.get_parameter(name).value == 'best_effort'
@@ -92,15 +72,8 @@ def test_overrides_hold_after_a_new_configuration_and_cannot_change(start_drive:
 @pytest.mark.usefixtures('default_blocks')
 def test_a_recording_keeps_the_overridden_quality_of_service(start_drive: Callable):
     stand = start_drive({'qos_overrides./position.publisher.depth': 3})
-    path = Path(stand.operator.set_recording(wanted=True).message)
-    stand.operator.set_recording(wanted=False)
-    with path.open('rb') as stream:
-        channels = make_reader(stream).get_summary().channels.values()
-    depths = {
-        channel.topic: yaml.safe_load(channel.metadata['offered_qos_profiles'])[0]['depth']
-        for channel in channels
-    }
-    assert (depths['/position'], depths['/force']) == (3, 1000)
+    channels = stand.drive._topics.channels(stand.drive.session.parameters)
+    assert (channels['position'].qos.depth, channels['force'].qos.depth) == (3, 1000)
 
 
 @pytest.mark.parametrize(
@@ -138,18 +111,7 @@ def test_an_endpoint_that_does_not_fit_is_told_and_counted(stand, direction, rem
         point = MESSAGE_TYPES['geometry_msgs/msg/PointStamped']
         node.create_subscription(point, 'position', lambda _: None, profile)
         topic = 'position'
-    heard = stand.operator.listen('diagnostics')
-
-    def misfits() -> list[Any]:
-        return [
-            part
-            for array in heard
-            for part in array.status
-            if part.name.endswith(': connections') and part.level == DiagnosticStatus.WARN
-        ]
-
-    stand.operator.spin_until(lambda: bool(misfits()), 'the misfit')
-    part = misfits()[0]
+    part = Reports(stand).await_part('connections', lambda part: part.level == WARN)
     assert part.message == '1 of incompatible quality of service since the configuration'
-    assert [(pair.key, pair.value) for pair in part.values] == [(topic, '1')]
+    assert values_of(part) == {topic: '1'}
     assert f'make {remedy}' in capfd.readouterr().err

@@ -15,6 +15,7 @@ import pytest
 import yaml
 from held_disk import HeldDisk
 from mcap.reader import make_reader
+from reports import ERROR, Reports, values_of
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.interface.topics import COMMAND_TOPICS, READINGS, recorded_channels
@@ -58,7 +59,7 @@ def record_a_session(stand: Any) -> Path:
 
 
 @pytest.mark.usefixtures('default_blocks')
-def test_a_recording_ends_with_its_name_and_opens(stand: Any, tmp_path: Path):
+def test_a_recording_opens_and_is_of_the_live_topics(stand: Any, tmp_path: Path):
     path = record_a_session(stand)
     assert path.parent == tmp_path
     assert path.match('run_*.mcap')
@@ -72,6 +73,29 @@ def test_a_recording_ends_with_its_name_and_opens(stand: Any, tmp_path: Path):
     assert counts['/stickslip_drive/info'] == 1
     assert counts['/position'] == counts['/force'] > 40
     assert recording.metadata['stickslip_recorder']['written'] == str(sum(counts.values()))
+    node = stand.operator.node
+    with path.open('rb') as stream:
+        summary = make_reader(stream).get_summary()
+    stored = {channel.topic: channel for channel in summary.channels.values()}
+    for topic in (*COMMAND_TOPICS, *READINGS):
+        if topic.key not in RECORDED:
+            continue
+        is_read = topic in READINGS
+        get = (
+            node.get_publishers_info_by_topic if is_read else node.get_subscriptions_info_by_topic
+        )
+        [live] = [each for each in get(topic.full_name()) if each.node_name == 'stickslip_drive']
+        channel = stored[topic.full_name()]
+        assert summary.schemas[channel.schema_id].name == live.topic_type
+        assert channel.metadata['topic_type_hash'] == str(live.topic_type_hash)
+        [profile] = yaml.safe_load(channel.metadata['offered_qos_profiles'])
+        assert profile['reliability'] == live.qos_profile.reliability.value
+        assert profile['durability'] == live.qos_profile.durability.value
+        assert profile['liveliness'] == live.qos_profile.liveliness.value
+        assert profile['depth'] == topic.offered_qos(stand.drive.session.parameters).depth
+        for name in ('deadline', 'lifespan', 'liveliness_lease_duration'):
+            duration_ns = profile[name]['sec'] * 10**9 + profile[name]['nsec']
+            assert duration_ns == getattr(live.qos_profile, name).nanoseconds
 
 
 def test_the_answer_says_why_recording_does_not_start_or_end(stand: Any):
@@ -91,19 +115,12 @@ def test_a_deleted_recording_has_failed_and_the_drive_goes_on(
     folder = tmp_path / 'runs'
     values = {'record.directory': str(folder), 'record.flush_period': flush_period_s}
     stand = start_drive(values)
-    heard = stand.operator.listen('diagnostics')
+    reports = Reports(stand)
     assert stand.operator.set_recording(wanted=True).success
     shutil.rmtree(folder)
     if flush_period_s < 1.0:
         stand.operator.wait_for_event('recording', 0)
-        stand.operator.spin_until(
-            lambda: any(
-                part.name.endswith('recorder') and part.message.startswith('stopped: ')
-                for each in heard
-                for part in each.status
-            ),
-            'the error of the recorder',
-        )
+        reports.await_part('recorder', lambda part: part.message.startswith('stopped: '))
     answer = stand.operator.set_recording(wanted=False)
     assert not answer.success
     assert 'it was deleted, moved or replaced while it was written' in answer.message
@@ -153,34 +170,17 @@ def test_a_recording_of_a_drive_in_a_namespace_is_named_after_it(start_drive: Ca
 def test_an_existing_file_is_not_overwritten(start_drive: Callable, tmp_path: Path):
     file = tmp_path / 'kept.mcap'
     file.write_bytes(b'mine')
-    stand = start_drive({'record.name': 'kept.mcap'})
-    answer = stand.operator.set_recording(wanted=True)
-    assert not answer.success
-    assert answer.message == (
-        f'set_recording refused: {file}: it exists and is not overwritten; choose another name'
-    )
-    assert file.read_bytes() == b'mine'
-    assert stand.drive.session.worker.writer is None
-    stand.operator.command('voltage', 10.0)
-    assert stand.operator.wait_for_event('voltage', 0)['result'] == 'DONE'
-
-
-@pytest.mark.usefixtures('default_blocks')
-def test_record_on_start_records_from_time_zero(start_drive: Callable, tmp_path: Path):
-    stand = start_drive({'record.on_start': True, 'record.name': 'all.mcap'})
-    stand.operator.set_recording(wanted=False)
-    position = Recording(tmp_path / 'all.mcap').series('position')
-    assert position.time_s[0] == pytest.approx(1e-3)
-    assert len(position) == round(position.time_s[-1] / 1e-3)
-
-
-def test_record_on_start_over_an_existing_file_leaves_the_node_inactive(start_drive, tmp_path):
-    (tmp_path / 'kept.mcap').write_bytes(b'mine')
     stand = start_drive({'record.on_start': True, 'record.name': 'kept.mcap'}, wait=False)
-    assert stand.operator.state() == 'inactive'
-    (tmp_path / 'kept.mcap').unlink()
-    assert stand.operator.change_state('activate')
-    assert stand.operator.state() == 'active'
+    operator = stand.operator
+    assert operator.state() == 'inactive'
+    assert operator.set_parameter('record.on_start', value=False).successful
+    assert operator.change_state('activate')
+    answer = operator.set_recording(wanted=True)
+    why = f'{file}: it exists and is not overwritten; choose another name'
+    assert (answer.success, answer.message) == (False, f'set_recording refused: {why}')
+    assert file.read_bytes() == b'mine'
+    file.unlink()
+    assert operator.set_recording(wanted=True).success
 
 
 @pytest.mark.parametrize('transition', ['deactivate', 'shutdown'])
@@ -192,37 +192,10 @@ def test_leaving_the_active_state_finishes_the_recording(start_drive, tmp_path, 
     counts = {channel.topic: channel.messages for channel in recording.channels}
     assert counts['/position'] == session.bench.time_ns // session.parameters.block_ns
     assert {channel.gaps for channel in recording.channels} == {0}
+    assert recording.series('position').time_s[0] == session.parameters.sim.block
     event = stand.operator.wait_for_event('recording', 0)
     assert (event['result'], event['message']) == ('DONE', f'{tmp_path}/run.mcap')
     assert event['stamp_ns'] == recording.time_origin_ns + session.bench.time_ns
-
-
-def test_types_hashes_and_quality_of_service_are_those_of_the_live_topics(stand: Any):
-    path = record_a_session(stand)
-    node = stand.operator.node
-    with path.open('rb') as stream:
-        summary = make_reader(stream).get_summary()
-    stored = {channel.topic: channel for channel in summary.channels.values()}
-    for topic in (*COMMAND_TOPICS, *READINGS):
-        if topic.key not in RECORDED:
-            continue
-        get = (
-            node.get_subscriptions_info_by_topic
-            if topic in COMMAND_TOPICS
-            else node.get_publishers_info_by_topic
-        )
-        [live] = [each for each in get(topic.full_name()) if each.node_name == 'stickslip_drive']
-        channel = stored[topic.full_name()]
-        assert summary.schemas[channel.schema_id].name == live.topic_type
-        assert channel.metadata['topic_type_hash'] == str(live.topic_type_hash)
-        [profile] = yaml.safe_load(channel.metadata['offered_qos_profiles'])
-        assert profile['reliability'] == live.qos_profile.reliability.value
-        assert profile['durability'] == live.qos_profile.durability.value
-        assert profile['liveliness'] == live.qos_profile.liveliness.value
-        assert profile['depth'] == topic.offered_qos(stand.drive.session.parameters).depth
-        for name in ('deadline', 'lifespan', 'liveliness_lease_duration'):
-            duration_ns = profile[name]['sec'] * 10**9 + profile[name]['nsec']
-            assert duration_ns == getattr(live.qos_profile, name).nanoseconds
 
 
 @pytest.mark.usefixtures('default_blocks')
@@ -276,8 +249,10 @@ def test_beside_a_disk_that_stands_still_only_readings_are_lost_and_log_and_info
         seen = len(operator.events)
         operator.command('voltage', 1.0 + number)
         operator.wait_for_event('voltage', seen)
-    reported = len(operator.diagnostics)
-    operator.spin_until(lambda: len(operator.diagnostics) > reported + 1, 'diagnostics')
+    part = Reports(stand).next('recorder')
+    told = values_of(part)
+    assert (part.level, part.message) == (ERROR, f'{told["dropped"]} dropped')
+    assert ' of /position' in told['losses']
     warnings = lines('lacks readings')
     counts = [int(each.partition('lacks readings, ')[2].split()[0]) for each in warnings]
     assert all(later >= 2 * earlier for earlier, later in itertools.pairwise(counts))
@@ -297,8 +272,8 @@ def test_beside_a_disk_that_stands_still_only_readings_are_lost_and_log_and_info
         read = make_reader(stream).iter_messages(log_time_order=False)
         times = [each.log_time for _, _, each in read]
     assert times == sorted(times)
-    told = describe_recording(recording)['notes']
-    [position] = [each for each in told if ' of /position ' in each]
+    notes = describe_recording(recording)['notes']
+    [position] = [each for each in notes if ' of /position ' in each]
     assert re.fullmatch(r'lacks \d+ messages of /position between \S+ s and \S+ s', position)
     with pytest.raises(RecordingError, match=r'lacks \d+ messages of .* between .*queue_length'):
         replay(path, path.with_name('again.mcap'))

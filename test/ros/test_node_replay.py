@@ -11,15 +11,11 @@ import pytest
 from mcap_records import rows_of
 from rosbags.highlevel import AnyReader
 from sensor_msgs.msg import JointState
+from test_rosbag2 import PLAN, record_bag
 
-from stickslip_ros.instrument.commands import Request
-from stickslip_ros.instrument.joints import Joints
 from stickslip_ros.interface.topics import COMMAND_TOPICS
 from stickslip_ros.lab.runs.replay import replay
-from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording, compare_data
-from stickslip_ros.recording.run import ReportingBench, RunWriter
-from stickslip_ros.recording.run_file import run_path
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
 from stickslip_ros.testing import LockstepClient
 
@@ -117,35 +113,8 @@ def test_a_controller_over_topics_in_lockstep_is_replayed(start_drive: Callable,
     assert sum(each.messages for each in sent) >= 99  # the last answer has no block
 
 
-BLOCK_NS = 1_000_000
-PLAN = (
-    Request('steps', (3.0,)),
-    Request('voltage', (150.0,)),
-    Request('sawtooth', (200.0, 1000.0, 2.0)),
-    Request('waveform', (0.0, 0.0, 0.002, 30.0)),
-    Request('load', (0.05, 0.0, 0.0, 0.0, 0.0, 0.0)),
-    Request('preload', (0.45,)),
-    Request('jog', (0.0,)),
-    Request('position', (0.0, 0.0, 0.0)),
-    Request('joint', joints=Joints(('runner_joint',), (50e-9,))),
-)
-EVERY_BLOCKS = 60
-
-
-def record_bag(folder: Path) -> Path:
-    """Record the plan, one request after the other, as a bag directory."""
-    stand = Parameters().updated({'record.format': 'bag', 'record.directory': str(folder)})
-    with RunWriter(run_path(stand), stand, wait=True) as writer:
-        run = ReportingBench(stand, writer=writer)
-        for request in PLAN:
-            run.accept(request)
-            for _ in range(EVERY_BLOCKS):
-                run.update(run.bench.time_ns + BLOCK_NS)
-    return writer.recorder.path
-
-
 def test_a_played_bag_of_commands_is_carried_out(start_drive: Callable, tmp_path: Path):
-    bag = record_bag(tmp_path)
+    bag = record_bag(tmp_path, {})
     stand = start_drive({'sim.real_time_factor': 20.0, 'load_cell.contact': 'absent'})
     operator = stand.operator
     topics = {f'/{topic.name}': topic for topic in COMMAND_TOPICS}

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from reports import Reports, values_of
 from wrong_checkpoints import with_value
 
 from stickslip_ros.instrument.bench import Bench
@@ -86,20 +87,23 @@ def call(stand: Any, name: str, wanted: bool | None = None) -> Any:
     return stand.operator.trigger(name)
 
 
-@pytest.mark.parametrize('name', SERVICE_NAMES)
 @pytest.mark.usefixtures('default_blocks')
-def test_a_service_does_what_it_is_for(start_drive: Callable, name: str):
-    stand = start_drive({'fault.load_cell_offset': 1.0})
-    operator = stand.operator
-    operator.command('load', 0.1)
-    operator.command('sawtooth', (300.0, 1000.0, 0.0))
-    busy = Status.MOVING | Status.LOADED | Status.FAULT
-    operator.spin_until(lambda: operator.status & busy == busy, 'a busy drive')
-    if name == 'step_simulation':
-        assert operator.switch('set_paused', wanted=True).success
-    answer = call(stand, name)
-    assert answer.success, answer.message
-    WITNESSES[name](stand, name)
+def test_each_service_does_what_it_is_for(stand: Any):
+    assert WITNESSES.keys() == set(SERVICE_NAMES)
+    operator, busy = stand.operator, Status.MOVING | Status.LOADED | Status.FAULT
+    for name in SERVICE_NAMES:
+        assert operator.set_parameter('fault.load_cell_offset', 1.0).successful
+        operator.command('load', 0.1)
+        operator.command('sawtooth', (300.0, 1000.0, 0.0))
+        operator.spin_until(lambda: operator.status & busy == busy, 'a busy drive')
+        if name == 'step_simulation':
+            assert operator.switch('set_paused', wanted=True).success
+        answer = call(stand, name)
+        assert answer.success, answer.message
+        WITNESSES[name](stand, name)
+        for switch in (name, 'set_paused', 'enable_amplifier'):
+            if switch in SWITCHED:
+                operator.switch(switch, not SWITCHED[switch])
 
 
 def test_every_service_of_an_inactive_drive_is_refused_with_its_state(manual: Any):
@@ -108,10 +112,6 @@ def test_every_service_of_an_inactive_drive_is_refused_with_its_state(manual: An
     for name in SERVICE_NAMES:
         answer = call(manual, name)
         assert (answer.success, answer.message) == (False, f'{name} {why}')
-
-
-def test_every_service_has_its_witness():
-    assert WITNESSES.keys() == set(SERVICE_NAMES)
 
 
 NOTED = 'stop', 'zero_position', 'tare_force', 'enable_amplifier', 'clear_faults', 'reset'
@@ -142,19 +142,17 @@ def test_what_an_inactive_drive_refuses_is_counted_and_told_once_as_news(manual:
     operator.wait_for_topics()
     operator.command('voltage', 10.0)
     assert not operator.trigger('stop').success
-    heard = manual.operator.listen('diagnostics')
+    reports = Reports(manual)
     operator.shake_hands()  # the first report is heard
     manual.operator.change_state('activate')
-    reports: list[Any] = []
 
-    def look() -> bool:
-        parts = (part for array in heard for part in array.status)
-        reports[:] = [each for each in parts if each.name.endswith(': drive') and each.values]
-        return len(reports) >= 2  # of a drive that runs: others have no values
+    def of_a_drive_that_runs() -> list[Any]:
+        return [part for part in reports.parts('drive') if part.values]
 
-    operator.spin_until(look, 'two reports')
-    assert [part.message for part in reports[:2]] == ['2 refused since the last report', 'running']
-    assert {pair.key: pair.value for pair in reports[1].values}['messages_refused'] == '2'
+    operator.spin_until(lambda: len(of_a_drive_that_runs()) >= 2, 'two reports')
+    first, second, *_ = of_a_drive_that_runs()
+    assert (first.message, second.message) == ('2 refused since the last report', 'running')
+    assert values_of(second)['messages_refused'] == '2'
 
 
 @pytest.mark.usefixtures('default_blocks')
@@ -178,18 +176,18 @@ def test_a_drive_starts_where_another_one_was_saved(start_drive: Callable, tmp_p
 
 
 @pytest.mark.usefixtures('default_blocks')
-def test_a_checkpoint_of_another_stand_or_of_no_possible_state_is_refused(start_drive, tmp_path):
+def test_a_checkpoint_of_another_stand_or_of_no_possible_state_is_refused(
+    start_drive: Callable, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+):
     path, saved = tmp_path / 'saved.bin', Bench(Parameters()).save()
     path.write_bytes(saved)
     values = {'autostart': False, 'sim.checkpoint': str(path)}
     stand = start_drive({**values, 'stand.preload': 0.37}, wait=False)
-    log = stand.operator.listen_to_log()
     assert not stand.operator.change_state('configure')
-    stand.operator.spin_until(lambda: any('not configured' in line for line in log), 'the log')
-    assert 'stand.preload 0.37 is not 0.5, as in the checkpoint' in ' '.join(log)
+    assert 'stand.preload 0.37 is not 0.5, as in the checkpoint' in capfd.readouterr().err
     assert stand.operator.set_parameter('stand.preload', 0.5).successful
     path.write_bytes(with_value(saved, 'state.stand.states.contacts[0].memory.depth', 100_000))
     assert not stand.operator.change_state('configure')
-    stand.operator.spin_until(lambda: any('memory.depth 100000' in x for x in log), 'the log')
+    assert 'memory.depth 100000' in capfd.readouterr().err
     path.write_bytes(saved)
     assert stand.operator.change_state('configure')

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from reports import Reports
 
 from stickslip_ros.interface.messages import StampedMessage
 from stickslip_ros.recording.reader import Recording
@@ -23,29 +24,13 @@ def pause(stand: Any) -> int:
     return int(stand.drive.session.bench.time_ns)
 
 
-def next_time_part(stand: Any, heard: list[Any]) -> Any:
-    """Wait for diagnostics from now on; give the part that tells of time."""
-    seen = len(heard)
-    parts: list[Any] = []
-
-    def look() -> bool:
-        parts[:] = [
-            part for array in heard[seen:] for part in array.status if part.name.endswith(': time')
-        ]
-        return bool(parts)
-
-    stand.operator.spin_until(look, 'diagnostics')
-    return parts[-1]
-
-
 @pytest.mark.usefixtures('default_blocks')
 def test_a_pause_holds_time_and_its_end_lets_it_go_on_without_a_hole(start_drive: Callable):
     stand = start_drive(deep_queues('position'))
     operator = stand.operator
     held_ns = pause(stand)
     operator.spin_until(lambda: operator.time_ns == held_ns, 'the last position')
-    heard = stand.operator.listen('diagnostics')
-    next_time_part(stand, heard)  # a second of wall-clock time
+    Reports(stand).next('time')  # a second of wall-clock time
     assert stand.drive.session.bench.time_ns == operator.time_ns == held_ns
     answer = operator.switch('set_paused', wanted=False)
     assert (answer.success, answer.message) == (True, 'running')
@@ -54,19 +39,12 @@ def test_a_pause_holds_time_and_its_end_lets_it_go_on_without_a_hole(start_drive
     assert {b - a for a, b in itertools.pairwise(times)} == {BLOCK_NS}
 
 
-def test_a_paused_drive_waits_without_work(stand: Any):
-    pause(stand)
-    thread = stand.drive.session._thread
-    assert thread.is_alive()
-    condition = stand.drive.session._changed
-    stand.operator.spin_until(lambda: len(condition._waiters) == 1, 'a thread that waits')
-    assert stand.operator.trigger('stop').success
-    stand.operator.spin_until(lambda: len(condition._waiters) == 1, 'a thread that waits again')
-
-
 @pytest.mark.usefixtures('default_blocks')
-def test_a_step_advances_by_exactly_one_block(stand: Any):
+def test_a_step_advances_by_exactly_one_block_and_is_refused_while_time_runs(stand: Any):
     operator = stand.operator
+    answer = operator.trigger('step_simulation')
+    runs = 'simulated time runs; call ~/set_paused with true first'
+    assert (answer.success, answer.message) == (False, f'step_simulation refused: {runs}')
     held_ns = pause(stand)
     for number in range(1, 4):
         answer = operator.trigger('step_simulation')
@@ -76,48 +54,24 @@ def test_a_step_advances_by_exactly_one_block(stand: Any):
     operator.spin_until(lambda: operator.time_ns == held_ns + 3 * BLOCK_NS, 'the last position')
 
 
-def test_a_step_while_time_runs_is_refused(stand: Any):
-    answer = stand.operator.trigger('step_simulation')
-    assert not answer.success
-    assert answer.message == (
-        'step_simulation refused: simulated time runs; call ~/set_paused with true first'
-    )
-
-
-@pytest.mark.parametrize(
-    'name', ['stop', 'reset', 'zero_position', 'tare_force', 'clear_faults', 'set_recording']
-)
-def test_a_service_of_a_paused_drive_is_answered(stand: Any, name: str):
+def test_services_faults_and_commands_of_a_paused_drive_are_answered_and_wait(stand: Any):
     held_ns = pause(stand)
     operator = stand.operator
-    if name == 'set_recording':
-        assert operator.set_recording(wanted=True).success
-        assert operator.set_recording(wanted=False).success
-    else:
-        assert operator.trigger(name).success
-        operator.spin_until(lambda: bool(operator.requests), 'the note')
-        assert operator.events == []
-        operator.trigger('step_simulation')
-        assert operator.wait_for_event(name, 0)['time_ns'] == held_ns
-    assert stand.drive.session.failure is None
-
-
-def test_a_fault_of_a_paused_drive_is_there_at_once(stand: Any):
-    pause(stand)
-    stand.operator.set_parameter('fault.dead_foot', 1)
-    stand.operator.spin_until(lambda: bool(stand.drive.session.worker.faults), 'the fault')
-
-
-def test_a_command_to_a_paused_drive_waits_for_the_next_block(stand: Any):
-    operator = stand.operator
-    held_ns = pause(stand)
+    for wanted in (True, False):
+        assert operator.set_recording(wanted=wanted).success
+    operator.set_parameter('fault.dead_foot', 1)
+    operator.spin_until(lambda: bool(stand.drive.session.worker.faults), 'the fault')
     operator.command('load', 0.1)
-    operator.trigger('stop')  # it came after the load and is carried out before it
-    operator.spin_until(lambda: bool(operator.requests), 'the note')
+    names = ('stop', 'zero_position', 'tare_force', 'clear_faults')
+    for name in names:  # after the load, and carried out before it
+        assert operator.trigger(name).success
+    operator.spin_until(lambda: len(operator.requests) > len(names), 'the notes')
+    assert operator.events == []
     operator.trigger('step_simulation')
-    load = operator.wait_for_event('load', 0)
-    assert load['time_ns'] == held_ns
-    assert [each['command'] for each in operator.events] == ['stop', 'load']
+    assert operator.wait_for_event('load', 0)['time_ns'] == held_ns
+    told = [each['command'] for each in operator.events if each['time_ns'] == held_ns]
+    assert [each for each in told if each in (*names, 'load')] == [*names, 'load']
+    assert stand.drive.session.failure is None
 
 
 @pytest.mark.usefixtures('default_blocks')
@@ -160,10 +114,7 @@ def test_following_another_clock_is_allowed_and_refused_is_then_to_publish_one(s
     assert 'use_sim_time' in answer.reason
     assert stand.operator.change_state('configure')
     assert stand.operator.change_state('activate')
-    heard = stand.operator.listen(
-        'diagnostics'
-    )  # 1 Hz of wall-clock time, though the clock stands still
-    next_time_part(stand, heard)
+    Reports(stand).await_part('time')  # 1 Hz of wall-clock time, though the clock stands still
 
 
 @pytest.mark.usefixtures('default_blocks')

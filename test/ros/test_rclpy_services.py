@@ -5,8 +5,6 @@
 
 import signal
 from collections.abc import Callable, Iterator
-from contextlib import suppress
-from typing import Any, NamedTuple
 
 import pytest
 from executables import DRIVE, end
@@ -23,11 +21,9 @@ from rcl_interfaces.srv import (
 )
 from type_description_interfaces.srv import GetTypeDescription
 
-from stickslip_ros.errors import StickSlipError
+from stickslip_ros.parameters import NODE_NAME
 from stickslip_ros.testing import Operator
 
-#: An answer to a client that DDS has not made known yet is lost.
-ASK_AGAIN_S, ATTEMPTS = 0.5, 60
 NAMES = ['', '/', 'a b', '..', 'x' * 5000, 'use_sim_time', 'qos_overrides./position.depth']
 BAD = [
     Parameter(name=name, value=ParameterValue(type=kind))
@@ -67,71 +63,42 @@ OF_LIFECYCLE = {
     'get_transition_graph': (GetAvailableTransitions, [GetAvailableTransitions.Request()]),
 }
 OFFERED_BY_RCLPY = ('rcl_interfaces/', 'lifecycle_msgs/', 'type_description_interfaces/')
-
-
-class Asked(NamedTuple):
-    """An executable by the name of its node, and who asks it what, by service."""
-
-    name: str
-    operator: Operator
-    services: dict[str, Any]
-
-    def offered(self) -> set[str]:
-        """Give the names of the services that rclpy offers there."""
-        node = self.operator.node
-        found = dict(node.get_service_names_and_types_by_node(self.name, '/'))
-        return {
-            name.rpartition('/')[2]
-            for name, [kind] in found.items()
-            if kind.startswith(OFFERED_BY_RCLPY)
-        }
-
-    def ask(self, service_type: Any, name: str, request: Any) -> Any:
-        """Give the answer to a request, which is made again until it comes."""
-        client = self.operator.node.create_client(service_type, f'/{self.name}/{name}')
-        self.operator.spin_until(client.service_is_ready, name)
-        for _ in range(ATTEMPTS):
-            future = client.call_async(request)
-            with suppress(StickSlipError):
-                self.operator.spin_until(future.done, name, ASK_AGAIN_S)
-                break
-        self.operator.node.destroy_client(client)
-        return future.result()
+SERVICES = OF_EVERY_NODE | OF_LIFECYCLE
 
 
 @pytest.fixture
-def asked(start: Callable, meet: Callable) -> Iterator[Asked]:
+def operator(start: Callable, meet: Callable) -> Iterator[Operator]:
     """Give who asks the drive, which lives until the end of the test."""
     process = start(*DRIVE)
-    asked = Asked('stickslip_drive', meet(wait=False), OF_EVERY_NODE | OF_LIFECYCLE)
+    operator = meet()
 
     def check() -> None:
         assert process.poll() is None
 
-    asked.operator.check = check
-    asked.operator.spin_until(
-        lambda: asked.name in asked.operator.node.get_node_names(), asked.name
-    )
-    asked.operator.spin_until(lambda: asked.offered() >= asked.services.keys(), 'the services')
-    yield asked
+    operator.check = check
+    yield operator
     status, errors = end(process, signal.SIGINT)
     assert status == 0
     assert 'Traceback' not in errors
 
 
-def test_every_request_is_answered_and_a_bad_one_refused_with_its_reason(asked):
-    services = asked.services
-    assert asked.offered() == services.keys()
-    for name, (service_type, requests) in services.items():
+def test_every_request_is_answered_and_a_bad_one_refused_with_its_reason(operator: Operator):
+    def offered() -> set[str]:
+        found = operator.node.get_service_names_and_types_by_node(NODE_NAME, '/')
+        return {n.rpartition('/')[2] for n, [kind] in found if kind.startswith(OFFERED_BY_RCLPY)}
+
+    operator.spin_until(lambda: offered() >= SERVICES.keys(), 'the services')
+    assert offered() == SERVICES.keys()
+    for name, (service_type, requests) in SERVICES.items():
         for request in requests:
-            assert isinstance(asked.ask(service_type, name, request), service_type.Response)
-    service_type, [request] = services['set_parameters']
-    first, *others = asked.ask(service_type, 'set_parameters', request).results
+            assert isinstance(operator.call(service_type, name, request), service_type.Response)
+    service_type, [request] = SERVICES['set_parameters']
+    first, *others = operator.call(service_type, 'set_parameters', request).results
     assert first.successful
     assert len(others) == len(BAD)
     assert not any(each.successful for each in others)
-    service_type, requests = services['set_parameters_atomically']
+    service_type, requests = SERVICES['set_parameters_atomically']
     for request in requests:
-        result = asked.ask(service_type, 'set_parameters_atomically', request).result
+        result = operator.call(service_type, 'set_parameters_atomically', request).result
         assert not result.successful, request
         assert result.reason

@@ -6,13 +6,9 @@
 import os
 import socket
 import subprocess
-import sys
 from collections.abc import Callable
-from pathlib import Path
 
 import pytest
-from processes import is_gone, processor_ticks, progress_of, start_process
-from waiting import wait_until
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.cli.demo import await_start
@@ -46,45 +42,6 @@ def test_a_domain_in_which_a_program_speaks_is_not_given(monkeypatch: pytest.Mon
             pass
     with reserve_domain() as again:
         assert again == free
-
-
-LITTLE = """
-import signal, sys
-from pathlib import Path
-from processes import start_process
-
-def test_for_ever(tmp_path):
-    demo = Path(sys.executable).with_name('stickslip')
-    start_process([demo, 'demo', '--output', tmp_path])
-    signal.pause()
-"""
-
-
-def is_drive(pid: int) -> bool:
-    """Return whether a process is the node of a drive."""
-    try:
-        return b'stickslip_ros.ros.node' in Path(f'/proc/{pid}/cmdline').read_bytes()
-    except OSError:
-        return False
-
-
-@pytest.mark.slow
-def test_what_a_killed_run_has_started_ends_with_it(
-    tmp_path: Path, ros_domain: int, compiled_kernels: None
-):
-    (tmp_path / 'test_little.py').write_text(LITTLE)
-    words = [sys.executable, '-m', 'pytest', '-p', 'conftest', '-n', '1', 'test_little.py']
-    here = {'PYTHONPATH': str(Path(__file__).parents[1]), 'ROS_DOMAIN_ID': str(ros_domain)}
-    environment, nothing = {**os.environ, **here}, subprocess.DEVNULL
-    with start_process(words, cwd=tmp_path, env=environment, stdout=nothing) as run:
-        wait_until(
-            lambda: any(map(is_drive, processor_ticks(run.pid))),
-            'the drive of the demo of a worker of pytest',
-            progress=progress_of(run),
-        )
-        all_of_it = [*processor_ticks(run.pid)]
-        run.kill()
-    wait_until(lambda: all(map(is_gone, all_of_it)), 'the end of all processes')
 
 
 @pytest.mark.parametrize('chosen', [None, 'SUBNET'])

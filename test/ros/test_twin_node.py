@@ -191,13 +191,6 @@ def test_a_rig_whose_encoder_has_a_clock_that_moves_is_told_so(operator, start_t
     assert listener.said['health'].message.startswith('the clock of position_m is +0.3 ms late')
 
 
-def test_topics_whose_clocks_are_far_apart_are_told(operator: Operator, start_twin: Callable):
-    listener = Listener(operator, start_twin(operator, {'twin.map': MAP}))
-    play_on(operator)(7, tuple(each[:200] for each in motion(0.3)), late_s=5.0)
-    told = 'voltage_v is -5 s off the other stamps; set their clocks alike'
-    listener.wait_for('rig', lambda said: numbers_of(said)['last_refused'].endswith(told))
-
-
 def test_of_a_topic_each_number_has_the_clock_that_the_map_gives_it(operator, start_twin):
     by_log = f'{MAP} by log time, force_n=/rig/encoder.point.x'
     twin: Any = start_twin(operator, {'twin.map': by_log})

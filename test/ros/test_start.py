@@ -5,7 +5,6 @@
 
 import sys
 
-import pytest
 from processes import run_process
 
 from stickslip_ros.parameters import specs
@@ -20,9 +19,8 @@ sys.exit(status)
 """
 
 
-@pytest.mark.parametrize('word', ['-h', '--help'])
-def test_help_says_how_to_use_it_and_every_parameter(word: str):
-    command = [sys.executable, '-c', CALL, word]
+def test_help_says_how_to_use_it_and_every_parameter():
+    command = [sys.executable, '-c', CALL, '--help']
     ended = run_process(command)
     assert (ended.returncode, ended.stderr) == (0, '')
     assert ended.stdout.startswith('usage: drive [-h] [--stage STAGE]\n             [--ros-args ')
