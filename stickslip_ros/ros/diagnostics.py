@@ -3,8 +3,11 @@
 
 """Diagnostics: lateness, refusals, faults, connections, state of the recording."""
 
+import math
+import shutil
 import statistics
 from collections.abc import Mapping
+from contextlib import suppress
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
@@ -23,6 +26,9 @@ BLOCK_MAX_S = 1.0
 """Wall-clock time of a block above which it is an error, while it lasts."""
 STAMPS_OFF_MAX_S = 0.5
 """Difference of stamps and system time above which a report is a warning."""
+FULL_SOON_S, RATE_OVER_S = 3600.0, 10.0
+"""Time until the disk is full, below which a report is a warning; and the shortest time over which
+the rate is averaged, since a file begins with its parameters."""
 QUEUE_SHARE = 0.5
 """Share of the recorder's queue above which a report is a warning."""
 
@@ -191,6 +197,14 @@ def recorder_status(name: str, session: Session) -> DiagnosticStatus:
         return _status(name, 'recorder', _ERROR, f'{dropped} dropped', values)
     if queued > QUEUE_SHARE * length and not writer.waits:
         return _status(name, 'recorder', _WARN, f'queue {queued} of {length}', values)
+    free_bytes = math.inf
+    with suppress(OSError):
+        free_bytes = shutil.disk_usage(recorder.path.parent).free
+    rate = size_bytes / max(length_s, RATE_OVER_S)  # in bytes per second
+    if free_bytes < FULL_SOON_S * rate and not session.parameters.record.keep_parts:
+        left_min = free_bytes / rate / 60.0
+        why = f'recording; at {MICRO * rate:.2g} MB/s the disk is full in {left_min:.0f} min'
+        return _status(name, 'recorder', _WARN, why, values)
     return _status(name, 'recorder', _OK, 'recording', values)
 
 

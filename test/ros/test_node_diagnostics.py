@@ -3,6 +3,7 @@
 
 """Diagnostics say whether the drive keeps up, what it refused, and whether the disk keeps up."""
 
+import shutil
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -144,6 +145,29 @@ def test_a_queue_more_than_half_full_is_a_warning_unless_the_recorder_may_wait(
                     patch.setattr(Recorder, 'queued', queued)
                     levels.append(recorder_status('x', session).level)
             assert levels == [OK] * 5 + [full] * 5
+
+
+@pytest.mark.parametrize(
+    ('free_bytes', 'keep_parts', 'told'),
+    [
+        (7_190_000_000, 0, 'recording; at 2 MB/s the disk is full in 60 min'),
+        (7_210_000_000, 0, 'recording'),
+        (10**8, 3, 'recording'),
+    ],
+)
+def test_a_disk_that_will_be_full_within_an_hour_is_a_warning(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, free_bytes: int, keep_parts: int, told: str
+):
+    values = {'record.keep_parts': keep_parts, 'record.split_duration': 60.0}
+    parameters = Parameters().updated(values)
+    session = Session(parameters, lambda _: None)
+    with RunWriter(tmp_path / 'run.mcap', parameters) as writer:
+        session.worker.writer = writer
+        writer.begun_ns = session.bench.time_ns - 10 * 10**9
+        monkeypatch.setattr(Recorder, 'size_bytes', 20_000_000)
+        monkeypatch.setattr(shutil, 'disk_usage', lambda _: SimpleNamespace(free=free_bytes))
+        status = recorder_status('x', session)
+    assert (status.level, status.message) == (OK if told == 'recording' else WARN, told)
 
 
 def test_a_node_without_a_drive_that_runs_says_its_state_and_what_was_refused(manual: Any):
