@@ -150,26 +150,14 @@ def test_a_whole_number_beyond_its_bound_is_refused():
     assert 'below the minimum 1024 B; raise it' in _refusal({'record.chunk_size': 1})
 
 
-@pytest.mark.parametrize('name', ['amplifier.bandwidth', 'actuator.resonance'])
-@pytest.mark.parametrize('value', [5e-324, 0.113767])
-def test_a_stage_is_off_or_fast_enough_to_be_computed(name, value):
-    assert _refusal({name: value}) == (
-        f'{name} {value:g} Hz is between 0 and 1 Hz; raise it; 0: none'
-    )
-    assert Parameters().updated({name: 1.0}).flat()[name] == 1.0
-
-
-def test_a_frame_that_would_take_all_motion_is_refused():
-    assert _refusal({'frame.mass': 1e-12}) == (
-        'frame.mass 1e-12 kg is between 0 and 0.0001 kg; raise it; 0: none'
-    )
-
-
-@pytest.mark.parametrize('name', ['radius', 'friction', 'young'])
-def test_a_foot_has_values_of_its_own_or_those_of_the_contact(name):
-    of_contact = {'young': 'young_sphere'}.get(name, name)
-    assert _refusal({f'feet.{name}': 1e-7}).endswith(f'; raise it; 0: contact.{of_contact}')
-    assert Parameters().updated({f'feet.{name}': 0.0})
+@pytest.mark.parametrize('share', [1e-9, 0.99])
+@pytest.mark.parametrize('name', [name for name, spec in specs().items() if spec.least])
+def test_a_part_is_off_or_large_enough_to_be_computed(name, share):
+    spec = specs()[name]
+    least = f'between 0 and {spec.least:g} {spec.unit}'.rstrip()
+    assert f'is {least}; raise it, or set it to 0' in _refusal({name: share * spec.least})
+    stand = Parameters().updated({'actuator.resonance': 1e5, name: spec.least})
+    assert stand.value(f'{name}[0]' if spec.is_array else name) == spec.least
 
 
 def test_a_dry_guide_counts_as_a_foot():
