@@ -62,6 +62,7 @@ from stickslip_ros.parameters import (
     FrictionLawParameters,
     Parameters,
     StandParameters,
+    spec_of,
 )
 
 PHASE_MAX = 1.1
@@ -102,6 +103,7 @@ def plant_of(parameters: Parameters) -> Record:
     than its feet; if travelling roughness has feet of equal motion that are no neighbours.
 
     """
+    _refuse_under_coulomb(parameters)
     attached = parameters.load_cell.contact == 'attached'
     plants = records(
         PLANT,
@@ -136,15 +138,21 @@ def plant_of(parameters: Parameters) -> Record:
     motions = motions_of(parameters)
     if list(motions) != [COMMON_MOTION]:
         _separate_motions(plant, parameters, motions)
-    tolerance = parameters.actuator.gain_tolerance
-    if tolerance and parameters.contact.law == 'coulomb':
-        hint = 'set it to 0, or take another contact.law'
-        raise OutOfRange('actuator.gain_tolerance', tolerance, '', NO_LAW_OF_SHARES, hint)
-    if tolerance or plant.piezo.stack_n_per_m:
+    if parameters.actuator.gain_tolerance or plant.piezo.stack_n_per_m:
         separate_feet(plants, parameters)
     _set_longest_step(plant, parameters)
     set_ideal(plant)
     return plants
+
+
+def _refuse_under_coulomb(parameters: Parameters) -> None:
+    """Refuse bodies and feet whose loads or forces at rest Coulomb's law does not define."""
+    names = ['actuator.gain_tolerance', 'actuator.stiffness', 'frame.mass']
+    names += ['load_cell.resonance'] * (parameters.load_cell.contact == 'one_sided')
+    for name in names if parameters.contact.law == 'coulomb' else ():
+        if value := parameters.value(name):
+            hint = 'set it to 0, or take another contact.law'
+            raise OutOfRange(name, value, spec_of(name).unit, NO_LAW_OF_SHARES, hint)
 
 
 @lru_cache(maxsize=TREADS_KEPT)
@@ -269,9 +277,6 @@ def piezo_of(parameters: Parameters) -> Record:
     plays = setting.plays if setting.hysteresis else 0
     weight = setting.hysteresis * (plays + 1) / ((plays + 1) ** 2 // 4) if plays else 0.0
     omega_per_s = 2.0 * math.pi * setting.resonance
-    if setting.stiffness and parameters.contact.law == 'coulomb':
-        hint = 'set it to 0, or take another contact.law'
-        raise OutOfRange('actuator.stiffness', setting.stiffness, 'N/m', NO_LAW_OF_SHARES, hint)
     return record(
         PIEZO,
         linear=1.0 - 0.5 * weight * plays,
@@ -291,13 +296,9 @@ def button_of(parameters: Parameters) -> Record:
     cell, omega_per_s = parameters.load_cell, 2.0 * math.pi * parameters.load_cell.resonance
     if not omega_per_s or cell.contact == 'absent':
         return record(BUTTON)
-    presses = cell.contact == 'one_sided'
-    if presses and parameters.contact.law == 'coulomb':
-        limit = "not 0 at a one-sided load cell under Coulomb's law"
-        raise OutOfRange('load_cell.resonance', cell.resonance, 'Hz', limit, 'set it to 0')
     return record(
         BUTTON,
-        exists=presses,
+        exists=cell.contact == 'one_sided',
         mass_kg=cell.stiffness / omega_per_s**2,
         n_per_m=cell.stiffness,
         damping_n_s_per_m=2.0 * cell.damping_ratio * cell.stiffness / omega_per_s,
@@ -316,9 +317,6 @@ def frame_of(parameters: Parameters) -> Record:
         limit = f'not above the mass of its {feet} driven feet, {feet_kg:g} kg'
         hint = 'raise it, or make the feet lighter'
         raise OutOfRange('frame.mass', setting.mass, 'kg', limit, hint)
-    if parameters.contact.law == 'coulomb':
-        limit = "not 0 under Coulomb's law, which gives a moving frame no force at rest"
-        raise OutOfRange('frame.mass', setting.mass, 'kg', limit, 'take another contact.law')
     omega_per_s = 2.0 * math.pi * setting.resonance
     return record(
         FRAME,
@@ -496,17 +494,17 @@ def divide_feet(plants: Record, states: Record, parameters: Parameters) -> None:
 
 def _set_contact_of_foot(plant: Record, k: int, group: Group, bank: Record) -> None:
     """Give a foot its share of the springs of a bank, and of the law of all contacts."""
-    contacts = group.contacts
-    row = slice(bank.first[plant.groups[k]], bank.first[plant.groups[k] + 1])
+    own = plant.groups[k]
+    row = slice(bank.first[own], bank.first[own + 1])
     plant.contacts[k].bank = bank_of_rows(
         bank.heights_m[np.newaxis, row],
-        bank.limit_n_per_m[np.newaxis, row] / contacts,
-        bank.shear_n_per_m[np.newaxis, row] / contacts,
-        bank.area_n[np.newaxis, row] / contacts,
-        bank.slope_n_per_m[np.newaxis, row] / contacts,
+        *(
+            bank[name][np.newaxis, row] / group.contacts
+            for name in ('limit_n_per_m', 'shear_n_per_m', 'area_n', 'slope_n_per_m')
+        ),
         shares=[group.share],
         weights_n=[group.weight_n],
-        slips=(bank.friction[[plant.groups[k]]], bank.compliance[[plant.groups[k]]]),
+        slips=(bank.friction[[own]], bank.compliance[[own]]),
     )
     _share_law(plant, k)
 
