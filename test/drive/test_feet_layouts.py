@@ -314,9 +314,9 @@ def test_the_balance_closes_in_every_layout(layout, condition, drive):
     assert abs(machine.ledger.residual_j) < RESIDUAL * work_j
 
 
-@pytest.mark.parametrize('layout', LAYOUTS)
+@pytest.mark.parametrize('layout', [*LAYOUTS, 'tolerance'])
 def test_the_mirrored_layout_moves_in_the_mirror(layout, drive):
-    values = {**LAYOUTS[layout], **PIEZO, 'runner__damping': 20.0}
+    values = {**(LAYOUTS | CONDITIONS)[layout], **PIEZO, 'runner__damping': 20.0}
     there = drive(**values, stand__load=0.01).start(WAVE, [0.01])
     below = {'amplifier__voltage_min': -300.0, 'amplifier__voltage_max': 0.0}
     back = drive(**values, **below, stand__load=-0.01)

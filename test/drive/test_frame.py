@@ -24,25 +24,11 @@ FRAME = {
     'frame__damping_ratio': 0.05,
     'actuator__mass': 2e-4,
 }
-SPRINGS_N = ((0.3e-3, 0.02, 173.000e-3), (3e-3, 0.02, 158.783e-3), (0.3e-3, 0.1, 162.737e-3),
-             (3e-3, 0.1, 116.526e-3))  # fmt: skip
-"""Mass of the feet, their share r, force: `run_springs(changes, 300.0, 199, 0.0, np.ones(6))` of
-test/evidence/spring_drive.py, the mean of the last cycle times 1e5 N/m."""
-SPRINGS_ERROR = 2.5e-4
-"""Its time steps: 1.7e-4 seen with r = 0.1 and 3 g of feet, 1.2e-4 and less elsewhere."""
 ROUNDING = 1e-9
 RESIDUAL = 1e-4
 """Of the work of the feet, at the default step."""
 
 place_of_frame = entry_point(frame_place)
-
-
-@pytest.mark.parametrize(('feet_kg', 'share', 'mean_n'), SPRINGS_N)
-def test_the_mean_force_is_that_of_a_row_of_springs(feet_kg, share, mean_n, drive):
-    machine = drive(
-        frame__mass=feet_kg / share, frame__resonance=1e4, actuator__mass=feet_kg / 6.0
-    ).start(WAVE, [0.2])
-    assert 1e5 * machine.ramps[198, RAMP_MEAN] == pytest.approx(mean_n, rel=SPRINGS_ERROR)
 
 
 def test_a_frame_that_nothing_holds_takes_the_momentum_that_the_runner_gets(drive):

@@ -126,12 +126,6 @@ def test_along_a_ramp_the_steps_do_not_matter():
     np.testing.assert_allclose(ends_m, ends_m[0], rtol=ROUNDING)
 
 
-def test_in_the_end_the_resonance_has_a_gain_of_one():
-    piezo = Piezo(resonance=1e5, damping_ratio=0.05).jump()
-    assert piezo.hold(1.0) == pytest.approx(STEP_M, rel=1e-12, abs=0.0)
-    assert piezo.memory.ring_m == pytest.approx(STEP_M, rel=1e-12, abs=0.0)
-
-
 def test_the_feet_of_a_drive_ring_as_they_do_alone(drive):
     machine = drive(actuator__resonance=2e4, actuator__damping_ratio=0.02)
     machine.start(level(300.0), [2e-6])
