@@ -174,10 +174,3 @@ def test_the_parameters_make_a_line_of_their_own_for_every_contact():
     assert isinstance(again, LineProfile)
     assert isinstance(second, LineProfile)
     np.testing.assert_array_equal(again.heights_m, second.heights_m)
-
-
-def test_a_prefactor_without_effect_on_a_line_is_refused_and_the_rms_height_counts():
-    with pytest.raises(OutOfRange, match=r'contact\.prefactor .* without effect on a rough line'):
-        Parameters().updated({'contact.profile': 'rough_line', 'contact.prefactor': 1e-3})
-    high = Parameters().updated({'contact.profile': 'rough_line', 'contact.rms_height': 2e-6})
-    assert high.contact.rms_height == 2e-6
