@@ -18,6 +18,7 @@ from stickslip_ros.parameters.declaration import (
 from stickslip_ros.parameters.physics_groups import FEET_MAX
 from stickslip_ros.parameters.sensors import SENSOR_FAULTS
 
+# A parameter is a row: default, unit, description, bounds, source; the rest by name.
 # fmt: off
 
 

@@ -29,6 +29,7 @@ FEET_MAX = 12
 PAPER_RMS_HEIGHT = 1.1221e-6
 PAPER_PREFACTOR = 4.4478e-4
 
+# A parameter is a row: default, unit, description, bounds, source; the rest by name.
 # fmt: off
 
 
