@@ -59,7 +59,7 @@ RECIPES = {
         ('parameters/physics_groups.py', '\n\n@dataclass(frozen=True)\nclass AmplifierP', DRAG)
     ],
     'sensor': [
-        ('parameters/sensors.py', '# fmt: off\nSENSORS', EDDY_PROBE),
+        ('parameters/sensors.py', 'SENSORS: tuple[', EDDY_PROBE),
         ('parameters/sensors.py', ')\n# fmt: on\n', EDDY_ROW),
         (PROBE, '', ''),
     ],

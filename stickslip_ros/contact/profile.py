@@ -1,44 +1,23 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Profiles of indenters on the one-dimensional foundation: power laws and lines of springs."""
+"""
+Profiles of rigid indenters on the one-dimensional foundation: power laws and lines of springs.
+
+A profile is described by the part of it that touches at a depth, counted from the first touch; the
+order of the springs does not matter at constant load.
+
+"""
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import TypeAlias
 
 import numpy as np
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.contact.power_sums import power_sum, solve_power_sum
 from stickslip_ros.errors import OutOfRange
-
-
-class Profile(Protocol):
-    """
-    A rigid indenter on the elastic foundation.
-
-    A profile is described by the part of it that touches at a depth, counted from the first
-    touch; the order of the springs does not matter at constant load.
-
-    """
-
-    def __hash__(self) -> int:
-        """Return a hash for caches of solutions."""
-
-    def half_width(self, depth_m: Array | float) -> Array:
-        """Return half the length in contact at a depth >= 0, m; any shape."""
-
-    def pressed_area_at(self, depth_m: Array | float) -> Array:
-        """Return the pressed area at a depth d >= 0: half the integral of (d - g)+ dx, m^2."""
-
-    def depth_for(self, area_m2: float) -> float:
-        """
-        Return the depth of a pressed area > 0, m.
-
-        Raises OutOfRange if the profile is too short for it.
-
-        """
 
 
 @dataclass(frozen=True)
@@ -52,20 +31,16 @@ class PowerProfile:
         """Return g(x), m (any shape): the smallest indentation that reaches x."""
         return power_sum(np.asarray(x_m, dtype=float), self.prefactors, self.exponents)
 
-    def radius_at_height(self, height_m: Array | float) -> Array:
-        """Return x >= 0 with g(x) = height, m (any shape): the contact radius of Eq. 25."""
-        return solve_power_sum(height_m, self.prefactors, self.exponents)
-
     def half_width(self, depth_m: Array | float) -> Array:
-        """Return the contact radius at a depth, m."""
-        return self.radius_at_height(depth_m)
+        """Return x >= 0 with g(x) = depth, m (any shape): the contact radius of Eq. 25."""
+        return solve_power_sum(depth_m, self.prefactors, self.exponents)
 
     def pressed_area_at(self, depth_m: Array | float) -> Array:
         """Return half the integral of (d - g)+ dx at a depth, m^2."""
-        return self.pressed_area(self.radius_at_height(depth_m))
+        return self.pressed_area(self.half_width(depth_m))
 
     def depth_for(self, area_m2: float) -> float:
-        """Return the depth of a pressed area, m."""
+        """Return the depth of a pressed area > 0, m."""
         return float(self.height(self.radius_at_area(area_m2)))
 
     def pressed_area(self, radius_m: Array | float) -> Array:
@@ -107,13 +82,7 @@ def rough_profile(radius_m: float, prefactor: float, hurst: float) -> PowerProfi
 
 @dataclass(frozen=True, eq=False)
 class LineProfile:
-    """
-    Profile given by the height at every spring.
-
-    The order of the springs does not matter at constant load, so the heights are sorted once and
-    sums over pressed springs are prefix sums.
-
-    """
+    """Profile given by the height at every spring; sums over pressed springs are prefix sums."""
 
     spacing_m: float  # distance dx of the springs, m
     heights_m: Array  # heights above the lowest point, m, in the order of the springs
@@ -160,15 +129,8 @@ class LineProfile:
 
     def depth_for(self, area_m2: float) -> float:
         """
-        Return the depth of a pressed area, m.
+        Return the depth of a pressed area > 0, m; OutOfRange beyond ``limit_m``.
 
-        Raises
-        ------
-        OutOfRange
-            If the contact reaches an end of the line.
-
-        Notes
-        -----
         Exact to rounding, because the sum of compressions is linear between sorted heights.
 
         """
@@ -186,6 +148,9 @@ class LineProfile:
             )
             hint = 'lengthen contact.line_length or lower the load'
             raise OutOfRange('indentation of the rough line', depth_m, 'm', limit, hint)
+
+
+Profile: TypeAlias = PowerProfile | LineProfile
 
 
 def line_profile(heights_m: Array, spacing_m: float) -> LineProfile:

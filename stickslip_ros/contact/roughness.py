@@ -44,7 +44,6 @@ class Spectrum:
     # lowest and highest wave number, rad/m
     lower_cutoff_per_m: float
     upper_cutoff_per_m: float
-    rolloff_per_m: float = 0.0  # wave number below which C_2D is constant, rad/m; 0 for none
 
     def __post_init__(self) -> None:
         if not 0.0 < self.hurst <= 1.0:
@@ -56,37 +55,25 @@ class Spectrum:
         if not lower < upper < math.inf:
             limit = f'not above the lower cut-off, {lower:.6g} rad/m'
             raise OutOfRange('upper cut-off', upper, 'rad/m', limit, 'raise it or lower the other')
-        if self.rolloff_per_m and not lower <= self.rolloff_per_m < upper:
-            limit = f'outside the cut-offs, {lower:.6g} to {upper:.6g} rad/m'
-            hint = 'move it inside, or give 0 for none'
-            raise OutOfRange('roll-off', self.rolloff_per_m, 'rad/m', limit, hint)
-
-    @property
-    def knee_per_m(self) -> float:
-        """Wave number q_0 above which the power law holds, rad/m: roll-off or lower cut-off."""
-        return self.rolloff_per_m or self.lower_cutoff_per_m
 
     @property
     def plateau_m4(self) -> float:
         """
-        C_2D at the knee, m^4, from 2 pi int q C_2D dq = rms^2 (Eq. 8).
+        C_2D at the lower cut-off q_l, m^4, from 2 pi int q C_2D dq = rms^2 (Eq. 8).
 
-        Notes
-        -----
-        The integral of q is (q_0^2 - q_l^2)/2 up to the knee q_0 and
-        q_0^2 (1 - (q_u/q_0)^(-2H))/(2H) beyond it.
+        The integral of q is q_l^2 (1 - (q_u/q_l)^(-2H))/(2H).
 
         """
-        knee, exponent = self.knee_per_m, 2.0 * self.hurst
-        flat = 0.5 * (knee**2 - self.lower_cutoff_per_m**2)
-        falling = knee**2 * -math.expm1(-exponent * math.log(self.upper_cutoff_per_m / knee))
-        return self.rms_height_m**2 / (2.0 * math.pi * (flat + falling / exponent))
+        lower, exponent = self.lower_cutoff_per_m, 2.0 * self.hurst
+        falling = lower**2 * -math.expm1(-exponent * math.log(self.upper_cutoff_per_m / lower))
+        return self.rms_height_m**2 / (2.0 * math.pi * (falling / exponent))
 
     def density_2d(self, wave_number_per_m: Array | float) -> Array:
         """Return C_2D, m^4, at wave numbers, rad/m (any shape); 0 outside the cut-offs (Eq. 1)."""
         wave = np.asarray(wave_number_per_m, dtype=float)
         inside = self._contains(wave)
-        steps = np.maximum(np.where(inside, wave, self.knee_per_m) / self.knee_per_m, 1.0)
+        lower = self.lower_cutoff_per_m
+        steps = np.maximum(np.where(inside, wave, lower) / lower, 1.0)
         return np.where(inside, self.plateau_m4 * steps ** (-2.0 * self.hurst - 2.0), 0.0)
 
     def density_1d(self, wave_number_per_m: Array | float) -> Array:
@@ -124,26 +111,9 @@ class Spectrum:
 
 def rough_line(spectrum: Spectrum, length_m: float, points: int, seed: int) -> Array:
     """
-    Return one realisation of a rough line (Eqs 11 to 13).
+    Return one realisation of a rough line, heights of mean 0, m, shape (points,) (Eqs 11 to 13).
 
-    Parameters
-    ----------
-    spectrum : Spectrum
-        Spectrum of the line.
-    length_m, points : float, int
-        Period L of the line, m, and its number of points.
-    seed : int
-        Seed of the phases, >= 0.
-
-    Returns
-    -------
-    array, shape (points,)
-        Heights, m, with a mean of 0.
-
-    Raises
-    ------
-    OutOfRange
-        If the grid does not resolve the spectrum.
+    Raises OutOfRange if the grid does not resolve the spectrum.
 
     Notes
     -----

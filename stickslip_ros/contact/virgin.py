@@ -76,13 +76,10 @@ def tabulate_each(contacts: Sequence[Presliding]) -> list[Record]:
 
 def _stiffnesses(contacts: Sequence[Presliding]) -> tuple[Array, dict[int, Array], float, float]:
     """
-    Return the common data of the tables of contacts.
+    Return what the tables of contacts share.
 
-    Returns
-    -------
-    tuple
-        Stiffness at the nodes, N/m, of all contacts together and of each by its id; scale factor
-        for a force of full slip of exactly sum(mu F_n); width of a cell, m.
+    Stiffness at the nodes, N/m, of all contacts together and of each by its id; scale factor for a
+    force of full slip of exactly sum(mu F_n); width of a cell, m.
 
     """
     limit_m = max(contact.max_displacement_m for contact in contacts)

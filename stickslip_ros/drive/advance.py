@@ -468,14 +468,9 @@ def allow_passes(plant: Record, state: Record, wave: Wave, duration_s: float) ->
 
 def check_motion(states: Record, load_n: float) -> None:
     """
-    Raise an error if the drive has failed, its motion is not finite, or its voltage was held.
+    Raise StickSlipError with the state of a drive that has failed or whose motion is not finite.
 
-    Raises
-    ------
-    VoltageHeld
-        If feet with a delay have no room for a corner: the voltage was held since.
-    StickSlipError
-        With the state of the drive, in all other cases.
+    Raises VoltageHeld if feet with a delay have no room for a corner: the voltage was held since.
 
     """
     if states['passes_left'].item() < 0:

@@ -17,6 +17,7 @@ from stickslip_ros.contact.reaction import CONTACT, relax
 from stickslip_ros.contact.springs import SPRINGS_IN_ALL, Group, bank_of_rows, spring_bank
 from stickslip_ros.contact.travel import NO_PLACE
 from stickslip_ros.contact.virgin import tabulate, tabulate_each
+from stickslip_ros.drive import layout
 from stickslip_ros.drive.advance import PASSES_MIN
 from stickslip_ros.drive.amplifier import is_direct
 from stickslip_ros.drive.delay import rest_late
@@ -24,22 +25,6 @@ from stickslip_ros.drive.division import (
     divide_among_feet,
     lost_before_division,
     switch_all_to_springs,
-)
-from stickslip_ros.drive.layout import (
-    COMMON_MOTION,
-    NO_LAW_OF_SHARES,
-    FeetMotion,
-    contacts_at,
-    contacts_of,
-    contacts_of_kinds,
-    driven_feet,
-    groups_of,
-    kinds_of,
-    motion_of,
-    motions_of,
-    ratios_of,
-    stiffest_share,
-    weight_of,
 )
 from stickslip_ros.drive.piezo import rest_piezo
 from stickslip_ros.drive.records import (
@@ -62,6 +47,7 @@ from stickslip_ros.parameters import (
     FrictionLawParameters,
     Parameters,
     StandParameters,
+    spec_of,
 )
 
 PHASE_MAX = 1.1
@@ -102,6 +88,7 @@ def plant_of(parameters: Parameters) -> Record:
     than its feet; if travelling roughness has feet of equal motion that are no neighbours.
 
     """
+    _refuse_under_coulomb(parameters)
     attached = parameters.load_cell.contact == 'attached'
     plants = records(
         PLANT,
@@ -128,23 +115,29 @@ def plant_of(parameters: Parameters) -> Record:
         plant.damping_n_s_per_m += plant.button.damping_n_s_per_m
     plant.contacts[ALL] = all_contacts(parameters)
     plant.ratios[ALL], plant.counts[ALL] = 1.0, parameters.feet.total
-    plant.driven = max(driven_feet(parameters), 1)
-    plant.presliding_m = _range_of(contacts_of(parameters))
+    plant.driven = max(layout.driven_feet(parameters), 1)
+    plant.presliding_m = _range_of(layout.contacts_of(parameters))
     if parameters.contact.travel:
-        each = contacts_of_kinds(parameters.contact, parameters.feet)
+        each = layout.contacts_of_kinds(parameters.contact, parameters.feet)
         plant.track = lines_of(parameters.contact, each)
-    motions = motions_of(parameters)
-    if list(motions) != [COMMON_MOTION]:
+    motions = layout.motions_of(parameters)
+    if list(motions) != [layout.COMMON_MOTION]:
         _separate_motions(plant, parameters, motions)
-    tolerance = parameters.actuator.gain_tolerance
-    if tolerance and parameters.contact.law == 'coulomb':
-        hint = 'set it to 0, or take another contact.law'
-        raise OutOfRange('actuator.gain_tolerance', tolerance, '', NO_LAW_OF_SHARES, hint)
-    if tolerance or plant.piezo.stack_n_per_m:
+    if parameters.actuator.gain_tolerance or plant.piezo.stack_n_per_m:
         separate_feet(plants, parameters)
     _set_longest_step(plant, parameters)
     set_ideal(plant)
     return plants
+
+
+def _refuse_under_coulomb(parameters: Parameters) -> None:
+    """Refuse bodies and feet whose loads or forces at rest Coulomb's law does not define."""
+    names = ['actuator.gain_tolerance', 'actuator.stiffness', 'frame.mass']
+    names += ['load_cell.resonance'] * (parameters.load_cell.contact == 'one_sided')
+    for name in names if parameters.contact.law == 'coulomb' else ():
+        if value := parameters.value(name):
+            hint = 'set it to 0, or take another contact.law'
+            raise OutOfRange(name, value, spec_of(name).unit, layout.NO_LAW_OF_SHARES, hint)
 
 
 @lru_cache(maxsize=TREADS_KEPT)
@@ -155,7 +148,9 @@ def tread_s(parameters: Parameters) -> float:
 
 def set_ideal(plant: Record) -> None:
     """Set ``ideal``, ``only_long_steps`` and ``plain`` of a plant."""
-    feet_are_one = is_linear(plant['piezo']) and not plant['separate']
+    piezo = plant['piezo']
+    is_linear = not (piezo['plays'] or piezo['creep'] or piezo['omega_per_s'])
+    feet_are_one = is_linear and not plant['separate']
     ideal = feet_are_one and in_python(is_direct)(plant) and not plant['stuck']
     ideal = ideal and not (plant['frame']['exists'] or plant['button']['exists'])
     plant['ideal'] = ideal
@@ -208,7 +203,7 @@ def longest_step_s(parameters: Parameters, contact: Record, cell_n_per_m: float)
         fastest_per_s = max(fastest_per_s, between_per_s, frame_per_s, loss_per_s)
     if parameters.actuator.stiffness:
         # A foot of the paper has at most a quarter of the stiffness of all feet.
-        share = max(0.25, stiffest_share(parameters))
+        share = max(0.25, layout.stiffest_share(parameters))
         foot_per_s = math.sqrt(share * contact_n_per_m / parameters.actuator.foot_mass)
         fastest_per_s = max(fastest_per_s, foot_per_s, lost_s * foot_per_s**2)
     cell, button_per_s = parameters.load_cell, 2.0 * math.pi * parameters.load_cell.resonance
@@ -231,8 +226,8 @@ def loss_of(parameters: Parameters, plant: Record) -> float:
     if not loss_factor:
         return 0.0
     # Not that of the tabulated curve, in whose first cell a foot of little friction slips already.
-    preload_n, weight_n = float(plant.contacts[ALL].preload_n), weight_of(parameters)
-    contacts = contacts_at(contact, parameters.feet, preload_n, weight_n)
+    preload_n, weight_n = float(plant.contacts[ALL].preload_n), layout.weight_of(parameters)
+    contacts = layout.contacts_at(contact, parameters.feet, preload_n, weight_n)
     contact_n_per_m = sum(each.stick_stiffness_n_per_m for each in contacts)
     held_n_per_m = contact_n_per_m + plant['cell_n_per_m']
     return float(loss_factor * math.sqrt(held_n_per_m * plant['mass_kg']) / contact_n_per_m)
@@ -269,9 +264,6 @@ def piezo_of(parameters: Parameters) -> Record:
     plays = setting.plays if setting.hysteresis else 0
     weight = setting.hysteresis * (plays + 1) / ((plays + 1) ** 2 // 4) if plays else 0.0
     omega_per_s = 2.0 * math.pi * setting.resonance
-    if setting.stiffness and parameters.contact.law == 'coulomb':
-        hint = 'set it to 0, or take another contact.law'
-        raise OutOfRange('actuator.stiffness', setting.stiffness, 'N/m', NO_LAW_OF_SHARES, hint)
     return record(
         PIEZO,
         linear=1.0 - 0.5 * weight * plays,
@@ -291,13 +283,9 @@ def button_of(parameters: Parameters) -> Record:
     cell, omega_per_s = parameters.load_cell, 2.0 * math.pi * parameters.load_cell.resonance
     if not omega_per_s or cell.contact == 'absent':
         return record(BUTTON)
-    presses = cell.contact == 'one_sided'
-    if presses and parameters.contact.law == 'coulomb':
-        limit = "not 0 at a one-sided load cell under Coulomb's law"
-        raise OutOfRange('load_cell.resonance', cell.resonance, 'Hz', limit, 'set it to 0')
     return record(
         BUTTON,
-        exists=presses,
+        exists=cell.contact == 'one_sided',
         mass_kg=cell.stiffness / omega_per_s**2,
         n_per_m=cell.stiffness,
         damping_n_s_per_m=2.0 * cell.damping_ratio * cell.stiffness / omega_per_s,
@@ -308,7 +296,7 @@ def button_of(parameters: Parameters) -> Record:
 
 def frame_of(parameters: Parameters) -> Record:
     """Return the frame."""
-    setting, feet = parameters.frame, driven_feet(parameters)
+    setting, feet = parameters.frame, layout.driven_feet(parameters)
     feet_kg = feet * parameters.actuator.foot_mass
     if not setting.mass:
         return record(FRAME)
@@ -316,9 +304,6 @@ def frame_of(parameters: Parameters) -> Record:
         limit = f'not above the mass of its {feet} driven feet, {feet_kg:g} kg'
         hint = 'raise it, or make the feet lighter'
         raise OutOfRange('frame.mass', setting.mass, 'kg', limit, hint)
-    if parameters.contact.law == 'coulomb':
-        limit = "not 0 under Coulomb's law, which gives a moving frame no force at rest"
-        raise OutOfRange('frame.mass', setting.mass, 'kg', limit, 'take another contact.law')
     omega_per_s = 2.0 * math.pi * setting.resonance
     return record(
         FRAME,
@@ -330,11 +315,6 @@ def frame_of(parameters: Parameters) -> Record:
         feet_share=feet_kg / setting.mass,
         is_reference=parameters.interferometer.reference == 'frame',
     )
-
-
-def is_linear(piezo: Record) -> bool:
-    """Return whether the displacement is proportional to the voltage at every instant."""
-    return not (piezo['plays'] or piezo['creep'] or piezo['omega_per_s'])
 
 
 def walls_of(parameters: Parameters) -> Record:
@@ -355,7 +335,7 @@ def walls_of(parameters: Parameters) -> Record:
 
 def all_contacts(parameters: Parameters) -> Record:
     """Return the constants of all contacts as one, a record of CONTACT, read-only."""
-    stand, weight_n = parameters.stand, weight_of(parameters)
+    stand, weight_n = parameters.stand, layout.weight_of(parameters)
     return _kept_contact(
         parameters.contact, parameters.feet, parameters.friction_law, stand, weight_n
     )
@@ -370,7 +350,7 @@ def _kept_contact(
     weight_n: float,
 ) -> Record:
     """Return the constants of ``all_contacts``; the last few are kept."""
-    contacts = contacts_at(contact, feet, stand.preload, weight_n)
+    contacts = layout.contacts_at(contact, feet, stand.preload, weight_n)
     largest_n = max(stand.preload_limit, stand.preload, stand.preload_end)
     return record(
         CONTACT,
@@ -389,11 +369,15 @@ def _kept_bank(
     feet: FeetParameters,
     weight_n: float,
     preload_max_n: float,
-    motion: FeetMotion | None,
+    motion: layout.FeetMotion | None,
 ) -> Record:
     """Return the springs of the contacts with a motion, or of all, a record of BANK, read-only."""
-    kinds, groups = kinds_of(contact, feet), groups_of(contact, feet, weight_n)
-    own = [g for each, g in zip(kinds, groups, strict=True) if motion in (None, motion_of(each))]
+    kinds, groups = layout.kinds_of(contact, feet), layout.groups_of(contact, feet, weight_n)
+    own = [
+        g
+        for each, g in zip(kinds, groups, strict=True)
+        if motion in (None, layout.motion_of(each))
+    ]
     springs = SPRINGS_IN_ALL // len(own)
     return spring_bank(own, preload_max_n, springs)
 
@@ -433,15 +417,15 @@ def _law_of(number: int, law: FrictionLawParameters, contacts: Sequence[Preslidi
 
 
 def _separate_motions(
-    plant: Record, parameters: Parameters, motions: dict[FeetMotion, list[int]]
+    plant: Record, parameters: Parameters, motions: dict[layout.FeetMotion, list[int]]
 ) -> None:
     """Give feet of equal motion a contact together, and delays an actuator each."""
-    contact, feet, weight_n = parameters.contact, parameters.feet, weight_of(parameters)
+    contact, feet, weight_n = parameters.contact, parameters.feet, layout.weight_of(parameters)
     order = [kind for own in motions.values() for kind in own]
     if contact.travel and order != sorted(order):
         limit, hint = 'of equal motion, but apart', 'put groups of equal motion side by side'
         raise OutOfRange('feet.gain', list(feet.gain), '', limit, hint)
-    groups, stand = groups_of(contact, feet, weight_n), parameters.stand
+    groups, stand = layout.groups_of(contact, feet, weight_n), parameters.stand
     each_n = [_limit_of(group, stand.preload, contact.friction) for group in groups]
     limits_n = [group.contacts * each for group, each in zip(groups, each_n, strict=True)]
     delays_s = sorted({motion.delay_s for motion in motions} - {0.0})
@@ -466,8 +450,8 @@ def _limit_of(group: Group, preload_n: float, friction: float) -> float:
 def separate_feet(plants: Record, parameters: Parameters) -> None:
     """Give each foot of a plant its own contact, so the feet move separately."""
     plant, feet = plants[0], parameters.feet
-    before, motions = plant.copy() if plant.separate else plant, motions_of(parameters)
-    groups = groups_of(parameters.contact, feet, weight_of(parameters))
+    before, motions = plant.copy() if plant.separate else plant, layout.motions_of(parameters)
+    groups = layout.groups_of(parameters.contact, feet, layout.weight_of(parameters))
     each = [i for i, group in enumerate(groups) for _ in range(group.contacts)]
     preload_n, friction = parameters.stand.preload, parameters.contact.friction
     limits_n = np.array([_limit_of(groups[i], preload_n, friction) for i in each])
@@ -475,7 +459,7 @@ def separate_feet(plants: Record, parameters: Parameters) -> None:
     plant.separate, plant.divided, plant.moved = True, True, len(each)
     plant.parts[1 : len(each) + 1] = limits_n / limits_n.sum()
     plant.counts[1 : len(each) + 1] = 1.0
-    plant.ratios[1 : len(each) + 1] = ratios_of(parameters)
+    plant.ratios[1 : len(each) + 1] = layout.ratios_of(parameters)
     for k, i in enumerate(each, start=1):
         parent, own = next((p, own) for p, own in enumerate(motions.values(), start=1) if i in own)
         plant.parents[k] = parent = ALL if is_one else parent
@@ -496,17 +480,17 @@ def divide_feet(plants: Record, states: Record, parameters: Parameters) -> None:
 
 def _set_contact_of_foot(plant: Record, k: int, group: Group, bank: Record) -> None:
     """Give a foot its share of the springs of a bank, and of the law of all contacts."""
-    contacts = group.contacts
-    row = slice(bank.first[plant.groups[k]], bank.first[plant.groups[k] + 1])
+    own = plant.groups[k]
+    row = slice(bank.first[own], bank.first[own + 1])
     plant.contacts[k].bank = bank_of_rows(
         bank.heights_m[np.newaxis, row],
-        bank.limit_n_per_m[np.newaxis, row] / contacts,
-        bank.shear_n_per_m[np.newaxis, row] / contacts,
-        bank.area_n[np.newaxis, row] / contacts,
-        bank.slope_n_per_m[np.newaxis, row] / contacts,
+        *(
+            bank[name][np.newaxis, row] / group.contacts
+            for name in ('limit_n_per_m', 'shear_n_per_m', 'area_n', 'slope_n_per_m')
+        ),
         shares=[group.share],
         weights_n=[group.weight_n],
-        slips=(bank.friction[[plant.groups[k]]], bank.compliance[[plant.groups[k]]]),
+        slips=(bank.friction[[own]], bank.compliance[[own]]),
     )
     _share_law(plant, k)
 
@@ -522,15 +506,15 @@ def _share_law(plant: Record, k: int) -> None:
 
 def _set_curves(plant: Record, parameters: Parameters) -> None:
     """Tabulate the virgin curves of all contacts at the wanted preload."""
-    preload_n, weight_n = float(plant.contacts[ALL].preload_n), weight_of(parameters)
-    contacts = contacts_at(parameters.contact, parameters.feet, preload_n, weight_n)
+    preload_n, weight_n = float(plant.contacts[ALL].preload_n), layout.weight_of(parameters)
+    contacts = layout.contacts_at(parameters.contact, parameters.feet, preload_n, weight_n)
     plant.contacts[ALL].curve = tabulate(contacts)
     plant.presliding_m = _range_of(contacts)
     plant.track.laid = NO_PLACE
     if not plant.separate:
         return
-    motions = motions_of(parameters)
-    kinds = kinds_of(parameters.contact, parameters.feet)
+    motions = layout.motions_of(parameters)
+    kinds = layout.kinds_of(parameters.contact, parameters.feet)
     kind = [i for i, each in enumerate(kinds) for _ in range(each.feet)]
     moved = [[c for i, c in zip(kind, contacts, strict=True) if i in m] for m in motions.values()]
     curves = tabulate_each(contacts) if plant.divided else [tabulate(own) for own in moved]

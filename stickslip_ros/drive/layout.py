@@ -29,7 +29,7 @@ FEET_STREAM = 40
 KINDS_KEPT = 64
 """Contacts of feet of another radius or stuff that are kept for the next drive."""
 STANDARD_GRAVITY_M_PER_S2 = 9.80665
-NO_LAW_OF_SHARES = "refused under Coulomb's law, which does not define how feet share a load"
+NO_LAW_OF_SHARES = "refused under Coulomb's law, which does not define how bodies share a load"
 
 
 class FeetMotion(NamedTuple):

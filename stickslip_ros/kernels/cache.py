@@ -5,16 +5,15 @@
 Cache of machine code in trusted folders.
 
 Files of a cache are unpickled, so write access to it means running code as the user. A folder is
-read and written only if it and its files belong to the user, if others cannot write to them, and
-if others cannot exchange a folder above it; such a folder of root is read too, so a service image
-can include its kernels. Folder and file are judged by their descriptors each time, so that what
-was judged is what is read; by their path on a system without O_PATH, and below the user's home on
-one without owners of files. Without a trusted folder every process compiles its kernels. A kernel
-with a damaged file, detected by its digest, is compiled again.
+read and written only if it belongs to the user, if others cannot write to it, and if others cannot
+exchange a folder above it; such a folder of root is read too, so a service image can include its
+kernels. On a system without owners of files it must lie below the user's home. Without a trusted
+folder every process compiles its kernels. A kernel with a damaged file, detected by its digest, is
+compiled again.
 
 A wheel bundles the entry points, compiled for the processors of PORTABLE_CPU and one version of
-numba. They are trusted if only users who can write this module can write them. Without entry
-points for this Python, numba, processor and sources, the first start takes longer.
+numba. Without entry points for this Python, numba, processor and sources, the first start takes
+longer.
 
 """
 
@@ -23,12 +22,11 @@ import hashlib
 import logging
 import os
 import pickle
-import shutil
 import stat
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from contextvars import ContextVar
 from functools import lru_cache
 from pathlib import Path
@@ -65,61 +63,17 @@ class Folders(NamedTuple):
 
     read: tuple[Path, ...]  # trusted folders, in the order of look-up
     write: Path | None  # folder of new kernels; the last of ``read``
-    bundled: Path | None = None  # folder of the wheel
+    bundled: Path | None = None  # folder in which a wheel brings some
 
 
-class Trust(NamedTuple):
-    """Trusted owners of files to unpickle, and forbidden bits of their mode."""
-
-    owners: tuple[int, ...]
-    closed: int = OTHERS_WRITE
-
-    @contextmanager
-    def opened(self, path: Path, flags: int) -> Iterator[int]:
-        """Give the descriptor of a file or folder; raise OSError if it is not trusted."""
-        # A pipe would wait for its writer.
-        for name in ('O_NOFOLLOW', 'O_NONBLOCK'):
-            flags |= getattr(os, name, 0)
-        descriptor = os.open(path, flags)
-        try:
-            self._judge(os.fstat(descriptor), path)
-            yield descriptor
-        finally:
-            os.close(descriptor)
-
-    @contextmanager
-    def folder(self, path: Path) -> Iterator[Path]:
-        """Open a folder by its descriptor, so that a renamed folder cannot replace it."""
-        if hasattr(os, 'O_PATH'):
-            with self.opened(path, os.O_PATH | os.O_DIRECTORY) as descriptor:
-                yield Path(f'/proc/self/fd/{descriptor}')
-        else:
-            found = path.lstat()
-            self._judge(found, path)
-            if not stat.S_ISDIR(found.st_mode):
-                raise OSError(errno.ENOTDIR, 'it is no folder', str(path))
-            yield path
-
-    def _judge(self, found: os.stat_result, path: Path) -> None:
-        is_open = found.st_uid not in self.owners or found.st_mode & self.closed
-        if is_open and _user() is not None:
-            raise OSError(errno.EPERM, 'others can write to it', str(path))
-
-    def accepts(self, path: Path) -> bool:
-        with suppress(OSError), self.folder(path):
-            return True
+def _is_closed(folder: Path, *others: int) -> bool:
+    """Return whether a folder, no link to one, is of this user or others, who alone can write."""
+    try:
+        found = folder.lstat()
+    except OSError:
         return False
-
-
-def user_trust(*others: int) -> Trust:
-    """Return trust in the files of this user, and in those of some other users."""
-    return Trust((_user() or ROOT_USER, *others))
-
-
-def _module_trust() -> Trust:
-    """Return trust in files that are as closed as this module."""
-    module = Path(__file__).stat()
-    return Trust((module.st_uid,), OTHERS_WRITE & ~module.st_mode)
+    is_trusted = found.st_uid in (_user(), *others) and not found.st_mode & OTHERS_WRITE
+    return stat.S_ISDIR(found.st_mode) and (_user() is None or is_trusted)
 
 
 @lru_cache(maxsize=1)
@@ -133,18 +87,18 @@ def cache_folders() -> Folders:
     """
     read: list[Path] = []
     folder = _package() / 'kernels' / _name()
-    bundled = folder if _module_trust().accepts(folder) else None
+    bundled = folder if folder.is_dir() else None
     for place in map(Path, map(os.path.realpath, _places())):
+        folder = place / _name()
         with suppress(OSError):
             place.mkdir(parents=True, exist_ok=True)
         if not _is_fixed(place):
             continue
-        folder = place / _name()
         with suppress(OSError):  # closed to others, but readable if it is root's
             folder.mkdir(mode=READABLE if _user() == ROOT_USER else PRIVATE)
-        if user_trust(ROOT_USER).accepts(folder):
+        if _is_closed(folder, ROOT_USER):
             read.append(folder)
-        if user_trust().accepts(folder) and os.access(folder, os.W_OK):
+        if _is_closed(folder) and os.access(folder, os.W_OK):
             return Folders(tuple(read), folder, bundled)
     return Folders(tuple(read), None, bundled)
 
@@ -218,14 +172,8 @@ class KernelCache(NullCache):
     Cache of a kernel's machine code for numba: one file for each signature.
 
     numba's own cache numbers the files in an index. If two processes compile different signatures
-    at the same time, one may load the machine code of the other; damage is not detected.
-
-    Parameters
-    ----------
-    function : callable
-        The kernel.
-    kind : str
-        Name of the way in which the function is compiled: ``kernel`` or ``entry``.
+    at the same time, one may load the machine code of the other; damage is not detected. ``kind``
+    names the way in which the function is compiled: ``kernel`` or ``entry``.
 
     """
 
@@ -251,22 +199,21 @@ class KernelCache(NullCache):
         """
         broken: tuple[Path, str] | None = None
         folders, made_for = cache_folders(), target_context.codegen().magic_tuple()
-        places = [(folder, made_for, user_trust(ROOT_USER)) for folder in folders.read]
+        places = [(folder, made_for) for folder in folders.read]
         triple, _, features = made_for
         if folders.bundled and PORTABLE_FEATURES.issubset(features.split(',')):
-            places.append((folders.bundled, (triple, PORTABLE_CPU, ''), _module_trust()))
-        for folder, processor, trust in places:
-            name = self._name_of(sig, processor)
+            places.append((folders.bundled, (triple, PORTABLE_CPU, '')))
+        for folder, processor in places:
+            path = folder / self._name_of(sig, processor)
             try:
-                with trust.folder(folder) as opened:
-                    kept = pickle.loads(load_whole(opened / name, trust))
+                kept = pickle.loads(load_whole(path))
                 return CompileResult._rebuild(target_context, *kept)  # noqa: SLF001
             except FileNotFoundError:
                 continue
             except OSError as error:
-                broken = folder / name, str(error.strerror)
+                broken = path, str(error.strerror)
             except Exception:  # noqa: BLE001 - damaged data may raise anything
-                broken = folder / name, 'damaged'
+                broken = path, 'damaged'
         if broken is not None and not KernelCache._has_warned:
             KernelCache._has_warned = True
             logging.getLogger(__name__).warning(
@@ -280,9 +227,9 @@ class KernelCache(NullCache):
         """Save the compiled code of a signature; a full disk is no error."""
         folder = cache_folders().write
         if folder is not None and not compiled.library.has_dynamic_globals:
-            with suppress(OSError), user_trust().folder(folder) as opened:
+            with suppress(OSError):
                 data = dumps(compiled._reduce())  # noqa: SLF001
-                save_whole(opened / self._name_of(sig, compiled.codegen.magic_tuple()), data)
+                save_whole(folder / self._name_of(sig, compiled.codegen.magic_tuple()), data)
 
     def _name_of(self, sig: Any, processor: tuple[str, str, str]) -> str:
         function = self._function
@@ -294,15 +241,14 @@ class KernelCache(NullCache):
         return f'{name}.{sys.implementation.cache_tag}-{self._kind}-{digest.hexdigest()[:16]}.nbc'
 
 
-def load_whole(path: Path, trust: Trust) -> bytes:
+def load_whole(path: Path) -> bytes:
     """
     Return the data that ``save_whole`` has written.
 
-    Raises OSError if the file is missing, unreadable, damaged or not trusted.
+    Raises OSError if the file is missing, unreadable or damaged.
 
     """
-    with trust.opened(path, os.O_RDONLY) as number, open(number, 'rb', closefd=False) as file:
-        kept = file.read()
+    kept = path.read_bytes()
     if _digest(path, kept[DIGEST_BYTES:]) != kept[:DIGEST_BYTES]:
         raise OSError(errno.EBADMSG, 'damaged', str(path))
     return kept[DIGEST_BYTES:]
@@ -320,11 +266,7 @@ def save_whole(path: Path, data: bytes) -> None:
     try:
         with os.fdopen(number, 'wb') as file:
             file.write(_digest(path, data) + data)
-            file.flush()
-            os.fsync(number)
         part.chmod(FILE_MODE)
-        if path.is_dir():
-            shutil.rmtree(path)
         part.replace(path)
     except OSError:
         part.unlink()

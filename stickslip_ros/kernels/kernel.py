@@ -132,16 +132,11 @@ class InnerKernel(CPUDispatcher):
 
     def __call__(self, *_arguments: Any, **_named: Any) -> Any:
         """Refuse a call from Python."""
-        raise TypeError(not_for_python(self))
-
-
-def not_for_python(inner: Any) -> str:
-    """Return the message for a call of a kernel from Python."""
-    name = inner.py_func.__name__
-    return (
-        f'{name} is compiled for other kernels only; call entry_point({name}), or '
-        f'in_python({name}) if it calls no other kernel'
-    )
+        name = self.py_func.__name__
+        raise TypeError(
+            f'{name} is compiled for other kernels only; call entry_point({name}), or '
+            f'in_python({name}) if it calls no other kernel'
+        )
 
 
 def kernel(function: Function) -> Function:

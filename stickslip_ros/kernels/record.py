@@ -46,14 +46,9 @@ def kind(**fields: FieldType) -> RecordKind:
 
 def records(of: RecordKind, **values: Any) -> Any:
     """
-    Return an array of one record; numba finds its type faster than that of a record.
+    Return an array of one record with some fields; the others are 0.
 
-    Parameters
-    ----------
-    of : Kind
-        Type of the record.
-    values : number, array or record
-        Its fields; the others are 0.
+    numba finds its type faster than that of a record.
 
     """
     if of.itemsize > LARGE:  # fresh pages are zeros that cost no time until they are touched

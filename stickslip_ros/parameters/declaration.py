@@ -37,6 +37,7 @@ class Spec:
     # inclusive bounds, in ``unit``; None for switches and names
     minimum: float | None = None
     maximum: float | None = None
+    least: float = 0.0  # least value other than 0, which stands for a part that is off
     choices: tuple[str, ...] = ()  # accepted words of a choice; empty for other parameters
     fixed: bool = False  # true if the value is read once, at the start
     live: bool = False  # true if the value may change while the drive runs
@@ -87,6 +88,9 @@ class Spec:
         if self.maximum is not None and converted > self.maximum:
             limit = f'above the maximum {self.maximum:g} {self.unit}'.rstrip()
             raise OutOfRange(name, converted, self.unit, limit, f'lower it{hint}')
+        if 0.0 < converted < self.least:
+            limit = f'between 0 and {self.least:g} {self.unit}'.rstrip()
+            raise OutOfRange(name, converted, self.unit, limit, 'raise it, or set it to 0')
         return converted
 
 
@@ -144,17 +148,11 @@ def quantity(
     default: float | tuple[float, ...],
     unit: str,
     text: str,
-    *,
     bounds: tuple[float, float],
     source: str = ASSUMED,
     **others: Any,
 ) -> Any:
-    """
-    Declare a quantity: a float in an SI unit, or an array, with inclusive bounds of each.
-
-    Others are as in Spec.
-
-    """
+    """Declare a float in an SI unit, or an array, with inclusive bounds; others as in Spec."""
     return declare_field(Spec(float, default, unit, source, text, *bounds, **others))
 
 
@@ -165,10 +163,9 @@ opposing = partial(quantity, opposes=True)
 def count(
     default: int | tuple[int, ...],
     text: str,
-    *,
     bounds: tuple[int, int],
-    unit: str = '',
     source: str = ASSUMED,
+    unit: str = '',
     **others: Any,
 ) -> Any:
     """Declare a whole number, or an array, with inclusive bounds of each; others as in Spec."""
@@ -176,7 +173,7 @@ def count(
 
 
 def choice(
-    default: str, choices: tuple[str, ...], text: str, *, source: str = ASSUMED, **others: Any
+    default: str, choices: tuple[str, ...], text: str, source: str = ASSUMED, **others: Any
 ) -> Any:
     """Declare a choice among words; others as in Spec."""
     return declare_field(Spec(str, default, '', source, text, choices=choices, **others))
@@ -249,15 +246,6 @@ class Checked:
 
     def check_together(self) -> None:
         """Check conditions between values; groups override it."""
-
-
-def refuse_below_unless_zero(
-    name: str, value: float, least: float, unit: str, zero: str = 'none'
-) -> None:
-    """Require at least a minimum, or 0, which stands for ``zero``."""
-    if 0.0 < value < least:
-        limit = f'between 0 and {least:g} {unit}'.rstrip()
-        raise OutOfRange(name, value, unit, limit, f'raise it; 0: {zero}')
 
 
 def full_name(group: type[Checked], field: str) -> str:

@@ -20,12 +20,9 @@ from stickslip_ros.parameters.declaration import (
     choice,
     opposing,
     quantity,
-    refuse_below_unless_zero,
     switch,
 )
 
-SLOWEST_CELL_HZ = 1.0
-"""Lowest resonance of a load cell that has a mass."""
 TRUTH = ('t', 'voltage', 'foot', 'position', 'force')
 """True values at each sample, in the order of their columns; a trace begins with these columns."""
 
@@ -64,61 +61,45 @@ class Sensor:
         return f'{self.reading}_{self.unit.lower()}'
 
 
+# fmt: off
+
+
 @dataclass(frozen=True)
 class LoadCellParameters(Checked):
     """The load cell that the runner presses on."""
 
     contact: str = choice(
-        'attached',
-        ('attached', 'one_sided', 'absent'),
-        'runner fixed to the load cell, pressing on it from one side, or free',
-        source='Eq. 20',
-    )
+        'attached', ('attached', 'one_sided', 'absent'),
+        'runner fixed to the load cell, pressing on it from one side, or free', 'Eq. 20')
     stiffness: float = opposing(
-        1e5, 'N/m', 'stiffness k of the load cell, Eq. 20; the paper gives none', bounds=(1.0, 1e9)
-    )
+        1e5, 'N/m', 'stiffness k of the load cell, Eq. 20; the paper gives none', (1.0, 1e9))
     noise_density: float = quantity(
-        1e-6,
-        'N/sqrt(Hz)',
-        'one-sided density of the white noise, added after the mechanics',
-        bounds=(0.0, 1.0),
-    )
-    resolution: float = quantity(1e-5, 'N', 'quantisation; 0: none', bounds=(0.0, 1.0))
+        1e-6, 'N/sqrt(Hz)', 'one-sided density of the white noise, added after the mechanics',
+        (0.0, 1.0))
+    resolution: float = quantity(1e-5, 'N', 'quantisation; 0: none', (0.0, 1.0))
     bandwidth: float = quantity(
-        2e3, 'Hz', 'first-order low-pass of force and noise; 0: none', bounds=(0.0, 1e7)
-    )
+        2e3, 'Hz', 'first-order low-pass of force and noise; 0: none', (0.0, 1e7))
     gap: float = quantity(
-        0.0, 'm', 'one_sided: distance of the runner from the load cell', bounds=(0.0, 1.0)
-    )
+        0.0, 'm', 'one_sided: distance of the runner from the load cell', (0.0, 1.0))
     resonance: float = quantity(
-        0.0, 'Hz', 'resonance of its moving mass on its stiffness; 0: no mass', bounds=(0.0, 1e5)
-    )
-    damping_ratio: float = quantity(
-        0.1, '', 'damping ratio of that resonance', bounds=(0.001, 10.0)
-    )
+        0.0, 'Hz', 'resonance of its moving mass on its stiffness; 0: no mass', (0.0, 1e5),
+        least=1.0)
+    damping_ratio: float = quantity(0.1, '', 'damping ratio of that resonance', (0.001, 10.0))
     restitution: float = quantity(
-        0.0,
-        '',
-        'one_sided with a mass: coefficient of restitution of an impact; 0: no bounce',
-        bounds=(0.0, 1.0),
-    )
+        0.0, '', 'one_sided with a mass: coefficient of restitution of an impact; 0: no bounce',
+        (0.0, 1.0))
     hysteresis: float = quantity(
-        0.0,
-        '',
+        0.0, '',
         'width of the loop over the whole range, at mid-range, as a share of the range; 0: none',
-        bounds=(0.0, 0.4),
-    )
-    drift: float = quantity(0.0, 'N/s', 'steady drift of the zero', bounds=(-1e3, 1e3))
+        (0.0, 0.4))
+    drift: float = quantity(0.0, 'N/s', 'steady drift of the zero', (-1e3, 1e3))
     range: float = quantity(
-        0.0,
-        'N',
+        0.0, 'N',
         'signal of either sign at which the load cell saturates, before the tare; 0: no limit',
-        bounds=(0.0, 1e6),
-    )
+        (0.0, 1e6))
 
     def check_together(self) -> None:
-        """Refuse a hysteresis without a range, and a resonance below SLOWEST_CELL_HZ."""
-        refuse_below_unless_zero('load_cell.resonance', self.resonance, SLOWEST_CELL_HZ, 'Hz')
+        """Refuse a hysteresis without a range."""
         if self.hysteresis and not self.range:
             hint = 'set load_cell.range: the loop is a share of it'
             raise OutOfRange('load_cell.hysteresis', self.hysteresis, '', 'without a range', hint)
@@ -129,37 +110,26 @@ class InterferometerParameters(Checked):
     """The laser interferometer that looks at the runner."""
 
     reference: str = choice(
-        'table',
-        ('table', 'frame'),
-        'reference of the measurement: the table, or the frame of frame.mass',
-    )
+        'table', ('table', 'frame'),
+        'reference of the measurement: the table, or the frame of frame.mass')
     noise_density: float = quantity(
-        1e-12, 'm/sqrt(Hz)', 'one-sided density of the white noise', bounds=(0.0, 1e-3)
-    )
-    resolution: float = quantity(1e-10, 'm', 'quantisation; 0: none', bounds=(0.0, 1e-3))
+        1e-12, 'm/sqrt(Hz)', 'one-sided density of the white noise', (0.0, 1e-3))
+    resolution: float = quantity(1e-10, 'm', 'quantisation; 0: none', (0.0, 1e-3))
     bandwidth: float = quantity(
-        2e4, 'Hz', 'first-order low-pass of the reading; 0: none', bounds=(0.0, 1e7)
-    )
+        2e4, 'Hz', 'first-order low-pass of the reading; 0: none', (0.0, 1e7))
     sample_rate: float = quantity(
-        0.0,
-        'Hz',
-        'sample rate; a reading is held until the next sample; 0: trace.sample_rate',
-        bounds=(0.0, 1e7),
-    )
-    latency: float = quantity(0.0, 's', 'delay of a reading', bounds=(0.0, 0.05))
+        0.0, 'Hz', 'sample rate; a reading is held until the next sample; 0: trace.sample_rate',
+        (0.0, 1e7))
+    latency: float = quantity(0.0, 's', 'delay of a reading', (0.0, 0.05))
     cyclic_error: float = quantity(
-        0.0, 'm', 'amplitude of the error that repeats every half wavelength', bounds=(0.0, 1e-07)
-    )
+        0.0, 'm', 'amplitude of the error that repeats every half wavelength', (0.0, 1e-07))
     wavelength: float = quantity(
-        6.328e-07, 'm', 'wavelength of the laser; helium-neon', bounds=(1e-07, 1e-05)
-    )
-    drift: float = quantity(0.0, 'm/s', 'steady drift of the zero', bounds=(-0.001, 0.001))
+        6.328e-07, 'm', 'wavelength of the laser; helium-neon', (1e-07, 1e-05))
+    drift: float = quantity(0.0, 'm/s', 'steady drift of the zero', (-0.001, 0.001))
     random_walk: float = quantity(
-        0.0, 'm/sqrt(s)', 'drift of the zero as a random walk: rms after 1 s', bounds=(0.0, 0.001)
-    )
+        0.0, 'm/sqrt(s)', 'drift of the zero as a random walk: rms after 1 s', (0.0, 0.001))
     velocity_max: float = quantity(
-        0.0, 'm/s', 'velocity above which the beam is lost; 0: no limit', bounds=(0.0, 1e3)
-    )
+        0.0, 'm/s', 'velocity above which the beam is lost; 0: no limit', (0.0, 1e3))
 
 
 @dataclass(frozen=True)
@@ -167,18 +137,14 @@ class CapacitiveProbeParameters(Checked):
     """The capacitive probe that looks at the feet."""
 
     enabled: bool = switch(
-        False, 'install the probe, with topic foot_position and a column in the trace'
-    )
+        False, 'install the probe, with topic foot_position and a column in the trace')
     noise_density: float = quantity(
-        5e-12, 'm/sqrt(Hz)', 'one-sided density of the white noise', bounds=(0.0, 1e-3)
-    )
-    resolution: float = quantity(1e-10, 'm', 'quantisation; 0: none', bounds=(0.0, 1e-3))
+        5e-12, 'm/sqrt(Hz)', 'one-sided density of the white noise', (0.0, 1e-3))
+    resolution: float = quantity(1e-10, 'm', 'quantisation; 0: none', (0.0, 1e-3))
     bandwidth: float = quantity(
-        1e4, 'Hz', 'first-order low-pass of the reading; 0: none', bounds=(0.0, 1e7)
-    )
+        1e4, 'Hz', 'first-order low-pass of the reading; 0: none', (0.0, 1e7))
 
 
-# fmt: off
 SENSORS: tuple[Sensor, ...] = (
     Sensor(InterferometerParameters, 'position', 'position', 'm', 'stage',
            'interferometer', 'position of the runner', 1.0),

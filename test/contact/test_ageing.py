@@ -17,7 +17,6 @@ from stickslip_ros.contact.reaction import (
     relax,
 )
 from stickslip_ros.drive.build import all_contacts
-from stickslip_ros.errors import OutOfRange
 from stickslip_ros.kernels.kernel import entry_point
 from stickslip_ros.kernels.record import record
 from stickslip_ros.parameters import Parameters
@@ -182,19 +181,3 @@ def test_a_contact_that_does_not_age_goes_back_to_its_turning_points():
     slider.go(V0, DISTANCE_M)
     assert not slider.state.on_springs
     assert np.all(slider.state.springs.ages_s == 1.0)
-
-
-@pytest.mark.parametrize(
-    ('values', 'refusal'),
-    [
-        ({'contact.friction_rate': 0.01, 'contact.law': 'dahl'}, 'without effect under'),
-        ({'contact.friction_ageing': 0.01, 'contact.law': 'coulomb'}, 'without effect under'),
-        (
-            {'contact.friction_rate': 0.1, 'contact.friction_cutoff': 1e-7},
-            'not above 0, by friction_rate',
-        ),
-    ],
-)
-def test_ageing_without_effect_and_friction_below_zero_are_refused(values, refusal):
-    with pytest.raises(OutOfRange, match=refusal):
-        Parameters().updated(values)

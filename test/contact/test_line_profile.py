@@ -24,7 +24,6 @@ from stickslip_ros.contact.virgin import CELLS, tabulate, virgin_force
 from stickslip_ros.drive.layout import contacts_of
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.kernels.kernel import entry_point
-from stickslip_ros.lab.runs.sawtooth_run import simulate
 from stickslip_ros.parameters import ContactParameters, Parameters
 
 virgin_force = entry_point(virgin_force)
@@ -43,8 +42,6 @@ MANY_SPRINGS, MANY_SPRINGS_TABLE = 2000, 1e-5
 with 20 seeds at most 3.3e-5 and 3.7e-6."""
 SMOOTH_GRID = 1e-4
 """2000 springs on a smooth sphere, by the midpoint rule."""
-ENERGY_RESIDUAL = 5e-5
-"""Of the integration step: the equivalent profile misses as much in such a run."""
 GRIDS = {'few': (1 << 11, 5e6), 'many': (1 << 17, 1e8)}
 """Points and upper cut-off, rad/m."""
 
@@ -177,27 +174,3 @@ def test_the_parameters_make_a_line_of_their_own_for_every_contact():
     assert isinstance(again, LineProfile)
     assert isinstance(second, LineProfile)
     np.testing.assert_array_equal(again.heights_m, second.heights_m)
-
-
-def test_the_default_line_has_two_thousand_springs_in_contact_at_1_n(elasticity):
-    default = profile_of(ContactParameters(profile='rough_line'))
-    assert isinstance(default, LineProfile)
-    depth_m = indent(default, elasticity, 1.0).depth_m
-    assert float(default.springs_in_contact(depth_m)) > MANY_SPRINGS
-
-
-def test_a_prefactor_without_effect_on_a_line_is_refused_and_the_rms_height_counts():
-    with pytest.raises(OutOfRange, match=r'contact\.prefactor .* without effect on a rough line'):
-        Parameters().updated({'contact.profile': 'rough_line', 'contact.prefactor': 1e-3})
-    high = Parameters().updated({'contact.profile': 'rough_line', 'contact.rms_height': 2e-6})
-    assert high.contact.rms_height == 2e-6
-
-
-def test_the_drive_runs_on_rough_lines():
-    stand = Parameters().updated({'contact.profile': 'rough_line', 'stand.preload': 0.5})
-    run = simulate(stand, voltage_v=300.0, steps=30, record=False).result
-    limit_n = sum(contact.max_force_n for contact in contacts_of(stand))
-    assert run.steps == 30
-    assert math.isfinite(run.force_mean_n)
-    assert 0.0 < run.force_mean_n < limit_n
-    assert abs(run.energy_residual) < ENERGY_RESIDUAL

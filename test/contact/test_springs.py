@@ -166,25 +166,6 @@ def test_a_lighter_load_lets_springs_slip_back_to_the_new_limit_and_loses_what_t
     assert loss_j == pytest.approx(before_j - stored_in_springs(BANK, springs), rel=1e-9)
 
 
-def test_more_springs_come_closer_with_the_square_of_their_number():
-    preload_n = 1.0
-    curve = virgin_curve(preload_n)
-    errors = []
-    for springs in (32, 64, 128):
-        few = bank(springs)
-        displacements_m = np.linspace(0.0, curve.limit_m, 501)
-        worst = 0.0
-        for u_m in displacements_m:
-            memory = fresh_memory()
-            move(curve, memory, u_m)
-            force_n, _ = move_springs(few, empty(few), u_m, preload_n, preload_n)
-            worst = max(worst, abs(force_n - memory.force_n))
-        errors.append(worst)
-    ratios = np.array(errors[:-1]) / np.array(errors[1:])
-    # Second order is 4; the position of the worst point among the springs scatters it.
-    assert np.all(ratios > 2.5), ratios
-
-
 def test_a_class_without_a_spring_has_no_force_and_no_energy():
     heights_m, stiffness = np.array([[0.0, 1e-9]]), np.array([[1e6, 0.0]])
     rows = (heights_m, FRICTION * stiffness, stiffness, np.array([[0.0, 1e-3]]))

@@ -9,7 +9,6 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from stickslip_ros.arrays import Array
 from stickslip_ros.contact.hemisphere import elasticity_of, lines_of, profile_of, spectrum_of
 from stickslip_ros.contact.mdr import solve_presliding
 from stickslip_ros.contact.profile import LineProfile, line_profile
@@ -149,24 +148,6 @@ def test_the_waves_have_the_power_and_the_cut_offs_of_the_periodic_line():
         assert found == pytest.approx(expected, rel=SAMPLING)
 
 
-def test_heights_differ_over_a_distance_as_those_of_the_periodic_line():
-    contact = TRAVELS.updated({'contact.travel': 1.0}).contact
-    track, spectrum = lines_of(contact), spectrum_of(contact)
-    fixed_m = track.fixed_m[0, : track.springs]
-
-    def differences_m2(line_m):
-        return [np.mean((line_m[each:] - line_m[:-each]) ** 2) for each in (16, 128, 1024)]
-
-    found, expected = [], []
-    for foot in range(6):
-        line_m = rough_line(spectrum, contact.line_length, contact.line_points, foot)
-        expected.append(differences_m2(line_m))
-        places = range(0, 110_000, 22_000)
-        found += [differences_m2(heights_m(track, foot, place) - fixed_m) for place in places]
-    mean, wanted = np.mean(found, axis=0), np.mean(expected, axis=0)
-    assert mean.tolist() == pytest.approx(wanted.tolist(), rel=2.0 * SAMPLING)
-
-
 def test_the_foot_keeps_its_share_of_the_roughness():
     still, half = (
         profile_of(TRAVELS.updated({'contact.travel': share}).contact) for share in (0.0, 0.5)
@@ -189,61 +170,8 @@ def test_the_lines_take_as_much_memory_for_a_millimetre_as_at_rest():
     assert track.ring_m.shape[1] * track.spacing_m < 0.1e-3
 
 
-@pytest.mark.parametrize(
-    ('changes', 'message'),
-    [
-        ({'contact.profile': 'rough'}, r'contact\.travel 1 is used only on a rough line'),
-        ({'contact.law': 'lugre'}, r'contact\.travel 1 is used only .* under the law mdr'),
-        (
-            {'contact.friction_ageing': 0.01},
-            r'contact\.travel 1 is used only .* constant friction',
-        ),
-        ({'stand.preload_end': 0.6}, r'stand\.preload_end 0\.6 N is a ramp'),
-    ],
-)
-def test_what_windows_cannot_follow_is_refused(changes, message):
-    with pytest.raises(OutOfRange, match=message):
-        TRAVELS.updated(changes)
-
-
 @pytest.mark.parametrize('points', [1 << 21, 16])
 def test_a_window_of_too_many_or_no_springs_is_refused(points):
     cut_off = {'contact.cutoff_upper': 2e4} if points == 16 else {}
     with pytest.raises(OutOfRange, match=r'contact\.line_points \d+ is unfit .* springs'):
         lines_of(TRAVELS.updated({'contact.line_points': points, **cut_off}).contact)
-
-
-def test_springs_that_slide_along_the_line_are_all_at_their_limit_and_forget_the_way():
-    """The rule of the windows against springs that are moved one by one, with a line between."""
-    stand = TRAVELS.updated({'contact.line_points': 4096, 'contact.cutoff_upper': 4e6})
-    contact, track, foot, normal_n = stand.contact, lines_of(stand.contact), 0, 0.35
-    elasticity, waves = elasticity_of(contact), track.waves[: track.waves_in_all]
-    springs, spacing_m = np.arange(track.springs), float(track.spacing_m)
-    shear_n_per_m = elasticity.shear_pa * spacing_m
-
-    def limits_n(way_m):
-        turns = np.outer(springs - way_m / spacing_m, waves[:, ANGLE])
-        line_m = np.cos(turns + track.phases[foot, : len(waves)]) @ waves[:, AMPLITUDE]
-        profile = line_profile(line_m + track.fixed_m[foot, : len(springs)], spacing_m)
-        depth_m = profile.depth_for(normal_n / (2.0 * elasticity.normal_pa))
-        pressed_n = elasticity.normal_pa * spacing_m * np.maximum(depth_m - profile.heights_m, 0.0)
-        return contact.friction * pressed_n
-
-    forces_n: Array = np.zeros(len(springs))
-    places, step_m, begun = 20, spacing_m / 10.0, 20
-    touched = np.zeros(len(springs), bool)
-    for step in range(1, 10 * places + 1):
-        own_n = limits_n(step * step_m)
-        touched |= own_n > 0.0
-        forces_n = np.clip(forces_n + shear_n_per_m * step_m, -own_n, own_n)
-        if step > begun:
-            np.testing.assert_allclose(forces_n, own_n, rtol=1e-12)
-    assert np.count_nonzero(touched) > np.count_nonzero(own_n) + 5
-    assert forces_n.sum() == pytest.approx(contact.friction * normal_n, rel=1e-9)
-    there = solve_presliding(
-        window_profile(track, foot, places), elasticity, contact.friction, normal_n
-    )
-    for back_m in np.array([0.1, 0.5, 1.0, 1.7]) * there.max_displacement_m:
-        found_n = np.clip(forces_n - shear_n_per_m * back_m, -own_n, own_n).sum()
-        masing_n = there.max_force_n - 2.0 * float(there.tangential_force(0.5 * back_m))
-        assert found_n == pytest.approx(masing_n, abs=1e-9 * there.max_force_n)

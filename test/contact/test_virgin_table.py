@@ -73,13 +73,6 @@ def test_the_stiffness_begins_with_that_of_full_stick_and_falls_to_zero(
     assert stiffness[-1] == 0.0
 
 
-def test_the_force_never_falls_and_is_concave(curve, looked_up):
-    _, force_n, _, _ = looked_up
-    rises_n = np.diff(force_n)
-    assert np.all(rises_n >= -ROUNDING * curve.force_max_n)
-    assert np.all(np.diff(rises_n) <= ROUNDING * curve.force_max_n)
-
-
 def test_the_first_cell_is_linear_and_hence_free_of_loss(curve):
     u_m = np.linspace(0.0, 1.0, 11) * curve.core_m * (1.0 - ROUNDING)
     force_n, stiffness, energy_j = (np.empty_like(u_m) for _ in range(3))
@@ -97,19 +90,6 @@ def test_the_energy_is_the_integral_of_the_force(curve, looked_up):
     # Ten trapezoids per cell: their error is (1/10)^2/12 of what a parabola bends within a cell.
     within = 1e-8 * curve.force_max_n * curve.limit_m
     np.testing.assert_allclose(energy_j, trapezoid_j, rtol=0.0, atol=within)
-
-
-def test_pieces_of_the_table_join_without_a_jump(curve):
-    nodes_m = np.arange(1, CELLS + 1) * curve.core_m
-    sides = []
-    for side in (1.0 - ROUNDING, 1.0 + ROUNDING):
-        columns = [np.empty_like(nodes_m) for _ in range(3)]
-        _look_up(curve, nodes_m * side, *columns)
-        sides.append(columns)
-    scales = (curve.force_max_n, None, curve.energy_max_j)
-    for before, after, scale in zip(*sides, scales, strict=True):
-        if scale is not None:
-            np.testing.assert_allclose(before, after, rtol=0.0, atol=1e-11 * scale)
 
 
 def test_contacts_that_share_a_displacement_add_up(hemisphere):

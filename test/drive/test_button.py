@@ -23,16 +23,6 @@ LOOSE = {'stand__preload': 1e-3, 'load_cell__contact': 'one_sided', 'load_cell__
 RESIDUAL = 1e-4
 
 
-def test_an_attached_cell_is_mass_and_damping_of_the_runner(drive):
-    found = drive(load_cell__resonance=1.5e3, load_cell__damping_ratio=0.1).start(WAVE, [0.01])
-    damping = 0.2 * 1e5 / (2.0 * math.pi * 1.5e3)
-    alone = drive(runner__mass=3e-3 + MASS_KG, runner__damping=damping, sim__dt=found.plant.dt_s)
-    alone.start(WAVE, [0.01])
-    assert found.plant.only_long_steps
-    np.testing.assert_allclose(found.ramps[:11, RAMP_MEAN], alone.ramps[:11, RAMP_MEAN], rtol=1e-6)
-    assert abs(found.residual) < RESIDUAL
-
-
 @pytest.mark.parametrize('restitution', [0.0, 0.6])
 def test_the_error_falls_with_the_fourth_power_and_the_balance_closes(restitution, drive):
     ends_m = []

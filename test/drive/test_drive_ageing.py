@@ -3,20 +3,14 @@
 
 """A drive with ageing friction against an independent slider, and the effect on its steps."""
 
-import math
-
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from short_run import PLAIN, short_run
 
 from stickslip_ros.drive.build import change_preload
-from stickslip_ros.drive.waveform import sawtooth, table
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.drive.waveform import sawtooth
 
 AGES = {'contact__friction_rate': 0.01, 'contact__friction_ageing': 0.015}
-SLIDER = 0.01
-"""Share of the way of a slider after a step of its velocity by which the two may differ."""
 RESIDUAL = 2e-4
 """Energy that the balance misses, relative to the work of the feet."""
 APART = 5e-3
@@ -27,52 +21,6 @@ and an age of its own."""
 def test_without_coefficients_nothing_else_about_ageing_changes_a_bit():
     others = {'contact.rest_time': 1e3, 'contact.friction_cutoff': 1e-6}
     assert short_run({**PLAIN, **others}) == short_run(PLAIN)
-
-
-def test_a_slider_follows_a_velocity_step_as_rate_and_state_with_a_spring_say(drive):
-    # Feet that go 1 um/V drag a runner that the load cell holds: at 1 mm/s, then at 3 mm/s.
-    machine = drive(
-        **AGES, actuator__gain=1e-6, runner__damping=5.0, contact__friction_distance=2e-6
-    )
-    wave = table([[0.0, 0.0], [0.03, 30.0], [0.04, 60.0]])
-    machine.start(wave, [0.03])
-    rest_m, times_s = machine.state.position_m, np.linspace(1e-5, 4e-3, 200)
-    found_m = np.array(
-        [machine.run(wave, [dt]).state.position_m for dt in np.diff(times_s, prepend=0.0)]
-    )
-
-    # The same in the classical form: series spring, velocity from the force, no lag.
-    contact, p = machine.plant.contacts[0], Parameters()
-    stiffness, normal_n = contact.curve.cells[0, 1], contact.curve.force_max_n / p.contact.friction
-    a, b, length_m, v0, cutoff = 0.01, 0.015, 2e-6, p.contact.friction_velocity, 1e-4
-    k, mass_kg, damping = p.load_cell.stiffness, p.runner.mass, 5.0
-
-    def rates(_, state):
-        x_m, speed, drag_n, age_s = state
-        mu = drag_n / normal_n - p.contact.friction - b * math.log(v0 * age_s / length_m)
-        slip = (v0 + cutoff) * math.exp(mu / a) - cutoff
-        pull_n = drag_n - k * x_m - damping * speed
-        return (
-            speed,
-            pull_n / mass_kg,
-            stiffness * (3e-3 - speed - slip),
-            1.0 - slip * age_s / length_m,
-        )
-
-    steady_n = normal_n * p.contact.friction
-    start = (steady_n / k, 0.0, steady_n, length_m / v0)
-    solved = solve_ivp(
-        rates,
-        (0.0, 4e-3),
-        start,
-        'LSODA',
-        t_eval=times_s,
-        rtol=1e-9,
-        atol=(1e-15, 1e-12, 1e-12, 1e-12),
-    )
-    assert rest_m == pytest.approx(steady_n / k, rel=1e-3)
-    way_m = solved.y[0] - start[0]
-    assert np.abs(found_m - rest_m - way_m).max() < SLIDER * np.abs(way_m).max()
 
 
 @pytest.mark.parametrize('preload_n', [0.1, 1.0])

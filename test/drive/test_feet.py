@@ -6,7 +6,6 @@
 import numpy as np
 import pytest
 
-from stickslip_ros.drive.advance import RAMP_MEAN
 from stickslip_ros.drive.build import change_preload, plant_of, separate_feet
 from stickslip_ros.drive.layout import contacts_of, gain_ratios, ratios_of
 from stickslip_ros.drive.waveform import sawtooth
@@ -23,10 +22,6 @@ EVERYTHING = {
 }
 SAME_STEPS = 1e-9
 """Relative; sums of six instead of one sum."""
-SHORT = 2e-5
-"""Relative; what short steps miss against long ones."""
-HALF_STEP = 5e-4
-"""Relative change of the mean position in the 20th ramp, of some 2 um, by half the step."""
 RESIDUAL = 2e-4
 """Largest residual at the default step, relative to the work of the feet."""
 ORDER_2 = 3.0
@@ -64,14 +59,6 @@ def test_equal_feet_one_by_one_move_like_all_as_one(profile, drive):
         expected_j = getattr(one.ledger, term)
         scale_j = 1e-9 * one.ledger.feet_work_j
         assert getattr(six.ledger, term) == pytest.approx(expected_j, rel=1e-6, abs=scale_j)
-
-
-def test_equal_feet_move_like_the_long_steps_do(drive):
-    glided = drive(runner__damping=80.0).start(WAVE, [RUN_S])
-    six = drive(runner__damping=80.0).separate().start(WAVE, [RUN_S])
-    assert glided.plant.ideal
-    assert not six.plant.ideal
-    assert six.ramps[18, RAMP_MEAN] == pytest.approx(glided.ramps[18, RAMP_MEAN], rel=SHORT)
 
 
 @pytest.mark.parametrize('law', ['dahl', 'lugre', 'epm'])
@@ -131,19 +118,6 @@ def test_each_foot_goes_its_own_way(drive):
     assert machine.state.contact_n == pytest.approx(total_n, rel=1e-12)
 
 
-def test_the_mirrored_drive_moves_in_the_mirror(drive):
-    changes = {'actuator__gain_tolerance': 0.1, 'actuator__resonance': 1e5}
-    changes |= {'actuator__creep': 0.05, 'amplifier__bandwidth': 2e5}
-    there = drive(**changes).start(WAVE, [0.01])
-    below = {'amplifier__voltage_min': -300.0, 'amplifier__voltage_max': 0.0}
-    mirrored = sawtooth(-300.0, 300.0, -1000.0, 0)
-    back = drive(**changes, **below).start(mirrored, [0.01])
-    assert back.state.position_m == -there.state.position_m
-    assert back.state.velocity_m_per_s == -there.state.velocity_m_per_s
-    assert back.state.sums.feet_work_j == there.state.sums.feet_work_j
-    assert back.ledger.contact_lost_j == there.ledger.contact_lost_j
-
-
 @pytest.mark.parametrize(
     'extra',
     [{}, {'actuator__gain_tolerance': 0.5}, {'contact__law': 'dahl'},
@@ -158,16 +132,6 @@ def test_the_balance_closes_with_everything_on(extra, drive):
     ]
     assert residuals[0] < RESIDUAL
     assert residuals[1] < residuals[0] / ORDER_2
-
-
-def test_half_the_step_leaves_the_motion_with_everything_on(drive):
-    means_m = [
-        drive(**EVERYTHING, sim__dt=dt_s).start(WAVE, [RUN_S + 1e-5]).ramps[19, RAMP_MEAN]
-        for dt_s in (5e-6, 2.5e-6, 1.25e-6)
-    ]
-    changes = np.abs(np.diff(means_m)) / means_m[-1]
-    assert changes[0] < HALF_STEP
-    assert changes[1] < changes[0] / ORDER_2
 
 
 def test_the_same_drive_moves_to_the_bit(drive):

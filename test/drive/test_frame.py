@@ -5,7 +5,6 @@
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN, observe_samples
 from stickslip_ros.drive.build import plant_of
@@ -14,7 +13,6 @@ from stickslip_ros.drive.records import POSITION
 from stickslip_ros.drive.waveform import level, sawtooth
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.kernels.kernel import entry_point
-from stickslip_ros.lab.linear.linearise import linearise
 from stickslip_ros.parameters import Parameters
 
 WAVE = sawtooth(0.0, 300.0, 1000.0, 0)
@@ -24,25 +22,11 @@ FRAME = {
     'frame__damping_ratio': 0.05,
     'actuator__mass': 2e-4,
 }
-SPRINGS_N = ((0.3e-3, 0.02, 173.000e-3), (3e-3, 0.02, 158.783e-3), (0.3e-3, 0.1, 162.737e-3),
-             (3e-3, 0.1, 116.526e-3))  # fmt: skip
-"""Mass of the feet, their share r, force: `run_springs(changes, 300.0, 199, 0.0, np.ones(6))` of
-test/evidence/spring_drive.py, the mean of the last cycle times 1e5 N/m."""
-SPRINGS_ERROR = 2.5e-4
-"""Its time steps: 1.7e-4 seen with r = 0.1 and 3 g of feet, 1.2e-4 and less elsewhere."""
 ROUNDING = 1e-9
 RESIDUAL = 1e-4
 """Of the work of the feet, at the default step."""
 
 place_of_frame = entry_point(frame_place)
-
-
-@pytest.mark.parametrize(('feet_kg', 'share', 'mean_n'), SPRINGS_N)
-def test_the_mean_force_is_that_of_a_row_of_springs(feet_kg, share, mean_n, drive):
-    machine = drive(
-        frame__mass=feet_kg / share, frame__resonance=1e4, actuator__mass=feet_kg / 6.0
-    ).start(WAVE, [0.2])
-    assert 1e5 * machine.ramps[198, RAMP_MEAN] == pytest.approx(mean_n, rel=SPRINGS_ERROR)
 
 
 def test_a_frame_that_nothing_holds_takes_the_momentum_that_the_runner_gets(drive):
@@ -95,46 +79,6 @@ def test_the_balance_closes_and_the_error_falls_with_the_fourth_power(damping, d
         ends_m.append(machine.ramps[:12, (RAMP_MEAN, RAMP_END)])
     errors = [np.sqrt(np.mean((each - ends_m[-1]) ** 2)) for each in ends_m[:-1]]
     assert errors[0] / errors[2] > 4.0**3
-
-
-def test_stuck_frame_and_runner_swing_as_scipy_integrates_them(drive):
-    """A small load that comes at once: contacts far from slip are springs."""
-    values = {'frame.mass': 0.01, 'frame.resonance': 3e3, 'frame.damping_ratio': 0.1}
-    parameters = Parameters().updated({**values, 'runner.damping': 20.0})
-    linear = linearise(parameters, 0.0)
-    times_s = np.linspace(0.0, 3e-3, 151)
-    load_n = 1e-4
-    contact, cell = linear.contact_n_per_m, linear.cell_n_per_m
-    held, damper = 0.01 * (6e3 * np.pi) ** 2, 0.2 * 6e3 * np.pi * 0.01
-
-    def rates(_, state):
-        x, v, y, w = state
-        force_n = contact * (x - y)
-        return (
-            v, (load_n - force_n - cell * x - 20.0 * v) / 3e-3,
-            w, (force_n - held * y - damper * w) / 0.01,
-        )  # fmt: skip
-
-    expected = solve_ivp(
-        rates, (0.0, 3e-3), np.zeros(4), 'DOP853', times_s, rtol=1e-10, atol=1e-18
-    )
-    machine = drive(
-        **{name.replace('.', '__'): each for name, each in values.items()}, runner__damping=20.0
-    ).start(level(0.0), ())
-    found = []
-    for _ in times_s[1:]:
-        machine.run(level(0.0), [times_s[1]], load_n)
-        found.append((machine.state.position_m, machine.state.centre_m))
-    largest = np.abs(expected.y).max(axis=1)
-    off = np.abs(np.array(found).T - expected.y[(0, 2), 1:]).max(axis=1)
-    # Partial slip takes a little off the stiffness.
-    assert np.all(off < 3e-3 * largest[[0, 2]])
-    poles = np.linalg.eigvals(linear.A)
-    swings = np.transpose([rates(0.0, row) for row in np.eye(4)])
-    swings -= np.array(rates(0.0, np.zeros(4)))[:, None]
-    np.testing.assert_allclose(
-        np.sort_complex(poles), np.sort_complex(np.linalg.eigvals(swings)), rtol=1e-9
-    )
 
 
 def test_the_interferometer_measures_against_the_frame_if_told(drive):

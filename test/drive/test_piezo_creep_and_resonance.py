@@ -11,7 +11,6 @@ import pytest
 from stickslip_ros.drive.build import plant_of
 from stickslip_ros.drive.piezo import displace, free_ring, prepare_piezo, rest_piezo
 from stickslip_ros.drive.records import PIEZO_STATE
-from stickslip_ros.drive.waveform import level
 from stickslip_ros.kernels.kernel import entry_point
 from stickslip_ros.kernels.record import record
 from stickslip_ros.lab.runs.sawtooth_run import run_drive
@@ -124,28 +123,6 @@ def test_along_a_ramp_the_steps_do_not_matter():
             end_m = piezo.hold(end_s / steps, rate_v_per_s * end_s * i / steps)
         ends_m.append(end_m)
     np.testing.assert_allclose(ends_m, ends_m[0], rtol=ROUNDING)
-
-
-def test_in_the_end_the_resonance_has_a_gain_of_one():
-    piezo = Piezo(resonance=1e5, damping_ratio=0.05).jump()
-    assert piezo.hold(1.0) == pytest.approx(STEP_M, rel=1e-12, abs=0.0)
-    assert piezo.memory.ring_m == pytest.approx(STEP_M, rel=1e-12, abs=0.0)
-
-
-def test_the_feet_of_a_drive_ring_as_they_do_alone(drive):
-    machine = drive(actuator__resonance=2e4, actuator__damping_ratio=0.02)
-    machine.start(level(300.0), [2e-6])
-    found_m = [machine.run(level(300.0), [1e-6]).state.foot_m for _ in range(500)]
-    off = np.array(found_m) / 160e-9 - 1.0
-    # The jump takes 2 of 50 us: the first swing misses a sudden one by (w t)^2/24 or so.
-    assert np.max(off) == pytest.approx(math.exp(-math.pi * 0.02), rel=5e-3, abs=0.0)
-
-
-def test_a_drive_that_creeps_moves_its_feet_by_the_law(drive):
-    machine = drive(actuator__creep=0.1).start(level(300.0), [0.1])
-    taken_in = sum(1.0 - math.exp(-0.1 / 10.0**k) for k in range(-2, 4))
-    # The voltage rises for 2 us of 0.1 s.
-    assert machine.state.foot_m == pytest.approx(160e-9 * (1 + 0.1 * taken_in), rel=1e-5, abs=0.0)
 
 
 @pytest.mark.parametrize(

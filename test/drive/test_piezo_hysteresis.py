@@ -67,25 +67,15 @@ def test_the_loop_of_the_whole_range_has_the_stroke_of_the_gain_from_the_first_t
     np.testing.assert_allclose(found_m, expected_m, rtol=0.0, atol=ROUNDING * STROKE_M)
 
 
-@pytest.mark.parametrize('start_v', [LOW_V, 0.0, 55.0, HIGH_V])
-def test_a_piezo_at_rest_is_at_zero_wherever_it_rests(start_v):
-    assert Loop(0.2, 8, start_v).to(start_v) == 0.0
-
-
 @pytest.mark.parametrize(('opening', 'plays'), CASES)
 def test_the_displacement_lags_behind_the_voltage(opening, plays):
     loop = Loop(opening, plays)
     volts = np.linspace(LOW_V, HIGH_V, 301)
     up_m, down_m = loop.to(*volts), loop.to(*volts[::-1])[::-1]
     assert np.all(down_m[1:-1] > up_m[1:-1])
+    assert (down_m - up_m)[150] == pytest.approx((down_m - up_m).max(), rel=0.01)
     assert np.all(np.diff(up_m) > 0.0)
     assert np.all(np.diff(down_m) > 0.0)
-
-
-def test_the_largest_opening_is_the_one_in_mid_stroke():
-    loop, volts = Loop(0.2, 16), np.linspace(LOW_V, HIGH_V, 301)
-    up_m, down_m = loop.to(*volts), loop.to(*volts[::-1])[::-1]
-    assert np.argmax(down_m - up_m) == pytest.approx(150, abs=10)
 
 
 def test_without_hysteresis_the_displacement_is_proportional_to_the_voltage():

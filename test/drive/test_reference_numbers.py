@@ -15,8 +15,6 @@ VOLT_PER_NM = FULL_V / FULL_NM
 
 FORCE_ERROR = 0.01
 """Of the generated forces, which are given to the millinewton."""
-STEP_ERROR = 1e-3
-"""Change of the generated force that half the time step may bring."""
 A0_ERROR_NM = 2.0
 """0-amplitudes are given to the nanometre, at a frequency of their own; the runner still rings
 when the next fall comes, which moves them by a nanometre or two."""
@@ -35,14 +33,6 @@ def _force_n(machine):
 def test_the_generated_force_is_the_known_one(preload_n, force_n, drive):
     found_n = _force_n(drive(stand__preload=preload_n))
     assert found_n == pytest.approx(force_n, rel=FORCE_ERROR, abs=0.0)
-
-
-@pytest.mark.parametrize('preload_n', [0.1, 0.5, 1.0])
-def test_half_the_time_step_does_not_change_the_generated_force(preload_n, drive):
-    force_n, finer_n = (
-        _force_n(drive(stand__preload=preload_n, sim__dt=dt_s)) for dt_s in (5e-7, 2.5e-7)
-    )
-    assert force_n == pytest.approx(finer_n, rel=STEP_ERROR, abs=0.0)
 
 
 def _step_length_nm(machine, amplitude_nm):
@@ -92,19 +82,6 @@ def test_below_the_zero_amplitude_a_free_runner_goes_nowhere(preload_n, amplitud
     machine.start(sawtooth(0.0, amplitude_nm * VOLT_PER_NM, 200.0, 200), [1.0 + 1e-4])
     ends_m = machine.ramps[:200, RAMP_END]
     assert abs(ends_m[199] - ends_m[99]) / 100.0 < DRIFT_M
-
-
-@pytest.mark.parametrize('contact', ['attached', 'absent'])
-def test_a_mirrored_voltage_moves_the_runner_in_the_mirror(contact, drive):
-    forwards = drive(load_cell__contact=contact)
-    backwards = drive(load_cell__contact=contact, amplifier__voltage_initial=FULL_V)
-    forwards.start(sawtooth(0.0, FULL_V, 1000.0, 20), [0.0205], 0.02)
-    backwards.start(sawtooth(0.0, FULL_V, -1000.0, 20), [0.0205], -0.02)
-    # 300 V less a voltage has fewer digits than that voltage.
-    np.testing.assert_allclose(backwards.ramps[:20], -forwards.ramps[:20], rtol=1e-9, atol=1e-18)
-    there, back = forwards.ledger, backwards.ledger
-    assert back.feet_work_j == pytest.approx(there.feet_work_j, rel=1e-9, abs=0.0)
-    assert back.contact_lost_j == pytest.approx(there.contact_lost_j, rel=1e-9, abs=0.0)
 
 
 def test_a_fall_as_slow_as_the_ramp_moves_nothing(drive):

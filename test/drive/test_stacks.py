@@ -10,7 +10,6 @@ from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN
 from stickslip_ros.drive.faults import apply_faults
 from stickslip_ros.drive.layout import contacts_of
 from stickslip_ros.drive.waveform import level, sawtooth
-from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.linear.linearise import linearise
 from stickslip_ros.parameters import Parameters
 
@@ -114,18 +113,3 @@ def test_a_dead_foot_bends_on_and_follows_again(drive):
         machine.run(WAVE, [3e-3])
         assert abs(machine.residual) < 2.0 * RESIDUAL
     assert machine.state.places_m[2] == pytest.approx(machine.state.places_m[1], abs=2e-7)
-
-
-@pytest.mark.parametrize(
-    ('values', 'message'),
-    [
-        ({'mass': 3.6e-5, 'resonance': 1.5e5}, r'mass .* set it to 0, and .*stiffness to 3\.198e'),
-        ({'stiffness': 3.2e7}, r'stiffness .* without a mass while actuator\.resonance is 0'),
-        ({'stiffness': 32.0, 'resonance': 1.5e5}, r'stiffness 32 N/m is between 0 and 1'),
-    ],
-)
-def test_a_stack_is_its_stiffness_and_its_resonance_and_softer_than_contacts_it_is_none(
-    values, message
-):
-    with pytest.raises(OutOfRange, match=message):
-        Parameters().updated({f'actuator.{name}': value for name, value in values.items()})

@@ -3,8 +3,6 @@
 
 """Steps on travelling roughness: dependence, mean, and energy balance."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -13,7 +11,7 @@ from stickslip_ros.drive.waveform import sawtooth
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Status
-from stickslip_ros.parameters import Parameters, load_yaml
+from stickslip_ros.parameters import Parameters
 
 HERTZ = 200.0
 WAVE = sawtooth(0.0, 280.0, HERTZ, 0)
@@ -27,7 +25,6 @@ COARSE = {'contact__line_points': 1 << 15, 'contact__cutoff_upper': 2e7}
 STEADY = 20
 """Steps until the first ones are forgotten."""
 RESIDUAL = 2e-5
-REALISTIC = Path(__file__).parents[2] / 'config' / 'realistic.yaml'
 
 
 def steps_of(machine, count, wave=WAVE):
@@ -127,13 +124,6 @@ def test_pieces_of_time_do_not_matter(drive):
     assert pieces.state.contacts[ALL].window_m == pytest.approx(
         whole.state.contacts[ALL].window_m, rel=1e-6
     )
-
-
-def test_the_realistic_stand_travels(drive):
-    changed = {name.replace('.', '__'): v for name, v in load_yaml(REALISTIC).changed().items()}
-    machine = drive(**{**changed, **TRAVELS, 'load_cell__contact': 'absent'})
-    assert np.std(steps_of(machine, 40)[STEADY:]) > 0.0
-    assert abs(machine.ledger.residual_j) < 1e-3 * machine.ledger.feet_work_j
 
 
 def test_the_closed_loop_arrives_on_roughness_that_travels():

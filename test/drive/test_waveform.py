@@ -38,38 +38,30 @@ def _clock(ramp_s, cycle=0):
     return record(CLOCK, ramp_s=ramp_s, cycle=cycle)
 
 
-def test_a_level_is_held_for_ever():
-    wave = level(120.0)
-    for clock in (_clock(0.0), _clock(3.0), _clock(1e6, 7)):
-        assert target(wave, clock) == (120.0, 0.0, math.inf)
+@pytest.mark.parametrize(
+    ('wave', 'cycle', 'held_v'),
+    [
+        (level(120.0), 0, 120.0),
+        (sawtooth(10.0, 200.0, -500.0, 3), 3, 210.0),
+        (table(ROWS), 1, 50.0),
+        (table([(0.0, 70.0)]), 0, 70.0),
+    ],
+)
+def test_after_its_cycles_a_wave_is_held_for_ever(wave, cycle, held_v):
+    for clock in (_clock(0.0, cycle), _clock(3.0, cycle), _clock(1e6, cycle + 7)):
+        assert target(wave, clock) == (held_v, 0.0, math.inf)
         assert not ramp_is_over(wave, clock)
 
 
-def test_a_sawtooth_forwards_rises_from_its_lower_end():
-    wave = sawtooth(10.0, 200.0, 500.0, 3)
-    assert (wave.start_v, wave.rise_v, wave.period_s, wave.cycles) == (10.0, 200.0, 2e-3, 3)
-    voltage_v, slope, corner_s = target(wave, _clock(0.5e-3))
-    assert voltage_v == pytest.approx(60.0, rel=ROUNDING, abs=0.0)
-    assert slope == pytest.approx(1e5, rel=ROUNDING, abs=0.0)
-    assert corner_s == pytest.approx(1.5e-3, rel=ROUNDING, abs=0.0)
-
-
-def test_a_sawtooth_backwards_falls_from_its_upper_end():
-    wave = sawtooth(10.0, 200.0, -500.0, 3)
-    assert (wave.start_v, wave.rise_v, wave.period_s) == (210.0, -200.0, 2e-3)
-    voltage_v, slope, _ = target(wave, _clock(0.5e-3))
-    assert voltage_v == pytest.approx(160.0, rel=ROUNDING, abs=0.0)
-    assert slope == pytest.approx(-1e5, rel=ROUNDING, abs=0.0)
-
-
-def test_after_its_ramps_a_sawtooth_is_held_where_it_started():
-    wave = sawtooth(10.0, 200.0, -500.0, 3)
-    assert target(wave, _clock(1e-3, 3)) == (210.0, 0.0, math.inf)
-    assert not ramp_is_over(wave, _clock(1.0, 3))
-
-
-def test_a_sawtooth_without_a_number_of_steps_is_endless():
-    assert sawtooth(0.0, 300.0, 1.0, 0).cycles == ENDLESS
+@pytest.mark.parametrize(
+    ('hertz', 'start_v', 'rise_v', 'wanted'),
+    [(500.0, 10.0, 200.0, (60.0, 1e5, 1.5e-3)), (-500.0, 210.0, -200.0, (160.0, -1e5, 1.5e-3))],
+)
+def test_a_sawtooth_rises_forwards_and_falls_backwards(hertz, start_v, rise_v, wanted):
+    wave = sawtooth(10.0, 200.0, hertz, 3)
+    assert (wave.start_v, wave.rise_v, wave.period_s, wave.cycles) == (start_v, rise_v, 2e-3, 3)
+    assert target(wave, _clock(0.5e-3)) == pytest.approx(wanted, rel=ROUNDING, abs=0.0)
+    assert sawtooth(10.0, 200.0, hertz, 0).cycles == ENDLESS
 
 
 def test_a_ramp_is_over_at_its_corner():
@@ -93,26 +85,10 @@ def test_a_table_is_joined_by_straight_lines_and_its_rows_are_corners():
         )
 
 
-def test_after_a_table_its_last_voltage_is_held():
-    assert target(table(ROWS), _clock(0.0, 1)) == (50.0, 0.0, math.inf)
-
-
-def test_a_table_of_one_row_is_a_level():
-    assert table([(0.0, 70.0)]).cycles == 0
-    assert target(table([(0.0, 70.0)]), _clock(0.0)) == (70.0, 0.0, math.inf)
-
-
 def test_two_rows_of_the_same_time_are_a_jump():
     wave = table([(0.0, 0.0), (1.0, 10.0), (1.0, 50.0), (2.0, 60.0)])
     assert target(wave, _clock(1.0))[0] == 50.0
     assert target(wave, _clock(1.5))[0] == pytest.approx(55.0, rel=1e-12)
-
-
-def test_a_table_does_not_change_with_the_list_it_was_made_of():
-    rows = np.array(ROWS)
-    wave = table(rows)
-    rows[:] = 0.0
-    assert wave.rows[1, 1] == 200.0
 
 
 @pytest.mark.parametrize('changes', [{}, {'actuator__resonance': 1e5}], ids=['ideal', 'ringing'])

@@ -13,7 +13,7 @@ HURSTS = (0.3, 0.7, 0.9)
 STRETCHED = 1e-10, '200 points of Gauss on a stretched variable'
 LINE_FIT = 1e-9, 'only phases are random: the fit sees an exact power law'
 RING_FIT = 1e-2, 'a ring averages waves that differ by one per length: the first ones by 20 %'
-QUADRATURE = 1e-10, '200 points of Gauss per power law, in the logarithm of q'
+QUADRATURE = 1e-10, '200 points of Gauss, in the logarithm of q'
 SQUARES = {'surface': '2 pi int q C_2D dq (Eq. 8)', 'line': '2 int C_1D dq (Eq. 9, corrected)'}
 
 
@@ -57,7 +57,7 @@ GROUPS = [
         Group(
             'Spectra', 'mean_square_m2', RMS_HEIGHT_M**2, QUADRATURE,
             f'square of the rms; {integral}', 'request',
-            grid(body=[body], roll_off=[0, 20]), version='',
+            grid(body=[body]), version='',
         )
         for body, integral in SQUARES.items()
     ),

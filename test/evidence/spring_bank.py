@@ -72,7 +72,7 @@ def fine_springs(profile: str, displacements_m: Array, preloads_n: Array) -> His
     force_n, stored_j = np.zeros((2, len(preloads_n)))
     for count, share in CONTACTS:
         width_m = 2.0 * count * spacing_m
-        depths_m = _depths(heights_m, count * share * preloads_n / (E_STAR_PA * width_m))
+        depths_m = pressed_depth(heights_m, width_m, count * share * preloads_n)
         limits_n = (
             FRICTION * E_STAR_PA * width_m * np.maximum(depth_m - heights_m, 0.0)
             for depth_m in depths_m
@@ -85,14 +85,6 @@ def fine_springs(profile: str, displacements_m: Array, preloads_n: Array) -> His
     return History(displacements_m, force_n, stored_j, work_j - stored_j)
 
 
-def _depths(heights_m: Array, pressed_m: Array) -> Array:
-    """Return the depths in which rising springs are pressed by so much in all, m."""
-    sums_m = np.cumsum(heights_m)
-    numbers = np.arange(1, len(heights_m) + 1)
-    count = np.searchsorted(numbers * heights_m - sums_m, pressed_m) - 1
-    return np.asarray((pressed_m + sums_m[count]) / numbers[count])
-
-
 def line_springs(preload_n: float, displacements_m: Array) -> Array:
     """Return the force of all springs under the six lines of the default drive, N."""
     stand = Parameters().updated({'contact.profile': 'rough_line', 'stand.preload': preload_n})
@@ -100,7 +92,7 @@ def line_springs(preload_n: float, displacements_m: Array) -> Array:
     for contact, share in zip(contacts_of(stand), SHARES, strict=True):
         line = contact.profile
         assert isinstance(line, LineProfile)
-        depth_m = pressed_depth(line.heights_m, line.spacing_m, share * preload_n)
+        depth_m = float(pressed_depth(line.heights_m, line.spacing_m, share * preload_n))
         depths_m = depth_m - line.heights_m[line.heights_m < depth_m]
         limits_n = FRICTION * E_STAR_PA * line.spacing_m * depths_m
         force_n += pull(Springs(G_STAR_PA * line.spacing_m, limits_n), displacements_m).force_n

@@ -90,17 +90,7 @@ RANGE_V, PIEZOS_F = 300.0, 5e-9
 
 
 class CycleMotion(NamedTuple):
-    """
-    What a run comes to.
-
-    Attributes
-    ----------
-    means_m, ends_m : array, shape (cycles,)
-        Position of the runner: mean over each cycle, and at its end.
-    lost_j : float
-        Friction loss in the contacts.
-
-    """
+    """Position of the runner, mean over each cycle and at its end, and the friction loss."""
 
     means_m: Array
     ends_m: Array
@@ -111,20 +101,9 @@ def run_springs(
     changes: Values, voltage_v: float, cycles: int, load_n: float, ratios: Array
 ) -> CycleMotion:
     """
-    Run a drive from rest under a saw-tooth of 1 kHz.
+    Run a drive, changed from PAPER, from rest under a saw-tooth of 1 kHz, backwards below 0 V.
 
-    Parameters
-    ----------
-    changes : mapping
-        Parameters that differ from PAPER.
-    voltage_v : float
-        Amplitude of the saw-tooth; it goes backwards, from its upper end, if negative.
-    cycles : int
-        Number of its cycles.
-    load_n : float
-        F_ext, N.
-    ratios : array, shape (6,)
-        Displacement of each foot per displacement of the mean foot, the two upper ones first.
+    ``ratios`` are displacements of the feet per that of the mean foot, the two upper ones first.
 
     """
     values = PAPER | dict(changes)
@@ -274,23 +253,11 @@ def _ring(drive_m: Array, omega_per_s: float, damping_ratio: float, steps_s: Arr
 
 
 class Row(NamedTuple):
-    """
-    The springs under a foot.
+    """The springs under a foot."""
 
-    Attributes
-    ----------
-    heights_m : array, shape (SPRINGS,)
-        Heights g of the springs on both sides of the middle.
-    width_m : float
-        Width dx of a spring, of both sides together.
-    depths_m : array, shape (steps,)
-        Depth at the end of each step, which carries exactly the normal force of Eq. 19.
-
-    """
-
-    heights_m: Array
-    width_m: float
-    depths_m: Array
+    heights_m: Array  # heights g of the springs on both sides of the middle, (SPRINGS,)
+    width_m: float  # width dx of a spring, of both sides together
+    depths_m: Array  # depth after each step; it carries the normal force of Eq. 19, (steps,)
 
 
 def springs_under(values: Values, ends_s: Array, is_below: bool) -> Row:

@@ -29,20 +29,12 @@ from stickslip_ros.parameters import Parameters
 
 @dataclass(frozen=True)
 class History:
-    """
-    Answer of springs to a history of displacements, one value per displacement.
-
-    Attributes
-    ----------
-    displacement_m, force_n, stored_j, lost_j : array
-        Displacement, sum of the spring forces, elastic energy, friction loss so far.
-
-    """
+    """Answer of springs to a history of displacements, one value per displacement."""
 
     displacement_m: Array
-    force_n: Array
-    stored_j: Array
-    lost_j: Array
+    force_n: Array  # sum of the spring forces
+    stored_j: Array  # elastic energy
+    lost_j: Array  # friction loss so far
 
 
 @dataclass(frozen=True)
@@ -124,13 +116,13 @@ LINE_TABLE = (
 BY = 'test/evidence/springs.py'
 
 
-def pressed_depth(heights_m: Array, spacing_m: float, force_n: float) -> float:
-    """Return the depth in which springs carry a force, m: the heights that are below it count."""
+def pressed_depth(heights_m: Array, spacing_m: float, force_n: Array | float) -> Array:
+    """Return the depths in which springs carry forces, m: the heights that are below count."""
     rising_m = np.sort(heights_m)
     sums_m, numbers = np.cumsum(rising_m), np.arange(1, len(rising_m) + 1)
     wanted_m = force_n / (E_STAR_PA * spacing_m)
-    count = int(np.searchsorted(numbers * rising_m - sums_m, wanted_m)) - 1
-    return float((wanted_m + sums_m[count]) / numbers[count])
+    count = np.searchsorted(numbers * rising_m - sums_m, wanted_m) - 1
+    return np.asarray((wanted_m + sums_m[count]) / numbers[count])
 
 
 @lru_cache(maxsize=8)
@@ -140,7 +132,7 @@ def row_of(profile: str, force_n: float) -> Springs:
         line = profile_of(Parameters().updated({'contact.profile': profile}).contact)
         assert isinstance(line, LineProfile)
         heights_m, width_m = line.heights_m, line.spacing_m
-        depth_m = pressed_depth(heights_m, width_m, force_n)
+        depth_m = float(pressed_depth(heights_m, width_m, force_n))
     else:
         radius_m = contact_of(profile, force_n).radius_m
         width_m = 2.0 * radius_m / SPRINGS

@@ -23,7 +23,6 @@ COUPLED = {
     'limits.soft_max',
     'load_cell.hysteresis',
     'load_cell.range',
-    'amplifier.bandwidth',
     'actuator.resonance',
     'actuator.mass',
     'actuator.stiffness',
@@ -52,7 +51,8 @@ def value_of(spec: Spec) -> st.SearchStrategy:
     if spec.choices:
         return st.sampled_from(spec.choices)
     if spec.kind is float:
-        return st.floats(spec.minimum, spec.maximum)
+        zero = st.just(0.0) if spec.least else st.nothing()
+        return zero | st.floats(spec.least or spec.minimum, spec.maximum)
     if spec.kind is int:
         return st.integers(int(spec.minimum), int(spec.maximum))
     if spec.kind is bool:
@@ -64,9 +64,7 @@ def value_of(spec: Spec) -> st.SearchStrategy:
 def allowed_values(draw: st.DrawFn) -> dict[str, object]:
     """Draw ``{'group.name': value}`` for some parameters, all of it allowed."""
     free = {name: value_of(spec) for name, spec in specs().items() if name not in COUPLED}
-    for name in ('amplifier.bandwidth', 'actuator.resonance', 'load_cell.resonance'):
-        free[name] = st.just(0.0) | st.floats(1.0, specs()[name].maximum)
-    free['frame.mass'] = st.just(0.0) | st.floats(1e-4, 1e3)
+    free['actuator.resonance'] = value_of(specs()['actuator.resonance'])
     free |= {name: TEXTS.map(lambda text: f'a{text}'.replace('#', '')) for name in NAMES}
     values = draw(st.fixed_dictionaries({}, optional=free))
     if draw(st.booleans()):
@@ -86,10 +84,8 @@ def allowed_values(draw: st.DrawFn) -> dict[str, object]:
         values['feet.count'] = tuple(counts)
         for name in ('share', 'weight', 'radius', 'friction', 'young', 'gain', 'delay'):
             spec = specs()[f'feet.{name}']
-            least = {'gain': -10.0, 'friction': 1e-4, 'young': 1e3}.get(name, 1e-6)
-            each = st.floats(least, spec.maximum)
-            values[f'feet.{name}'] = draw(st.tuples(*[each] * len(counts)))
-        values['stand.weight'] = draw(st.booleans())
+            values[f'feet.{name}'] = draw(st.tuples(*[value_of(spec)] * len(counts)))
+        values['stand.weight'] = any(values['feet.weight']) and draw(st.booleans())
         values['fault.dead_foot'] = draw(st.integers(0, sum(counts)))
     if draw(st.booleans()):
         volts = sorted(draw(st.sets(st.floats(-999.0, 999.0), min_size=3, max_size=3)))

@@ -146,11 +146,6 @@ def test_an_array_is_typed_as_a_list_and_a_single_value_holds_for_all(stand, typ
     assert (delays_s, set(map(type, delays_s))) == (read, {float})
 
 
-def test_a_whole_number_becomes_a_float_where_one_is_declared(stand):
-    preload = stand.updated({'stand.preload': 1}).stand.preload
-    assert type(preload) is float
-
-
 def test_values_that_hang_together_can_be_changed_together(stand):
     shifted = {'amplifier.voltage_min': 400.0, 'amplifier.voltage_max': 500.0}
     after = stand.updated(shifted | {'amplifier.voltage_initial': 450.0})

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from stickslip_ros.errors import OutOfRange, StickSlipError, UnknownName, WrongKind
 from stickslip_ros.parameters import Parameters, parse_assignments, specs
+from stickslip_ros.parameters.physics_groups import PAPER_PREFACTOR
 
 AGAINST = '; if the piezo moves against its voltage, set feet.gain below 0'
 BEYOND = 1e-6
@@ -150,56 +151,90 @@ def test_a_whole_number_beyond_its_bound_is_refused():
     assert 'below the minimum 1024 B; raise it' in _refusal({'record.chunk_size': 1})
 
 
-@pytest.mark.parametrize('name', ['amplifier.bandwidth', 'actuator.resonance'])
-@pytest.mark.parametrize('value', [5e-324, 0.113767])
-def test_a_stage_is_off_or_fast_enough_to_be_computed(name, value):
-    assert _refusal({name: value}) == (
-        f'{name} {value:g} Hz is between 0 and 1 Hz; raise it; 0: none'
-    )
-    assert Parameters().updated({name: 1.0}).flat()[name] == 1.0
+@pytest.mark.parametrize('share', [1e-9, 0.99])
+@pytest.mark.parametrize('name', [name for name, spec in specs().items() if spec.least])
+def test_a_part_is_off_or_large_enough_to_be_computed(name, share):
+    spec = specs()[name]
+    least = f'between 0 and {spec.least:g} {spec.unit}'.rstrip()
+    assert f'is {least}; raise it, or set it to 0' in _refusal({name: share * spec.least})
+    stand = Parameters().updated({'actuator.resonance': 1e5, name: spec.least})
+    assert stand.value(f'{name}[0]' if spec.is_array else name) == spec.least
 
 
-def test_a_frame_that_would_take_all_motion_is_refused():
-    assert _refusal({'frame.mass': 1e-12}) == (
-        'frame.mass 1e-12 kg is between 0 and 0.0001 kg; raise it; 0: none'
-    )
+LINE = {'contact.profile': 'rough_line'}
+TRAVELS = {**LINE, 'contact.travel': 1.0}
+VOLTS = {'amplifier.voltage_min': 100.0, 'amplifier.voltage_initial': 150.0}
+TWELVE = {'feet.count': 12, 'feet.share': 0.1}
 
 
-@pytest.mark.parametrize('name', ['radius', 'friction', 'young'])
-def test_a_foot_has_values_of_its_own_or_those_of_the_contact(name):
-    of_contact = {'young': 'young_sphere'}.get(name, name)
-    assert _refusal({f'feet.{name}': 1e-7}).endswith(f'; raise it; 0: contact.{of_contact}')
-    assert Parameters().updated({f'feet.{name}': 0.0})
-
-
-def test_a_dry_guide_counts_as_a_foot():
-    feet = {'feet.count': 12, 'feet.share': 0.1}
-    assert Parameters().updated(feet)
-    assert 'of which feet.guide_friction is one' in _refusal({**feet, 'feet.guide_friction': 0.01})
-
-
-def test_a_roughness_without_effect_is_refused():
-    message = _refusal({'contact.rms_height': 2e-6})
-    assert 'contact.rms_height 2e-06 m is without effect' in message
-    assert 'contact.prefactor is 0.00044478 m^(1-H); set contact.prefactor to 0 too' in message
-    both = Parameters().updated({'contact.rms_height': 2e-6, 'contact.prefactor': 0.0})
-    assert both.contact.rms_height == 2e-6
-
-
-@pytest.mark.parametrize('maximum_v', [100.0, 99.0])
-def test_an_empty_voltage_range_is_refused(maximum_v):
-    volts = {'amplifier.voltage_min': 100.0, 'amplifier.voltage_max': maximum_v}
-    message = _refusal(volts)
-    assert f'amplifier.voltage_min 100 V is not below amplifier.voltage_max, {maximum_v:g} V' in (
-        message
-    )
-    assert message.endswith('; lower it or raise amplifier.voltage_max')
-
-
-@pytest.mark.parametrize('initial_v', [-1.0, 301.0])
-def test_a_start_outside_the_voltage_range_is_refused(initial_v):
-    message = _refusal({'amplifier.voltage_initial': initial_v})
-    assert f'amplifier.voltage_initial {initial_v:g} V is outside 0 to 300 V; move it' in message
+@pytest.mark.parametrize(
+    ('values', 'message', 'remedy'),
+    [
+        (
+            {'contact.rms_height': 2e-6},
+            'is without effect while contact.prefactor is 0.00044478 m^(1-H); set contact.pre',
+            {'contact.prefactor': 0.0},
+        ),
+        (
+            {**LINE, 'contact.rms_height': 2e-6, 'contact.prefactor': 1e-3},
+            'contact.prefactor 0.001 m^(1-H) is without effect on a rough line',
+            {'contact.prefactor': PAPER_PREFACTOR},
+        ),
+        *(
+            ({'contact.law': law, name: 0.1}, f'{name} 0.1 is without effect under', {name: 0.0})
+            for name, law in zip(
+                ('contact.loss_factor', 'contact.friction_rate', 'contact.friction_ageing'),
+                ('epm', 'dahl', 'coulomb'),
+                strict=True,
+            )
+        ),
+        (
+            {'contact.friction_rate': 0.1, 'contact.friction_cutoff': 1e-7},
+            'not above 0, by friction_rate',
+            {'contact.friction': 1.0},
+        ),
+        ({'contact.travel': 1.0}, 'contact.travel 1 is used only on a rough line', LINE),
+        ({**TRAVELS, 'contact.law': 'lugre'}, 'under the law mdr', {'contact.law': 'mdr'}),
+        (
+            {**TRAVELS, 'contact.friction_ageing': 0.01},
+            'a rough line of constant friction',
+            {'contact.friction_ageing': 0.0},
+        ),
+        (
+            {**TRAVELS, 'stand.preload_end': 0.6},
+            'stand.preload_end 0.6 N is a ramp',
+            {'contact.travel': 0.0},
+        ),
+        (
+            {'actuator.mass': 3.6e-5, 'actuator.resonance': 1.5e5},
+            'set it to 0, and actuator.stiffness to 3.198e+07 N/m',
+            {'actuator.mass': 0.0, 'actuator.stiffness': 3.198e7},
+        ),
+        (
+            {'actuator.stiffness': 3.2e7},
+            'without a mass while actuator.resonance is 0 Hz',
+            {'actuator.resonance': 1e5},
+        ),
+        (
+            {**VOLTS, 'amplifier.voltage_max': 100.0},
+            'amplifier.voltage_min 100 V is not below amplifier.voltage_max, 100 V; lower it or',
+            {'amplifier.voltage_max': 200.0},
+        ),
+        (
+            {'amplifier.voltage_initial': -1.0},
+            'amplifier.voltage_initial -1 V is outside 0 to 300 V; move it',
+            {'amplifier.voltage_min': -2.0},
+        ),
+        (
+            {**TWELVE, 'feet.guide_friction': 0.01},
+            'of which feet.guide_friction is one',
+            {'feet.count': 11},
+        ),
+    ],
+)
+def test_values_that_do_not_go_together_are_refused_and_the_remedy_works(values, message, remedy):
+    assert message in _refusal(values)
+    Parameters().updated({**values, **remedy})
 
 
 @pytest.mark.parametrize(

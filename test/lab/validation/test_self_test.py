@@ -160,8 +160,8 @@ def test_the_factor_q_that_equation_9_has_too_many_is_found(wrong):
 
     wrong('stickslip_ros.contact.roughness.Spectrum.density_1d', per_wave)
     assert Spectrum.density_1d is per_wave
-    assert missed('Spectra', case='line, roll_off') == {'mean_square_m2'}
-    assert missed('Spectra', case='surface, roll_off') == set()
+    assert missed('Spectra', quantity='mean_square_m2', case='line') == {'mean_square_m2'}
+    assert missed('Spectra', quantity='mean_square_m2', case='surface') == set()
 
 
 def test_a_friction_that_is_a_thousandth_too_large_is_found(wrong):
