@@ -4,7 +4,7 @@
 """
 The delay of a sensor's clock, by the falls of the voltage, and its low-pass, by a model.
 
-Positions of a sensor that is at its limit, or that wraps around, are refused.
+Positions of a sensor that is at its limit are refused.
 
 """
 
@@ -49,7 +49,6 @@ _SURELY_SLOW = 20.0
 _STILL_FALLS, _STILL_READINGS = 3, 8
 """Falls of the voltage without a motion of a free runner, and readings for each."""
 _DIGITS_MIN = 4.0  # least stroke of the feet that must show, in last digits of the sensor
-_OTHERS = 0.125  # largest of the other changes, as a share of a jump by the range of a sensor
 
 
 class Lateness(NamedTuple):
@@ -161,11 +160,11 @@ def check_limits(
     origin: str, observed: Readout, drive: Voltage, begins_s: float, gain_m_per_v: float
 ) -> None:
     """
-    Refuse the position of a free runner that stays exactly constant, or jumps back by a period.
+    Refuse the position of a free runner that stays exactly constant.
 
     Each ramp carries a free runner along, whatever the stand: it cannot rest while the voltage
-    falls repeatedly. A sensor that wraps around jumps rarely, by its whole range. Raises
-    RecordingError in plain cases only; the checks of a fit find the others.
+    falls repeatedly. Raises RecordingError in plain cases only; the checks of a fit find the
+    others.
 
     """
     observed = observed.without(lone_outliers(observed.values))
@@ -178,18 +177,6 @@ def check_limits(
             f'{begins_s + observed.time_s[last]:.6g} s: its sensor is at a limit, or has stopped'
         )
         hint = 'choose a window without these: --window LENGTH@START'
-        raise RecordingError(origin, problem, hint)
-    steps_m = np.diff(observed.values)
-    period_m = float(np.abs(steps_m).max())
-    jumps = np.where(np.abs(steps_m) > 0.5 * period_m, np.sign(steps_m), 0.0)
-    others_m = float(np.abs(steps_m[jumps == 0.0]).max(initial=0.0))
-    count, is_within = np.count_nonzero(jumps), np.ptp(observed.values) < period_m + 2.0 * others_m
-    # a runner that the feet carry to and fro jumps at each fall
-    is_rare = count <= ENOUGH_FALLS * len(falls_of(drive)[0])
-    turns = float(np.ptp(np.cumsum([0.0, *jumps])))
-    if others_m < _OTHERS * period_m and is_within and is_rare and turns > 1.0:
-        problem = f'has a {observed.quantity} that jumps {count} times by about {period_m:.4g} m'
-        hint = 'its sensor wraps around: unwrap it, as numpy.unwrap does with a period'
         raise RecordingError(origin, problem, hint)
 
 

@@ -25,7 +25,7 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.experiments.experiment import Experiment, Readout, Voltage
 from stickslip_ros.lab.experiments.sensor import keeps_noise, lone_outliers, noise_of, rounding_of
 from stickslip_ros.lab.experiments.sensor_clock import LATE_MIN_S, lateness_of, sensor_near
-from stickslip_ros.lab.fitting.metric import DELAY_S, Allowance, slower
+from stickslip_ros.lab.fitting.metric import DELAY_S, SHAPE_M, Allowance, slower
 from stickslip_ros.lab.fitting.problem import EFFECT, FINEST, PRIOR, Predicted, Problem, largest_of
 from stickslip_ros.lab.runs.batch import Progress, run_batch
 from stickslip_ros.process.stopping import Stopped
@@ -126,7 +126,7 @@ def search(problem: Problem, start: Array) -> Minimum:
 
 
 def search_all(
-    problem: Problem, starts: int, seed: int, workers: int, progress: Progress | None = None
+    problem: Problem, starts: int, workers: int, progress: Progress | None = None
 ) -> list[tuple[Problem, Minimum]]:
     """
     Search from the start and from the best of TRIED places; return each end with its sensors.
@@ -140,7 +140,7 @@ def search_all(
     )
     begins = [(clear, problem.start)]
     clear.predicted_at(problem.start)
-    tried = _tried(clear, unsure, seed, TRIED_PLACES if starts > 1 else 0)
+    tried = _tried(clear, unsure, TRIED_PLACES if starts > 1 else 0)
     if tried and tried[0][0] is not clear:
         begins.append(tried[0])
     begins += tried[1:starts]
@@ -166,12 +166,10 @@ def with_clocks(problem: Problem, *, only_clear: bool) -> Problem:
     return replace(problem, experiments=tuple(map(with_clock, problem.experiments)), metrics=())
 
 
-def _tried(
-    problem: Problem, unsure: Problem, seed: int, count: int
-) -> list[tuple[Problem, Array]]:
+def _tried(problem: Problem, unsure: Problem, count: int) -> list[tuple[Problem, Array]]:
     """Return the start and places of a Latin hypercube, each with the sensors that suit it."""
     reach = 1.0 if problem.has_traces else PRIOR  # e-folds, mostly
-    shares = qmc.LatinHypercube(d=len(problem.free), seed=seed).random(count)
+    shares = qmc.LatinHypercube(d=len(problem.free), seed=1).random(count)
     variants = _with_other_sensors(problem, unsure)
 
     def suited(place: Array) -> tuple[float, Problem, Array]:
@@ -244,19 +242,12 @@ def refine(problem: Problem, here: Minimum) -> tuple[Problem, list[Minimum], boo
         refined.append(here)
 
 
-def settle(
-    problem: Problem, place: Array, least: Allowance, outliers: float
-) -> tuple[Problem, list[Minimum]]:
-    """
-    Continue from a place with noise, clocks, outliers and allowed errors from the residuals.
-
-    ``least`` are the least allowed errors.
-
-    """
+def settle(problem: Problem, place: Array) -> tuple[Problem, list[Minimum]]:
+    """Continue from a place with noise, clocks, outliers and allowed errors from the residuals."""
     found = list[Minimum]()
     for _ in range(ROUNDS):
         before = problem
-        problem = _with_model_error(_with_noise(problem, place, outliers), place, least)
+        problem = _with_model_error(_with_noise(problem, place), place)
         found.append(search(problem, place))
         place = found[-1].place
         if _is_settled(problem, before):
@@ -276,7 +267,7 @@ def _is_settled(now: Problem, then: Problem) -> bool:
     return bool(max(moved.max(), grown.max()) < _CLOSE)
 
 
-def _with_model_error(problem: Problem, place: Array, least: Allowance) -> Problem:
+def _with_model_error(problem: Problem, place: Array) -> Problem:
     """Return the problem with the allowed errors, and the metrics, of the residuals at a place."""
     if problem.allowance is None:
         return problem
@@ -289,13 +280,13 @@ def _with_model_error(problem: Problem, place: Array, least: Allowance) -> Probl
         both = zip(problem.metrics, missed, strict=True)
         squares, counts = np.sum([one.model_error(each) for one, each in both], axis=0)
         likely = np.minimum(np.sqrt(squares / np.maximum(counts, 1e-9)), 1e3)
-        sizes = np.maximum(likely * problem.allowance, least)
+        sizes = np.maximum(likely * problem.allowance, Allowance())
         metrics = tuple(each.with_sizes(sizes / problem.allowance) for each in problem.metrics)
         problem = replace(problem, allowance=Allowance(*sizes.tolist()), metrics=metrics)
     return problem
 
 
-def _with_noise(problem: Problem, place: Array, outliers: float) -> Problem:
+def _with_noise(problem: Problem, place: Array) -> Problem:
     """Return the problem with noise, sensors and outliers from the residuals at a place."""
     predicted = problem.predicted_at(place)
     metrics = iter(replace(problem, allowance=None).measured_at(predicted).metrics)
@@ -304,7 +295,7 @@ def _with_noise(problem: Problem, place: Array, outliers: float) -> Problem:
         kept, error = each, noise
         if each.is_trace:
             sizes, left = next(metrics).of_sensor(model.values - each.values)
-            kept, shown = _shown(each, left, sizes[2:4].tolist(), outliers)
+            kept, shown = _shown(each, left, sizes[2:4].tolist())
             error = max(each.sigma or shown or noise, FINEST)
         elif each.is_bare:  # one error is common to all such numbers
             error = share * largest_of(problem.experiments, each.quantity)
@@ -325,12 +316,10 @@ def _share_missed(problem: Problem, predicted: Predicted) -> float:
     return max(float(np.sqrt(np.sum(np.square(missed)) / max(degrees, 1.0))), EFFECT)
 
 
-def _shown(
-    each: Readout, left: Array, late_curved: list[float], outliers: float
-) -> tuple[Readout, float]:
+def _shown(each: Readout, left: Array, late_curved: list[float]) -> tuple[Readout, float]:
     """Return readings without outliers, with their sensor, and their noise; 0 if none shows."""
     late_s, slow_s = slower(each.sensor.slow_s, *late_curved)
-    out = lone_outliers(left, outliers or math.inf)
+    out = lone_outliers(left)
     keeps, left, kept = 0.0, left[~out], each.without(out)
     rounding = rounding_of(kept.values)
     if slow_s:
@@ -342,7 +331,7 @@ def _shown(
     return sensed, max(noise_of(left, keeps, rounding), _COARSE * rounding)
 
 
-def notes_of(problem: Problem, least: Allowance) -> Iterator[str]:
+def notes_of(problem: Problem) -> Iterator[str]:
     """Yield what was found about the sensors."""
     for one, each, noise in problem.observed:
         sensor, name = each.sensor, f'{one.origin}: {each.quantity}'
@@ -362,7 +351,7 @@ def notes_of(problem: Problem, least: Allowance) -> Iterator[str]:
                 f'{1e9 * sensor.cyclic_m:.2g} nm'
             )
         coarse = _COARSE * rounding_of(each.values) if not each.sigma else 0.0
-        if each.unit == 'm' and least.reading_m < noise <= coarse:
+        if each.unit == 'm' and SHAPE_M < noise <= coarse:
             yield (
                 f'{name} is rounded by more than its noise: the error of a reading is '
                 f'{1e9 * noise:.2g} nm, as consecutive readings share it'
