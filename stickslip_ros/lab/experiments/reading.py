@@ -10,7 +10,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from scipy import signal
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, RecordingError
@@ -29,6 +28,7 @@ from stickslip_ros.lab.experiments.experiment import (
 )
 from stickslip_ros.lab.experiments.friction_loop import LoopRow, loops_of
 from stickslip_ros.lab.experiments.options import ReadingOptions
+from stickslip_ros.lab.experiments.predict import low_passed_in_steps
 from stickslip_ros.lab.experiments.sensor import lone_outliers
 from stickslip_ros.lab.experiments.sensor_clock import LEAD_S, check_limits
 from stickslip_ros.lab.measurements.measurement import TimeRun, measured
@@ -100,9 +100,9 @@ def _recognised(
 ) -> Voltage:
     """Return the voltage recognised in samples; NotRecognised ends in the hint."""
     found = recognise(time_s, voltage_v, stand)
-    time_s, voltage_v = found.corners(hint)
-    rows = np.column_stack((time_s - time_s[0], voltage_v))
-    return Voltage(rows, tuple(found.lines()), begins_s=float(time_s[0]))
+    rows = found.corners(hint)
+    begins_s = float(rows[0, 0])
+    return Voltage(rows - (begins_s, 0.0), tuple(found.lines()), begins_s)
 
 
 def _of_commands(commands: Any) -> Voltage:
@@ -197,7 +197,7 @@ def behind_low_pass(shown: Readout, values: Array) -> Array:
     if not shown.sensor.undone_hz:
         return values
     gain = low_pass_gain(shown.sensor.undone_hz, 1.0 / shown.apart_s)
-    return np.asarray(signal.lfilter((gain,), (1.0, gain - 1.0), values - values[0]) + values[0])
+    return low_passed_in_steps(values, gain)
 
 
 def experiment_over_time(
@@ -235,9 +235,12 @@ def experiment_over_time(
             observed = tuple(each.within(origin, start_s, end_s) for each in observed)
     samples = voltage or (observed[0].time_s[:1], np.zeros(1))
     ends_s = window_s[1] if window_s else max(float(each.time_s[-1]) for each in observed)
-    _check_length(origin, ends_s - float(samples[0][0]))
-    observed, notes = _moving(origin, observed)
     begins_s, asked = float(samples[0][0]), Commanded()
+    if ends_s - begins_s > LONGEST_S:
+        limit = f'above {LONGEST_S:g} s, the longest simulated in full'
+        hint = f'choose a window of at most {LONGEST_S - LEAD_S:g} s, some waves: --window 0.3s@2s'
+        raise OutOfRange(f'length of {origin}', ends_s - begins_s, 's', limit, hint)
+    observed, notes = _moving(origin, observed)
     if options.commands is not None:
         drive = _of_commands(options.commands)
     else:
@@ -257,13 +260,6 @@ def experiment_over_time(
     ):
         check_limits(origin, one.observed[0], drive, begins_s, stand.actuator.gain)
     return replace(one, observed=tuple(map(without_outliers, one.observed)))
-
-
-def _check_length(origin: str, lasts_s: float) -> None:
-    if lasts_s > LONGEST_S:
-        limit = f'above {LONGEST_S:g} s, the longest simulated in full'
-        hint = f'choose a window of at most {LONGEST_S - LEAD_S:g} s, some waves: --window 0.3s@2s'
-        raise OutOfRange(f'length of {origin}', lasts_s, 's', limit, hint)
 
 
 def _moving(origin: str, observed: tuple[Readout, ...]) -> tuple[tuple[Readout, ...], list[str]]:

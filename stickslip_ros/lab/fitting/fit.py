@@ -25,12 +25,11 @@ from stickslip_ros.lab.fitting.free import (
     known_of,
     listed_free,
 )
-from stickslip_ros.lab.fitting.metric import Allowance
 from stickslip_ros.lab.fitting.missing import CYCLIC, ODDS_SURE, Missing, missing_from
 from stickslip_ros.lab.fitting.problem import Problem, pose, silent
 from stickslip_ros.lab.fitting.report import Fit
 from stickslip_ros.lab.fitting.search import Minimum, notes_of, refine, search_all, settle
-from stickslip_ros.lab.fitting.statistics import Uncertainty, uncertainty
+from stickslip_ros.lab.fitting.statistics import uncertainty
 from stickslip_ros.lab.measurements.vocabulary import MeasuredTable
 from stickslip_ros.lab.runs.batch import Interrupted, Progress, pool_of
 from stickslip_ros.parameters import Parameters, checked_arguments
@@ -138,8 +137,7 @@ def fit_experiments(
         pool_of(options.workers) as pool,
     ):
         problem = pose(parameters, free, experiments, known, counts.add_run)
-        allowance = Allowance() if problem.has_traces else None
-        problem = replace(problem, allowance=allowance, pool=pool)
+        problem = replace(problem, pool=pool)
         ends = search_all(problem, options.starts, options.workers, counts.set_searches)
         problem, here = min(ends, key=lambda end: end[1].chi_square)
         problem, refined, steady = refine(problem, here)
@@ -150,8 +148,10 @@ def fit_experiments(
         here = [here, *refined][-1]
         problem = replace(problem, tick=silent)
         doubt = uncertainty(problem, here.place, assumed or {}, missing)
-        if doubt.inert.any():  # nothing measured moved it
-            here = replace(here, coordinates=_kept(problem, doubt))
+        if doubt.inert.any():  # nothing measured moved it from its start
+            starts = [one.to_coordinate(one.start) for one in free]
+            place = problem.natural.to(np.where(doubt.inert, starts, doubt.z))
+            here = replace(here, coordinates=tuple(place.tolist()))
             refined.append(here)
             doubt = uncertainty(problem, here.place, assumed or {}, missing)
         predicted = problem.predicted_at(here.place)
@@ -166,12 +166,6 @@ def fit_experiments(
         wall_s=time.perf_counter() - started_s,
         notes=tuple(notes_of(problem)),
     )
-
-
-def _kept(problem: Problem, doubt: Uncertainty) -> tuple[float, ...]:
-    """Return the place of a minimum where parameters without effect keep their start."""
-    starts = np.array([one.to_coordinate(one.start) for one in problem.free])
-    return tuple(problem.natural.to(np.where(doubt.inert, starts, doubt.z)).tolist())
 
 
 @dataclass
