@@ -178,7 +178,7 @@ def test_a_fit_holds_with_the_errors_of_what_its_model_owes():
     )
     assert_holds(right)
     assert_holds(wrong)
-    assert right.problem.allowance == ALONE.allowance
+    assert right.problem.allowance == Allowance()
     assert wrong.problem.allowance is not None
     assert wrong.problem.allowance.shape_m > 1e-9
     assert wrong.estimates[1].standard_error > 1.5 * right.estimates[1].standard_error
