@@ -265,7 +265,8 @@ def low_passed_readings(samples: Array, time_s: Array, slow_s: float) -> Array:
     places = np.concatenate(([0], np.cumsum(steps)))
     due_s = np.interp(np.arange(places[-1] + 1), places, time_s)
     readings = at_times(samples, due_s)[0]
-    return low_passed_in_steps(readings, -math.expm1(-period_s / slow_s))[places]
+    behind = low_passed_in_steps(readings, -math.expm1(-period_s / slow_s))
+    return np.asarray(behind[places])
 
 
 def low_passed_in_steps(readings: Array, gain: float) -> Array:

@@ -5,6 +5,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -165,7 +166,7 @@ def test_a_chosen_prefactor_does_not_give_way_silently():
         choose_free(stand, ['contact.rms_height'])
 
 
-def read(path: Path, **options: float) -> list[Experiment]:
+def read(path: Path, **options: Any) -> list[Experiment]:
     return read_experiments(path, Parameters(), ReadingOptions(**options))
 
 
@@ -208,7 +209,7 @@ def test_a_file_without_usable_numbers_is_refused(text, message, tmp_path):
 
 def test_an_interval_has_the_digits_of_its_error():
     free = vars(Coordinate('contact.friction', '', 2841.02, 1.0, 9e3))
-    flags = dict.fromkeys(('at_bound', 'inert', 'undetermined'), False)
+    flags: dict[str, Any] = dict.fromkeys(('at_bound', 'inert', 'undetermined'), False)
     one = Estimate(**free, **flags, value=2841.02, standard_error=0.26, low=2840.51, high=2841.53)
     assert _row(one, holds=True)[1:5] == ('2841.02', '0.26', '2840.51', '2841.53')
     wide = replace(one, standard_error=300.0, low=2253.0, high=3429.0)

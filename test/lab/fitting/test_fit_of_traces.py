@@ -4,7 +4,7 @@
 """Rigs of springs, which share no code with the drive, are learned from the motion they show."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -69,7 +69,7 @@ def experiment(rig: Rig, seed: int, rows: np.ndarray = ROWS) -> Experiment:
 
 
 def fit_of(
-    rig: Rig, free: Sequence[str | Free], seed: int = 1, rows: np.ndarray = FEWER, **options: Any
+    rig: Rig, free: Iterable[str | Free], seed: int = 1, rows: np.ndarray = FEWER, **options: Any
 ) -> Fit:
     """Fit a rig with the damping of STAND, by default from one start."""
     asked = FitOptions(**{'starts': 1, **options})
@@ -149,7 +149,7 @@ def test_the_sensor_is_said_and_what_drove_it(learned: tuple[Rig, Fit]):
     ],
 )
 def test_a_sensor_too_slow_for_the_ringing_is_told_and_its_intervals_are_wide(
-    rig: Rig, free: Sequence[str], starts: int
+    rig: Rig, free: Iterable[str], starts: int
 ):
     found = fit_of(rig, free, 2, ROWS, starts=starts)
     assert_holds(found, rig)
@@ -314,7 +314,7 @@ def test_forces_and_a_trace_are_fitted_at_once():
     there = STAND.updated({'contact.friction': 0.26, 'stand.preload': 0.1})
     runs = [run_drive(there, each, 1000.0) for each in points['amplitude_m'].tolist()]
     forces = points.assign(force_n=[each.force_mean_n for each in runs])
-    both = [experiment(rig, 4, FEWER), forces]
+    both: list[Any] = [experiment(rig, 4, FEWER), forces]
     found = fit(both, TWO, parameters=STAND, options=FitOptions(starts=1))
     assert_holds(found, rig)
     assert len(found.experiments) == 4

@@ -185,7 +185,9 @@ def changing_heights() -> tuple[np.ndarray, np.ndarray]:
         sampled(corners_of([hold(0.01), saw(1.0, 300.0, 60), hold(0.01)]), 5000.0, 0.4, seed=10),
     ],
 )
-def test_samples_that_are_no_wave_or_within_the_noise_are_refused(samples):
+def test_samples_that_are_no_wave_or_within_the_noise_are_refused(
+    samples: tuple[np.ndarray, np.ndarray],
+):
     assert recognise(*samples, STAND).refusals
 
 
