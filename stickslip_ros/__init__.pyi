@@ -88,7 +88,6 @@ class CompareOptions(_CompareOptions):
         slope_deg: float = 0.0,
         frequency_hz: _Quantity = 1000.0,
         steps: int = 0,
-        outliers: float = 6.0,
         workers: int = 0,
         shift_s: _Quantity | None = None,
         align: bool = False,
@@ -109,13 +108,9 @@ class FitOptions(_FitOptions):
         slope_deg: float = 0.0,
         frequency_hz: _Quantity = 1000.0,
         steps: int = 0,
-        outliers: float = 6.0,
         workers: int = 0,
-        shape_m: _Quantity = 5e-10,
-        step_share: float = 3e-3,
         drift_m_per_s: _Quantity = 1e-6,
         starts: int = 5,
-        seed: int = 1,
         assume: Mapping[str, KnownValue | str] = ...,
     ) -> None: ...
 

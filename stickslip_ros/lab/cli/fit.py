@@ -26,8 +26,6 @@ def fit_verb(arguments: argparse.Namespace) -> Answer:
         check_output(path)
     look = chosen_look(arguments)
     options = FitOptions(**chosen_for(FitOptions, arguments))
-    if options.seed < 0:
-        raise OutOfRange('seed', options.seed, '', 'below 0', 'raise it')
     fitted = fit(
         arguments.files,
         chosen_free(arguments),

@@ -44,8 +44,6 @@ class ReadingOptions:
     """Steps per second of points without a frequency, Hz."""
     steps: int = 0
     """Steps from rest before the numbers are read; 0 waits for the steady state."""
-    outliers: float = 6.0
-    """Drop isolated readings more than this many robust standard deviations off; 0 keeps all."""
     workers: int = 0
     """Threads; 0: one per core."""
 

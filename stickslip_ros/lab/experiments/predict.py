@@ -265,9 +265,14 @@ def low_passed_readings(samples: Array, time_s: Array, slow_s: float) -> Array:
     places = np.concatenate(([0], np.cumsum(steps)))
     due_s = np.interp(np.arange(places[-1] + 1), places, time_s)
     readings = at_times(samples, due_s)[0]
-    kept = math.exp(-period_s / slow_s)
-    behind = signal.lfilter((1.0 - kept,), (1.0, -kept), readings - readings[0])
-    return np.asarray(behind[places] + readings[0])
+    behind = low_passed_in_steps(readings, -math.expm1(-period_s / slow_s))
+    return np.asarray(behind[places])
+
+
+def low_passed_in_steps(readings: Array, gain: float) -> Array:
+    """Return even readings y' = y + gain (x - y), from rest at the first of them."""
+    behind = signal.lfilter((gain,), (1.0, gain - 1.0), readings - readings[0])
+    return np.asarray(behind + readings[0])
 
 
 def at_times(samples: Array, time_s: Array) -> tuple[Array, Array, Array]:

@@ -10,7 +10,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from scipy import signal
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, RecordingError
@@ -29,6 +28,7 @@ from stickslip_ros.lab.experiments.experiment import (
 )
 from stickslip_ros.lab.experiments.friction_loop import LoopRow, loops_of
 from stickslip_ros.lab.experiments.options import ReadingOptions
+from stickslip_ros.lab.experiments.predict import low_passed_in_steps
 from stickslip_ros.lab.experiments.sensor import lone_outliers
 from stickslip_ros.lab.experiments.sensor_clock import LEAD_S, check_limits
 from stickslip_ros.lab.measurements.measurement import TimeRun, measured
@@ -68,12 +68,9 @@ def read_experiments(
     readings, or if the voltage cannot be played.
 
     """
-    for name, value, hint in (
-        ('steps', options.steps, 'give a number above 0, or 0 to wait for the steady state'),
-        ('outliers', options.outliers, 'give 6, or 0 to keep all'),
-    ):
-        if value < 0.0:
-            raise OutOfRange(name, value, '', 'below 0', hint)
+    if options.steps < 0:
+        hint = 'give a number above 0, or 0 to wait for the steady state'
+        raise OutOfRange('steps', options.steps, '', 'below 0', hint)
     if not abs(options.slope_deg) <= 90.0:
         limit, hint = 'not from -90 to 90', 'give that of the rail'
         raise OutOfRange('slope', options.slope_deg, 'degrees', limit, hint)
@@ -103,9 +100,9 @@ def _recognised(
 ) -> Voltage:
     """Return the voltage recognised in samples; NotRecognised ends in the hint."""
     found = recognise(time_s, voltage_v, stand)
-    time_s, voltage_v = found.corners(hint)
-    rows = np.column_stack((time_s - time_s[0], voltage_v))
-    return Voltage(rows, tuple(found.lines()), begins_s=float(time_s[0]))
+    rows = found.corners(hint)
+    begins_s = float(rows[0, 0])
+    return Voltage(rows - (begins_s, 0.0), tuple(found.lines()), begins_s)
 
 
 def _of_commands(commands: Any) -> Voltage:
@@ -200,7 +197,7 @@ def behind_low_pass(shown: Readout, values: Array) -> Array:
     if not shown.sensor.undone_hz:
         return values
     gain = low_pass_gain(shown.sensor.undone_hz, 1.0 / shown.apart_s)
-    return np.asarray(signal.lfilter((gain,), (1.0, gain - 1.0), values - values[0]) + values[0])
+    return low_passed_in_steps(values, gain)
 
 
 def experiment_over_time(
@@ -216,7 +213,7 @@ def experiment_over_time(
     """
     Return the experiment of samples of a voltage and of readings over time, on one clock.
 
-    Only ``commands``, ``load_n``, ``window_s`` and ``outliers`` of the options are used.
+    Only ``commands``, ``load_n`` and ``window_s`` of the options are used.
     ``voltage`` is times, s, and volts, both of shape (n,); None with commands. Without
     ``preload_n`` that of the stand holds; ``settings`` were set too. ``asked_for`` returns the
     commands between the first of some samples of the voltage and an end, s. Raises StickSlipError
@@ -238,11 +235,18 @@ def experiment_over_time(
             observed = tuple(each.within(origin, start_s, end_s) for each in observed)
     samples = voltage or (observed[0].time_s[:1], np.zeros(1))
     ends_s = window_s[1] if window_s else max(float(each.time_s[-1]) for each in observed)
-    _check_length(origin, ends_s - float(samples[0][0]))
+    begins_s, asked = float(samples[0][0]), Commanded()
+    if ends_s - begins_s > LONGEST_S:
+        limit = f'above {LONGEST_S:g} s, the longest simulated in full'
+        hint = f'choose a window of at most {LONGEST_S - LEAD_S:g} s, some waves: --window 0.3s@2s'
+        raise OutOfRange(f'length of {origin}', ends_s - begins_s, 's', limit, hint)
     observed, notes = _moving(origin, observed)
-    drive, begins_s, asked = _driven_by(
-        samples, ends_s, stand.updated(dict(settings)), options, asked_for
-    )
+    if options.commands is not None:
+        drive = _of_commands(options.commands)
+    else:
+        asked = asked_for(samples, ends_s) if asked_for else asked
+        drive = asked.voltage or _recognised(*samples, stand.updated(dict(settings)))
+        begins_s = drive.begins_s
     own, doubts = _set_for(origin, settings, asked, observed, stand, preload_n)
     observed = tuple(replace(each, time_s=each.time_s - begins_s) for each in observed)
     one = Experiment(
@@ -255,14 +259,7 @@ def experiment_over_time(
         and one.observed[0].quantity == 'position_m'
     ):
         check_limits(origin, one.observed[0], drive, begins_s, stand.actuator.gain)
-    return without_outliers(one, options.outliers) if options.outliers else one
-
-
-def _check_length(origin: str, lasts_s: float) -> None:
-    if lasts_s > LONGEST_S:
-        limit = f'above {LONGEST_S:g} s, the longest simulated in full'
-        hint = f'choose a window of at most {LONGEST_S - LEAD_S:g} s, some waves: --window 0.3s@2s'
-        raise OutOfRange(f'length of {origin}', lasts_s, 's', limit, hint)
+    return replace(one, observed=tuple(map(without_outliers, one.observed)))
 
 
 def _moving(origin: str, observed: tuple[Readout, ...]) -> tuple[tuple[Readout, ...], list[str]]:
@@ -273,21 +270,6 @@ def _moving(origin: str, observed: tuple[Readout, ...]) -> tuple[tuple[Readout, 
         raise RecordingError(origin, f'has only noise in its {still[0].quantity}', hint)
     notes = [f'{origin}: {each.quantity} is only noise and is left out' for each in still]
     return tuple(each for each in observed if each not in still), notes
-
-
-def _driven_by(
-    samples: tuple[Array, Array],
-    ends_s: float,
-    stand: Parameters,
-    options: ReadingOptions,
-    asked_for: Callable[[tuple[Array, Array], float], Commanded] | None,
-) -> tuple[Voltage, float, Commanded]:
-    """Return the voltage, its begin in the clock of the readings, and what else was commanded."""
-    if options.commands is not None:
-        return _of_commands(options.commands), float(samples[0][0]), Commanded()
-    asked = asked_for(samples, ends_s) if asked_for else Commanded()
-    drive = asked.voltage or _recognised(*samples, stand)
-    return drive, drive.begins_s, asked
 
 
 def _set_for(
@@ -399,7 +381,6 @@ def _of_loops(origin: str, columns: Mapping[str, Any]) -> list[Experiment]:
     ]
 
 
-def without_outliers(one: Experiment, factor: float) -> Experiment:
+def without_outliers(each: Readout) -> Readout:
     """Drop and count isolated readings that are far off their neighbours."""
-    observed = (each.without(lone_outliers(each.values, factor)) for each in one.observed)
-    return replace(one, observed=tuple(observed))
+    return each.without(lone_outliers(each.values))

@@ -105,11 +105,11 @@ def rounding_of(values: Array) -> float:
     return max(rounding, least, _FINEST * float(np.ptp(values)))
 
 
-def lone_outliers(values: ArrayLike, outliers: float = OUTLIERS) -> NDArray[np.bool_]:
+def lone_outliers(values: ArrayLike) -> NDArray[np.bool_]:
     """
     Return a mask of isolated samples far beyond their neighbours, shape (n,).
 
-    The limit is so many standard deviations of the noise, or ranges of the neighbours, whichever
+    The limit is OUTLIERS standard deviations of the noise, or ranges of the neighbours, whichever
     is more. A step is no outlier: its samples have neighbours on their side. One neighbour may be
     an outlier too.
 
@@ -120,4 +120,4 @@ def lone_outliers(values: ArrayLike, outliers: float = OUTLIERS) -> NDArray[np.b
     low, *_, high = np.sort(np.delete(windows, _NEIGHBOURS, axis=1), axis=1)[:, 1:-1].T
     noise = GAUSSIAN * float(np.median(np.abs(y - np.median(windows, axis=1))))
     beyond = np.maximum(y - high, low - y)
-    return np.asarray(beyond > outliers * np.maximum(noise, high - low))
+    return np.asarray(beyond > OUTLIERS * np.maximum(noise, high - low))

@@ -25,12 +25,11 @@ from stickslip_ros.lab.fitting.free import (
     known_of,
     listed_free,
 )
-from stickslip_ros.lab.fitting.metric import Allowance
 from stickslip_ros.lab.fitting.missing import CYCLIC, ODDS_SURE, Missing, missing_from
 from stickslip_ros.lab.fitting.problem import Problem, pose, silent
 from stickslip_ros.lab.fitting.report import Fit
 from stickslip_ros.lab.fitting.search import Minimum, notes_of, refine, search_all, settle
-from stickslip_ros.lab.fitting.statistics import Uncertainty, uncertainty
+from stickslip_ros.lab.fitting.statistics import uncertainty
 from stickslip_ros.lab.measurements.vocabulary import MeasuredTable
 from stickslip_ros.lab.runs.batch import Interrupted, Progress, pool_of
 from stickslip_ros.parameters import Parameters, checked_arguments
@@ -50,16 +49,10 @@ CYCLIC_M = 3e-9  # usual size of a cyclic error
 class FitOptions(ReadingOptions):
     """Options of reading experiments, weighing them and searching."""
 
-    shape_m: float = 5e-10
-    """Least error of the model's motion in each moment of a cycle, m."""
-    step_share: float = 3e-3
-    """Least error of the model's step length, as a share of it."""
     drift_m_per_s: float = 1e-6
     """Usual drift of a position sensor, which makes up for steps of no other size, m/s."""
     starts: int = 5
     """Searches from the present values and from the best of a Latin hypercube."""
-    seed: int = 1
-    """Seed of the hypercube."""
     assume: Mapping[str, KnownValue | str] = field(default_factory=dict)
     """
     Error of a constant, or of scale, feet, load, voltage or position, which are 1; +-0%: none.
@@ -67,11 +60,6 @@ class FitOptions(ReadingOptions):
     Typed, ``{'contact.radius': '0.5mm+-2%', 'scale': '+-0%'}``, or value and relative error.
 
     """
-
-    @property
-    def allowance(self) -> Allowance:
-        """Allowed errors of the model."""
-        return Allowance(self.shape_m, self.step_share)
 
 
 @checked_arguments
@@ -149,22 +137,21 @@ def fit_experiments(
         pool_of(options.workers) as pool,
     ):
         problem = pose(parameters, free, experiments, known, counts.add_run)
-        allowance = options.allowance if problem.has_traces else problem.allowance
-        problem = replace(problem, allowance=allowance, pool=pool)
-        ends = search_all(
-            problem, options.starts, options.seed, options.workers, counts.set_searches
-        )
+        problem = replace(problem, pool=pool)
+        ends = search_all(problem, options.starts, options.workers, counts.set_searches)
         problem, here = min(ends, key=lambda end: end[1].chi_square)
         problem, refined, steady = refine(problem, here)
         missing: tuple[Missing, ...] = ()
         if problem.is_estimated:
-            problem, settled, missing = _settled(problem, [here, *refined][-1], options)
+            problem, settled, missing = _settled(problem, [here, *refined][-1])
             refined += settled
         here = [here, *refined][-1]
         problem = replace(problem, tick=silent)
         doubt = uncertainty(problem, here.place, assumed or {}, missing)
-        if doubt.inert.any():  # nothing measured moved it
-            here = replace(here, coordinates=_kept(problem, doubt))
+        if doubt.inert.any():  # nothing measured moved it from its start
+            starts = [one.to_coordinate(one.start) for one in free]
+            place = problem.natural.to(np.where(doubt.inert, starts, doubt.z))
+            here = replace(here, coordinates=tuple(place.tolist()))
             refined.append(here)
             doubt = uncertainty(problem, here.place, assumed or {}, missing)
         predicted = problem.predicted_at(here.place)
@@ -177,14 +164,8 @@ def fit_experiments(
         predicted=predicted,
         missing=missing,
         wall_s=time.perf_counter() - started_s,
-        notes=tuple(notes_of(problem, options.allowance)),
+        notes=tuple(notes_of(problem)),
     )
-
-
-def _kept(problem: Problem, doubt: Uncertainty) -> tuple[float, ...]:
-    """Return the place of a minimum where parameters without effect keep their start."""
-    starts = np.array([one.to_coordinate(one.start) for one in problem.free])
-    return tuple(problem.natural.to(np.where(doubt.inert, starts, doubt.z)).tolist())
 
 
 @dataclass
@@ -224,10 +205,10 @@ class _Counts:
 
 
 def _settled(
-    problem: Problem, here: Minimum, options: FitOptions
+    problem: Problem, here: Minimum
 ) -> tuple[Problem, list[Minimum], tuple[Missing, ...]]:
     """Settle noise and sensors, with a cyclic error that the readings surely show."""
-    problem, found = settle(problem, here.place, options.allowance, options.outliers)
+    problem, found = settle(problem, here.place)
     missing = missing_from(problem, found[-1].place)
     sure = [one.name for one in missing[:1] if one.odds > ODDS_SURE]
     fringes_m = [CYCLIC[name] for name in sure if name in CYCLIC]
@@ -236,7 +217,5 @@ def _settled(
     sensed = (
         each.sensed(cyclic_m=CYCLIC_M, fringe_m=fringes_m[0]) for _, each, _ in problem.observed
     )
-    problem, more = settle(
-        problem.with_observed(sensed), found[-1].place, options.allowance, options.outliers
-    )
+    problem, more = settle(problem.with_observed(sensed), found[-1].place)
     return problem, [*found, *more], missing_from(problem, more[-1].place)

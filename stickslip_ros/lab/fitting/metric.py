@@ -63,17 +63,6 @@ class Allowance(NamedTuple):
     step_share: float = STEP_SHARE
     slow_m: float = SLOW_M
 
-    @property
-    def reading_m(self) -> float:
-        """
-        Least error of a reading: the shape is never exact, even without noise.
-
-        After a fall all motions take microseconds: else a drive without a load cell, read by its
-        own sensor with 0.12 nm of noise, gave a friction 3.3 standard errors off.
-
-        """
-        return min(self.shape_m, SHAPE_M)
-
 
 class Cycle(NamedTuple):
     """A cycle of a voltage: its start, its length, and whether it ends in a fall."""
@@ -223,7 +212,9 @@ def metric_of(
     places, roots = [sparse.csr_array(np.column_stack(sensor))], [np.diag(sizes)]
     owners = [-1] * len(columns)
     if allowance is not None:
-        noise = max(noise, allowance.reading_m * scale)
+        # The shape is never exact: after a fall all motions take microseconds. Otherwise a drive
+        # read with 0.12 nm of noise gave a friction 3.3 standard errors off.
+        noise = max(noise, SHAPE_M * scale)
         read_s = time_s - sensor_of.late_s
         for kind, place, root in _of_model(read_s, predicted.values, corners, allowance, scale):
             places.append(place)

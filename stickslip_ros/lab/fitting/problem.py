@@ -349,6 +349,8 @@ def pose(
     ]
     noise = _noise_at_first(begun)
     problem = Problem(parameters, free, tuple(begun), noise, known=known or {}, tick=tick)
+    if problem.has_traces:
+        problem = replace(problem, allowance=Allowance())
     least, what = len(free), 'one for each free parameter'
     if problem.is_bare:
         least, what = least + 1, f'{what} and one for the standard error of the points'

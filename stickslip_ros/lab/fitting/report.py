@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import stickslip_ros
-from stickslip_ros.drive.records import VOLTAGE
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.experiments.experiment import Experiment, Readout, Voltage
@@ -23,7 +22,6 @@ from stickslip_ros.lab.fitting.free import TINY
 from stickslip_ros.lab.fitting.missing import ODDS_SURE
 from stickslip_ros.lab.fitting.result import FitResult, Ratio
 from stickslip_ros.lab.fitting.statistics import Estimate
-from stickslip_ros.lab.waveform.recognise import LOW_SHARE
 from stickslip_ros.parameters import dump_yaml
 from stickslip_ros.sections import Section, as_json
 from stickslip_ros.units import display_unit, unit_of
@@ -139,7 +137,7 @@ def warnings_of(fit: FitResult) -> tuple[str, ...]:
     return (
         *(text for one in fit.experiments for text in one.notes),
         *_lacking(fit),
-        *([] if fit.holds else _voltage_warnings(fit)),
+        *([] if fit.holds else _sign_warnings(fit)),
         *_search_warnings(fit),
         *(text for one in fit.estimates for text in _estimate_warnings(one)),
     )
@@ -173,18 +171,8 @@ def _search_warnings(fit: FitResult) -> Iterator[str]:
         yield f'some runs are not steady after {max(each.steps for each in drives)} steps{depends}'
 
 
-def _voltage_warnings(fit: FitResult) -> Iterator[str]:
-    """Yield wrong units and signs, by the model at the start, as the fitted one may rest."""
-    range_v = fit.parameters.amplifier.range_v
-    for one in fit.experiments:
-        covered_v = (
-            np.ptp(one.drive.rows[:, VOLTAGE]) if isinstance(one.drive, Voltage) else range_v
-        )
-        if covered_v < LOW_SHARE * range_v:
-            yield (
-                f'{one.origin}: its voltage covers {covered_v:.3g} V of the {range_v:g} V of the '
-                'amplifier: if the monitor is divided, give its unit, as voltage_v="NAME (100 V)"'
-            )
+def _sign_warnings(fit: FitResult) -> Iterator[str]:
+    """Yield wrong signs, by the model at the start, as the fitted one may rest."""
     began = fit.problem.predicted_at(fit.problem.start)
     for (one, each, _), model in zip(fit.problem.observed, began, strict=True):
         moves = each.is_trace and np.ptp(model.values) > 0.0

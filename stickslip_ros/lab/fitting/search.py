@@ -22,10 +22,15 @@ from scipy.stats import qmc
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.lab.experiments.experiment import Experiment, Readout, Voltage
+from stickslip_ros.lab.experiments.experiment import Readout, Voltage
 from stickslip_ros.lab.experiments.sensor import keeps_noise, lone_outliers, noise_of, rounding_of
-from stickslip_ros.lab.experiments.sensor_clock import LATE_MIN_S, lateness_of, sensor_near
-from stickslip_ros.lab.fitting.metric import DELAY_S, Allowance, slower
+from stickslip_ros.lab.experiments.sensor_clock import (
+    LATE_MIN_S,
+    Lateness,
+    lateness_of,
+    sensor_near,
+)
+from stickslip_ros.lab.fitting.metric import DELAY_S, SHAPE_M, Allowance, slower
 from stickslip_ros.lab.fitting.problem import EFFECT, FINEST, PRIOR, Predicted, Problem, largest_of
 from stickslip_ros.lab.runs.batch import Progress, run_batch
 from stickslip_ros.process.stopping import Stopped
@@ -126,7 +131,7 @@ def search(problem: Problem, start: Array) -> Minimum:
 
 
 def search_all(
-    problem: Problem, starts: int, seed: int, workers: int, progress: Progress | None = None
+    problem: Problem, starts: int, workers: int, progress: Progress | None = None
 ) -> list[tuple[Problem, Minimum]]:
     """
     Search from the start and from the best of TRIED places; return each end with its sensors.
@@ -134,13 +139,10 @@ def search_all(
     Raises StickSlipError if the start is impossible.
 
     """
-    clear, unsure = (
-        one.with_observed(each.thinned(READINGS_MAX) for _, each, _ in one.observed)
-        for one in (with_clocks(problem, only_clear=each) for each in (True, False))
-    )
+    clear, *others = _sensors_tried(problem)
     begins = [(clear, problem.start)]
     clear.predicted_at(problem.start)
-    tried = _tried(clear, unsure, seed, TRIED_PLACES if starts > 1 else 0)
+    tried = _tried(clear, others, TRIED_PLACES if starts > 1 else 0)
     if tried and tried[0][0] is not clear:
         begins.append(tried[0])
     begins += tried[1:starts]
@@ -155,24 +157,41 @@ def search_all(
     return [(replace(one, pool=problem.pool), ended) for one, ended in ends]
 
 
-def with_clocks(problem: Problem, *, only_clear: bool) -> Problem:
-    """Return the problem with the delays of the sensor clocks by the falls of the voltage."""
+def _sensors_tried(problem: Problem) -> list[Problem]:
+    """Return the problem with each clock and low-pass that is tried, once; a clear delay first."""
+    found = [
+        lateness_of(one.observed[0], one.drive) if isinstance(one.drive, Voltage) else Lateness()
+        for one in problem.experiments
+    ]
 
-    def with_clock(one: Experiment) -> Experiment:
-        found = lateness_of(one.observed[0], one.drive) if isinstance(one.drive, Voltage) else None
-        is_late = found is not None and found.is_clear >= only_clear
-        return one.sensed(late_s=found.late_s) if found is not None and is_late else one
+    def sensed(of: Problem, **known: float) -> Problem:
+        return of.with_observed(each.sensed(**known) for _, each, _ in of.observed)
 
-    return replace(problem, experiments=tuple(map(with_clock, problem.experiments)), metrics=())
+    def on_clocks(*, only_clear: bool) -> Problem:
+        pairs = zip(problem.experiments, found, strict=True)
+        late = (
+            one.sensed(late_s=clock.late_s) if clock.is_clear or not only_clear else one
+            for one, clock in pairs
+        )
+        of = replace(problem, experiments=tuple(late))
+        return of.with_observed(each.thinned(READINGS_MAX) for _, each, _ in of.observed)
+
+    clear = on_clocks(only_clear=True)
+    if not problem.has_traces:
+        return [clear]
+    unsure = on_clocks(only_clear=False)
+    tried = [clear, sensed(clear, late_s=0.0), unsure, sensed(unsure, slow_s=TRIED_SLOW_S[0])]
+    tried += [sensed(clear, slow_s=slow_s) for slow_s in TRIED_SLOW_S]
+    sensors = [[each.sensor for _, each, _ in one.observed] for one in tried]
+    return [one for k, one in enumerate(tried) if sensors[k] not in sensors[:k]]
 
 
 def _tried(
-    problem: Problem, unsure: Problem, seed: int, count: int
+    problem: Problem, variants: Sequence[Problem], count: int
 ) -> list[tuple[Problem, Array]]:
     """Return the start and places of a Latin hypercube, each with the sensors that suit it."""
     reach = 1.0 if problem.has_traces else PRIOR  # e-folds, mostly
-    shares = qmc.LatinHypercube(d=len(problem.free), seed=seed).random(count)
-    variants = _with_other_sensors(problem, unsure)
+    shares = qmc.LatinHypercube(d=len(problem.free), seed=1).random(count)
 
     def suited(place: Array) -> tuple[float, Problem, Array]:
         rows = [(CERTAIN_FACTOR * _missed(one, place), one, place) for one in variants]
@@ -182,20 +201,6 @@ def _tried(
     first, *others = map(suited, (start, *(start + reach * (2.0 * shares - 1.0))))
     others.sort(key=lambda row: row[0])
     return [(one, place) for missed, one, place in (first, *others) if math.isfinite(missed)]
-
-
-def _with_other_sensors(problem: Problem, unsure: Problem) -> list[Problem]:
-    """Return the problem with each of the other clocks and low-passes that are tried, once."""
-    if not problem.has_traces:
-        return []
-
-    def sensed(one: Problem, **known: float) -> Problem:
-        return one.with_observed(each.sensed(**known) for _, each, _ in one.observed)
-
-    tried = [sensed(problem, late_s=0.0), unsure, sensed(unsure, slow_s=TRIED_SLOW_S[0])]
-    tried += [sensed(problem, slow_s=slow_s) for slow_s in TRIED_SLOW_S]
-    sensors = [[each.sensor for _, each, _ in one.observed] for one in (problem, *tried)]
-    return [one for k, one in enumerate(tried, 1) if sensors[k] not in sensors[:k]]
 
 
 def _missed(problem: Problem, place: Array) -> float:
@@ -244,39 +249,27 @@ def refine(problem: Problem, here: Minimum) -> tuple[Problem, list[Minimum], boo
         refined.append(here)
 
 
-def settle(
-    problem: Problem, place: Array, least: Allowance, outliers: float
-) -> tuple[Problem, list[Minimum]]:
-    """
-    Continue from a place with noise, clocks, outliers and allowed errors from the residuals.
-
-    ``least`` are the least allowed errors.
-
-    """
+def settle(problem: Problem, place: Array) -> tuple[Problem, list[Minimum]]:
+    """Continue from a place with noise, clocks, outliers and allowed errors from the residuals."""
     found = list[Minimum]()
     for _ in range(ROUNDS):
         before = problem
-        problem = _with_model_error(_with_noise(problem, place, outliers), place, least)
+        problem = _with_model_error(_with_noise(problem, place), place)
         found.append(search(problem, place))
         place = found[-1].place
-        if _is_settled(problem, before):
+        both = before, problem
+        times_s = [
+            [(each.sensor.late_s, each.sensor.slow_s) for _, each, _ in one.observed]
+            for one in both
+        ]
+        sizes = np.log([one.allowance or one.noise for one in both])
+        changes = np.diff(times_s, axis=0) / DELAY_S, np.diff(sizes, axis=0)
+        if max(np.max(np.abs(each)) for each in changes) < _CLOSE:
             break
     return problem, found
 
 
-def _is_settled(now: Problem, then: Problem) -> bool:
-    """Return whether clocks, low-passes and errors hardly change any more."""
-    sensors = [
-        [(each.sensor.late_s, each.sensor.slow_s) for _, each, _ in one.observed]
-        for one in (now, then)
-    ]
-    moved = np.abs(np.diff(sensors, axis=0)) / DELAY_S
-    sizes = np.array([one.allowance or one.noise for one in (now, then)])
-    grown = np.abs(np.diff(np.log(sizes), axis=0))
-    return bool(max(moved.max(), grown.max()) < _CLOSE)
-
-
-def _with_model_error(problem: Problem, place: Array, least: Allowance) -> Problem:
+def _with_model_error(problem: Problem, place: Array) -> Problem:
     """Return the problem with the allowed errors, and the metrics, of the residuals at a place."""
     if problem.allowance is None:
         return problem
@@ -289,13 +282,13 @@ def _with_model_error(problem: Problem, place: Array, least: Allowance) -> Probl
         both = zip(problem.metrics, missed, strict=True)
         squares, counts = np.sum([one.model_error(each) for one, each in both], axis=0)
         likely = np.minimum(np.sqrt(squares / np.maximum(counts, 1e-9)), 1e3)
-        sizes = np.maximum(likely * problem.allowance, least)
+        sizes = np.maximum(likely * problem.allowance, Allowance())
         metrics = tuple(each.with_sizes(sizes / problem.allowance) for each in problem.metrics)
         problem = replace(problem, allowance=Allowance(*sizes.tolist()), metrics=metrics)
     return problem
 
 
-def _with_noise(problem: Problem, place: Array, outliers: float) -> Problem:
+def _with_noise(problem: Problem, place: Array) -> Problem:
     """Return the problem with noise, sensors and outliers from the residuals at a place."""
     predicted = problem.predicted_at(place)
     metrics = iter(replace(problem, allowance=None).measured_at(predicted).metrics)
@@ -304,7 +297,7 @@ def _with_noise(problem: Problem, place: Array, outliers: float) -> Problem:
         kept, error = each, noise
         if each.is_trace:
             sizes, left = next(metrics).of_sensor(model.values - each.values)
-            kept, shown = _shown(each, left, sizes[2:4].tolist(), outliers)
+            kept, shown = _shown(each, left, sizes[2:4].tolist())
             error = max(each.sigma or shown or noise, FINEST)
         elif each.is_bare:  # one error is common to all such numbers
             error = share * largest_of(problem.experiments, each.quantity)
@@ -325,12 +318,10 @@ def _share_missed(problem: Problem, predicted: Predicted) -> float:
     return max(float(np.sqrt(np.sum(np.square(missed)) / max(degrees, 1.0))), EFFECT)
 
 
-def _shown(
-    each: Readout, left: Array, late_curved: list[float], outliers: float
-) -> tuple[Readout, float]:
+def _shown(each: Readout, left: Array, late_curved: list[float]) -> tuple[Readout, float]:
     """Return readings without outliers, with their sensor, and their noise; 0 if none shows."""
     late_s, slow_s = slower(each.sensor.slow_s, *late_curved)
-    out = lone_outliers(left, outliers or math.inf)
+    out = lone_outliers(left)
     keeps, left, kept = 0.0, left[~out], each.without(out)
     rounding = rounding_of(kept.values)
     if slow_s:
@@ -342,7 +333,7 @@ def _shown(
     return sensed, max(noise_of(left, keeps, rounding), _COARSE * rounding)
 
 
-def notes_of(problem: Problem, least: Allowance) -> Iterator[str]:
+def notes_of(problem: Problem) -> Iterator[str]:
     """Yield what was found about the sensors."""
     for one, each, noise in problem.observed:
         sensor, name = each.sensor, f'{one.origin}: {each.quantity}'
@@ -362,7 +353,7 @@ def notes_of(problem: Problem, least: Allowance) -> Iterator[str]:
                 f'{1e9 * sensor.cyclic_m:.2g} nm'
             )
         coarse = _COARSE * rounding_of(each.values) if not each.sigma else 0.0
-        if each.unit == 'm' and least.reading_m < noise <= coarse:
+        if each.unit == 'm' and SHAPE_M < noise <= coarse:
             yield (
                 f'{name} is rounded by more than its noise: the error of a reading is '
                 f'{1e9 * noise:.2g} nm, as consecutive readings share it'

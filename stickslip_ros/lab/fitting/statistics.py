@@ -210,7 +210,10 @@ def _slopes(
     free = len(place)
     of_z = problem.slopes(place, central=True)[:-free] @ np.linalg.inv(per_natural)
     inert = np.asarray(np.sqrt(np.sum(of_z**2, axis=0)) <= EFFECT * problem.signal)
-    active = np.flatnonzero(~_held(problem, place, at_bound) & ~inert).tolist()
+    # on a bound that is no limit of the model nothing is determined
+    pairs = zip(problem.free, problem.values(place), strict=True)
+    held = at_bound & np.array([not one.is_limit(value) for one, value in pairs])
+    active = np.flatnonzero(~held & ~inert).tolist()
     seen = of_z[:, active]
     if shares:
         constants = slopes_of_constants(problem, place, list(shares))[:-free]
@@ -284,12 +287,6 @@ def _shown(problem: Problem, slopes: _Slopes, information: Array, scale: float) 
     alone = information[np.ix_(rows, rows)] - of_known.T @ of_known / scale
     left = _inverse(alone)[:known, :known]
     return _spread(_inverse(left), slopes.active, len(problem.free))
-
-
-def _held(problem: Problem, place: Array, at_bound: Flags) -> Flags:
-    """Return a mask of the parameters on a bound that is no limit of the model."""
-    pairs = zip(problem.free, problem.values(place), at_bound, strict=True)
-    return np.array([sits and not one.is_limit(value) for one, value, sits in pairs])
 
 
 def _excess(

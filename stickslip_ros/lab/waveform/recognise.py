@@ -107,9 +107,9 @@ class RecognisedWave:
     notes: tuple[str, ...]  # assumptions, and samples left out or clipped
     rows: Array  # corners, played or not, shape (n, 2): s, V
 
-    def corners(self, hint: str = GIVE_COMMANDS) -> tuple[Array, Array]:
+    def corners(self, hint: str = GIVE_COMMANDS) -> Array:
         """
-        Return times, s, and voltages, V, of the corners of the wave, both of shape (n,).
+        Return the corners of the wave, shape (n, 2): s, V.
 
         Straight lines join them; falls have the slew rate. Raises NotRecognised, ending in the
         hint, if the wave was refused.
@@ -117,7 +117,7 @@ class RecognisedWave:
         """
         if self.refusals:
             raise NotRecognised(self.refusals, hint)
-        return self.rows[:, 0].copy(), self.rows[:, 1].copy()
+        return self.rows
 
     def lines(self) -> list[str]:
         """Return segments, notes and refusals, one a line."""
@@ -364,7 +364,6 @@ def _notes(monitor: Monitor, frequency_max_hz: float) -> Iterator[str]:
     """Yield assumptions, and counts of samples left out or missing."""
     rate_hz, gaps = 1.0 / monitor.period_s, np.diff(monitor.times_s) / monitor.period_s
     yield f'{len(monitor.times_s)} samples at {rate_hz:.2f} Hz, noise {monitor.noise_v:.2g} V'
-    yield 'an error of the gain of the monitor does not show in its samples'
     if rate_hz < CYCLE_SAMPLES_MIN * frequency_max_hz:
         yield (
             f'waves above {rate_hz / CYCLE_SAMPLES_MIN:.4g} Hz would be mistaken for slower ones '

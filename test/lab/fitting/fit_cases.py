@@ -1,14 +1,14 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Synthetic measurements that are cheap to fit: five points, some milliseconds for all of them."""
+"""Synthetic measurements: the motion of a stand, and five points that are cheap to fit."""
 
 import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
 
-from stickslip_ros.lab.experiments.experiment import Experiment, Readout, SawtoothSteps
+from stickslip_ros.lab.experiments.experiment import Experiment, Readout, SawtoothSteps, Voltage
 from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.lab.fitting.assumed import (
     ASSUMED_SHARES,
@@ -16,7 +16,7 @@ from stickslip_ros.lab.fitting.assumed import (
     FEET_NUMBER,
     LOAD_FACTOR,
 )
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters import Parameters, Scalar
 
 FREQUENCY_HZ = 2000.0
 CYCLES = 400
@@ -27,6 +27,22 @@ PRELOADS_N = (0.1,)
 AMPLITUDES_M = (40e-9, 60e-9, 80e-9, 100e-9, 140e-9)
 EXACT = dict.fromkeys((*ASSUMED_SHARES, *CALIBRATIONS, FEET_NUMBER, LOAD_FACTOR), '+-0%')
 """Constants of a rig whose contacts and feet are surely those of the stand."""
+
+
+def motion_of(on: Parameters, rows: np.ndarray, noise_m: float = 0.0, seed: int = 1) -> Experiment:
+    """Give the position of a free runner under a voltage, corners of shape (n, 2), at 50 kHz."""
+    time_s = np.arange(0.0, rows[-1, 0], 2e-5)
+    settings: dict[str, Scalar] = {
+        'stand.preload': on.stand.preload,
+        'load_cell.contact': 'absent',
+    }
+    blank = Readout('position_m', 0.0 * time_s, time_s)
+    asked = Experiment('rig', settings, Voltage(rows), (blank,))
+    [[shown]] = predict(on, [asked])
+    noise = np.random.default_rng(seed).normal(0.0, noise_m, len(time_s))
+    return dataclasses.replace(
+        asked, observed=(dataclasses.replace(blank, values=shown.values + noise),)
+    )
 
 
 def steps_of(point: Experiment) -> SawtoothSteps:

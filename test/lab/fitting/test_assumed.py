@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from fit_cases import EXACT
+from fit_cases import EXACT, motion_of
 from spring_rig import voltage
 
 from stickslip_ros import load_yaml, stage_file
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.lab.experiments.experiment import Experiment, Readout, Voltage
+from stickslip_ros.lab.experiments.experiment import Experiment, Voltage
 from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.lab.figures.page import page_of
 from stickslip_ros.lab.fitting.assumed import (
@@ -30,7 +30,7 @@ from stickslip_ros.lab.fitting.fit import FitOptions, fit
 from stickslip_ros.lab.fitting.free import Free
 from stickslip_ros.lab.fitting.report import Fit, as_object
 from stickslip_ros.lab.measurements.numbers import stage_hz
-from stickslip_ros.parameters import Parameters, Scalar
+from stickslip_ros.parameters import Parameters
 
 ROWS = voltage((-60.0, 250.0, 1), (-170.0, 200.0, 1), (280.0, 300.0, 5), (300.0, 600.0, 8))
 TRUTH = {
@@ -42,6 +42,7 @@ TRUTH = {
 }
 DRIVEN_BY = 'one wave', 'another wave'
 PRELOAD_N, NOISE_M = 0.33, 1.5e-9
+STAND = Parameters().updated({**TRUTH, 'stand.preload': PRELOAD_N})
 LIMIT_N = TRUTH['contact.friction'] * 2.0 * 2.0**0.5 * PRELOAD_N
 LOADED: Mapping[str, Any] = {'stand.load': 0.05 * LIMIT_N}
 THREE_FEET: Mapping[str, Any] = {'feet.count': (3,), 'feet.share': (0.943,)}
@@ -49,17 +50,10 @@ ALUMINIUM: Mapping[str, Any] = {'contact.young_runner': 70e9}
 STEPWISE = 1e-9  # relative rounding of two stands that move alike
 
 
-def recorded(changes: Mapping[str, Any], rows: np.ndarray = ROWS) -> Experiment:
+def recorded(changes: Mapping[str, Any]) -> Experiment:
     """Give the noisy position of a stand that differs from the stand of the paper."""
-    time_s = np.arange(0.0, rows[-1, 0], 2e-5)
-    settings: dict[str, Scalar] = {'stand.preload': PRELOAD_N, 'load_cell.contact': 'absent'}
-    asked = Experiment(
-        'rig', settings, Voltage(rows), (Readout('position_m', 0.0 * time_s, time_s),)
-    )
-    [[shown]] = predict(Parameters().updated({**TRUTH, **changes}), [asked])
-    noise_m = np.random.default_rng(2).normal(0.0, NOISE_M, len(time_s))
-    seen = Readout('position_m', shown.values + noise_m, time_s)
-    return Experiment('rig', settings, Voltage(rows, notes=DRIVEN_BY), (seen,))
+    seen = motion_of(STAND.updated(dict(changes)), ROWS, NOISE_M, seed=2)
+    return replace(seen, drive=Voltage(ROWS, notes=DRIVEN_BY))
 
 
 def learned(seen: Experiment, assume: Mapping[str, str], known: str | None = None) -> Fit:
@@ -116,10 +110,10 @@ def test_a_load_can_be_free():
 def test_ratios_are_narrow_and_hold_whatever_the_feet_are(changes, other):
     _, found = other
     ratios = {one.name: one for one in found.ratios}
-    ringing, stand = ratios['ringing, k/m'], Parameters().updated({**TRUTH, **changes})
+    ringing = ratios['ringing, k/m']
     assert ringing.high - ringing.low < 5.0 * ringing.standard_error
     for name, true in (
-        ('ringing, k/m', stage_hz(stand.updated({'stand.preload': PRELOAD_N}))),
+        ('ringing, k/m', stage_hz(STAND.updated(dict(changes)))),
         ('damping, c/m', TRUTH['runner.damping'] / TRUTH['runner.mass']),
         ('friction, mu F/m', LIMIT_N / TRUTH['runner.mass']),
         ('gain', TRUTH['actuator.gain']),
@@ -157,14 +151,6 @@ def test_the_report_says_where_the_scale_comes_from(other: tuple[Experiment, Fit
     assert content['bands'].startswith('bands are those of motions; forces have the error of')
 
 
-def test_draws_spread_as_the_recording_shows(other: tuple[Experiment, Fit]):
-    _, found = other
-    masses = np.log([each.runner.mass for each in found.draws(400)])
-    shown = np.sqrt(found.uncertainty.recorded_z[2, 2])
-    assert masses.std() == pytest.approx(shown, rel=0.15, abs=0.0)
-    assert masses.std() < 0.5 * found.uncertainty.errors_z[2]
-
-
 def test_the_scale_moves_whatever_opposes_a_motion_and_nothing_else(other: tuple[Experiment, Fit]):
     _, found = other
     problem, place, doubt = found.problem, found.found.place, found.uncertainty
@@ -178,9 +164,8 @@ def test_the_scale_moves_whatever_opposes_a_motion_and_nothing_else(other: tuple
 def test_twice_the_feet_move_as_twice_the_feet():
     one = recorded({})
     twice = {'feet.count': (4, 8), 'feet.share': (2.0**0.5 / 4, 2.0**0.5 / 8)}
-    stand = Parameters().updated(TRUTH)
-    [[true]] = predict(stand.updated(twice), [one])
-    [[found]] = predict(stand, [with_constant(stand, one, FEET_NUMBER, 2.0)])
+    [[true]] = predict(STAND.updated(twice), [one])
+    [[found]] = predict(STAND, [with_constant(STAND, one, FEET_NUMBER, 2.0)])
     assert found.values == pytest.approx(true.values, rel=0.0, abs=STEPWISE * np.ptp(true.values))
 
 
@@ -209,13 +194,7 @@ GUIDED |= {'feet.share[1]': 0.08}  # where the file assumes 0.05, from 0.005 to 
 def clamped() -> Experiment:
     """Give the noisy position of a clamp with a stiffer guide than that of its file."""
     rows = voltage((95.0, 150.0, 4), (-60.0, 150.0, 1), (70.0, 300.0, 6))
-    time_s = np.arange(0.0, rows[-1, 0], 2e-5)
-    settings: dict[str, Scalar] = {'stand.preload': 8.0, 'load_cell.contact': 'absent'}
-    blank = Readout('position_m', 0.0 * time_s, time_s)
-    asked = Experiment('clamp', settings, Voltage(rows), (blank,))
-    [[shown]] = predict(CLAMP.updated(GUIDED), [asked])
-    noise_m = np.random.default_rng(3).normal(0.0, NOISE_M, len(time_s))
-    return replace(asked, observed=(replace(blank, values=shown.values + noise_m),))
+    return motion_of(CLAMP.updated({**GUIDED, 'stand.preload': 8.0}), rows, NOISE_M, seed=3)
 
 
 def test_the_share_of_a_guide_is_named_and_can_be_learned(clamped: Experiment):

@@ -1,26 +1,38 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a fit may be given: free parameters, starts, bounds and files; and what it refuses."""
+"""Free parameters, starts, bounds and files of a fit, its natural coordinates, its refusals."""
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from stickslip_ros.drive.layout import contacts_of
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps
 from stickslip_ros.lab.experiments.options import ReadingOptions
 from stickslip_ros.lab.experiments.reading import read_experiments
 from stickslip_ros.lab.fitting.fit import fit
-from stickslip_ros.lab.fitting.free import FITTED, Coordinate, Free, choose_free
+from stickslip_ros.lab.fitting.free import FITTED, Coordinate, Free, Natural, choose_free
 from stickslip_ros.lab.fitting.report import _row
 from stickslip_ros.lab.fitting.statistics import Estimate
 from stickslip_ros.parameters import Parameters, specs
 
 ROUNDING = 1e-12
+STAND = Parameters().updated({'stand.preload': 0.4, 'runner.damping': 20.0})
+MOVED = 'contact.friction contact.prefactor runner.mass runner.damping'
+SETS = (
+    f'{MOVED} actuator.gain actuator.hysteresis',
+    'contact.friction runner.mass runner.damping',
+    'contact.friction contact.rms_height runner.damping',
+    'contact.radius contact.young_runner contact.friction',
+    'runner.damping actuator.gain',
+)
 HEADER = 'preload_n,amplitude_m,force_n'
 ROWS = '0.1,60e-9,0.03\n0.4,120e-9,0.2\n'
 
@@ -132,11 +144,20 @@ def test_one_bound_alone_leaves_the_other_where_it_is():
     assert (mass.lower, mass.upper) == pytest.approx((3e-6, 4e-3), rel=ROUNDING, abs=0.0)
 
 
-def test_names_are_refused_before_anything_is_read():
-    for free in ('friction', Free('contact.friction', known='0.3')):
-        with pytest.raises(StickSlipError, match='friction') as refusal:
-            fit('there_is_no.mcap', free)
-        assert 'there_is_no' not in str(refusal.value)
+@pytest.mark.parametrize(
+    ('free', 'message'),
+    [
+        ('friction', 'friction'),
+        (Free('runner.mass', known='3g'), "'3g' is not VALUE+-SHARE%; write runner.mass=VALUE+"),
+        (Free('runner.mass', known='3g+-0%'), 'is not above 0'),
+        (Free('runner.mass', known=(-3e-3, 0.01)), 'below the minimum'),
+    ],
+)
+def test_names_and_known_values_are_refused_before_anything_is_read(free, message):
+    with pytest.raises(StickSlipError) as refusal:
+        fit('there_is_no.mcap', free)
+    assert message in str(refusal.value)
+    assert 'there_is_no' not in str(refusal.value)
 
 
 def test_a_chosen_prefactor_does_not_give_way_silently():
@@ -145,17 +166,15 @@ def test_a_chosen_prefactor_does_not_give_way_silently():
         choose_free(stand, ['contact.rms_height'])
 
 
-def read(path: Path, frequency_hz: float = 1000.0) -> list[Experiment]:
-    return read_experiments(path, Parameters(), ReadingOptions(frequency_hz=frequency_hz))
+def read(path: Path, **options: Any) -> list[Experiment]:
+    return read_experiments(path, Parameters(), ReadingOptions(**options))
 
 
 def test_a_file_is_read_with_and_without_its_optional_columns(tmp_path):
-    points = read(written(tmp_path, f'{HEADER}\n{ROWS}'), 500.0)
+    points = read(written(tmp_path, f'{HEADER}\n{ROWS}'), frequency_hz=500.0)
     assert [one.settings for one in points] == [{'stand.preload': 0.1}, {'stand.preload': 0.4}]
-    assert [one.drive for one in points] == [
-        SawtoothSteps(60e-9, 500.0),
-        SawtoothSteps(120e-9, 500.0),
-    ]
+    drives = [SawtoothSteps(60e-9, 500.0), SawtoothSteps(120e-9, 500.0)]
+    assert [one.drive for one in points] == drives
     assert [one.observed[0].values.tolist() for one in points] == [[0.03], [0.2]]
     assert points[0].observed[0].sigma is None
     full = f'\ufeff# stand 7\n{HEADER},frequency_hz,force_sigma_n\n0.1,60e-9,0.03,200,1e-3\n'
@@ -189,17 +208,47 @@ def test_a_file_without_usable_numbers_is_refused(text, message, tmp_path):
 
 
 def test_an_interval_has_the_digits_of_its_error():
-    free = Coordinate('contact.friction', '', 2841.02, 1.0, 9e3)
-    one = Estimate(
-        **vars(free),
-        value=2841.02,
-        standard_error=0.26,
-        low=2840.51,
-        high=2841.53,
-        at_bound=False,
-        inert=False,
-        undetermined=False,
-    )
+    free = vars(Coordinate('contact.friction', '', 2841.02, 1.0, 9e3))
+    flags: dict[str, Any] = dict.fromkeys(('at_bound', 'inert', 'undetermined'), False)
+    one = Estimate(**free, **flags, value=2841.02, standard_error=0.26, low=2840.51, high=2841.53)
     assert _row(one, holds=True)[1:5] == ('2841.02', '0.26', '2840.51', '2841.53')
     wide = replace(one, standard_error=300.0, low=2253.0, high=3429.0)
     assert _row(wide, holds=True)[1:5] == ('2841', '3e+02', '2253', '3429')
+
+
+def natural_of(names: str, damping: float = 1.0) -> tuple[Natural, np.ndarray]:
+    """Give a map and the coordinates of a place beside the start, with a share of the damping."""
+    stand, free, _ = choose_free(STAND, names.split())
+    z = np.array([one.to_coordinate(one.start) for one in free])
+    z += np.random.default_rng(len(names)).uniform(-0.4, 0.4, len(free))
+    return Natural(stand, free), z * [damping if 'damping' in one.name else 1.0 for one in free]
+
+
+@pytest.mark.parametrize('names', SETS)
+@pytest.mark.parametrize('damping', [0.0, 1.0])
+def test_there_and_back_again_is_where_it_began_by_its_slopes_too(names: str, damping: float):
+    natural, z = natural_of(names, damping)
+    assert natural.back(natural.to(z)) == pytest.approx(z, rel=1e-12, abs=1e-12)
+    place, way = natural.to(z), 1e-4 * np.random.default_rng(1).normal(size=len(z))
+    moved = 0.5 * (natural.back(place + way) - natural.back(place - way))
+    assert natural.slopes(place) @ way == pytest.approx(moved, rel=1e-4, abs=1e-9)
+
+
+@pytest.mark.parametrize('rougher', [0.3, 3.0])
+def test_where_all_forces_grow_alike_only_the_roughness_moves(rougher: float):
+    natural, _ = natural_of(MOVED)
+    begin = {one.name: one.start for one in natural.free}
+    prefactor = {'contact.prefactor': rougher * begin['contact.prefactor']}
+    soft, stiff = (
+        sum(each.stick_stiffness_n_per_m for each in contacts_of(on))
+        for on in (STAND, STAND.updated(prefactor))
+    )
+    alike = {name: stiff / soft * value for name, value in begin.items()} | prefactor
+    assert abs(stiff / soft - 1.0) > 0.1, 'else nothing is tested'
+    there, here = (
+        natural.to(np.array([one.to_coordinate(each[one.name]) for one in natural.free]))
+        for each in (alike, begin)
+    )
+    stays = [one.name != 'contact.prefactor' for one in natural.free]
+    assert there[stays] == pytest.approx(here[stays], rel=1e-9, abs=1e-9)
+    assert abs(there - here).max() > 0.5

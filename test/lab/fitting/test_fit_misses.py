@@ -10,14 +10,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from fit_cases import EXACT
+from fit_cases import EXACT, motion_of
 from scipy.signal import lfilter
 from spring_rig import Rig, voltage
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.experiments.experiment import Experiment, Readout, Voltage
-from stickslip_ros.lab.experiments.predict import Prediction, predict
+from stickslip_ros.lab.experiments.predict import Prediction
 from stickslip_ros.lab.fitting.fit import FitOptions, fit
 from stickslip_ros.lab.fitting.free import choose_free
 from stickslip_ros.lab.fitting.metric import CORRELATED_S, Allowance, metric_of, waves_of
@@ -38,12 +38,9 @@ ALONE = FitOptions(starts=1, workers=1, assume=EXACT)
 
 
 def shown(lacking: Mapping[str, Any], on: Parameters = STAND, rows: Array = ROWS) -> Experiment:
-    """Give the position of a stand without noise."""
-    time_s = np.arange(0.0, rows[-1, 0], 1.0 / RATE_HZ)
-    blank = Readout('position_m', np.zeros(len(time_s)), time_s, NOISE_M)
-    asked = Experiment('drive', SETTINGS, Voltage(rows), (blank,))
-    [[found]] = predict(on.updated(dict(lacking)), [asked])
-    return replace(asked, observed=(replace(blank, values=found.values),))
+    """Give the position of a stand without noise, whose standard error is stated."""
+    one = motion_of(on.updated({**SETTINGS, **lacking}), rows)
+    return replace(one, observed=(replace(one.observed[0], sigma=NOISE_M),))
 
 
 def with_error(one: Experiment, error_m: Array | float = 0.0) -> Experiment:
@@ -56,7 +53,7 @@ def with_error(one: Experiment, error_m: Array | float = 0.0) -> Experiment:
 def first_of(one: Experiment, on: Parameters = STAND) -> str:
     """Give the first suspect of a recording at the values of a stand."""
     stand, free, _ = choose_free(on, TWO)
-    problem = replace(pose(stand, free, [one]), allowance=Allowance())
+    problem = pose(stand, free, [one])
     problem = problem.measured_at(problem.predicted([stand])[0])
     first, *_ = missing_from(problem, problem.start)
     assert first.odds > 2.0
@@ -181,7 +178,7 @@ def test_a_fit_holds_with_the_errors_of_what_its_model_owes():
     )
     assert_holds(right)
     assert_holds(wrong)
-    assert right.problem.allowance == ALONE.allowance
+    assert right.problem.allowance == Allowance()
     assert wrong.problem.allowance is not None
     assert wrong.problem.allowance.shape_m > 1e-9
     assert wrong.estimates[1].standard_error > 1.5 * right.estimates[1].standard_error

@@ -98,10 +98,8 @@ DATA = (
             'bounds of a free parameter (default: a decade around its start and its default)',
             'NAME=LOW:HIGH',
         ),
-        *options_of(
-            READING, 'commands', 'window_s', 'frequency_hz', 'steps', 'outliers', 'workers'
-        ),
-        *options_of(FIT, 'assume', 'drift_m_per_s', 'shape_m', 'step_share', 'starts', 'seed'),
+        *options_of(READING, 'commands', 'window_s', 'frequency_hz', 'steps', 'workers'),
+        *options_of(FIT, 'assume', 'drift_m_per_s', 'starts'),
         many(
             '-o --output',
             '.json: all results; .html: a page; .yaml: the fitted stand for --params',
