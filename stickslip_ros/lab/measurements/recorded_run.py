@@ -219,7 +219,7 @@ class Run(NotebookView, OpenedSource):
         width_mm: float | None = None,
     ) -> 'Figure':
         """
-        Draw the run, or a stretch of it, with its events and status bits.
+        Draw the run, or a stretch of it, with its commands and failures.
 
         The style is ``screen``, ``paper`` or a style file of matplotlib; a width alone means
         paper, where a column is 85 mm wide, with 8 pt text.

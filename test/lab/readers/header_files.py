@@ -162,7 +162,7 @@ FILES: dict[str, tuple[str, dict[str, str], float]] = {
             columns([f'{e + 1e-9:.3f}' for e in TIMES_S], CENTIVOLTS, MICRONS),
         ),
         SCOPE,
-        0.0,
+        5e-4,  # a tick, 1 ms, is the last time that was reached
     ),
     'PlotJuggler': (
         of(
@@ -175,28 +175,6 @@ FILES: dict[str, tuple[str, dict[str, str], float]] = {
         ),
         {'voltage_v': '/rig/voltage/data (V)', 'position_m': '/rig/position/data (um)'},
         0.0,
-    ),
-    'ros2 topic echo': (
-        of(
-            '1620118800,999000000,rig,0,0',
-            (
-                (1620118800 + (9991 + row) // 10_000, (9991 + row) % 10_000 * 100_000, 'rig', u, x)
-                for row, u, x in columns(list(range(COUNT - 1)), VOLTS[1:], MICRONS[1:])
-            ),
-        ),
-        {'time_s': '1 (s) + 2 (ns)', 'voltage_v': '4 (V)', 'position_m': '#5 (um)'},
-        0.999,
-    ),
-    'stamps': (
-        of(
-            'stamp.sec,stamp.nanosec,voltage (V),position (um)',
-            (
-                (7 + (9979 + row) // 10_000, (9979 + row) % 10_000 * 100_000, u, x)
-                for row, u, x in columns(list(range(COUNT)), VOLTS, MICRONS)
-            ),
-        ),
-        ASIS,
-        7.9979,
     ),
     'nanoseconds since 1970': (
         of(
