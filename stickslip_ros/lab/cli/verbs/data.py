@@ -122,7 +122,7 @@ DATA = (
         'plot',
         'draw a recording or a table',
         'Draw a recording, the trace or else its topics at 1 kHz, with the commands (dotted) and '
-        'the status bits; or tables, over time or by amplitude. Thinned curves keep every peak. '
+        'failures; or tables, over time or by amplitude. Thinned curves keep every peak. '
         '--map names the topics of another program, or columns.',
         file('a recording, or tables', nargs='+'),
         WINDOW,
