@@ -19,7 +19,6 @@ from stickslip_ros.lab.experiments.sensor import noise_of
 from stickslip_ros.lab.experiments.sensor_clock import LEAD_S
 from stickslip_ros.lab.figures.plottable import Plottable
 from stickslip_ros.lab.measurements.measurement import (
-    TIME_COLUMN,
     Measurement,
     PointTable,
     TimeRun,
@@ -199,7 +198,7 @@ def _compared(a: Measurement, b: Measurement, options: CompareOptions) -> Compar
     made = in_time.steps_of(a), in_time.steps_of(b)
     steps_of_both = None if made[0] is None or made[1] is None else (made[0], made[1])
     return ComparisonReport(
-        a.side, b.side, TIME_COLUMN, found, b.alignment, options.window_s, steps_of_both
+        a.side, b.side, 'time_s', found, b.alignment, options.window_s, steps_of_both
     )
 
 
@@ -225,7 +224,7 @@ def _with_bands(
             drawn = [each[k].parts[j].b for each in found]
             noise = part.sigma
             if noise is None:
-                noise = np.array(noise_of(part.a) if part.axis == TIME_COLUMN else 0.0)
+                noise = np.array(noise_of(part.a) if part.axis == 'time_s' else 0.0)
             parts.append(replace(part, band=bands_with_noise(drawn, part.b, noise)))
         quantities.append(replace(quantity, parts=tuple(parts)))
     return replace(report, quantities=tuple(quantities))

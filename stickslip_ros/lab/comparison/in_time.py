@@ -21,7 +21,7 @@ from stickslip_ros.lab.experiments.experiment import Experiment, Voltage
 from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.lab.experiments.reading import behind_low_pass
 from stickslip_ros.lab.experiments.sensor_clock import lateness_in
-from stickslip_ros.lab.measurements.measurement import TIME_COLUMN, Side, TimeRun
+from stickslip_ros.lab.measurements.measurement import Side, TimeRun
 from stickslip_ros.lab.measurements.numbers import sigma_name
 from stickslip_ros.lab.runs.sawtooth_run import scatter_of
 from stickslip_ros.parameters import Parameters
@@ -119,7 +119,7 @@ def compare_runs(a: TimeRun, b: TimeRun, *, offset: bool = False) -> tuple[Compa
         of_a, of_b = inside.value[chosen], values_b[chosen]
         moved = float(np.median(of_a - of_b)) if offset and name == _POSITION else 0.0
         of_b += moved  # interpolated, so that it is nobody else's
-        part = Part({}, TIME_COLUMN, time_s, of_a, of_b, sigma)
+        part = Part({}, 'time_s', time_s, of_a, of_b, sigma)
         found.append(Compared(name, (part,), len(inside) - len(time_s), moved))
     return tuple(found)
 

@@ -9,11 +9,7 @@ import pytest
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.measurements.numbers import sigma_name
 from stickslip_ros.lab.measurements.tables import parse_experiment
-from stickslip_ros.lab.measurements.vocabulary import (
-    BY_AMPLITUDE,
-    POINT_COLUMNS,
-    TIME_COLUMNS,
-)
+from stickslip_ros.lab.measurements.vocabulary import BY_AMPLITUDE, POINT_COLUMNS, TIME_COLUMNS
 
 POINTS = 'preload_n,amplitude_m,force_n\n'
 TIMES = 'time_s,position_m\n'
