@@ -36,7 +36,36 @@ def labview(says: str, multi: bool = False) -> str:
 
 LATE_S = [round(each + 5e-5, 6) for each in TIMES_S]
 CENTIVOLTS = [each / 100.0 for each in VOLTS]
+TEKTRONIX = of(
+    'Model,DPO3014\nHorizontal Units,s\nSample Interval,1e-04\nRecord Length,40\n'
+    'Probe Attenuation,1,1\nVertical Units,V,V\nVertical Scale,1,0.5\n,\nLabel,piezo,cell\n'
+    'TIME,CH1,CH2',
+    columns(TIMES_S, CENTIVOLTS, MICRONS),
+)
 FILES: dict[str, tuple[str, dict[str, str], float]] = {
+    'Tektronix': (TEKTRONIX, SCOPE, 0.0),
+    'LabVIEW with a clock': (
+        of(
+            f'{labview("One")}X_Value\tVoltage\tPosition\tComment',
+            columns(TIMES_S, VOLTS, MICRONS),
+            '\t',
+        ),
+        ASIS,
+        0.0,
+    ),
+    'Rigol DS': (
+        of(
+            'X,CH1,CH2,Start,Increment,\nSequence,Volt,Volt,-1.000000e-03,1.000000e-04',
+            columns(list(range(COUNT)), CENTIVOLTS, MICRONS, '', ''),
+        ),
+        SCOPE,
+        -1e-3,
+    ),
+    'Keysight': (
+        of('x-axis,1,2\nsecond,Volt,Volt', columns(TIMES_S, CENTIVOLTS, MICRONS)),
+        {'voltage_v': '1 (100 V)', 'position_m': '2 (um)'},
+        0.0,
+    ),
     'PI': (
         of(
             '# REM E-712 \n# DIM = 2 \n# SAMPLE_TIME = 0.000100 \n# NDATA = 40 \n# \n'

@@ -48,6 +48,13 @@ def test_an_instrument_says_names_units_and_times(name: str):
         np.testing.assert_allclose(time_s, first_s + delay_s + np.array(TIMES_S), atol=ROUNDING)
 
 
+def test_settings_of_an_instrument_may_have_a_decimal_comma():
+    text = FILES['LabVIEW without times'][0].replace('1e-4', '0.0001').replace('.', ',')
+    time_s, values = known(read(text), 'voltage_v')
+    np.testing.assert_allclose(time_s, 0.5 + np.array(TIMES_S), rtol=ROUNDING)
+    np.testing.assert_allclose(values, VOLTS, rtol=ROUNDING)
+
+
 def test_a_rate_counts_rows_and_sets_the_columns_of_times_aside():
     text = FILES['coarse times'][0]
     table = read(text, TableOptions(header_files.SCOPE, rate_hz=10e3, start_s=-3e-3))
