@@ -6,7 +6,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -105,7 +105,8 @@ def compare(
         If one cannot be read, or the two cannot be compared.
 
     """
-    b = _stand_of(b)
+    if isinstance(b, Mapping) and all('.' in str(each) for each in b):
+        b = Parameters().updated(b)
     given = listed_sources(a)
     window_s = None if options.align else options.window_s  # to align needs all of both
     others = [] if b is None or isinstance(b, Parameters) else listed_sources(b)
@@ -115,8 +116,10 @@ def compare(
     if window_s is not None and options.commands is None:  # a model runs from before the window
         stretch_s = window_s[0] - LEAD_S * isinstance(b, Parameters), window_s[1]
     first = measured(given, reading, window_s=stretch_s)
-    if isinstance(first, PointTable):
-        _check_timeless(first, options)
+    has_times = options.align or options.offset or options.shift_s is not None or options.window_s
+    if isinstance(first, PointTable) and has_times:
+        hint = 'leave out --shift, --align, --offset and --window'
+        raise Incomparable(first.side.origin, 'is by amplitude and has no times', hint)
     if not isinstance(b, Parameters):
         if draws:
             hint = 'give parameters as B, or leave them out'
@@ -132,12 +135,6 @@ def compare(
     return _with_bands(
         lambda stand: _compared(first, shown_by(stand), options), b, draws, progress
     )
-
-
-def _stand_of(b: Any) -> Any:
-    """Return a mapping of names of parameters as parameters, and anything else as it is."""
-    is_stand = isinstance(b, Mapping) and all('.' in str(each) for each in b)
-    return Parameters().updated(b) if is_stand else b
 
 
 def _model_for(
@@ -169,13 +166,6 @@ def _check_unmoved(a: TimeRun, options: CompareOptions) -> None:
     if (options.frequency_hz, options.steps) != (usual.frequency_hz, usual.steps):
         problem = 'is over time: its voltage gives frequency and steps'
         raise Incomparable(a.side.origin, problem, 'leave out --frequency and --steps')
-
-
-def _check_timeless(a: PointTable, options: CompareOptions) -> None:
-    """Refuse options of time for points."""
-    if options.align or options.offset or options.shift_s is not None or options.window_s:
-        hint = 'leave out --shift, --align, --offset and --window'
-        raise Incomparable(a.side.origin, 'is by amplitude and has no times', hint)
 
 
 def _compared(a: Measurement, b: Measurement, options: CompareOptions) -> ComparisonReport:

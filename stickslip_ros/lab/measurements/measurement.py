@@ -47,8 +47,6 @@ from stickslip_ros.recording.series import Series
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-RECORDED, SWEEP = 'recording', 'sweep'
-"""Kinds of a measurement, next to those of tables."""
 NOT_COMPARED = {'wall_start', TIME_ORIGIN, 'seed', 'dt_s'}
 """Metadata that differ by chance or repeat the parameters."""
 _STROKES = 'amplitude_m', 'voltage_v'
@@ -270,7 +268,8 @@ def of_recording(recording: Recording, topics: Mapping[str, str]) -> TimeRun:
         hint = 'map its topics: --map voltage_v=TOPIC.FIELD --map position_m=TOPIC.FIELD'
         raise RecordingError(recording.path, problem, hint)
     rows = max(len(each) for each in series.values())
-    side = Side(recording.origin, RECORDED, rows, described, changed, (*recording.notes, *notes))
+    notes = [*recording.notes, *notes]
+    side = Side(recording.origin, 'recording', rows, described, changed, tuple(notes))
     return TimeRun(side, series, recording, topics=topics)
 
 
@@ -318,7 +317,8 @@ def of_sweep(table: Any) -> PointTable:
     # A free runner makes steps and no force; a held runner that is steady the other way round.
     for name in ('step_length_m', STEP_BACK) if any(columns['force_n']) else ('force_n',):
         columns.pop(name, None)
-    return point_table(columns, origin, SWEEP, described, sum(not row['steady'] for row in rows))
+    unsteady = sum(not row['steady'] for row in rows)
+    return point_table(columns, origin, 'sweep', described, unsteady)
 
 
 def point_table(

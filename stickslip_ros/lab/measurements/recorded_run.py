@@ -128,11 +128,6 @@ class Run(NotebookView, OpenedSource):
         return self._path if is_table else self.recording
 
     @property
-    def _source_name(self) -> str:
-        is_recorded = isinstance(self.source, Recording)
-        return self.source.origin if is_recorded else self.measurement.side.origin
-
-    @property
     def is_read_whole(self) -> bool:
         """Whether stretches are cut from its series: a table, or a run of a rig."""
         return bool(self.topics) or not isinstance(self.source, Recording)
@@ -173,7 +168,9 @@ class Run(NotebookView, OpenedSource):
     def table(self, window_s: tuple[float, float] | None = None) -> 'RunTable':
         """Return ``frame`` from start to end of a window, s, of a run larger than memory."""
         found = self.series if window_s is None else self.series_within(*window_s)
-        return _equipped(table_of_series(found, self._source_name))
+        is_recorded = isinstance(self.source, Recording)
+        origin = self.source.origin if is_recorded else self.measurement.side.origin
+        return _equipped(table_of_series(found, origin))
 
     @checked_arguments
     def plot(

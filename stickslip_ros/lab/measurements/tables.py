@@ -219,9 +219,7 @@ def _read(
 ) -> MeasuredTable:
     table, options = _instructed(table, options)
     kind, found, unread = _kind(table, options, kind)
-    options.check_use(kind, table.layout, table.where)
-    if options.start_s is not None:
-        table = table._replace(layout=dataclasses.replace(table.layout, start_s=options.start_s))
+    options.check_use(kind, table.where)
     preload_n = _preload_n(found, options, number, table.where) if kind == BY_AMPLITUDE else None
     preload_n = 0.0 if _LOOP in found else preload_n
     given = [*found] if preload_n is None else ['preload_n', *found]

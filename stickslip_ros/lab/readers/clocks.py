@@ -171,20 +171,21 @@ def joined_clocks(rows: Rows, origin: str, hint: str) -> tuple[dict[str, Array],
     if the times of a quantity do not increase.
 
     """
-    names = [each.name for each in rows.columns]
-    clocks = sorted(
-        (each.index, at) for at, each in enumerate(rows.columns) if names[at] == 'time_s'
-    )
+    names, found = [each.name for each in rows.columns], dict[str, tuple[Array, Array]]()
+    clocks = sorted((e.index, at) for at, e in enumerate(rows.columns) if names[at] == 'time_s')
     owners = [max(sum(at < each.index for at, _ in clocks) - 1, 0) for each in rows.columns]
-    found, notes = dict[str, tuple[Array, Array]](), list[str]()
+    shown, notes = list[Clock](), list[str]()
     for owner, (_, clock) in enumerate(clocks):
         timed = np.flatnonzero(~np.isnan(rows.numbers[clock]))
-        time_s = rows.numbers[clock][timed]
+        time_s, timed_by = rows.numbers[clock][timed], rows.columns[clock]
         members = [at for at, of in enumerate(owners) if of == owner and names[at] != 'time_s']
+        if members and len(timed):
+            label = f'column {1 + timed_by.index} {quoted(timed_by.header)}'
+            shown.append(Clock(', '.join(names[at] for at in members), label, time_s))
         known = {at: ~np.isnan(rows.numbers[at][timed]) for at in members}
         if any(np.any(np.diff(time_s[each]) <= 0.0) for each in known.values()):
             time_s, note = _spread(time_s)
-            notes += [f'{quoted(rows.columns[clock].header)}: {note}'] if note else []
+            notes += [f'{quoted(timed_by.header)}: {note}'] if note else []
         for at, is_known in known.items():
             kept = np.flatnonzero(is_known)
             for row in 1 + np.flatnonzero(np.diff(time_s[kept]) <= 0.0):
@@ -192,7 +193,9 @@ def joined_clocks(rows: Rows, origin: str, hint: str) -> tuple[dict[str, Array],
                 place = f'{origin}: line {rows.lines[timed[kept[row]]]}, column time_s:'
                 raise OutOfRange(place, float(time_s[kept[row]]), 's', limit, hint)
             found[names[at]] = time_s[kept], rows.numbers[at][timed[kept]]
-    notes += _notes_of_clocks(rows, [at for _, at in clocks], owners, origin)
+    first = rows.columns[clocks[0][1]]
+    remedy = f'write --map time_s="#{1 + first.index} ({first.unit})" if each row is of one time, '
+    notes += check_clocks(shown, origin, f'{remedy}else give a table of each clock')
     return over_all_times(found), notes
 
 
@@ -203,22 +206,6 @@ def over_all_times(found: Mapping[str, tuple[Array, Array]]) -> dict[str, Array]
     for name, (time_s, values) in found.items():
         columns[name][np.searchsorted(all_s, time_s)] = values
     return columns
-
-
-def _notes_of_clocks(
-    rows: Rows, clocks: Sequence[int], owners: Sequence[int], origin: str
-) -> list[str]:
-    """Return notes on columns of times, each with the place of its clock; refuse two far apart."""
-    shown, names = list[Clock](), [each.name for each in rows.columns]
-    for owner, at in enumerate(clocks):
-        timed_by, time_s = rows.columns[at], rows.numbers[at]
-        of_it = [e for e, of in zip(names, owners, strict=True) if of == owner and e != 'time_s']
-        label = f'column {1 + timed_by.index} {quoted(timed_by.header)}'
-        shown.append(Clock(', '.join(of_it), label, time_s[~np.isnan(time_s)]))
-    first = rows.columns[clocks[0]]
-    remedy = f'write --map time_s="#{1 + first.index} ({first.unit})" if each row is of one time, '
-    shown = [each for each in shown if len(each.time_s) and each.source]
-    return check_clocks(shown, origin, f'{remedy}else give a table of each clock')
 
 
 def _spread(time_s: Array) -> tuple[Array, str]:

@@ -20,7 +20,7 @@ from stickslip_ros.lab.readers.vocabulary import CLOCK_QUANTITY, Vocabulary
 ROW = Header(-1, 'row number', 'row number', '')
 """The column of row numbers, which no file has."""
 _NUMBERED = re.compile(r'#(\d+)')  # a column by its number, from 1
-_WITH_UNIT = re.compile(r'[-+]?\d[\d.,]*\s*[^\W\d]+')  # a wrong cell of a column of numbers
+
 _WIDE = re.compile(r'[-+]?\d{16,}')  # has more digits than a float
 
 
@@ -81,8 +81,7 @@ def find_columns(
         if header in taken or not header.text.strip():
             continue
         target = vocabulary.recognise(header.name, header.unit) or ''
-        is_number = header.kind != 'text' or _WITH_UNIT.fullmatch(header.cell)
-        is_readable = is_number or target in vocabulary.words
+        is_readable = header.kind != 'text' or target in vocabulary.words
         if target and target not in found and vocabulary.of(target) in wanted and is_readable:
             others.setdefault(target, []).append(Place(header, header.unit))
         else:

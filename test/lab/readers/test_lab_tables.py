@@ -8,7 +8,7 @@ from pathlib import Path
 import header_files
 import pytest
 
-from stickslip_ros.errors import RecordingError, StickSlipError
+from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.measurements.measurement import TimeRun, of_table
 from stickslip_ros.lab.measurements.table_options import TableOptions
 from stickslip_ros.lab.measurements.tables import (
@@ -17,7 +17,7 @@ from stickslip_ros.lab.measurements.tables import (
     read_joined,
     write_experiment,
 )
-from stickslip_ros.lab.measurements.vocabulary import MEASURED, OVER_TIME, USUAL
+from stickslip_ros.lab.measurements.vocabulary import OVER_TIME, USUAL
 from stickslip_ros.lab.readers.cells import CHUNK_CELLS
 from stickslip_ros.lab.readers.units import factor_of
 from stickslip_ros.parameters import SENSORS
@@ -91,17 +91,6 @@ def test_numbers_are_written_shortest(tmp_path: Path):
     path = tmp_path / 'clean.csv'
     write_experiment(parse_experiment(text, 'a.csv'), path)
     assert path.read_text().splitlines()[1] == '0.1,6.01e-08,0.000817'
-
-
-def test_a_scope_says_its_columns_and_is_asked_which_they_are(tmp_path: Path):
-    path = tmp_path / 'tek.csv'
-    path.write_text(header_files.TEKTRONIX)
-    with pytest.raises(RecordingError) as refusal:
-        read_experiment(path)
-    assert f'{path}: line 10: there is no {" or ".join(MEASURED[OVER_TIME])}' in str(refusal.value)
-    assert 'fill in --map voltage_v="... (V)"' in str(refusal.value)
-    first = refusal.value.table[2]
-    assert first == ('#2', 'CH1', 'V', 'number', '0.0', '0.45')
 
 
 @pytest.mark.parametrize(
