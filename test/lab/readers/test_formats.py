@@ -269,11 +269,6 @@ def hdf5_of_another_dataset(path: Path) -> None:
         file.create_virtual_dataset('time_s', layout)
 
 
-def matlab_of_zeros(path: Path) -> None:
-    zeros = np.zeros(300_000)
-    savemat(path, {'time_s': zeros, 'force_n': zeros}, do_compression=True)
-
-
 def matlab_that_lies(path: Path) -> None:
     """Pack a quarter of a gigabyte behind a variable of ten numbers."""
     savemat(path, {'time_s': np.zeros(10)})
@@ -281,12 +276,6 @@ def matlab_that_lies(path: Path) -> None:
     inner = content[128:].replace(struct.pack('<II', 9, 80), struct.pack('<II', 9, 1 << 31))
     packed = zlib.compress(inner + bytes(1 << 28), 1)
     path.write_bytes(content[:128] + struct.pack('<II', 15, len(packed)) + packed)
-
-
-def matlab_of_bytes(path: Path) -> None:
-    """Write numbers of a byte, which take eight as floats, and more as text."""
-    zeros = np.zeros(300_000, np.int8)
-    savemat(path, {'time_s': zeros, 'force_n': zeros}, do_compression=True)
 
 
 SPREADSHEET = 'http://schemas.openxmlformats.org/spreadsheetml/2006/main'
@@ -314,75 +303,54 @@ SHEET = (
 )
 
 
-def workbook_of_a_far_cell(path: Path) -> None:
-    workbook(path, SHEET.format('<row r="9000000000"><c r="A9000000000"><v>1</v></c></row>'))
+def sheet(rows: str, text: str = '') -> Callable[[Path], None]:
+    return lambda path: workbook(path, SHEET.format(rows), text)
 
 
-def workbook_of_wide_rows(path: Path) -> None:
-    row = '<row r="{0}"><c r="ZZZ{0}"><v>1</v></c></row>'
-    workbook(path, SHEET.format(''.join(row.format(number) for number in range(1, 50))))
+def packed(columns: dict[str, Any]) -> Callable[[Path], None]:
+    return lambda path: savemat(path, columns, do_compression=True)
 
 
-def workbook_of_tags(path: Path) -> None:
-    workbook(path, SHEET.format('<x/>' * 300_000))
-
-
-def workbook_of_text(path: Path) -> None:
-    workbook(path, SHEET.format(' ' * 4_500_000))
-
-
-def workbook_of_one_text(path: Path) -> None:
-    """Write a text once that 10,000 cells have."""
-    cells = '<c t="s"><v>0</v></c>' * 10_000
-    workbook(path, SHEET.format(f'<row>{cells}</row>'), 'x' * 5000)
-
-
-def parquet_of_one_text(path: Path) -> None:
-    pq.write_table(pa.table({'time_s': pa.array(TIME_S[:50]), 'note': ['x' * 500_000] * 50}), path)
-
-
-def parquet_of_one_list(path: Path) -> None:
-    pq.write_table(pa.table({'time_s': [0.0], 'more': [np.zeros(1 << 20)]}), path)
-
-
-def parquet_of_zeros(path: Path) -> None:
-    zeros = pa.array(np.zeros(1 << 19))
-    pq.write_table(pa.table({'time_s': zeros, 'force_n': zeros}), path)
-
-
-def archive_of_zeros(path: Path) -> None:
-    zeros = np.zeros(300_000)
-    np.savez_compressed(path, time_s=zeros, force_n=zeros)
+def parquet(columns: dict[str, Any]) -> Callable[[Path], None]:
+    return lambda path: pq.write_table(pa.table(columns), path)
 
 
 MANY_NUMBERS = 'numbers of a table, above the limit of 500000; leave some out'
+MANY_TAGS = 'tags in a workbook, above the limit of 250000'
 MANY_BYTES = 'unpacked bytes of a table or another file, above the limit of 4000000'
-HOSTILE: dict[Callable[[Path], None], tuple[str, str]] = {
-    hdf5_of_zeros: ('.h5', MANY_NUMBERS),
-    hdf5_with_a_large_chunk: ('.h5', MANY_NUMBERS),
-    hdf5_of_another_file: ('.h5', 'time_s stands in another file'),
-    hdf5_of_another_dataset: ('.h5', 'time_s stands in another file'),
-    matlab_of_zeros: ('.mat', MANY_BYTES),
-    matlab_that_lies: ('.mat', MANY_BYTES),
-    matlab_of_bytes: ('.mat', MANY_NUMBERS),
-    workbook_of_a_far_cell: ('.xlsx', MANY_NUMBERS),
-    workbook_of_wide_rows: ('.xlsx', MANY_NUMBERS),
-    workbook_of_tags: ('.xlsx', 'tags in a workbook, above the limit of 250000'),
-    workbook_of_text: ('.xlsx', MANY_BYTES),
-    workbook_of_one_text: ('.xlsx', MANY_BYTES),
-    archive_of_zeros: ('.npz', MANY_BYTES),
-    parquet_of_zeros: ('.parquet', MANY_NUMBERS),
-    parquet_of_one_list: ('.parquet', MANY_NUMBERS),
-    parquet_of_one_text: ('.parquet', 'add a column position_m'),
+WIDE = ''.join(f'<row r="{row}"><c r="ZZZ{row}"><v>1</v></c></row>' for row in range(1, 50))
+FAR = '<row r="9000000000"><c r="A9000000000"><v>1</v></c></row>'
+CELLS = '<row>' + '<c t="s"><v>0</v></c>' * 10_000 + '</row>'  # which share a text
+ZEROS = {name: np.zeros(300_000) for name in ('time_s', 'force_n')}
+BYTES = {name: each.astype(np.int8) for name, each in ZEROS.items()}  # floats take eight times it
+ONE_TEXT = {'time_s': TIME_S, 'note': ['x' * 500_000] * 50}
+ONE_LIST = {'time_s': [0.0], 'more': [np.zeros(1 << 20)]}
+LONG = dict.fromkeys(ZEROS, np.zeros(1 << 19))
+HOSTILE: dict[str, tuple[str, Callable[[Path], Any], str]] = {
+    'HDF5 of zeros': ('.h5', hdf5_of_zeros, MANY_NUMBERS),
+    'HDF5 with a large chunk': ('.h5', hdf5_with_a_large_chunk, MANY_NUMBERS),
+    'HDF5 of another file': ('.h5', hdf5_of_another_file, 'time_s stands in another file'),
+    'HDF5 of another dataset': ('.h5', hdf5_of_another_dataset, 'time_s stands in another file'),
+    'mat of zeros': ('.mat', packed(ZEROS), MANY_BYTES),
+    'mat that lies': ('.mat', matlab_that_lies, MANY_BYTES),
+    'mat of bytes': ('.mat', packed(BYTES), MANY_NUMBERS),
+    'far cell': ('.xlsx', sheet(FAR), MANY_NUMBERS),
+    'wide rows': ('.xlsx', sheet(WIDE), MANY_NUMBERS),
+    'tags': ('.xlsx', sheet('<x/>' * 300_000), MANY_TAGS),
+    'text': ('.xlsx', sheet(' ' * 4_500_000), MANY_BYTES),
+    'one text of many cells': ('.xlsx', sheet(CELLS, 'x' * 5000), MANY_BYTES),
+    'npz of zeros': ('.npz', lambda path: np.savez_compressed(path, **ZEROS), MANY_BYTES),
+    'Parquet of zeros': ('.parquet', parquet(LONG), MANY_NUMBERS),
+    'Parquet of a list': ('.parquet', parquet(ONE_LIST), MANY_NUMBERS),
+    'Parquet of one text': ('.parquet', parquet(ONE_TEXT), 'add a column position_m'),
 }
 
 
-@pytest.mark.parametrize('write', HOSTILE)
-def test_what_a_file_says_of_its_size_is_looked_at_before_it_is_read(tmp_path, write, monkeypatch):
-    for name, limit in LIMITS.items():
-        row = getattr(budget, name)
-        monkeypatch.setattr(formats, name, row._replace(most=limit))
-    suffix, told = HOSTILE[write]
+@pytest.mark.parametrize('name', HOSTILE)
+def test_what_a_file_says_of_its_size_is_looked_at_before_it_is_read(tmp_path, name, monkeypatch):
+    suffix, write, told = HOSTILE[name]
+    for row, limit in LIMITS.items():
+        monkeypatch.setattr(formats, row, getattr(budget, row)._replace(most=limit))
     path = tmp_path / f'run{suffix}'
     write(path)
     with memory_limited_to(ROOM_BYTES), pytest.raises(StickSlipError, match=told):
