@@ -211,17 +211,18 @@ def _draw(
     plot: RunPlot, series: Mapping[str, Series], falls_s: Sequence[float], title: str
 ) -> Figure:
     """Draw the steps around falls, if any, above panels of all quantities."""
-    names = [name for name in series if name != 'foot_m' or not falls_s]
+    shown = [name for name in series if name != 'foot_m' or not falls_s]
     failed = [event for event in plot.events if event.result != _DONE]
-    lanes = [*dict.fromkeys(each.command for each in (*plot.commands, *failed))]
-    heights = [STEPS_INCHES] * bool(falls_s) + [PANEL_INCHES] * len(names)
+    names = [each.command for each in plot.commands] + [each.command for each in failed]
+    lanes = list(dict.fromkeys(names))
+    heights = [STEPS_INCHES] * bool(falls_s) + [PANEL_INCHES] * len(shown)
     heights += [0.45 + LANE_INCHES * len(lanes)] * bool(lanes)
     figure = new_figure(WIDTH_INCHES, 0.6 + sum(heights), title)
     panels = list(figure.subplots(len(heights), 1, squeeze=False, height_ratios=heights)[:, 0])
     enlarged = _draw_steps(panels.pop(0), series, falls_s) if falls_s else None
     span = TimeWindow(plot.start_s, plot.end_s)
     zero_s = _zero_s(span)
-    for axes, name in zip(panels, names, strict=False):
+    for axes, name in zip(panels, shown, strict=False):
         _draw_series(axes, name, series[name], zero_s)
         label = f'{RUN_QUANTITIES[name]} ({display_unit(series[name].unit)[1]})'
         axes.set_ylabel(fill(label, LABEL_CHARACTERS[is_narrow(figure)]))

@@ -310,7 +310,7 @@ def _of_points(found: Found, unread: list[Header]) -> Found:
     if 'steps' in found and 'displacement_m' in found:
         found.setdefault('travel_m', found.pop('displacement_m'))
     for name in found.keys() & {'displacement_m', 'normal_n', 'rig_n_per_m'}:
-        unread += [header for places in found.pop(name) for header, _ in places]
+        unread += [place.header for place in found.pop(name)]
     is_by_way = any(name in found for name in ('step_length_m', 'step_back_m', 'travel_m'))
     is_by_way |= any(name in found for name in ('speed_m_per_s', 'speed_back_m_per_s'))
     forces = [header.name.lower() for header, _ in found.get('force_n', [])]
@@ -318,7 +318,7 @@ def _of_points(found: Found, unread: list[Header]) -> Found:
         found['load_n'] = found.pop('force_n')
     if len(_TRAVEL & found.keys()) == 1:
         [name] = _TRAVEL & found.keys()
-        unread += [header for places in found.pop(name) for header, _ in places]
+        unread += [place.header for place in found.pop(name)]
     return found
 
 
