@@ -24,14 +24,14 @@ _NUMBERED = re.compile(r'#(\d+)')  # a column by its number, from 1
 _WIDE = re.compile(r'[-+]?\d{16,}')  # has more digits than a float
 
 
-class Place(NamedTuple):
+class Candidate(NamedTuple):
     """A column and its unit, of the file or of the user."""
 
     header: Header
     unit: str
 
 
-Found = dict[str, list[Place]]  # candidates
+Found = dict[str, list[Candidate]]  # candidates
 
 
 @dataclass(frozen=True)
@@ -71,19 +71,19 @@ def find_columns(
         n: _named(table, n, named[n], vocabulary) for n in named if n in vocabulary.quantities
     }
     if CLOCK_QUANTITY in vocabulary.quantities and CLOCK_QUANTITY not in found and layout.step_s:
-        found[CLOCK_QUANTITY] = [Place(ROW, f'{layout.step_s!r} s')]
+        found[CLOCK_QUANTITY] = [Candidate(ROW, f'{layout.step_s!r} s')]
     asked = {vocabulary.of(name) for name in found if name != CLOCK_QUANTITY}
     asked -= vocabulary.conditions
     wanted = {*vocabulary.conditions, *asked} if asked else {*vocabulary.quantities}
     taken = {place.header for places in found.values() for place in places}
-    others, unread = dict[str, list[Place]](), list[Header]()
+    others, unread = dict[str, list[Candidate]](), list[Header]()
     for header in layout.columns:
         if header in taken or not header.text.strip():
             continue
         target = vocabulary.recognise(header.name, header.unit) or ''
         is_readable = header.kind != 'text' or target in vocabulary.words
         if target and target not in found and vocabulary.of(target) in wanted and is_readable:
-            others.setdefault(target, []).append(Place(header, header.unit))
+            others.setdefault(target, []).append(Candidate(header, header.unit))
         else:
             unread.append(header)
     return found | others, unread
@@ -117,7 +117,7 @@ def _are_clocks(headers: Sequence[Header], layout: TextLayout, first: int) -> bo
     )
 
 
-def _begin(clocks: Sequence[Place]) -> int:
+def _begin(clocks: Sequence[Candidate]) -> int:
     """Return the whole number to subtract from times that have too many digits for a float."""
     cell = clocks[0].header.cell
     if len({each.unit for each in clocks}) > 1:
@@ -134,7 +134,7 @@ def nanoseconds(cell: str) -> int:
     return int(np.datetime64(found[1], 'ns').astype(np.int64)) - zone_s * 1_000_000_000
 
 
-def columns_named(layout: TextLayout, text: str) -> list[Place]:
+def columns_named(layout: TextLayout, text: str) -> list[Candidate]:
     """Return columns with a name, or that with this ``#number``, and their units."""
     bare, unit = split_unit(text)
     bares = [each.name for each in layout.columns]
@@ -145,10 +145,10 @@ def columns_named(layout: TextLayout, text: str) -> list[Place]:
         found = found or [each for each, name in pairs if name and plain(name) == plain(wanted)]
     if not found and (number := _NUMBERED.fullmatch(bare)):
         found = [each for each in layout.columns if each.at == int(number[1]) - 1]
-    return [Place(e, e.unit if e.kind == 'date' else unit or e.unit) for e in found]
+    return [Candidate(e, e.unit if e.kind == 'date' else unit or e.unit) for e in found]
 
 
-def _named(table: TextTable, name: str, text: str, vocabulary: Vocabulary) -> list[Place]:
+def _named(table: TextTable, name: str, text: str, vocabulary: Vocabulary) -> list[Candidate]:
     """Return the column and unit named by the user; several are clocks."""
     places = columns_named(table.layout, text)
     options = [to_fill(name, vocabulary.quantities[name].unit)]
