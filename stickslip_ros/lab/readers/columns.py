@@ -31,7 +31,7 @@ class Candidate(NamedTuple):
     unit: str
 
 
-Found = dict[str, list[Candidate]]  # candidates
+Found = dict[str, list[Candidate]]  # by quantity
 
 
 @dataclass(frozen=True)
