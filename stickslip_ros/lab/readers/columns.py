@@ -20,7 +20,6 @@ from stickslip_ros.lab.readers.vocabulary import CLOCK_QUANTITY, Vocabulary
 ROW = Header(-1, 'row number', 'row number', '')
 """The column of row numbers, which no file has."""
 _NUMBERED = re.compile(r'#(\d+)')  # a column by its number, from 1
-
 _WIDE = re.compile(r'[-+]?\d{16,}')  # has more digits than a float
 
 
