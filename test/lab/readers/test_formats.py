@@ -366,8 +366,8 @@ def hdf5_of_few_bytes(path: Path, columns: dict[str, np.ndarray]) -> None:
 SMALL: dict[str, Callable[[Path, Any], None]] = {
     '.npz': lambda path, columns: np.savez_compressed(path, **columns),
     '.h5': hdf5_of_few_bytes,
-    '.mat': lambda path, columns: savemat(path, columns, do_compression=True),
-    '.parquet': lambda path, columns: pd.DataFrame(columns).to_parquet(path),
+    '.mat': lambda path, columns: packed(columns)(path),
+    '.parquet': lambda path, columns: parquet(columns)(path),
 }
 
 
