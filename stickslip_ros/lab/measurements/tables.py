@@ -201,12 +201,14 @@ def _joined(parts: Sequence[MeasuredTable], origin: str) -> MeasuredTable:
 
 
 def write_experiment(experiment: MeasuredTable, path: Path) -> None:
-    """Write CSV with our columns in SI units, floats with 15 digits: 0.000817 for 0.817 mN."""
+    """Write CSV with our columns in SI units, numbers with 15 digits: 0.000817 for 0.817 mN."""
     import pandas as pd  # noqa: PLC0415 - slow import
 
+    frame = pd.DataFrame(experiment.columns)
+    if experiment.kind == OVER_TIME:  # seconds since 1970 need more digits
+        frame['time_s'] = [*map(repr, frame.time_s.tolist())]
     with replacing(path) as part, part.open('w', encoding='utf-8', newline='') as file:
         file.writelines(f'# {note}\n' for note in experiment.notes)
-        frame = pd.DataFrame(experiment.columns)
         frame.to_csv(file, index=False, lineterminator='\n', float_format='%.15g')
 
 

@@ -93,11 +93,16 @@ def test_a_preload_in_a_header_is_no_guess():
     assert [columns[name].tolist() for name in ('preload_n', 'force_n')] == [[0.25], [20e-3]]
 
 
-def test_numbers_are_written_shortest(tmp_path: Path):
-    text = b'preload_n,amplitude_nm,force_mN\n0.1,60.1,0.817\n'
-    path = tmp_path / 'clean.csv'
-    write_experiment(parse_experiment(text, 'a.csv'), path)
-    assert path.read_text().splitlines()[1] == '0.1,6.01e-08,0.000817'
+@pytest.mark.parametrize(
+    ('text', 'row'),
+    [
+        (b'preload_n,amplitude_nm,force_mN\n0.1,60.1,0.817\n', '0.1,6.01e-08,0.000817'),
+        (b'time_s,force_mN\n1620118800.1234567,0.817\n', '1620118800.1234567,0.000817'),
+    ],
+)
+def test_numbers_are_written_shortest_and_times_to_the_bit(tmp_path: Path, text: bytes, row: str):
+    write_experiment(parse_experiment(text, 'a.csv'), path := tmp_path / 'clean.csv')
+    assert path.read_text().splitlines()[1] == row
 
 
 @pytest.mark.parametrize(
