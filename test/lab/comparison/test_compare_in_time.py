@@ -19,6 +19,7 @@ from stickslip_ros.lab.comparison.result import Incomparable
 from stickslip_ros.lab.measurements.measurement import Side, TimeRun
 from stickslip_ros.lab.measurements.recorded import recorded_series
 from stickslip_ros.message_types import POINT_STAMPED
+from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.series import Series
@@ -191,6 +192,20 @@ def test_kinds_that_do_not_fit_are_refused(recorded_run, tmp_path):
     voltage.write_text('time_s,voltage_v\n0,0\n1,1\n')
     with pytest.raises(StickSlipError, match='compare runs that share a quantity'):
         compared(foot, voltage)
+
+
+@pytest.mark.parametrize(
+    ('options', 'told'),
+    [({'shift_s': 1.0}, 'give the clock'), ({'steps': 5}, 'leave out --frequency and --steps')],
+)
+def test_what_the_voltage_of_a_run_says_is_not_asked_of_the_user(recorded_run, options, told):
+    with pytest.raises(StickSlipError, match=told):
+        compared(recorded_run[1], {}, **options)
+
+
+def test_draws_need_a_model(recorded_run):
+    with pytest.raises(StickSlipError, match='need the model as B'):
+        compare(recorded_run[1], recorded_run[1], draws=[Parameters()])
 
 
 def _bump(time_s, at_s):

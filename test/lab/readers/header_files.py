@@ -132,6 +132,10 @@ FILES = {
     'two clocks': file(
         'Time (s),Position (um),Time (s),Voltage (V)', columns(LATE_S, MICRONS, TIMES_S, VOLTS)
     ),
+    'two clocks in two units': file(
+        'Time (s),Voltage (V),Time (ms),Position (um)',
+        columns(TIMES_S, VOLTS, [round(1e3 * each, 6) for each in TIMES_S], MICRONS),
+    ),
     'Siglent': file(
         'Sample Interval,Analog:0.0001\nVertical Units,CH1:V,CH2:V\nHorizontal Units,s\n'
         'Horizontal Scale,0.004\nSource,CH1,CH2\nSecond,Volt,Volt',
