@@ -81,7 +81,6 @@ class CompareOptions(_CompareOptions):
         headers: Mapping[str, str] = ...,
         preloads_n: _Quantities = (),
         rate_hz: _Quantity | None = None,
-        start_s: _Quantity | None = None,
         commands: Table | None = None,
         window_s: Sequence[_Quantity] | None = None,
         load_n: _Quantity = 0.0,
@@ -101,7 +100,6 @@ class FitOptions(_FitOptions):
         headers: Mapping[str, str] = ...,
         preloads_n: _Quantities = (),
         rate_hz: _Quantity | None = None,
-        start_s: _Quantity | None = None,
         commands: Table | None = None,
         window_s: Sequence[_Quantity] | None = None,
         load_n: _Quantity = 0.0,
@@ -123,7 +121,7 @@ class Run(_Run):
         topics: Mapping[str, str] | None = None,
     ) -> None: ...
     def series_within(self, start_s: _Quantity, end_s: _Quantity) -> dict[str, Series]: ...
-    def table(self, window_s: Sequence[_Quantity] | None = None, every: int = 1) -> RunTable: ...
+    def table(self, window_s: Sequence[_Quantity] | None = None) -> RunTable: ...
     def plot(
         self,
         start_s: _Quantity | None = None,

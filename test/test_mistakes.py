@@ -125,7 +125,6 @@ REFUSED = {
     "run.save('x.docx')": 'ends with .mcap; end its name so',
     "simulate(voltage_v=300.0, steps=1, record='x.docx')": 'ends with .mcap; end its name so',
     "compare(run, run).save('x.docx')": 'ends with .html; end its name so',
-    "run.table(every='x')": 'give an integer',
     'run.save(run.path)': 'it exists',
 }
 # fmt: on

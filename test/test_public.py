@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from mcap_records import rewritten
 from pandas.testing import assert_frame_equal
 from processes import run_process
 
@@ -183,14 +182,11 @@ def test_the_table_of_a_run_has_every_sample_and_its_unit(run: Run):
     assert not frame.isna().any(axis=None)
 
 
-def test_a_table_is_a_stretch_of_the_frame_or_each_so_manieth_row(run, monkeypatch, tmp_path):
+def test_a_table_is_a_stretch_of_the_frame(run, monkeypatch, tmp_path):
     monkeypatch.setattr('stickslip_ros.lab.measurements.recorded.STRETCH_BYTES', 20_000)
     run = open_run(rewritten(run.path, tmp_path / 'run.mcap', chunk_size=9000))
     assert_frame_equal(run.table(), run.frame)
-    assert_frame_equal(run.table(every=7), run.frame.iloc[::7])
-    assert_frame_equal(run.table((0.001, 0.004), every=3), run.frame.loc[0.001:0.004].iloc[::3])
-    with pytest.raises(StickSlipError, match='every 0 is below 1; give 1 for all rows'):
-        run.table(every=0)
+    assert_frame_equal(run.table((0.001, 0.004)), run.frame.loc[0.001:0.004])
 
 
 def test_a_run_that_is_too_long_is_read_by_stretches(run, tmp_path, monkeypatch):

@@ -73,7 +73,7 @@ CALLS: dict[str, Callable[[], object]] = {
     'Parameters': lambda: s.Parameters().updated({'stand.preload': '250mN'}),
     'Presliding': lambda: s.presliding({}, normal_force_n=0.2).__dict__,
     'Request': output,
-    'Run': lambda: [run().plot(), run().frame.describe(), run().table(every=7)],
+    'Run': lambda: [run().plot(), run().frame.describe(), run().table((0.0, 1e-3))],
     'SpringContact': lambda: s.SpringContact({}, 0.2).move(1e-8, 0.2),
     'StickSlipError': lambda: str(s.StickSlipError('above the limit')),
     'ZeroAmplitude': lambda: s.zero_amplitude({}, frequency_hz=200.0).zero_amplitude_m,

@@ -16,19 +16,7 @@ from stickslip_ros.lab.experiments.friction_loop import without_effect
 from stickslip_ros.lab.experiments.options import ReadingOptions
 from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.lab.experiments.reading import of_points
-from stickslip_ros.lab.measurements.measurement import (
-    AMPLITUDE_COLUMN,
-    FORCE_COLUMN,
-    FREQUENCY_COLUMN,
-    LOOP_COLUMN,
-    PRELOAD_COLUMN,
-    ROW_COLUMN,
-    SAME,
-    WAY_COLUMN,
-    PointTable,
-    is_constant,
-    point_table,
-)
+from stickslip_ros.lab.measurements.measurement import SAME, PointTable, is_constant, point_table
 from stickslip_ros.lab.measurements.numbers import sigma_name
 from stickslip_ros.lab.measurements.vocabulary import POINT_COLUMNS
 from stickslip_ros.lab.runs.batch import Progress, pool_of
@@ -54,19 +42,19 @@ def predicted_points(
     Raises StickSlipError if the stand cannot make a point, or a parameter is set and a column.
 
     """
-    names = [name for name in table.settings if name not in {*POINT_COLUMNS, LOOP_COLUMN}]
+    names = [name for name in table.settings if name not in {*POINT_COLUMNS, 'loop'}]
     changed = parameters.changed()
     for name in map(bare_name, names):
         if name in changed:
             problem = f'is set, and a column of {table.side.origin} too'
             raise Incomparable(name, problem, 'leave out --set or the column')
-    if FORCE_COLUMN not in table.columns and 'step_length_m' in table.columns:
+    if 'force_n' not in table.columns and 'step_length_m' in table.columns:
         parameters = parameters.updated(WITHOUT_CELL)
     asked = of_points(table.side.origin, table.columns, parameters, options, names)
     with progress_of(progress, 'runs') as show, pool_of(options.workers) as pool:
         found = predict(parameters, asked, pool=pool, progress=show)
     columns = {table.axis: table.columns[table.axis], **table.settings}
-    columns.setdefault(FREQUENCY_COLUMN, [options.frequency_hz] * table.side.rows)
+    columns.setdefault('frequency_hz', [options.frequency_hz] * table.side.rows)
     numbers = (number for [number] in found)
     unsteady = set[int]()
     for name in table.quantities:
@@ -76,7 +64,7 @@ def predicted_points(
             columns[name][row] = float(number.values[0])
             unsteady |= set() if number.is_steady else {row}
     described = {'stickslip_ros': stickslip_ros.__version__, **parameters.flat()}
-    notes = without_effect(parameters) if table.axis == ROW_COLUMN else ()
+    notes = without_effect(parameters) if table.axis == 'row' else ()
     return point_table(columns, MODEL, MODEL, described, len(unsteady), notes)
 
 
@@ -90,7 +78,7 @@ def compare_points(a: PointTable, b: PointTable) -> tuple[Compared, ...]:
     if a.axis != b.axis:
         hint = 'give both with strokes, amplitude_m, or both without'
         raise Incomparable(b.side.origin, f'has no {a.axis} that varies alone', hint)
-    settings = [name for name in (PRELOAD_COLUMN, *_varied(a, b)) if name != a.axis]
+    settings = [name for name in ('preload_n', *_varied(a, b)) if name != a.axis]
     shared = [at for at in a.groups(settings) if b.rows_at(at)]
     quantities = []
     for name in names:
@@ -106,11 +94,11 @@ def compare_points(a: PointTable, b: PointTable) -> tuple[Compared, ...]:
 
 def _range_of(table: PointTable) -> str:
     """Return the preloads and the strokes of a table in words."""
-    preloads_n = dict.fromkeys(table.columns[PRELOAD_COLUMN])
+    preloads_n = dict.fromkeys(table.columns['preload_n'])
     words = f'{", ".join(f"{n:g}" for n in preloads_n)} N'
-    if table.axis != AMPLITUDE_COLUMN:
+    if table.axis != 'amplitude_m':
         return words
-    nm = NM * table.values(AMPLITUDE_COLUMN, range(table.side.rows))
+    nm = NM * table.values('amplitude_m', range(table.side.rows))
     return f'{words}, {min(nm):.5g} to {max(nm):.5g} nm'
 
 
@@ -120,7 +108,7 @@ def _varied(a: PointTable, b: PointTable) -> list[str]:
         name
         for table in (a, b)
         for name, each in table.settings.items()
-        if name != PRELOAD_COLUMN and not is_constant(each)
+        if name != 'preload_n' and not is_constant(each)
     ]
     for name in varied:
         for table, other in ((a, b), (b, a)):
@@ -144,9 +132,9 @@ def _part(a: PointTable, b: PointTable, at: dict[str, Scalar], name: str) -> Par
     x_m, values_a = a.values(a.axis, inside), a.values(name, inside)
     sigma = _sigma(a, b, name, inside, rows_b)
     part = Part(at, a.axis, x_m, values_a, np.interp(x_m, nodes_m, nodes), sigma)
-    if a.axis == ROW_COLUMN:
-        return replace(part, way_m=a.values(WAY_COLUMN, inside))
-    if name != FORCE_COLUMN:
+    if a.axis == 'row':
+        return replace(part, way_m=a.values('displacement_m', inside))
+    if name != 'force_n':
         return part
     threshold_a = threshold_of(strokes_m, a.values(name, rows_a))
     return replace(part, threshold_a=threshold_a, threshold_b=threshold_of(nodes_m, nodes))
@@ -167,7 +155,7 @@ def _sigma(
     slope = np.full(len(x_m), np.nan)  # of B, unless it has one amplitude only
     if len(nodes_m) > 1:
         slope = np.interp(x_m, nodes_m, np.gradient(nodes, nodes_m))
-    for what, factor in ((name, 1.0), (AMPLITUDE_COLUMN, slope)):
+    for what, factor in ((name, 1.0), ('amplitude_m', slope)):
         sigma = sigma_name(what)
         if sigma in a.columns:
             terms.append(factor * a.values(sigma, rows_a))

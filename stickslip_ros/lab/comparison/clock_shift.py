@@ -4,7 +4,6 @@
 """The shift between two clocks that recorded the same quantity, its error and its rivals."""
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,9 +11,10 @@ from numpy.typing import ArrayLike
 from scipy import signal
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.errors import OutOfRange
+from stickslip_ros.lab.comparison.result import Alignment
 from stickslip_ros.lab.experiments.sensor import OUTLIERS, lone_outliers
 from stickslip_ros.lab.waveform.monitor import GAUSSIAN
+from stickslip_ros.recording.series import Series
 
 MOST_OF_B = 0.05, 0.95
 """Quantiles of B; values further beyond than they are apart are cut in the first look."""
@@ -42,83 +42,39 @@ TRUSTED = 0.8
 """Least coefficient of two records of the same quantity."""
 
 
-@dataclass(frozen=True)
-class ClockShift:
-    """The time to add to B's clock, so that it agrees with A's."""
-
-    shift_s: float
-    error_s: float  # standard error, or distance of the farthest rival
-    coefficient: float  # of correlation at this shift
-    rival_s: float  # the next best shift; nan if there is none
-    rival: float  # its coefficient
-    outliers: int  # samples of B
-
-    def doubts(self) -> list[str]:
-        """Return the reasons for another shift, as sentences."""
-        reasons = []
-        if self.coefficient < TRUSTED:
-            text = f'the correlation of the records is {self.coefficient:.3f}'
-            reasons.append(f'{text}, below {TRUSTED:g}; give the shift')
-        if as_good(self.rival, self.coefficient):
-            reasons.append(
-                f'a shift of {self.rival_s:.6f} s is nearly as good, correlation {self.rival:.5f} '
-                f'against {self.coefficient:.5f} at {self.shift_s:.6f} s; give the shift'
-            )
-        return reasons
-
-
-def clock_shift(
-    times_a_s: ArrayLike,
-    a: ArrayLike,
-    times_b_s: ArrayLike,
-    b: ArrayLike,
-    *,
-    sampled: bool = False,
-) -> ClockShift:
+def clock_shift(a: Series, b: Series, name: str) -> Alignment:
     """
-    Return the shift of samples B, shapes (m,), to a course A, shapes (n,), of the same quantity.
+    Return the time to add to samples B, so that they agree with samples A of the same quantity.
 
-    Times rise. Straight lines join A: corners of a wave, best for the sake of its falls, or
-    samples. Gain and zero of B are free. The coarse shifts are peaks of Pearson's coefficient over
-    the overlap. At each, with e(t) = B - g A(t + d) - z, least squares in g, z and d give
-    d = sum(e A')/sum(A'^2), the slope A' freed of A and of its mean. Outliers by the median of |e|
-    are left out. Raises OutOfRange if A or B is constant or has fewer than four samples. The lines
-    between the samples of a sampled A add to the error.
+    Times rise. Straight lines join A. Gain and zero of B are free. The coarse shifts are peaks of
+    Pearson's coefficient over the overlap. At each, with e(t) = B - g A(t + d) - z, least squares
+    in g, z and d give d = sum(e A')/sum(A'^2), the slope A' freed of A and of its mean. Outliers
+    by the median of |e| are left out. The lines between the samples of A add to the error.
 
     """
-    (ta, ya), (tb, yb) = (
-        (np.asarray(times, np.float64), np.asarray(values, np.float64))
-        for times, values in ((times_a_s, a), (times_b_s, b))
-    )
-    known = np.isfinite(tb) & np.isfinite(yb)
-    tb, yb = tb[known], yb[known]
-    _check_changes('A', ya)
-    _check_changes('B', yb)
-    lone = lone_outliers(yb)
-    tb, yb = tb[~lone], yb[~lone]
+    ta, ya, kept = a.time_s, a.value, ~lone_outliers(b.value)
+    tb, yb = b.time_s[kept], b.value[kept]
     shifts_s, scores = correlation_peaks(ta, ya, tb, yb)
     found = [refined_shift(ta, ya, tb, yb, float(each)) for each in shifts_s[:_PEAKS]]
     equal = _EQUAL * max(_EXACT, 1.0 - max(each[0] for each in found) ** 2)
     found.sort(key=lambda each: (max(1.0 - each[0] ** 2, equal), abs(each[1])))
-    coefficient, shift_s, error_s, off = found[0]
+    coefficient, shift_s, error_s = found[0]
     apart_s = float(np.median(np.diff(tb)))
     others = [each for each in found[1:] if abs(each[1] - shift_s) > apart_s]
     rival, rival_s = others[0][:2] if others else (0.0, math.nan)
-    sparse, between = sparseness(ya) if sampled else (False, 0.0)
+    sparse, between = sparseness(ya)
     if sparse or as_good(rival, coefficient):
         alike_s = [each[1] for each in found if as_good(each[0], coefficient)]
         limits = (_SPARSE, _RIVAL) if sparse else (_COARSE, _EQUAL)
         alike_s += [*shifts_s[as_good(scores, scores.max(), *limits)]]
         error_s += farthest_s(alike_s, shift_s)
     error_s += between * float(np.median(np.diff(ta)))
-    return ClockShift(shift_s, error_s, coefficient, rival_s, rival, off + int(lone.sum()))
-
-
-def _check_changes(name: str, values: Array) -> None:
-    """Refuse a record of which no shift can be seen."""
-    if len(values) < 4 or not np.ptp(values) > 0.0:
-        hint = 'record a motion, or give the shift'
-        raise OutOfRange(f'record {name}', len(values), 'samples', 'without change', hint)
+    doubt = (
+        f'a shift of {rival_s:.6f} s is nearly as good, correlation {rival:.5f} '
+        f'against {coefficient:.5f} at {shift_s:.6f} s; give the shift'
+    )
+    doubts = (doubt,) if as_good(rival, coefficient) else ()
+    return Alignment(shift_s, 'estimated', coefficient, error_s, name, doubts)
 
 
 def sparseness(values: Array) -> tuple[bool, float]:
@@ -179,8 +135,8 @@ def correlation_peaks(ta: Array, ya: Array, tb: Array, yb: Array) -> tuple[Array
 
 def refined_shift(
     ta: Array, ya: Array, tb: Array, yb: Array, shift_s: float
-) -> tuple[float, float, float, int]:
-    """Return coefficient, shift, its standard error, and number of outliers near a shift."""
+) -> tuple[float, float, float]:
+    """Return coefficient, shift and its standard error near a shift."""
     slopes = np.diff(ya) / np.maximum(np.diff(ta), np.finfo(np.float64).tiny)
     apart_s, moved_s = float(np.median(np.diff(tb))), 0.0
     for _ in range(_NEWTON_STEPS):
@@ -194,7 +150,7 @@ def refined_shift(
         ramp = weighted_quantile(steep, ways, RAMPS)
         usable = steep <= FALLS * np.median(steep[steep > ramp / FALLS]) if ramp else steep > 0.0
         if usable.sum() <= columns.shape[1]:
-            return 0.0, shift_s, math.inf, 0
+            return 0.0, shift_s, math.inf
         kept = usable
         for _ in range(_TRIMS):
             gains = np.linalg.lstsq(columns[kept], seen[kept], rcond=None)[0]
@@ -203,7 +159,7 @@ def refined_shift(
             kept = usable & (np.abs(rest) <= limit)
         spread = float(np.var(gains[0] * columns[usable, 0]))  # outliers have no part in it
         if not (gains[0] > 0.0 and spread > 0.0):
-            return 0.0, shift_s, math.inf, 0
+            return 0.0, shift_s, math.inf
         variance = float(np.mean(rest[kept] ** 2))
         inverse = np.linalg.pinv(columns[kept].T @ columns[kept])
         error_s = math.sqrt(variance * float(inverse[2, 2])) / float(gains[0])
@@ -216,8 +172,7 @@ def refined_shift(
     wander = wander_s(slope[usable], rest[usable] / gains[0])
     error_s = wander if wander > _STEADY * math.sqrt(_PARTS) * error_s else error_s
     missed = np.minimum(rest[usable] ** 2, spread).mean() / spread
-    outliers = int(np.sum(usable & ~kept))
-    return math.sqrt(max(1.0 - missed, 0.0)), shift_s + moved_s, error_s, outliers
+    return math.sqrt(max(1.0 - missed, 0.0)), shift_s + moved_s, error_s
 
 
 def coefficients(a: Array, b: Array) -> Array:

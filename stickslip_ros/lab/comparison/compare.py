@@ -6,7 +6,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,7 +19,6 @@ from stickslip_ros.lab.experiments.sensor import noise_of
 from stickslip_ros.lab.experiments.sensor_clock import LEAD_S
 from stickslip_ros.lab.figures.plottable import Plottable
 from stickslip_ros.lab.measurements.measurement import (
-    TIME_COLUMN,
     Measurement,
     PointTable,
     TimeRun,
@@ -106,7 +105,8 @@ def compare(
         If one cannot be read, or the two cannot be compared.
 
     """
-    b = _stand_of(b)
+    if isinstance(b, Mapping) and all('.' in str(each) for each in b):
+        b = Parameters().updated(b)
     given = listed_sources(a)
     window_s = None if options.align else options.window_s  # to align needs all of both
     others = [] if b is None or isinstance(b, Parameters) else listed_sources(b)
@@ -116,8 +116,10 @@ def compare(
     if window_s is not None and options.commands is None:  # a model runs from before the window
         stretch_s = window_s[0] - LEAD_S * isinstance(b, Parameters), window_s[1]
     first = measured(given, reading, window_s=stretch_s)
-    if isinstance(first, PointTable):
-        _check_timeless(first, options)
+    has_times = options.align or options.offset or options.shift_s is not None or options.window_s
+    if isinstance(first, PointTable) and has_times:
+        hint = 'leave out --shift, --align, --offset and --window'
+        raise Incomparable(first.side.origin, 'is by amplitude and has no times', hint)
     if not isinstance(b, Parameters):
         if draws:
             hint = 'give parameters as B, or leave them out'
@@ -133,12 +135,6 @@ def compare(
     return _with_bands(
         lambda stand: _compared(first, shown_by(stand), options), b, draws, progress
     )
-
-
-def _stand_of(b: Any) -> Any:
-    """Return a mapping of names of parameters as parameters, and anything else as it is."""
-    is_stand = isinstance(b, Mapping) and all('.' in str(each) for each in b)
-    return Parameters().updated(b) if is_stand else b
 
 
 def _model_for(
@@ -172,13 +168,6 @@ def _check_unmoved(a: TimeRun, options: CompareOptions) -> None:
         raise Incomparable(a.side.origin, problem, 'leave out --frequency and --steps')
 
 
-def _check_timeless(a: PointTable, options: CompareOptions) -> None:
-    """Refuse options of time for points."""
-    if options.align or options.offset or options.shift_s is not None or options.window_s:
-        hint = 'leave out --shift, --align, --offset and --window'
-        raise Incomparable(a.side.origin, 'is by amplitude and has no times', hint)
-
-
 def _compared(a: Measurement, b: Measurement, options: CompareOptions) -> ComparisonReport:
     """Compare two runs over time, or two tables by amplitude."""
     if isinstance(a, PointTable) and isinstance(b, PointTable):
@@ -199,7 +188,7 @@ def _compared(a: Measurement, b: Measurement, options: CompareOptions) -> Compar
     made = in_time.steps_of(a), in_time.steps_of(b)
     steps_of_both = None if made[0] is None or made[1] is None else (made[0], made[1])
     return ComparisonReport(
-        a.side, b.side, TIME_COLUMN, found, b.alignment, options.window_s, steps_of_both
+        a.side, b.side, 'time_s', found, b.alignment, options.window_s, steps_of_both
     )
 
 
@@ -225,7 +214,7 @@ def _with_bands(
             drawn = [each[k].parts[j].b for each in found]
             noise = part.sigma
             if noise is None:
-                noise = np.array(noise_of(part.a) if part.axis == TIME_COLUMN else 0.0)
+                noise = np.array(noise_of(part.a) if part.axis == 'time_s' else 0.0)
             parts.append(replace(part, band=bands_with_noise(drawn, part.b, noise)))
         quantities.append(replace(quantity, parts=tuple(parts)))
     return replace(report, quantities=tuple(quantities))

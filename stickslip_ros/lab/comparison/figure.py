@@ -23,7 +23,6 @@ from stickslip_ros.lab.figures.plotting import (
     new_figure,
     styled,
 )
-from stickslip_ros.lab.measurements.measurement import TIME_COLUMN, VOLTAGE_COLUMN
 from stickslip_ros.lab.measurements.words import (
     CURVE_AXES,
     LEGEND_MAX,
@@ -47,9 +46,9 @@ def draw_comparison(comparison: Comparison, quantities: Sequence[Compared]) -> F
     """Draw quantities below each other, each with its difference below it."""
     figure = new_figure(8.0, 3.5 + 2.5 * len(quantities))
     ratios, axes = (2.0, 1.0) * len(quantities), {each.parts[0].axis for each in quantities}
-    is_wide = axes == {TIME_COLUMN} and not is_narrow(figure)
+    is_wide = axes == {'time_s'} and not is_narrow(figure)
     named = {each.name: each for each in comparison.quantities}
-    clearest = named.get(VOLTAGE_COLUMN, quantities[0])
+    clearest = named.get('voltage_v', quantities[0])
     cycle_s = cycle_of(clearest.parts[0]) if is_wide else None
     panels, *enlarged = figure.subplots(
         len(ratios),
@@ -114,7 +113,7 @@ def _draw_quantity(
     for index, part in enumerate(each.within(only_s) for each in quantity.parts):
         at = escaped(setting_words(part.at))
         labels = [f'{name}, {at}' if at else name for name in names]
-        if part.axis == TIME_COLUMN:
+        if part.axis == 'time_s':
             for axes, values, name, style in (
                 (overlay, part.a, labels[0], {'linewidth': 1.8, **curve_style(0)}),
                 (overlay, part.b, labels[1], {'linewidth': 0.9, **curve_style(1)}),

@@ -21,7 +21,7 @@ from stickslip_ros.lab.experiments.experiment import Experiment, Voltage
 from stickslip_ros.lab.experiments.predict import predict
 from stickslip_ros.lab.experiments.reading import behind_low_pass
 from stickslip_ros.lab.experiments.sensor_clock import lateness_in
-from stickslip_ros.lab.measurements.measurement import TIME_COLUMN, Side, TimeRun
+from stickslip_ros.lab.measurements.measurement import Side, TimeRun
 from stickslip_ros.lab.measurements.numbers import sigma_name
 from stickslip_ros.lab.runs.sawtooth_run import scatter_of
 from stickslip_ros.parameters import Parameters
@@ -65,24 +65,21 @@ def align(a: TimeRun, b: TimeRun) -> Alignment:
     Raises Incomparable without a common quantity that changes alike.
 
     """
-    found, correlations = list[Alignment](), list[float]()
+    found, coefficients = list[Alignment](), list[float]()
     for name in sorted(_shared(a, b), key=_VOLTAGE.__ne__):
         one, other = _finite(a.series[name]), _finite(b.series[name])
         if min(len(one), len(other)) < _SAMPLES_MIN or not np.ptp(one.value) * np.ptp(other.value):
             continue
-        clock = clock_shift(one.time_s, one.value, other.time_s, other.value, sampled=True)
-        correlations.append(clock.coefficient)
-        if clock.coefficient < TRUSTED:
-            continue
-        doubts = tuple(clock.doubts())
-        given = clock.coefficient, clock.error_s, name, doubts
-        found.append(Alignment(clock.shift_s, 'estimated', *given))
-        if name == _VOLTAGE and not doubts:
-            return found[0]
+        shift = clock_shift(one, other, name)
+        coefficients.append(shift.correlation or 0.0)
+        if coefficients[-1] >= TRUSTED:
+            found.append(shift)
+        if found and name == _VOLTAGE and not shift.doubts:
+            return shift
     if found:
         return min(found, key=lambda each: each.error_s or 0.0)
-    if correlations:
-        problem = f'has a best correlation of {max(correlations):.3f}, below {TRUSTED:g}'
+    if coefficients:
+        problem = f'has a best correlation of {max(coefficients):.3f}, below {TRUSTED:g}'
         hint = 'give --shift, or two records of the same motion'
         raise Incomparable('the shift', problem, hint)
     problem = f'needs {_SAMPLES_MIN} samples of a quantity that changes in both'
@@ -119,7 +116,7 @@ def compare_runs(a: TimeRun, b: TimeRun, *, offset: bool = False) -> tuple[Compa
         of_a, of_b = inside.value[chosen], values_b[chosen]
         moved = float(np.median(of_a - of_b)) if offset and name == _POSITION else 0.0
         of_b += moved  # interpolated, so that it is nobody else's
-        part = Part({}, TIME_COLUMN, time_s, of_a, of_b, sigma)
+        part = Part({}, 'time_s', time_s, of_a, of_b, sigma)
         found.append(Compared(name, (part,), len(inside) - len(time_s), moved))
     return tuple(found)
 

@@ -13,7 +13,7 @@ from scipy.special import chdtrc
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.lab.measurements.measurement import TIME_COLUMN, Side
+from stickslip_ros.lab.measurements.measurement import Side
 from stickslip_ros.parameters import Scalar
 from stickslip_ros.sections import as_json
 from stickslip_ros.units import unit_of
@@ -66,7 +66,7 @@ class Part:
     """Finite points of a quantity, at least one: of one preload, or of a whole run."""
 
     at: dict[str, Scalar]  # preload and other settings that vary; empty for a run
-    axis: str  # AMPLITUDE_COLUMN, TIME_COLUMN, or the column of preloads
+    axis: str  # 'amplitude_m', 'time_s', or the column of preloads
     # amplitudes, times or preloads of A's points, A, and B interpolated to these, shape (n,)
     x: Array
     a: Array
@@ -105,7 +105,7 @@ class Part:
             'agreement': self.agreement,
             'threshold_a': self.threshold_a,
             'threshold_b': self.threshold_b,
-            'curve': None if self.axis == TIME_COLUMN else points,
+            'curve': None if self.axis == 'time_s' else points,
         }
 
 

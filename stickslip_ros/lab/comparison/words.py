@@ -168,12 +168,9 @@ def _findings(quantity: Compared) -> Iterator[str]:
             'A − B, because its zero is arbitrary.'
         )
     count = f'{agreement.points} points' if agreement.points > 1 else '1 point'
-    if agreement.largest == 0.0:
+    size = max(float(np.max(np.abs(part.a))) for part in quantity.parts)
+    if abs(agreement.largest) <= ROUNDING * size:
         yield f'The {name} of B equals that of A at all {count}.'
-    elif abs(agreement.largest) <= ROUNDING * max(
-        float(np.max(np.abs(part.a))) for part in quantity.parts
-    ):
-        yield f'The {name} of B equals that of A at all {count}, apart from rounding.'
     else:
         side = 'above' if agreement.bias > 0.0 else 'below'
         share = agreement.relative_rms

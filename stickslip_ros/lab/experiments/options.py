@@ -30,8 +30,6 @@ class ReadingOptions:
     """Preload of files without a preload column, N: a value for all, or a value for each."""
     rate_hz: float | None = None
     """Rows per second of evenly spaced tables; replaces their columns of times."""
-    start_s: float | None = None
-    """Time of the first row of an evenly spaced table, s."""
     commands: 'Table | None' = None
     """Table of the times and voltages that drove the recordings, if known."""
     window_s: tuple[float, float] | None = None
@@ -54,4 +52,4 @@ class ReadingOptions:
         own_n = None if stand is None else stand.stand.preload
         given_n = None if isinstance(own_n, ReplaceableDefault) else own_n
         given = self.headers, self.preloads_n, report, stand is not None, given_n
-        return TableOptions(*given, rate_hz=self.rate_hz, start_s=self.start_s)
+        return TableOptions(*given, rate_hz=self.rate_hz)

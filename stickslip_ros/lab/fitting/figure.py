@@ -17,23 +17,11 @@ from stickslip_ros.lab.experiments.experiment import Voltage
 from stickslip_ros.lab.experiments.friction_loop import LoopRow
 from stickslip_ros.lab.figures.plotting import new_figure, styled
 from stickslip_ros.lab.fitting.result import FitResult
-from stickslip_ros.lab.measurements.measurement import (
-    AMPLITUDE_COLUMN,
-    PRELOAD_COLUMN,
-    ROW_COLUMN,
-    TIME_COLUMN,
-    VOLTAGE_COLUMN,
-    Side,
-)
+from stickslip_ros.lab.measurements.measurement import Side
 from stickslip_ros.lab.measurements.numbers import NUMBERS
 from stickslip_ros.parameters import Scalar
 
-_OF_AXIS = (
-    ROW_COLUMN,
-    AMPLITUDE_COLUMN,
-    VOLTAGE_COLUMN,
-    PRELOAD_COLUMN,
-)  # the first that is not 0
+_OF_AXIS = ('row', 'amplitude_m', 'voltage_v', 'preload_n')  # the first that is not 0
 _LETTERS_MAX = 50  # of names side by side
 _DARK = 0.6  # correlation of a cell in a dark colour
 _COUNTED = ('steps', 'is_steady')  # settings that do not distinguish curves
@@ -51,10 +39,10 @@ def draw_fit(fit: FitResult) -> Figure:
             measured = each.values - sensor['zero'] - drifting
             noise = np.full(len(model), sensor['noise'])
             name = PurePath(one.origin).name
-            part = Part({'recording': name}, TIME_COLUMN, each.time_s, measured, model, noise)
+            part = Part({'recording': name}, 'time_s', each.time_s, measured, model, noise)
             quantities.append(Compared(each.quantity, (part,), 0))
             continue
-        at: dict[str, Scalar] = {PRELOAD_COLUMN: one.settings.get('stand.preload', 0.0)}
+        at: dict[str, Scalar] = {'preload_n': one.settings.get('stand.preload', 0.0)}
         at |= {name: x for name, x in one.drive._asdict().items() if x and name not in _COUNTED}
         axis = next(name for name in _OF_AXIS if name in at)
         way_m = one.drive.way_m if isinstance(one.drive, LoopRow) else 0.0
@@ -66,13 +54,13 @@ def draw_fit(fit: FitResult) -> Figure:
         for (axis, settings), curve in groupby(of_one, key=lambda row: row[1:3]):
             x, a, b, errors, ways_m = np.transpose([row[3] for row in curve])
             sigma = None if fit.problem.is_bare else errors
-            over = ways_m if axis == ROW_COLUMN else None
+            over = ways_m if axis == 'row' else None
             parts.append(Part(dict(settings), axis, x, a, b, sigma, way_m=over))
         quantities.append(Compared(quantity, tuple(parts), 0))
     measured_by, model_of = (
         Side(name, name, fit.readings, {}, None) for name in ('measured', 'model')
     )
-    comparison = Comparison(measured_by, model_of, TIME_COLUMN, tuple(quantities))
+    comparison = Comparison(measured_by, model_of, 'time_s', tuple(quantities))
     return draw_comparison(comparison, quantities)
 
 

@@ -47,20 +47,12 @@ from stickslip_ros.recording.series import Series
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-RECORDED, SWEEP = 'recording', 'sweep'
-"""Kinds of a measurement, next to those of tables."""
-TIME_COLUMN, AMPLITUDE_COLUMN, VOLTAGE_COLUMN = 'time_s', 'amplitude_m', 'voltage_v'
-PRELOAD_COLUMN, FREQUENCY_COLUMN, FORCE_COLUMN = 'preload_n', 'frequency_hz', 'force_n'
 NOT_COMPARED = {'wall_start', TIME_ORIGIN, 'seed', 'dt_s'}
 """Metadata that differ by chance or repeat the parameters."""
-ROW_COLUMN, WAY_COLUMN = 'row', 'displacement_m'
-LOOP_COLUMN = 'loop'
-"""Number of a friction loop, where a table has several."""
-_STROKES = AMPLITUDE_COLUMN, VOLTAGE_COLUMN
-_OF_LOOPS = ROW_COLUMN, WAY_COLUMN, 'normal_n', 'rig_n_per_m'
+_STROKES = 'amplitude_m', 'voltage_v'
 NO_SETTINGS = {each for name in (*_STROKES, *NUMBERS) for each in (name, sigma_name(name))}
-NO_SETTINGS |= {*_OF_LOOPS}
-RENAMED = {'force_mean_n': FORCE_COLUMN}
+NO_SETTINGS |= {'row', 'displacement_m', 'normal_n', 'rig_n_per_m'}
+RENAMED = {'force_mean_n': 'force_n'}
 """Columns of a sweep with another name in an experiment."""
 SAME = 1e-9  # largest relative difference of equal typed numbers
 
@@ -130,9 +122,7 @@ class PointTable:
     @property
     def axis(self) -> str:
         """Column of the axis: rows of a loop, strokes, voltages, or preloads without these."""
-        return next(
-            each for each in (ROW_COLUMN, *_STROKES, PRELOAD_COLUMN) if each in self.columns
-        )
+        return next(each for each in ('row', *_STROKES, 'preload_n') if each in self.columns)
 
     @property
     def quantities(self) -> list[str]:
@@ -278,7 +268,8 @@ def of_recording(recording: Recording, topics: Mapping[str, str]) -> TimeRun:
         hint = 'map its topics: --map voltage_v=TOPIC.FIELD --map position_m=TOPIC.FIELD'
         raise RecordingError(recording.path, problem, hint)
     rows = max(len(each) for each in series.values())
-    side = Side(recording.origin, RECORDED, rows, described, changed, (*recording.notes, *notes))
+    notes = [*recording.notes, *notes]
+    side = Side(recording.origin, 'recording', rows, described, changed, tuple(notes))
     return TimeRun(side, series, recording, topics=topics)
 
 
@@ -286,16 +277,16 @@ def of_table(table: MeasuredTable) -> Measurement:
     """Return the measurement of a table."""
     if table.kind == BY_AMPLITUDE:
         columns = {name: each.tolist() for name, each in table.columns.items()}
-        if np.count_nonzero(starts := table.columns.get(ROW_COLUMN, np.zeros(1)) == 1.0) > 1:
-            columns[LOOP_COLUMN] = np.cumsum(starts).tolist()
-        rows, described = len(columns[PRELOAD_COLUMN]), constants(columns)
+        if np.count_nonzero(starts := table.columns.get('row', np.zeros(1)) == 1.0) > 1:
+            columns['loop'] = np.cumsum(starts).tolist()  # the number of each friction loop
+        rows, described = len(columns['preload_n']), constants(columns)
         return PointTable(
             Side(table.origin, BY_AMPLITUDE, rows, described, None, table.notes), columns
         )
-    time_s, series = table.columns[TIME_COLUMN], {}
+    time_s, series = table.columns['time_s'], {}
     for name, values in table.columns.items():
         known = ~np.isnan(values)
-        if name != TIME_COLUMN and known.any():
+        if name != 'time_s' and known.any():
             origin, unit = f'{table.origin} {name}', TIME_COLUMNS[name].unit
             series[name] = Series(time_s[known], values[known], unit, origin)
     return TimeRun(Side(table.origin, OVER_TIME, len(time_s), {}, None, table.notes), series)
@@ -324,9 +315,10 @@ def of_sweep(table: Any) -> PointTable:
         if name not in RUN_COLUMNS
     }
     # A free runner makes steps and no force; a held runner that is steady the other way round.
-    for name in ('step_length_m', STEP_BACK) if any(columns[FORCE_COLUMN]) else (FORCE_COLUMN,):
+    for name in ('step_length_m', STEP_BACK) if any(columns['force_n']) else ('force_n',):
         columns.pop(name, None)
-    return point_table(columns, origin, SWEEP, described, sum(not row['steady'] for row in rows))
+    unsteady = sum(not row['steady'] for row in rows)
+    return point_table(columns, origin, 'sweep', described, unsteady)
 
 
 def point_table(
@@ -338,7 +330,7 @@ def point_table(
     notes: tuple[str, ...] = (),
 ) -> PointTable:
     """Return columns as points, with their known settings; a column replaces a description."""
-    rows = len(columns[PRELOAD_COLUMN])
+    rows = len(columns['preload_n'])
     in_columns = {'stand.preload', *map(bare_name, columns)}
     known = {name: each for name, each in (described or {}).items() if name not in in_columns}
     default = Parameters().flat()

@@ -9,12 +9,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from stickslip_ros.lab.figures.plotting import curve_style, escaped, new_figure, styled
-from stickslip_ros.lab.measurements.measurement import (
-    ROW_COLUMN,
-    WAY_COLUMN,
-    PointTable,
-    is_constant,
-)
+from stickslip_ros.lab.measurements.measurement import PointTable, is_constant
 from stickslip_ros.lab.measurements.numbers import sigma_name
 from stickslip_ros.lab.measurements.run_figure import Extent
 from stickslip_ros.lab.measurements.words import (
@@ -47,7 +42,7 @@ def draw_points(table: PointTable) -> tuple[Figure, PointsPlot]:
     figure = new_figure(8.0, 1.0 + 2.5 * len(names))
     panels = figure.subplots(len(names), 1, squeeze=False, sharex=True)[:, 0]
     scale, label = CURVE_AXES[table.axis]
-    over = WAY_COLUMN if table.axis == ROW_COLUMN else table.axis
+    over = 'displacement_m' if table.axis == 'row' else table.axis
     for axes, name in zip(panels, names, strict=True):
         factor, unit = display_unit(unit_of(name))
         for number, at in enumerate(groups):

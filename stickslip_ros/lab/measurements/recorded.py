@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The content of a recording, or a stretch: quantities, commands, events, status."""
+"""The content of a recording, or a stretch: quantities, commands, events."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -11,7 +11,7 @@ import numpy as np
 
 from stickslip_ros.errors import Miscounted, OutOfRange, RecordingError, WrongKind
 from stickslip_ros.instrument.commands import COMMANDS, JOINT, Request
-from stickslip_ros.instrument.reports import Status, read_event
+from stickslip_ros.instrument.reports import read_event
 from stickslip_ros.interface.messages import ArrayMessage
 from stickslip_ros.interface.topics import FORMER_TYPES, READINGS
 from stickslip_ros.message_types import FLOAT64_ARRAY
@@ -63,14 +63,6 @@ class LoggedEvent(NamedTuple):
     time_s: float
     command: str
     result: str
-
-
-class BitSpan(NamedTuple):
-    """A stretch of time with a status bit set."""
-
-    bit: str
-    start_s: float
-    end_s: float
 
 
 def sections_of(recording: Recording) -> Iterator[Section]:
@@ -245,23 +237,6 @@ def events_within(recording: Recording, window: TimeWindow) -> list[LoggedEvent]
         if event is not None and window.start_s <= time_s <= window.end_s:
             found.append(LoggedEvent(time_s, event['command'], event['result']))
     return found
-
-
-def bits_within(recording: Recording, window: TimeWindow) -> list[BitSpan]:
-    """Return the spans of each status bit, in the order of the bits."""
-    changes = [each for each in timed_messages(recording, 'status') if isinstance(each[1], int)]
-    ends = [time_s for time_s, _ in changes[1:]] + [window.end_s]
-    spans = []
-    for bit in Status:
-        merged: list[tuple[float, float]] = []  # adjacent spans are merged
-        for (since_s, status), until_s in zip(changes, ends, strict=False):  # may be empty
-            start_s, end_s = max(since_s, window.start_s), min(until_s, window.end_s)
-            if status & bit and merged and start_s <= merged[-1][1]:
-                merged[-1] = merged[-1][0], max(end_s, merged[-1][1])
-            elif status & bit and end_s > start_s:
-                merged.append((start_s, end_s))
-        spans += [BitSpan(bit.name or '', *pair) for pair in merged]
-    return spans
 
 
 def timed_messages(recording: Recording, name: str) -> Iterator[tuple[float, Any]]:

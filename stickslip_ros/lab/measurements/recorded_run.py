@@ -3,7 +3,6 @@
 
 """A recorded or measured run: series, table, picture."""
 
-import math
 import shutil
 import weakref
 from collections.abc import Mapping, Sequence
@@ -14,7 +13,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError, WrongUse
+from stickslip_ros.errors import RecordingError, StickSlipError, WrongUse
 from stickslip_ros.files import RUN_ENDINGS, prepare_output
 from stickslip_ros.lab.measurements.measurement import (
     OpenedSource,
@@ -28,8 +27,6 @@ from stickslip_ros.lab.measurements.recorded import (
     recorded_series,
     recorded_stand,
     sections_of,
-    series_by_stretch,
-    stretches_of,
 )
 from stickslip_ros.lab.measurements.run_result import SawtoothRun
 from stickslip_ros.lab.measurements.table_options import TableOptions
@@ -131,11 +128,6 @@ class Run(NotebookView, OpenedSource):
         return self._path if is_table else self.recording
 
     @property
-    def _source_name(self) -> str:
-        is_recorded = isinstance(self.source, Recording)
-        return self.source.origin if is_recorded else self.measurement.side.origin
-
-    @property
     def is_read_whole(self) -> bool:
         """Whether stretches are cut from its series: a table, or a run of a rig."""
         return bool(self.topics) or not isinstance(self.source, Recording)
@@ -167,47 +159,18 @@ class Run(NotebookView, OpenedSource):
         Table of the run: ``voltage_v``, ``foot_m`` and readings, ``position_m``, over ``time_s``.
 
         Values come from the trace, else from topics with different times: NaN where unknown.
-        ``attrs`` hold units and source. For a trace larger than memory, use ``table``.
+        ``attrs`` hold units and source. Of a trace larger than memory take a ``table``.
 
         """
-        return _equipped(table_of_series(self.series, self._source_name))
+        return self.table()
 
     @checked_arguments
-    def table(self, window_s: tuple[float, float] | None = None, every: int = 1) -> 'RunTable':
-        """
-        Return every n-th row of ``frame``, or a stretch of it, for runs larger than memory.
-
-        Parameters
-        ----------
-        window_s : tuple of float, optional
-            Start and end of the stretch, s; by default the whole run.
-        every : int
-            1 keeps all rows, 1000 every thousandth.
-
-        Raises
-        ------
-        OutOfRange
-            If ``every`` is below 1.
-
-        """
-        import pandas as pd
-
-        if every < 1:
-            raise OutOfRange('every', every, '', 'below 1', 'give 1 for all rows')
-        window = TimeWindow(*window_s or (-math.inf, math.inf))
-        stretches = (
-            [self.series_within(*window)]
-            if self.is_read_whole
-            else series_by_stretch(self.recording, stretches_of(self.recording, window))
-        )
-        parts, rows = list[pd.DataFrame](), 0
-        for found in stretches:
-            frame = table_of_series(found, self._source_name)
-            parts.append(frame.iloc[-rows % every :: every])
-            rows += len(frame)
-        whole = pd.concat(parts)
-        whole.attrs = parts[0].attrs
-        return _equipped(whole)
+    def table(self, window_s: tuple[float, float] | None = None) -> 'RunTable':
+        """Return ``frame`` from start to end of a window, s, of a run larger than memory."""
+        found = self.series if window_s is None else self.series_within(*window_s)
+        is_recorded = isinstance(self.source, Recording)
+        origin = self.source.origin if is_recorded else self.measurement.side.origin
+        return _equipped(table_of_series(found, origin))
 
     @checked_arguments
     def plot(
@@ -219,7 +182,7 @@ class Run(NotebookView, OpenedSource):
         width_mm: float | None = None,
     ) -> 'Figure':
         """
-        Draw the run, or a stretch of it, with its events and status bits.
+        Draw the run, or a stretch of it, with its commands and failures.
 
         The style is ``screen``, ``paper`` or a style file of matplotlib; a width alone means
         paper, where a column is 85 mm wide, with 8 pt text.

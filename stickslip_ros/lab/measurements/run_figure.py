@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The picture of a run or a stretch, with the commands and status bits of a recording."""
+"""The picture of a run or a stretch, with the commands of a recording."""
 
 import math
 from collections import Counter
@@ -20,13 +20,12 @@ from matplotlib.ticker import EngFormatter
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, RecordingError
-from stickslip_ros.instrument.reports import Result, Status
+from stickslip_ros.instrument.reports import Result
 from stickslip_ros.lab.figures.plotting import (
     BLACK,
     BLUE,
     GREEN,
     GREY,
-    ORANGE,
     PURPLE,
     SKY_BLUE,
     VERMILION,
@@ -42,18 +41,15 @@ from stickslip_ros.lab.figures.plotting import (
 from stickslip_ros.lab.measurements.measurement import TimeRun
 from stickslip_ros.lab.measurements.recorded import (
     RUN_QUANTITIES,
-    BitSpan,
     LoggedCommand,
     LoggedEvent,
     TimeWindow,
-    bits_within,
     check_window,
     events_within,
     recorded_commands,
     recorded_series,
     series_by_stretch,
     stretches_of,
-    timed_messages,
 )
 from stickslip_ros.parameters import SENSORS
 from stickslip_ros.recording.reader import Recording
@@ -75,7 +71,7 @@ _STEPS = 4  # falls in the enlarged stretch
 BEFORE_PERIODS, AFTER_PERIODS = 1.2, 0.6
 """Periods shown before the first and after the last fall."""
 SLIP_SHARE = 0.1  # a step above this share of the stroke has slipped at the fall
-_DONE, _LOADED = Result.DONE.name, Status.LOADED.name
+_DONE = Result.DONE.name
 
 
 @dataclass(frozen=True)
@@ -100,15 +96,13 @@ class Extent:
 
 @dataclass(frozen=True)
 class RunPlot:
-    """The content of a picture; the status is known from ``status_since_s`` on."""
+    """The content of a picture."""
 
     start_s: float
     end_s: float
     quantities: tuple[Extent, ...]
     commands: tuple[LoggedCommand, ...]
     events: tuple[LoggedEvent, ...] = ()
-    status: tuple[BitSpan, ...] = ()
-    status_since_s: float | None = None
 
     @property
     def title(self) -> str:
@@ -166,11 +160,8 @@ def draw_run(
         for name, each in inside.items()
     )
     commands = [each for each in commands if shown.start_s <= each.time_s <= shown.end_s]
-    plot = RunPlot(*shown, quantities_shown, tuple(commands))
-    if recording:
-        events, status = events_within(recording, shown), bits_within(recording, shown)
-        since_s = next((time_s for time_s, _ in timed_messages(recording, 'status')), None)
-        plot = replace(plot, events=tuple(events), status=tuple(status), status_since_s=since_s)
+    events = events_within(recording, shown) if recording else []
+    plot = RunPlot(*shown, quantities_shown, tuple(commands), tuple(events))
     falls_s = fall_times_s(inside['voltage_v']) if with_steps and 'voltage_v' in inside else []
     with_steps = len(falls_s) >= _STEPS and {'position_m', 'foot_m'} <= inside.keys()
     enlarged_s = falls_s[:_STEPS] if with_steps else []
@@ -220,35 +211,30 @@ def _draw(
     plot: RunPlot, series: Mapping[str, Series], falls_s: Sequence[float], title: str
 ) -> Figure:
     """Draw the steps around falls, if any, above panels of all quantities."""
-    names = [name for name in series if name != 'foot_m' or not falls_s]
-    lanes, always = _lanes(plot)
-    heights = [STEPS_INCHES] * bool(falls_s) + [PANEL_INCHES] * len(names)
+    shown = [name for name in series if name != 'foot_m' or not falls_s]
+    failed = [event for event in plot.events if event.result != _DONE]
+    names = [each.command for each in plot.commands] + [each.command for each in failed]
+    lanes = list(dict.fromkeys(names))
+    heights = [STEPS_INCHES] * bool(falls_s) + [PANEL_INCHES] * len(shown)
     heights += [0.45 + LANE_INCHES * len(lanes)] * bool(lanes)
     figure = new_figure(WIDTH_INCHES, 0.6 + sum(heights), title)
     panels = list(figure.subplots(len(heights), 1, squeeze=False, height_ratios=heights)[:, 0])
     enlarged = _draw_steps(panels.pop(0), series, falls_s) if falls_s else None
     span = TimeWindow(plot.start_s, plot.end_s)
     zero_s = _zero_s(span)
-    for axes, name in zip(panels, names, strict=False):
+    for axes, name in zip(panels, shown, strict=False):
         _draw_series(axes, name, series[name], zero_s)
         label = f'{RUN_QUANTITIES[name]} ({display_unit(series[name].unit)[1]})'
         axes.set_ylabel(fill(label, LABEL_CHARACTERS[is_narrow(figure)]))
         for group in _in_a_row(plot):  # start of a command
             axes.axvline(group[0].time_s - zero_s, color=GREY, linewidth=0.8, linestyle=':')
-        for shaded in plot.status:
-            if shaded.bit == _LOADED:
-                ends_s = shaded.start_s - zero_s, shaded.end_s - zero_s
-                axes.axvspan(*ends_s, color=ORANGE, alpha=0.2)
         if enlarged is not None:
             ends_s = enlarged.start_s - zero_s, enlarged.end_s - zero_s
             axes.axvspan(*ends_s, color='0.85', zorder=0)
-    labels = _draw_lanes(panels[-1], plot, lanes, zero_s) if lanes else []
+    labels = _draw_lanes(panels[-1], plot, failed, lanes) if lanes else []
     for axes in panels[:-1]:
         axes.sharex(panels[-1])
         axes.tick_params(labelbottom=False)
-    if always:
-        text = fill(f'all the time: {", ".join(always)}', 40 if is_narrow(figure) else 120)
-        panels[-1].set_title(text, fontsize='small', loc='right')
     _set_time_axis(panels[-1], span)
     if labels:
         figure.draw_without_rendering()  # needed for positions
@@ -307,49 +293,26 @@ def _draw_steps(axes: Axes, series: Mapping[str, Series], falls_s: Sequence[floa
     return span
 
 
-def _lanes(plot: RunPlot) -> tuple[list[str], list[str]]:
-    """Return the lanes below the panels, commands first, and the bits that are always set."""
-    bits: dict[str, list[BitSpan]] = {}
-    for span in plot.status:
-        bits.setdefault(span.bit, []).append(span)
-    since_s = max(plot.start_s, plot.status_since_s or 0.0)
-    always = [
-        bit
-        for bit, (first, *_) in bits.items()
-        if first.start_s <= since_s and first.end_s >= plot.end_s
-    ]
-    failed = [event.command for event in plot.events if event.result != _DONE]
-    lanes = dict.fromkeys([*(each.command for each in plot.commands), *failed])
-    lanes |= dict.fromkeys(bit.lower() for bit in bits if bit not in always)
-    return list(lanes), [bit.lower() for bit in always]
-
-
 def _in_a_row(plot: RunPlot) -> list[list[LoggedCommand]]:
     """Return groups of equal successive commands."""
     return [list(group) for _, group in groupby(plot.commands, lambda each: each.command)]
 
 
 def _draw_lanes(
-    axes: Axes, plot: RunPlot, lanes: Sequence[str], zero_s: float
+    axes: Axes, plot: RunPlot, failed: Sequence[LoggedEvent], lanes: Sequence[str]
 ) -> list[tuple[int, float, float, str]]:
-    """Mark commands and failures, and draw bars of bits; return lane, ends and text of labels."""
-    labels = []
-    for span in plot.status:
-        if span.bit.lower() in lanes:
-            width_s, left_s = span.end_s - span.start_s, span.start_s - zero_s
-            shade = {'color': ORANGE, 'alpha': 0.4} if span.bit == _LOADED else {'color': '0.7'}
-            axes.barh(lanes.index(span.bit.lower()), width_s, 0.6, left_s, **shade)
+    """Mark commands and failures; return lane, ends and text of labels."""
+    labels, zero_s = [], _zero_s(TimeWindow(plot.start_s, plot.end_s))
     for number, group in enumerate(_in_a_row(plot)):
         lane, times_s = lanes.index(group[0].command), [each.time_s - zero_s for each in group]
         axes.plot(times_s, [lane] * len(group), '|', color=BLACK, markersize=9.0)
         ends = dict.fromkeys((group[0].numbers, group[-1].numbers))
         words = ' to '.join(ends) if number < LABELLED_MAX else ''
         labels.append((lane, times_s[0], times_s[-1], words))
-    for event in plot.events:
-        if event.result != _DONE:
-            time_s = event.time_s - zero_s
-            axes.plot(time_s, lanes.index(event.command), 'x', color=BLACK, markersize=5.0)
-            labels.append((lanes.index(event.command), time_s, time_s, event.result))
+    for event in failed:
+        lane, time_s = lanes.index(event.command), event.time_s - zero_s
+        axes.plot(time_s, lane, 'x', color=BLACK, markersize=5.0)
+        labels.append((lane, time_s, time_s, event.result))
     axes.set_yticks(range(len(lanes)), lanes, fontsize='small')
     axes.set_ylim(len(lanes) - 0.5, -0.5)
     axes.grid(visible=False, axis='y')
@@ -357,25 +320,17 @@ def _draw_lanes(
 
 
 def _write_labels(axes: Axes, labels: Sequence[tuple[int, float, float, str]]) -> None:
-    """Write each label where it fits: right in one or several lines, left, or not at all."""
+    """Write each label to the right of its mark, or to the left, where the room is free."""
     free_px: dict[int, float] = {}
     for number, (lane, first, last, words) in enumerate(labels):
         following = [start for row, start, *_ in labels[number + 1 :] if row == lane]
-        places = [(x, lane) for x in (first, last, *following[:1])]
-        _, last_px, *next_px = axes.transData.transform(places)[:, 0]
-        room_px = free_px.get(lane, axes.bbox.x0), *next_px, axes.bbox.x1
-        free_px[lane] = last_px
-        lines = fill(words, 2 * len(words) // 3) if words else ''
-        for text, size, left in (
-            (words, 'small', False),
-            (lines, 'x-small', False),
-            (lines, 'x-small', True),
-        ):
-            label = write_label(
-                axes, first if left else last, lane, text, left=left, size=size, linespacing=1.0
-            )
+        places = [(x, lane) for x in (last, *following[:1])]
+        last_px, *next_px = axes.transData.transform(places)[:, 0]
+        begin_px, free_px[lane] = free_px.get(lane, axes.bbox.x0), last_px
+        for x, left in ((last, False), (first, True)):
+            label = write_label(axes, x, lane, words, left=left, size='small')
             box = label.get_window_extent().padded(GAP_PX)
-            if room_px[0] <= box.x0 and box.x1 <= room_px[1]:
+            if begin_px <= box.x0 and box.x1 <= min([*next_px, axes.bbox.x1]):
                 free_px[lane] = max(last_px, box.x1)
                 break
             label.remove()

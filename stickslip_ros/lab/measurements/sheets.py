@@ -84,15 +84,6 @@ def _from_limits(typical: str, limits: Sequence[str], decimal: str) -> tuple[str
     return f'{value!r}'.replace('.', decimal), error.replace('.', decimal), note
 
 
-def _with_steps(columns: dict[str, Array], origin: str) -> None:
-    """Replace a displacement and a number of steps by the step length."""
-    steps, travel_m = columns.pop('steps'), columns.pop('travel_m')
-    if np.any(steps == 0.0):
-        hint = 'leave the row out, or give its number of steps'
-        raise OutOfRange(f'{origin}: steps', 0.0, '', 'no number to divide by', hint)
-    columns['step_length_m'] = travel_m / np.abs(steps)
-
-
 def completed(given: Mapping[str, Array], origin: str) -> tuple[dict[str, Array], list[str]]:
     """
     Return columns by amplitude with a column for each way and standard errors, and notes.
@@ -102,7 +93,11 @@ def completed(given: Mapping[str, Array], origin: str) -> tuple[dict[str, Array]
     """
     columns, notes, assumed = dict(given), list[str](), list[str]()
     if 'travel_m' in columns:
-        _with_steps(columns, origin)
+        steps = np.abs(columns.pop('steps'))
+        if np.any(steps == 0.0):
+            hint = 'leave the row out, or give its number of steps'
+            raise OutOfRange(f'{origin}: steps', 0.0, '', 'no number to divide by', hint)
+        columns['step_length_m'] = columns.pop('travel_m') / steps
         notes.append('step_length_m is the displacement divided by the number of steps')
     notes += _directed(columns, origin)
     columns |= {name: np.nan_to_num(columns[name]) for name in _SETTINGS if name in columns}

@@ -18,7 +18,6 @@ from stickslip_ros.lab.measurements.vocabulary import (
     TIME_COLUMNS,
     MeasuredTable,
 )
-from stickslip_ros.lab.readers.layout import TextLayout
 from stickslip_ros.parameters import Spec
 from stickslip_ros.recording.integrity import is_recording
 
@@ -37,12 +36,11 @@ class TableOptions:
     is_run: bool = False  # tables over time are simulated, so that preloads_n apply
     stand_n: float | None = None  # preload of tables by amplitude without one; None: refused
     rate_hz: float | None = None  # of rows; times are counted, columns of times are not read
-    start_s: float | None = None  # time of the first row
     only_tables: bool = True  # no recording is among the sources, so that no header is a topic
     is_shared: bool = False  # several recordings are, so that a topic may be of one of them
 
     def __post_init__(self) -> None:
-        """Check column names, preloads, rate and start."""
+        """Check column names, preloads and rate."""
         for name in self.headers:
             if name not in {**POINT_COLUMNS, **TIME_COLUMNS}:
                 points, times = ', '.join(POINT_COLUMNS), ', '.join(TIME_COLUMNS)
@@ -52,8 +50,6 @@ class TableOptions:
             POINT_COLUMNS['preload_n'].check('--preload', preload_n)
         if self.rate_hz is not None:
             _RATE.check('--rate', self.rate_hz)
-        if self.start_s is not None:
-            TIME_COLUMNS['time_s'].check('--start', self.start_s)
 
     @property
     def topics(self) -> dict[str, str]:
@@ -83,7 +79,7 @@ class TableOptions:
             return given[0]
         return given[number] if number < len(given) else None
 
-    def check_use(self, kind: str, layout: TextLayout, where: str) -> None:
+    def check_use(self, kind: str, where: str) -> None:
         """Refuse options that do not apply to a table of this kind."""
         known = EXPERIMENT_COLUMNS[kind]
         useless = [f'--map {name}=' for name in self.headers if name not in known]
@@ -91,8 +87,6 @@ class TableOptions:
             useless.append('--preload')
         if self.rate_hz is not None and (kind == BY_AMPLITUDE or 'time_s' in self.headers):
             useless.append('--rate' if kind == BY_AMPLITUDE else '--rate with --map time_s=')
-        if self.start_s is not None and layout.start_s is None:
-            useless.append('--start without --rate')
         if useless:
             problem = f'{useless[0]} is without effect on an {kind}'
             raise RecordingError(where, problem, 'leave it away')

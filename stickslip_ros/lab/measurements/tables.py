@@ -4,7 +4,6 @@
 """Measured tables of laboratories, read into columns in SI units."""
 
 import dataclasses
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,27 +20,21 @@ from stickslip_ros.lab.measurements.vocabulary import (
     BY_AMPLITUDE,
     MEASURED,
     OVER_TIME,
-    POINT_COLUMNS,
-    TIME_COLUMNS,
     VOCABULARIES,
     MeasuredTable,
-    recognised,
 )
-from stickslip_ros.lab.readers.cells import Rows, read_columns, varying
+from stickslip_ros.lab.readers.cells import read_columns, varying
 from stickslip_ros.lab.readers.clocks import joined_clocks, over_all_times
 from stickslip_ros.lab.readers.columns import Found, columns_named, find_columns
 from stickslip_ros.lab.readers.formats import tables_in
 from stickslip_ros.lab.readers.layout import Header, TextLayout, TextTable, layout_of
 from stickslip_ros.lab.readers.refusal import RATE, to_fill, unclear
-from stickslip_ros.lab.readers.units import factor_of, split_unit
+from stickslip_ros.lab.readers.units import factor_of
 from stickslip_ros.recording.integrity import is_recording, refuse_foreign
-from stickslip_ros.units import parse_quantity
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-_PRELOAD = re.compile(r'(?<![^\W_])(?<![.,-])\d+(?:[.,]\d+)?\s*[kmuµμnp]?N\b')
-_WITHIN = re.compile(r'[\[(]([^\[\]()\d]+)[\])]')  # a unit
 _ONSET = 'zero_amplitude_m'  # without an amplitude
 _TRAVEL = {'travel_m', 'steps'}  # which together are a step length
 _LOOP = 'tangential_n'  # beside which a displacement and a normal force are those of one sphere
@@ -208,12 +201,15 @@ def _joined(parts: Sequence[MeasuredTable], origin: str) -> MeasuredTable:
 
 
 def write_experiment(experiment: MeasuredTable, path: Path) -> None:
-    """Write CSV with our columns in SI units, floats to the bit."""
+    """Write CSV with our columns in SI units, numbers with 15 digits: 0.000817 for 0.817 mN."""
     import pandas as pd  # noqa: PLC0415 - slow import
 
+    frame = pd.DataFrame(experiment.columns)
+    if experiment.kind == OVER_TIME:  # seconds since 1970 need more digits
+        frame['time_s'] = [*map(repr, frame.time_s.tolist())]
     with replacing(path) as part, part.open('w', encoding='utf-8', newline='') as file:
         file.writelines(f'# {note}\n' for note in experiment.notes)
-        pd.DataFrame(experiment.columns).to_csv(file, index=False, lineterminator='\n')
+        frame.to_csv(file, index=False, lineterminator='\n', float_format='%.15g')
 
 
 def _read(
@@ -224,16 +220,8 @@ def _read(
     measured: Sequence[str] = (),
 ) -> MeasuredTable:
     table, options = _instructed(table, options)
-    if per_preload := _per_preload(table, options, kind):
-        parts = [
-            _read(table._replace(layout=layout), own, 0, BY_AMPLITUDE, measured)
-            for layout, own in per_preload
-        ]
-        return _joined(parts, table.origin)
     kind, found, unread = _kind(table, options, kind)
-    options.check_use(kind, table.layout, table.where)
-    if options.start_s is not None:
-        table = table._replace(layout=dataclasses.replace(table.layout, start_s=options.start_s))
+    options.check_use(kind, table.where)
     preload_n = _preload_n(found, options, number, table.where) if kind == BY_AMPLITUDE else None
     preload_n = 0.0 if _LOOP in found else preload_n
     given = [*found] if preload_n is None else ['preload_n', *found]
@@ -242,7 +230,10 @@ def _read(
     pairs = zip(rows.columns, rows.numbers, strict=True)
     values, notes = {each.name: numbers for each, numbers in pairs}, list[str]()
     if kind == OVER_TIME:
-        values, notes = _over_time(rows, table.origin, measured)
+        values, notes = joined_clocks(rows, table.origin, f'sort the rows by time, or {RATE}')
+        if measured:  # all rows have what was asked for
+            known = ~np.isnan(next(values[name] for name in measured if name in values))
+            values = {name: numbers[known] for name, numbers in values.items()}
     elif len(rows.lines):
         own = dict[str, Array]()
         if preload_n is not None:
@@ -282,17 +273,6 @@ def _instructed(table: TextTable, options: TableOptions) -> tuple[TextTable, Tab
     return table._replace(layout=layout), dataclasses.replace(options, headers=headers)
 
 
-def _over_time(
-    rows: Rows, origin: str, measured: Sequence[str]
-) -> tuple[dict[str, Array], list[str]]:
-    """Return columns over all times, and notes; all rows have what was asked for."""
-    values, notes = joined_clocks(rows, origin, RATE)
-    if measured:
-        known = ~np.isnan(next(values[name] for name in measured if name in values))
-        values = {name: numbers[known] for name, numbers in values.items()}
-    return values, notes
-
-
 def _preload_n(found: Found, options: TableOptions, number: int, where: str) -> float | None:
     """Return the preload of a table by amplitude without such a column, N."""
     preload_n = options.preload_n(number)
@@ -300,62 +280,6 @@ def _preload_n(found: Found, options: TableOptions, number: int, where: str) -> 
         hint = 'leave --preload away, or give as many as there are files'
         raise RecordingError(where, f'names a preload, and --preload {preload_n:g} too', hint)
     return options.stand_n if preload_n is None and 'preload_n' not in found else preload_n
-
-
-def _per_preload(
-    table: TextTable, options: TableOptions, kind: str | None
-) -> list[tuple[TextLayout, TableOptions]]:
-    """Return how to read each column of a table with a column for each preload."""
-    layout, given = table.layout, options.headers.items()
-    shared = {name: e for name, e in given if e.startswith('*') and name in POINT_COLUMNS}
-    preloads = _preloads_in(layout, options, kind, is_shared=bool(shared))
-    if len(preloads) < 2:
-        return []
-    listed = ', '.join(quoted(each.text) for each in preloads)
-    if len({*preloads.values()}) < len(preloads):
-        hint = 'keep one column of each, or a row for each point'
-        raise RecordingError(table.where, f'columns {listed} name a preload twice', hint)
-    others = {name: e for name, e in given if name not in shared}
-    numbers = [*shared.items()][:1] or [('force_n', ''), ('step_length_m', '')]
-    parts = []
-    for header, preload_n in preloads.items():
-        name, unit = _number_in(header, numbers)
-        if not unit:
-            hint = 'fill in the unit of forces, --map force_n="* (...N)", or of steps, '
-            hint += '--map step_length_m="* (...m)"'
-            raise unclear(table, f'columns {listed} are of one preload each', (), hint)
-        rest = preloads.keys() - {header}  # a blank is not reported as unread
-        columns = tuple(e._replace(text=' ', name='') if e in rest else e for e in layout.columns)
-        headers = {**others, name: f'#{header.at + 1} ({unit})'}
-        own = dataclasses.replace(options, headers=headers, preloads_n=(preload_n,))
-        parts.append((dataclasses.replace(layout, columns=columns), own))
-    return parts
-
-
-def _preloads_in(
-    layout: TextLayout, options: TableOptions, kind: str | None, *, is_shared: bool
-) -> dict[Header, float]:
-    """Return the preload that each header of a table by amplitude names, N, if no column does."""
-    specs = {'time_s': TIME_COLUMNS['time_s'], **POINT_COLUMNS}
-    names = {*options.headers, *(recognised(e.name, e.unit, specs) for e in layout.columns)}
-    is_by_amplitude = kind == BY_AMPLITUDE or (not kind and (is_shared or 'amplitude_m' in names))
-    is_given = options.preloads_n or layout.step_s or {'time_s', 'preload_n'} & names
-    if is_given or not is_by_amplitude:
-        return {}
-    amounts = {
-        each: [parse_quantity(e.replace(',', '.'), 'N') for e in _PRELOAD.findall(each.text)]
-        for each in layout.columns
-    }
-    return {each: e[0] for each, e in amounts.items() if len(e) == 1 and e[0]}
-
-
-def _number_in(header: Header, names: Iterable[tuple[str, str]]) -> tuple[str, str]:
-    """Return the first number whose unit a header has, or the user gave; and this unit."""
-    for name, text in names:
-        units = split_unit(text)[1], header.below, *_WITHIN.findall(header.text)
-        if factor_of(unit := next(filter(None, units), ''), POINT_COLUMNS[name].unit):
-            return name, unit
-    return '', ''
 
 
 def _kind(
@@ -388,15 +312,15 @@ def _of_points(found: Found, unread: list[Header]) -> Found:
     if 'steps' in found and 'displacement_m' in found:
         found.setdefault('travel_m', found.pop('displacement_m'))
     for name in found.keys() & {'displacement_m', 'normal_n', 'rig_n_per_m'}:
-        unread += [header for places in found.pop(name) for header, _ in places]
+        unread += [place.header for place in found.pop(name)]
     is_by_way = any(name in found for name in ('step_length_m', 'step_back_m', 'travel_m'))
     is_by_way |= any(name in found for name in ('speed_m_per_s', 'speed_back_m_per_s'))
-    forces = [header.name.lower() for [(header, _), *_] in found.get('force_n', [])]
+    forces = [header.name.lower() for header, _ in found.get('force_n', [])]
     if is_by_way and forces == ['load']:
         found['load_n'] = found.pop('force_n')
     if len(_TRAVEL & found.keys()) == 1:
         [name] = _TRAVEL & found.keys()
-        unread += [header for places in found.pop(name) for header, _ in places]
+        unread += [place.header for place in found.pop(name)]
     return found
 
 

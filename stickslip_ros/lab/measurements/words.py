@@ -5,14 +5,6 @@
 
 from collections.abc import Mapping
 
-from stickslip_ros.lab.measurements.measurement import (
-    AMPLITUDE_COLUMN,
-    FREQUENCY_COLUMN,
-    PRELOAD_COLUMN,
-    ROW_COLUMN,
-    TIME_COLUMN,
-    VOLTAGE_COLUMN,
-)
 from stickslip_ros.lab.measurements.numbers import NUMBERS
 from stickslip_ros.parameters import SENSORS, Scalar
 from stickslip_ros.units import NM, with_unit
@@ -28,11 +20,11 @@ _QUANTITIES: Mapping[str, str] = {
     'foot_m': 'foot displacement',
 }
 CURVE_AXES = {
-    TIME_COLUMN: (1.0, 'time (s)'),
-    AMPLITUDE_COLUMN: (NM, 'stroke of the feet (nm)'),
-    VOLTAGE_COLUMN: (1.0, 'voltage (V)'),
-    PRELOAD_COLUMN: (1.0, 'preload (N)'),
-    ROW_COLUMN: (NM, 'displacement (nm)'),  # rows of a loop are drawn over it
+    'time_s': (1.0, 'time (s)'),
+    'amplitude_m': (NM, 'stroke of the feet (nm)'),
+    'voltage_v': (1.0, 'voltage (V)'),
+    'preload_n': (1.0, 'preload (N)'),
+    'row': (NM, 'displacement (nm)'),  # rows of a loop are drawn over it
 }
 """Axes of curves: factor of SI and label."""
 LEGEND_MAX = 10  # most curves that a legend names
@@ -45,14 +37,14 @@ def quantity_words(name: str) -> str:
 
 def setting_words(at: Mapping[str, Scalar]) -> str:
     """Return settings in words, ``0.5 N`` or ``0.5 N, contact.friction 0.3``."""
-    parts = [f'{at[PRELOAD_COLUMN]:g} N'] if PRELOAD_COLUMN in at else []
+    parts = [f'{at["preload_n"]:g} N'] if 'preload_n' in at else []
     for name, value in at.items():
-        if name in {PRELOAD_COLUMN, AMPLITUDE_COLUMN, TIME_COLUMN}:
+        if name in {'preload_n', 'amplitude_m', 'time_s'}:
             continue
         shown = f'{value:g}' if isinstance(value, float) else str(value)
-        parts.append(f'{shown} Hz' if name == FREQUENCY_COLUMN else f'{name} {shown}')
-    if AMPLITUDE_COLUMN in at:
-        parts.append(f'stroke {with_unit(float(at[AMPLITUDE_COLUMN]), "m")}')
-    if TIME_COLUMN in at:
-        parts.append(f'{at[TIME_COLUMN]:.9g} s')
+        parts.append(f'{shown} Hz' if name == 'frequency_hz' else f'{name} {shown}')
+    if 'amplitude_m' in at:
+        parts.append(f'stroke {with_unit(float(at["amplitude_m"]), "m")}')
+    if 'time_s' in at:
+        parts.append(f'{at["time_s"]:.9g} s')
     return ', '.join(parts)

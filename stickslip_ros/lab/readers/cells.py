@@ -5,7 +5,7 @@
 
 import io
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -42,7 +42,6 @@ class Rows(NamedTuple):
     columns: Sequence[Column]
     numbers: list[Array]  # of each column, SI; NaN for empty cells
     lines: Lines
-    over: list[int]  # cells over range of each column
 
 
 def read_columns(table: TextTable, found: Found, vocabulary: Vocabulary) -> tuple[Rows, list[str]]:
@@ -56,11 +55,10 @@ def read_columns(table: TextTable, found: Found, vocabulary: Vocabulary) -> tupl
 def read_rows(table: TextTable, columns: Sequence[Column], vocabulary: Vocabulary) -> Rows:
     """Read the rows with a number; refuse the first wrong cell and row."""
     parts: list[list[Array]] = [[] for _ in columns]
-    lines, empty, over = list[Lines](), list[Lines](), [0] * len(columns)
+    lines, empty = list[Lines](), list[Lines]()
     named = 1 + max(each.at for each in table.layout.columns if each.text)
-    places = [at for each in columns for at, *_ in each.parts if at != ROW.at]
-    is_word = vocabulary.words.keys().__contains__
-    texts = [at for e in columns for at, _, begin in e.parts if begin or is_word(e.name)]
+    places = [each.index for each in columns if each.index != ROW.at]
+    texts = [each.index for each in columns if each.begin or each.name in vocabulary.words]
     for first, chunk in _chunks(table, texts):
         stop_if_asked()
         is_there = chunk.notna().to_numpy()
@@ -71,10 +69,8 @@ def read_rows(table: TextTable, columns: Sequence[Column], vocabulary: Vocabular
         lines.append(first + np.flatnonzero(kept))
         empty.append(first + np.flatnonzero(~is_there.any(axis=1)))
         for number, column in enumerate(columns):
-            total, count = _sums(chunk[kept], lines[-1], table, column, vocabulary)
-            parts[number].append(total)
-            over[number] += count
-    found = Rows(columns, [np.concatenate(each) for each in parts], np.concatenate(lines), over)
+            parts[number].append(_numbers(chunk[kept], lines[-1], table, column, vocabulary))
+    found = Rows(columns, [np.concatenate(each) for each in parts], np.concatenate(lines))
     blank = np.concatenate(empty)
     is_counted = any(each.index == ROW.at for each in columns) and len(found.lines)
     if is_counted and (blank < found.lines[-1]).any():
@@ -83,28 +79,25 @@ def read_rows(table: TextTable, columns: Sequence[Column], vocabulary: Vocabular
     return found
 
 
-def _sums(
+def _numbers(
     cells: Any, lines: Lines, table: TextTable, column: Column, vocabulary: Vocabulary
-) -> tuple[Array, int]:
-    """Return the sums of the addends of a column, and the cells over range; refuse a wrong one."""
-    layout = table.layout
-    total: Array = np.zeros(len(lines))
-    over, word = 0, vocabulary.words.get(column.name)
-    for at, factor, begin in column.parts:
-        if at == ROW.at:
-            values = np.asarray(lines - layout.first, np.float64)
-        else:
-            values, is_over, wrong = _floats(cells[at], layout, column, begin, word)
-            over += int(np.sum(is_over))
-            for row in wrong:
-                wanted = vocabulary.quantities[column.name].text if word else _NUMBER
-                hint = 'correct the row, or leave the cell empty'
-                where = _place(table, lines[row], column)
-                raise WrongKind(where, str(cells[at].iloc[row]), wanted, hint)
-        total = total + in_si(values, factor)
-    if column.name == CLOCK_QUANTITY and (layout.start_s or column.parts[1:]):
-        total = np.round((layout.start_s or 0.0) + total, TIME_DECIMALS)
-    return total, over
+) -> Array:
+    """Return the numbers of a column, SI; refuse a wrong cell."""
+    layout, at = table.layout, column.index
+    if at == ROW.at:
+        values = np.asarray(lines - layout.first, np.float64)
+    else:
+        values, wrong = _floats(cells[at], layout, column, vocabulary)
+        for row in wrong:
+            is_word = column.name in vocabulary.words
+            wanted = vocabulary.quantities[column.name].text if is_word else _NUMBER
+            hint = 'correct the row, or leave the cell empty'
+            where = _place(table, lines[row], column)
+            raise WrongKind(where, str(cells[at].iloc[row]), wanted, hint)
+    values = in_si(values, column.factor)
+    if column.name == CLOCK_QUANTITY and layout.start_s:
+        values = np.round(layout.start_s + values, TIME_DECIMALS)
+    return values
 
 
 def _chunks(table: TextTable, texts: Sequence[int]) -> Iterator[tuple[int, Any]]:
@@ -152,38 +145,30 @@ def _chunks(table: TextTable, texts: Sequence[int]) -> Iterator[tuple[int, Any]]
 
 
 def _floats(
-    cells: Any,
-    layout: TextLayout,
-    column: Column,
-    begin: int,
-    word: Callable[[str], str] | None,
-) -> tuple[Array, Any, NDArray[np.intp]]:
-    """Return cells less a whole number, NaN if empty; which are over range, and wrong ones."""
+    cells: Any, layout: TextLayout, column: Column, vocabulary: Vocabulary
+) -> tuple[Array, NDArray[np.intp]]:
+    """Return cells less a whole number, NaN if empty or over range; and which are wrong."""
     if cells.dtype.kind in 'iuf':
         values = cells.to_numpy(dtype=np.float64)
         is_over = np.abs(values) >= OVER_RANGE_NUMBER
-        return np.where(is_over, np.nan, values - begin), is_over, np.flatnonzero(np.isinf(values))
+        return np.where(is_over, np.nan, values), np.flatnonzero(np.isinf(values))
     texts = [str(cell).strip().lower() for cell in cells.fillna('')]
     if column.unit == '%':
         texts = [text.removesuffix('%').rstrip() for text in texts]
-    is_empty = np.array([text in EMPTY for text in texts], bool)
-    texts = texts if word is None else list(map(word, texts))
+    is_gap = np.array([text in EMPTY or bool(OVER_RANGE.fullmatch(text)) for text in texts], bool)
+    texts = list(map(vocabulary.words.get(column.name, str), texts))
     values = np.array([to_number(text, layout.decimal) for text in texts])
-    is_over = np.array([OVER_RANGE.fullmatch(text) is not None for text in texts], bool)
-    is_over |= np.abs(values) >= OVER_RANGE_NUMBER
-    if begin:  # whole numbers are subtracted before they are floats
+    is_gap |= np.abs(values) >= OVER_RANGE_NUMBER
+    if column.begin:  # whole numbers are subtracted before they are floats
         whole = [int(text) if text.isdecimal() else nanoseconds(text.upper()) for text in texts]
-        values = np.array(
-            [e - begin if e else value for e, value in zip(whole, values - begin, strict=True)],
-            float,
-        )
-    wrong = np.flatnonzero(~np.isfinite(values) & ~is_over & ~is_empty)
-    return np.where(is_over, np.nan, values), is_over, wrong
+        pairs = zip(whole, values - column.begin, strict=True)
+        values = np.array([each - column.begin if each else value for each, value in pairs])
+    return np.where(is_gap, np.nan, values), np.flatnonzero(~np.isfinite(values) & ~is_gap)
 
 
 def whole_rows(rows: Rows, vocabulary: Vocabulary) -> tuple[Rows, list[str]]:
     """
-    Return complete rows, and notes on omitted ones, of which some are over range, and on times.
+    Return complete rows, and notes on omitted ones and on times.
 
     A row needs a time or, in a table without times, a number with its settings.
 
@@ -202,18 +187,16 @@ def whole_rows(rows: Rows, vocabulary: Vocabulary) -> tuple[Rows, list[str]]:
         found = [np.where(whole.get(each.name, True), numbers, np.nan) for each, numbers in pairs]
         is_kept = np.any([*whole.values()], axis=0)
         is_lost = ~is_kept | np.any([known[name] & ~whole[name] for name in whole], axis=0)
-    notes = []
-    for each, _ in pairs:
-        if each.begin_s:
-            notes.append(f'{quoted(each.header)} counts from {each.begin_s:.9f} s')
-    for (each, numbers), over in zip(pairs, rows.over, strict=True):
+    begun = [each for each, _ in pairs if each.begin_s]
+    notes = [f'{quoted(each.header)} counts from {each.begin_s:.9f} s' for each in begun]
+    for each, numbers in pairs:
         is_missing = np.isnan(numbers) & is_lost
         if clocks[1:]:  # a shorter column of several clocks ends before others
             is_missing &= np.logical_or.accumulate(~np.isnan(numbers)[::-1])[::-1]
         if len(without := rows.lines[is_missing]):
-            which = quoted(each.header) + f' ({over} over range)' * (over > 0)
-            text = f'{len(without)} of {len(rows.lines)} rows without {which} were left out'
-            notes.append(f'{text}, the first is line {without[0]}')
+            count, which = f'{len(without)} of {len(rows.lines)}', quoted(each.header)
+            text = f'{count} rows without {which} were left out, the first is line {without[0]}'
+            notes.append(text)
     kept = [numbers[is_kept] for numbers in found]
     return rows._replace(numbers=kept, lines=rows.lines[is_kept]), notes
 
@@ -233,7 +216,7 @@ def check_values(rows: Rows, vocabulary: Vocabulary, table: TextTable) -> None:
             limit, hint = f'below the minimum {spec.minimum:g} {spec.unit}', 'correct the row'
             if above[row]:
                 limit = f'above the largest {column.name}, {spec.maximum:g} {spec.unit}'
-                if column.index != ROW.at and not column.parts[1:]:
+                if column.index != ROW.at:
                     header, unit = table.layout.columns[column.index], unit_to_fill(spec.unit)
                     hint += f', or fill in {option_for(column.name, table.layout, header, unit)}'
             elif is_sigma:

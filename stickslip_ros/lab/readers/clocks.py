@@ -13,7 +13,6 @@ from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, RecordingError, quoted
@@ -28,8 +27,6 @@ _DRIFT_MIN_S = 1e-3  # least drift between the ends of a recording that is told
 _UNEVEN, _GAP = 0.2, 5.0
 """Times are even if 80 % of the intervals are within 20 % of the median; so many are a gap."""
 _ALIKE = 1e-3  # share by which distances of printed times may differ
-_LOCAL, _SHUFFLED = 0.02, 0.4
-"""Rows are sorted if each is off by this share of all, or so many are earlier than the last."""
 
 
 class Clock(NamedTuple):
@@ -125,7 +122,7 @@ def spread_blocks(time_s: Array) -> tuple[Array, str]:
     starts = np.flatnonzero(np.diff(time_s, prepend=-np.inf))
     if len(starts) < 2 or 2 * len(starts) > len(time_s):
         return time_s, ''
-    spread_s, note = _spread(time_s, is_rounded=False)
+    spread_s, note = _spread(time_s)
     if note:
         return spread_s, note
     sizes = np.diff(np.append(starts, len(time_s)))
@@ -174,30 +171,31 @@ def joined_clocks(rows: Rows, origin: str, hint: str) -> tuple[dict[str, Array],
     if the times of a quantity do not increase.
 
     """
-    names = [each.name for each in rows.columns]
-    clocks = sorted(
-        (each.index, at) for at, each in enumerate(rows.columns) if names[at] == 'time_s'
-    )
+    names, found = [each.name for each in rows.columns], dict[str, tuple[Array, Array]]()
+    clocks = sorted((e.index, at) for at, e in enumerate(rows.columns) if names[at] == 'time_s')
     owners = [max(sum(at < each.index for at, _ in clocks) - 1, 0) for each in rows.columns]
-    found, notes = dict[str, tuple[Array, Array]](), list[str]()
+    shown, notes = list[Clock](), list[str]()
     for owner, (_, clock) in enumerate(clocks):
         timed = np.flatnonzero(~np.isnan(rows.numbers[clock]))
-        time_s = rows.numbers[clock][timed]
-        order: NDArray[np.intp] = np.arange(len(timed))
+        time_s, timed_by = rows.numbers[clock][timed], rows.columns[clock]
         members = [at for at, of in enumerate(owners) if of == owner and names[at] != 'time_s']
+        if members and len(timed):
+            label = f'column {1 + timed_by.index} {quoted(timed_by.header)}'
+            shown.append(Clock(', '.join(names[at] for at in members), label, time_s))
         known = {at: ~np.isnan(rows.numbers[at][timed]) for at in members}
         if any(np.any(np.diff(time_s[each]) <= 0.0) for each in known.values()):
-            time_s, note = _spread(time_s, is_rounded=True)
-            order, note = (order, note) if note else _sorted(time_s)
-            notes += [f'{quoted(rows.columns[clock].header)}: {note}'] if note else []
+            time_s, note = _spread(time_s)
+            notes += [f'{quoted(timed_by.header)}: {note}'] if note else []
         for at, is_known in known.items():
-            kept = order[is_known[order]]
+            kept = np.flatnonzero(is_known)
             for row in 1 + np.flatnonzero(np.diff(time_s[kept]) <= 0.0):
                 limit = f'not after the {time_s[kept[row - 1]]:.9g} s of the row before'
                 place = f'{origin}: line {rows.lines[timed[kept[row]]]}, column time_s:'
                 raise OutOfRange(place, float(time_s[kept[row]]), 's', limit, hint)
             found[names[at]] = time_s[kept], rows.numbers[at][timed[kept]]
-    notes += _notes_of_clocks(rows, [at for _, at in clocks], owners, origin)
+    first = rows.columns[clocks[0][1]]
+    remedy = f'write --map time_s="#{1 + first.index} ({first.unit})" if each row is of one time, '
+    notes += check_clocks(shown, origin, f'{remedy}else give a table of each clock')
     return over_all_times(found), notes
 
 
@@ -210,35 +208,8 @@ def over_all_times(found: Mapping[str, tuple[Array, Array]]) -> dict[str, Array]
     return columns
 
 
-def _notes_of_clocks(
-    rows: Rows, clocks: Sequence[int], owners: Sequence[int], origin: str
-) -> list[str]:
-    """Return notes on columns of times, each with the place of its clock; refuse two far apart."""
-    shown, names = list[Clock](), [each.name for each in rows.columns]
-    for owner, at in enumerate(clocks):
-        timed_by, time_s = rows.columns[at], rows.numbers[at]
-        of_it = [e for e, of in zip(names, owners, strict=True) if of == owner and e != 'time_s']
-        label = f'column {1 + timed_by.index} {quoted(timed_by.header)}'
-        shown.append(Clock(', '.join(of_it), label, time_s[~np.isnan(time_s)]))
-    first = rows.columns[clocks[0]]
-    remedy = f'write --map time_s="#{1 + first.index} ({first.unit})" if each row is of one time, '
-    shown = [each for each in shown if len(each.time_s) and each.source]
-    return check_clocks(shown, origin, f'{remedy}else give a table of each clock')
-
-
-def _sorted(time_s: Array) -> tuple[NDArray[np.intp], str]:
-    """Return the order of rows by time and a note, or that of the file if a clock begins anew."""
-    order, count = np.argsort(time_s, kind='stable'), len(time_s)
-    off, falls = np.argsort(order) - np.arange(count), np.sum(np.diff(time_s) < 0.0)
-    # A clock that begins anew has long runs, which sorting would mix.
-    is_local = np.max(np.abs(off)) <= max(1.0, _LOCAL * count)
-    if falls and (is_local or falls == count - 1 or falls > _SHUFFLED * count):
-        return order, f'{np.sum(off != 0)} rows were not in the order of time, and are sorted'
-    return np.arange(count), ''
-
-
-def _spread(time_s: Array, *, is_rounded: bool) -> tuple[Array, str]:
-    """Return ticks spread evenly, rounded to the nearest or to the last one; and a note."""
+def _spread(time_s: Array) -> tuple[Array, str]:
+    """Return the rows of equal ticks spread evenly, as a tick is the last time reached; a note."""
     changes = np.flatnonzero(np.diff(time_s)) + 1
     sizes, ticks_s = np.diff(changes), np.diff(time_s)[changes - 1]
     ends = max([*changes[:1], *len(time_s) - changes[-1:]], default=0)
@@ -246,11 +217,8 @@ def _spread(time_s: Array, *, is_rounded: bool) -> tuple[Array, str]:
     is_even = len(sizes) > 1 < sizes.min() and np.ptp(sizes) <= 1 + (sizes.min() > 3)
     if not is_even or ends > sizes.max() or np.ptp(ticks_s) > _ALIKE * ticks_s.min():
         return time_s, ''
-    tick_s, step_s = float(ticks_s[0]), float(np.sum(ticks_s[1:]) / np.sum(sizes))
+    step_s = float(np.sum(ticks_s[1:]) / np.sum(sizes))
     rows_s = step_s * np.arange(len(time_s))
-    begins_s = time_s - rows_s
-    begin_s = begins_s.max()
-    if is_rounded:
-        begin_s = max(min(time_s[0], begins_s.min() + 0.5 * tick_s), begin_s - 0.5 * tick_s)
-    note = f'times repeat, in steps of {tick_s:.6g} s; rows are spread evenly, '
-    return np.round(begin_s + rows_s, TIME_DECIMALS), f'{note}{step_s:.6g} s apart'
+    note = f'times repeat, in steps of {ticks_s[0]:.6g} s; rows are spread evenly, '
+    spread_s = np.max(time_s - rows_s) + rows_s
+    return np.round(spread_s, TIME_DECIMALS), f'{note}{step_s:.6g} s apart'

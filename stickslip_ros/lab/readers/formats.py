@@ -212,43 +212,36 @@ def read_numpy(path: Path) -> 'list[DataFrame]':
     stored_bytes = path.stat().st_size
     if path.suffix.lower() == '.npy':
         NUMBERS_MOST.check(stored_bytes // 8, path)
-        array = np.load(path, allow_pickle=False)
-        columns = enumerate(np.atleast_2d(array.T), 1)
-        named = [(f'column {number}', each) for number, each in columns]
-        return _joined(path, _vectors(_fields(array) or named))
+        columns = enumerate(np.atleast_2d(np.load(path, allow_pickle=False).T), 1)
+        return _joined(path, _vectors((f'column {number}', each) for number, each in columns))
     with zipfile.ZipFile(path) as archive:
         NAMES_MOST.check(len(archive.infolist()), path)
         unpacked_bytes = sum(each.file_size for each in archive.infolist())
         TABLE_BYTES.check(unpacked_bytes, path)
         NUMBERS_MOST.check(unpacked_bytes // 8, path, stored_bytes)
     with np.load(path, allow_pickle=False) as found:
-        arrays = [(name, found[name]) for name in found.files]
-    return _counted(path, _vectors(p for name, e in arrays for p in _fields(e) or [(name, e)]))
+        return _counted(path, _vectors((name, found[name]) for name in found.files))
 
 
-def _fields(array: Any) -> list[tuple[str, Any]]:
-    """Return the fields of an array of records."""
-    return [(name, array[name]) for name in array.dtype.names or ()]
-
-
-def _vectors(pairs: Iterable[tuple[str, Any]]) -> Columns:
-    """Return the numbers among names and arrays, as columns without a unit."""
-    return [(name, '', each) for name, each in pairs if each.dtype.kind in 'fiu']
+def _vectors(arrays: Iterable[tuple[str, Any]]) -> Columns:
+    """Return the numbers of named arrays and of their fields, as columns without a unit."""
+    found = list[tuple[str, str, Any]]()
+    for name, array in arrays:
+        parts = [(field, array[field]) for field in array.dtype.names or ()] or [(name, array)]
+        found += [(part, '', each) for part, each in parts if each.dtype.kind in 'fiu']
+    return found
 
 
 def read_matlab(path: Path) -> 'list[DataFrame]':
-    """Return vectors; files from version 7.3 on are HDF5."""
+    """Return vectors of version 5; files from version 7.3 on are HDF5."""
     with path.open('rb') as file:
         head = file.read(MATLAB_HEAD_BYTES)
     if head.startswith(MATLAB_HDF5):
         return read_hdf5(path)
-    content = read_bytes(path, 'check the path')
-    if 0 in head[:4]:  # version 4
-        from scipy.io import loadmat
-
-        return _counted(path, _vectors(loadmat(io.BytesIO(content)).items()))
-    order = MATLAB_ORDERS[head[-2:]]
-    return _counted(path, _matlab_vectors(path, content[MATLAB_HEAD_BYTES:], order))
+    if head[-2:] not in MATLAB_ORDERS:
+        raise ValueError('it is no file of version 5 or later; save it with -v7')
+    content = read_bytes(path, 'check the path')[MATLAB_HEAD_BYTES:]
+    return _counted(path, _matlab_vectors(path, content, MATLAB_ORDERS[head[-2:]]))
 
 
 def _matlab_vectors(path: Path, content: bytes, order: str) -> Columns:

@@ -85,12 +85,6 @@ class _Settings(NamedTuple):
         """Return a setting in s; 0 without it."""
         return parse_quantity(self.first(key, '0'), 's') or 0.0
 
-    def refuse_several(self, keys: Sequence[str], where: str) -> None:
-        for key in keys:
-            if len(several := self.values(key)) > 1:
-                problem = f'has columns of different {key}: {", ".join(several)}'
-                raise RecordingError(where, problem, 'save them in a file each')
-
     def fit(self, form: HeaderFormat) -> bool:
         """Return whether the settings of a format are there."""
         pairs = (each.partition('=') for each in form.settings.split(', '))
@@ -119,7 +113,10 @@ def read_header(
     form = next(filter(settings.fit, FORMATS), None)
     if form is None:
         return names, units, None, 0.0
-    settings.refuse_several((*form.common.split(', '), form.start, form.step), where)
+    for key in (*form.common.split(', '), form.start, form.step):
+        if len(several := settings.values(key)) > 1:
+            problem = f'has columns of different {key}: {", ".join(several)}'
+            raise RecordingError(where, problem, 'save them in a file each')
     if form.names.endswith('#'):
         names = [settings.first(f'{form.names[:-1]}{at}') for at in range(len(rows[0]))]
     names = list(cells.get(form.names, names))

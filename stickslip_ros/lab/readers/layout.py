@@ -64,7 +64,6 @@ class Header(NamedTuple):
     name: str  # without the unit
     unit: str  # in the text or in a row of units; empty if unknown
     cell: str = ''  # of the first row
-    below: str = ''  # unit in a row of units
     kind: str = 'number'  # date, text or empty
     last: str = ''  # cell of the last row
 
@@ -169,9 +168,9 @@ def header_of(
     at: int, text: str, unit: str = '', cell: str = '', kind: str = 'number', last: str = ''
 ) -> Header:
     """Return a column whose unit stands in its text, or else in a row of units."""
-    (name, own), below = split_unit(text.strip()), unit.strip(' []()')
-    own = 'ns' if kind == 'date' else own
-    return Header(at, text.strip(), name, own or below, cell.strip(), below, kind, last.strip())
+    name, own = split_unit(text.strip())
+    own = 'ns' if kind == 'date' else own or unit.strip(' []()')
+    return Header(at, text.strip(), name, own, cell.strip(), kind, last.strip())
 
 
 def _kind_of(cells: Sequence[str]) -> str:
@@ -244,10 +243,7 @@ def to_number(cell: str, decimal: str) -> float:
 
 def _decode(head: bytes, origin: str) -> tuple[str, str]:
     """Return encoding and text; not Unicode means Western Windows text."""
-    named = [BOMS[bom] for bom in BOMS if head.startswith(bom)]
-    if not named and b'\0' in head:
-        named = ['utf-16-le' if head[1:2] == b'\0' else 'utf-16-be']
-    for encoding in named or ['utf-8', WINDOWS]:
+    for encoding in [BOMS[bom] for bom in BOMS if head.startswith(bom)] or ['utf-8', WINDOWS]:
         try:
             text = codecs.getincrementaldecoder(encoding)().decode(head)
         except UnicodeError:

@@ -8,8 +8,6 @@ import re
 from contextlib import suppress
 from functools import cache
 
-import numpy as np
-
 from stickslip_ros.arrays import Array
 from stickslip_ros.extras import load_extra
 from stickslip_ros.units import power_of_ten
@@ -29,8 +27,6 @@ _WORDS = {'second': 's', 'sec': 's', 'meter': 'm', 'metre': 'm'}
 _WORDS |= {'newton': 'N', 'volt': 'V', 'hertz': 'Hz'}
 TIMES = ('ms', 'us', 'µs', 'μs', 'ns')
 """Headers that are a unit, as are the words; a column s may be a way."""
-_DIGITS, _WHOLE_END = 23, 2.0**53
-"""Limits of exact floats: digits of powers of ten, and whole numbers."""
 BASES = {unit.lower(): unit for unit in SI_UNITS}
 BASES |= {'kg': 'kg', 'g': 'g', 'f': 'F', 'm_per_s': 'm/s', 'v_per_s': 'V/s', 'n_per_m': 'N/m'}
 
@@ -59,21 +55,9 @@ def factor_of(text: str, si_unit: str) -> float | None:
 
 
 def in_si(values: Array, factor: float) -> Array:
-    """
-    Return numbers times a factor, shape (n,), rounded once: 0.817 mN is the float 0.000817.
-
-    If factor and number are fractions of powers of ten, one division replaces the product.
-
-    """
+    """Return numbers times a factor, shape (n,); a division by 1000 is exacter than 1e-3 times."""
     divisor = float(round(1.0 / factor))
-    if factor == 1.0 or divisor * factor != 1.0:
-        return values * factor
-    found = values / divisor
-    for digits in reversed(range(_DIGITS - len(f'{abs(divisor):.0f}'))):  # fewest digits win
-        whole = np.rint(10.0**digits * values)
-        is_exact = (whole / 10.0**digits == values) & (np.abs(whole) < _WHOLE_END)
-        found = np.where(is_exact, whole / (10.0**digits * divisor), found)
-    return found
+    return values / divisor if divisor * factor == 1.0 else values * factor
 
 
 def unit_of_any(text: str) -> bool:

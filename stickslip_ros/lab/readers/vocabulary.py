@@ -5,37 +5,17 @@
 
 from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any
 
 CLOCK_QUANTITY = 'time_s'
 """The quantity that is the clock of others."""
-
-
-class QuantityLimits(Protocol):
-    """Unit, limits and description of a quantity."""
-
-    @property
-    def unit(self) -> str:
-        """Unit, SI."""
-
-    @property
-    def text(self) -> str:
-        """Description."""
-
-    @property
-    def minimum(self) -> float | None:
-        """Smallest value."""
-
-    @property
-    def maximum(self) -> float | None:
-        """Largest value."""
 
 
 @dataclass(frozen=True)
 class Vocabulary:
     """Quantities that a table may hold."""
 
-    quantities: Mapping[str, QuantityLimits]
+    quantities: Mapping[str, Any]  # unit (SI), text, minimum and maximum of each
     recognise: Callable[[str, str], str | None]  # quantity of a header's name and unit
     conditions: Set[str]  # read even if the user names columns
     sigmas: Mapping[str, str]  # uncertainties, and the quantity of each

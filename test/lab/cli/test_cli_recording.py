@@ -96,8 +96,6 @@ def test_the_json_says_what_is_in_the_picture(capsys: Any, recording: Path, tmp_
     }
     assert told['quantities'][2]['samples'] == 101
     assert told['events'] == []
-    bits = ('MOVING', 'SENSOR_PRESENT', 'AMPLIFIER_ENABLED')
-    assert told['status'] == [{'bit': bit, 'start_s': 0.003, 'end_s': 0.005} for bit in bits]
 
 
 @pytest.fixture

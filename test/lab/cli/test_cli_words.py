@@ -198,7 +198,7 @@ def test_help_fits_a_narrow_terminal(capsys, monkeypatch, words):
 
 def test_one_spelling_of_an_option_is_one_thing():
     same = {'--preload', '--amplitude', '--frequency', '--steps', '--output'}
-    same |= {'--rate', '--start', '--load'}
+    same |= {'--rate', '--load'}
     texts: dict[str, set[str]] = {}
     for parser in parsers().values():
         for action in parser._actions:

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from stickslip_ros.lab.comparison.result import Part, agreement_of, threshold_of
-from stickslip_ros.lab.measurements.measurement import AMPLITUDE_COLUMN
 
 ROUNDING = 1e-12
 """Relative; sums of a few dozen numbers."""
@@ -22,7 +21,7 @@ NM = 1e-9
 def part(a, b, sigma=None, **at) -> Part:
     a, b = np.array(a, dtype=float), np.array(b, dtype=float)
     sigma = None if sigma is None else np.array(sigma, float)
-    return Part(at, AMPLITUDE_COLUMN, np.arange(len(a), dtype=float) * NM, a, b, sigma)
+    return Part(at, 'amplitude_m', np.arange(len(a), dtype=float) * NM, a, b, sigma)
 
 
 def agreement(a, b, sigma=None):

@@ -3,8 +3,6 @@
 
 """Force curves against each other: sweeps, experiments, the model."""
 
-import csv
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -48,10 +46,7 @@ def tables(tmp_path_factory):
 
 
 def write_points(path, rows, columns):
-    with path.open('w', newline='', encoding='utf-8') as file:
-        writer = csv.writer(file)
-        writer.writerow(columns)
-        writer.writerows(rows)
+    pd.DataFrame(rows, columns=columns).to_csv(path, index=False)
     return str(path)
 
 
@@ -81,6 +76,19 @@ def test_smooth_against_rough_is_what_a_direct_calculation_gives(tables, suffix)
     assert told.largest == pytest.approx((b - a)[worst], rel=ROUNDING)
     assert told.largest_at['amplitude_m'] == made['rough'][worst]['amplitude_m']
     assert told.largest_at['preload_n'] == made['rough'][worst]['preload_n']
+    parts = force_of(comparison).parts
+    assert [part.at for part in parts] == [{'preload_n': each} for each in PRELOADS_N]
+    for part, preload_n in zip(parts, PRELOADS_N, strict=True):
+        for name, threshold in (('rough', part.threshold_a), ('smooth', part.threshold_b)):
+            forces = [r['force_mean_n'] for r in made[name] if r['preload_n'] == preload_n]
+            assert threshold.saturation == max(forces)
+            assert threshold.saturation_at_m == AMPLITUDES_M[int(np.argmax(forces))]
+        # A smooth sphere slips earlier than a rough one under the same load.
+        assert part.threshold_b.zero_amplitude_m < part.threshold_a.zero_amplitude_m
+    [differing] = comparison.differences
+    assert (differing.name, differing.a, differing.b) == ('contact.profile', 'rough', 'smooth')
+    assert comparison.b.changed == {'contact.profile': 'smooth'}
+    assert comparison.a.notes == ('32 of 34 runs were not steady',)
 
 
 @pytest.mark.parametrize('way', ['frame', 'to_csv', 'to_parquet', 'read again'])
@@ -118,29 +126,6 @@ def test_a_frame_is_compared_and_fitted_as_its_file_is(tmp_path):
     np.testing.assert_array_equal(of_frame['force_n'], of_file['force_n'])
     assert of_frame['force_sigma_n'].tolist() == [2e-3, 4e-3]
     assert len(read_joined([frame, path]).columns['force_n']) == 4
-
-
-def test_each_preload_has_its_own_numbers_and_saturation(tables):
-    folder, made = tables
-    force = force_of(compared(folder / 'rough.csv', folder / 'smooth.csv'))
-    assert [part.at for part in force.parts] == [{'preload_n': each} for each in PRELOADS_N]
-    for part, preload_n in zip(force.parts, PRELOADS_N, strict=True):
-        for name, threshold in (('rough', part.threshold_a), ('smooth', part.threshold_b)):
-            forces = [r['force_mean_n'] for r in made[name] if r['preload_n'] == preload_n]
-            assert threshold.saturation == max(forces)
-            assert threshold.saturation_at_m == AMPLITUDES_M[int(np.argmax(forces))]
-        # A smooth sphere slips earlier than a rough one under the same load.
-        assert part.threshold_b.zero_amplitude_m < part.threshold_a.zero_amplitude_m
-
-
-@pytest.mark.parametrize('suffix', ['.csv', '.parquet'])
-def test_tables_tell_the_parameters_that_differ(tables, suffix):
-    folder, _ = tables
-    comparison = compared(folder / f'rough{suffix}', folder / f'smooth{suffix}')
-    assert [(each.name, each.a, each.b) for each in comparison.differences] == [
-        ('contact.profile', 'rough', 'smooth')
-    ]
-    assert comparison.b.changed == {'contact.profile': 'smooth'}
 
 
 def test_a_table_without_parameters_says_nothing_of_them(tables, tmp_path):
@@ -205,16 +190,9 @@ def noisy(tmp_path_factory):
     """Give an experiment that is the model with known noise: path and noise."""
     rng = np.random.default_rng(11)
     noise_n = rng.normal(scale=SIGMA_N, size=(len(PRELOADS_N), len(AMPLITUDES_M)))
+    stands = [Parameters().updated({'stand.preload': each}) for each in PRELOADS_N]
     true_n = np.array(
-        [
-            [
-                run_drive(
-                    Parameters().updated({'stand.preload': preload_n}), amplitude_m, 1000.0, STEPS
-                ).force_mean_n
-                for amplitude_m in AMPLITUDES_M
-            ]
-            for preload_n in PRELOADS_N
-        ]
+        [[run_drive(s, x, 1000.0, STEPS).force_mean_n for x in AMPLITUDES_M] for s in stands]
     )
     rows = [
         (preload_n, amplitude_m, true_n[i, j] + noise_n[i, j], SIGMA_N)
@@ -303,10 +281,8 @@ def test_what_does_not_fit_is_refused(tables, tmp_path, stand):
     folder, _ = tables
     columns = ('preload_n', 'amplitude_m', 'force_n')
     other = write_points(tmp_path / 'other.csv', [(0.3, 60e-9, 0.1)], columns)
-    refused(other, folder / 'rough.csv', '(0.3 N, 60 to 60 nm) has no point within')
-    refused(
-        other, folder / 'rough.csv', f'compute its points with: stickslip compare {other} model'
-    )
+    way = f'compute its points with: stickslip compare {other} model'
+    refused(other, folder / 'rough.csv', way)
     for moved in ({'shift_s': 1.0}, {'align': True}):
         refused(other, 'model', 'is by amplitude and has no times; leave out --shift', **moved)
     why = 'is by amplitude: no voltage drove it; leave out --commands'
@@ -315,11 +291,7 @@ def test_what_does_not_fit_is_refused(tables, tmp_path, stand):
     write_table(two, tmp_path / 'two.csv', stand)
     refused(other, tmp_path / 'two.csv', 'two.csv varies contact.friction, which')
     (tmp_path / 'runs.txt').write_text('hello')
-    refused(
-        tmp_path / 'runs.txt',
-        other,
-        'runs.txt: line 1: has no rows of numbers in its first 1 lines; save it as',
-    )
+    refused(tmp_path / 'runs.txt', other, 'runs.txt: line 1: has no rows of numbers')
     refused(tmp_path / 'none.csv', other, 'cannot be read (No such file')
     refused(other, None, 'has no B and is no recording')
 
@@ -338,10 +310,3 @@ def test_a_damaged_sweep_is_refused(tables, tmp_path, old, new, message):
     assert old in text
     (tmp_path / 'damaged.csv').write_text(text.replace(old, new))
     refused(tmp_path / 'damaged.csv', folder / 'rough.csv', message)
-
-
-def test_runs_that_were_not_steady_are_told(tables):
-    folder, _ = tables
-    assert compared(folder / 'rough.csv', folder / 'smooth.csv').a.notes == (
-        '32 of 34 runs were not steady',
-    )

@@ -21,13 +21,12 @@ FALL = 0.03  # share of the period
 def run_with(steps_m: Array, *, sense=1.0, noise_v=0.0, ramp=1.0 - FALL):
     """Return a run of a saw-tooth of 237 V whose runner goes by these steps, along the ramps."""
     count = int(len(steps_m) / FREQUENCY_HZ / SAMPLE_S)
-    time_s: Array = np.array([SAMPLE_S * i for i in range(count)])
-    voltage_v: Array
+    time_s: Array = SAMPLE_S * np.arange(count, dtype=float)
     cycle, phase = np.divmod(time_s * FREQUENCY_HZ, 1.0)
     share = np.minimum(phase / ramp, (1.0 - phase) / (1.0 - ramp))
     noise = np.random.default_rng(7).normal(0.0, 1.0, len(time_s))
     voltage_v = 237.0 * (share if sense > 0.0 else 1.0 - share) + noise_v * noise
-    starts_m: Array = np.concatenate(([0.0], np.cumsum(steps_m)))
+    starts_m = np.concatenate(([0.0], np.cumsum(steps_m)))
     in_ramp = cycle.astype(int)
     position_m: Array = starts_m[in_ramp] + steps_m[in_ramp] * phase
     series = {
@@ -66,15 +65,11 @@ def test_a_symmetric_wave_has_steps_too():
 
 def test_a_pause_between_two_waves_is_no_step():
     run = run_with(np.full(RAMPS, 1e-7))
-    late = {
-        name: Series(
-            np.concatenate((each.time_s, each.time_s + each.time_s[-1] + 0.5)),
-            np.concatenate((each.value, each.value + (name == 'position_m') * 3e-5)),
-            each.unit,
-            name,
-        )
-        for name, each in run.series.items()
-    }
+    late = {}
+    for name, each in run.series.items():
+        time_s = np.concatenate((each.time_s, each.time_s + each.time_s[-1] + 0.5))
+        value = np.concatenate((each.value, each.value + (name == 'position_m') * 3e-5))
+        late[name] = Series(time_s, value, each.unit, name)
     found = steps_of(TimeRun(run.side, late))
     assert found.mean_m == pytest.approx(1e-7, rel=1e-6)
 
@@ -82,10 +77,9 @@ def test_a_pause_between_two_waves_is_no_step():
 def test_without_ten_ramps_or_a_voltage_there_are_none():
     assert steps_of(run_with(np.full(9, 1e-7))) is None
     run = run_with(scattered())
-    assert steps_of(TimeRun(run.side, {'position_m': run.series['position_m']})) is None
-    constant = Series(
-        run.series['voltage_v'].time_s, np.full(len(run.series['voltage_v']), 3.0), 'V', ''
-    )
+    voltage, position = run.series['voltage_v'], run.series['position_m']
+    assert steps_of(TimeRun(run.side, {'position_m': position})) is None
+    constant = Series(voltage.time_s, 0.0 * voltage.value, 'V', '')
     assert steps_of(TimeRun(run.side, {**run.series, 'voltage_v': constant})) is None
 
 

@@ -182,15 +182,6 @@ def test_what_a_rig_does_not_have_is_refused(rig: Path, topics: dict[str, str], 
         open_run(rig, topics=topics)
 
 
-def test_a_message_of_other_bytes_is_refused(tmp_path: Path):
-    with Writer(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.MCAP) as writer:
-        kind = 'std_msgs/msg/Float32'
-        connection = writer.add_connection('/rig/cell', kind, typestore=STORE)
-        writer.write(connection, START_NS, b'\x00\x01\x00\x00\x00')
-    with pytest.raises(StickSlipError, match='is damaged'):
-        open_run(tmp_path / 'bag', topics={'force_n': '/rig/cell.data'})
-
-
 def test_counts_that_are_taken_for_metres_are_refused(tmp_path: Path):
     rows = ((1000 * k, k, 2000.0 + k) for k in range(20))
     recording = Recording(foreign_numbers(tmp_path / 'counts.mcap', rows))

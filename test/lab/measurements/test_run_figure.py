@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The picture of a run: windows as they are typed, enlarged steps, commands, events and bits."""
+"""The picture of a run: windows as they are typed, enlarged steps, commands and events."""
 
 import itertools
 import math
@@ -14,16 +14,15 @@ from matplotlib import rc_context
 from matplotlib.colors import to_rgb
 from mcap_records import rewritten
 
-from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName, WrongKind
+from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError, UnknownName
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.joints import Joints
-from stickslip_ros.instrument.reports import Event, Result, Status
-from stickslip_ros.interface.cdr import pack_float64, pack_string, pack_uint32
+from stickslip_ros.instrument.reports import Event, Result
+from stickslip_ros.interface.cdr import pack_float64, pack_string
 from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.lab.figures.plotting import style_of
 from stickslip_ros.lab.measurements.recorded import (
     TimeWindow,
-    bits_within,
     check_window,
     events_within,
     parse_window,
@@ -39,7 +38,7 @@ from stickslip_ros.lab.measurements.run_figure import (
     plot_run,
 )
 from stickslip_ros.lab.runs.sawtooth_run import simulate
-from stickslip_ros.message_types import FLOAT64, STRING, UINT32
+from stickslip_ros.message_types import FLOAT64, STRING
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
@@ -71,22 +70,18 @@ def test_a_window_is_taken_as_it_is_typed(text, start_s, length_s):
 
 
 @pytest.mark.parametrize(
-    ('text', 'kind', 'message'),
+    ('text', 'message'),
     [
-        ('2ms', WrongKind, "window '2ms' is not LENGTH@START; write it as 2ms@0.3s"),
-        ('2ms@', WrongKind, "window '' is not a number in us, ms or s"),
-        ('2 min@0', WrongKind, "window '2 min' is not a number in us, ms or s"),
-        ('2ms@1@2', WrongKind, "window '1@2' is not a number in us, ms or s"),
-        ('1e999@0', WrongKind, "window '1e999' is not a finite number; give"),
-        ('-.@0', WrongKind, "window '-.' is not a number in us, ms or s"),
-        ('0ms@0', OutOfRange, 'length of the window 0 s is not above 0 s; raise it'),
-        ('-2ms@0', OutOfRange, 'length of the window -0.002 s is not above 0 s'),
+        ('2ms', "window '2ms' is not LENGTH@START; write it as 2ms@0.3s"),
+        ('2ms@', "window '' is not a number in us, ms or s"),
+        ('2 min@0', "window '2 min' is not a number in us, ms or s"),
+        ('2ms@1@2', "window '1@2' is not a number in us, ms or s"),
+        ('0ms@0', 'length of the window 0 s is not above 0 s; raise it'),
     ],
 )
-def test_a_malformed_window_is_refused(text, kind, message):
-    with pytest.raises(kind) as caught:
+def test_a_malformed_window_is_refused(text, message):
+    with pytest.raises(StickSlipError, match=re.escape(message)):
         parse_window(text)
-    assert message in str(caught.value)
 
 
 def test_a_window_is_cut_to_the_run_or_refused_outside_of_it():
@@ -100,19 +95,13 @@ def test_a_window_is_cut_to_the_run_or_refused_outside_of_it():
 def test_the_trace_is_drawn_where_it_is_recorded(recorded_run, tmp_path):
     plot = plot_run(Recording(recorded_run[1]), tmp_path / 'run.png')
     trace = Recording(recorded_run[1]).trace()
-    assert [each.name for each in plot.quantities] == [
-        'position_m',
-        'force_n',
-        'voltage_v',
-        'foot_m',
-    ]
+    names = [each.name for each in plot.quantities]
+    assert names == ['position_m', 'force_n', 'voltage_v', 'foot_m']
     position = plot.quantities[0]
     assert position.samples == len(trace['position'])
     assert position.largest == trace['position'].value.max()
     assert position.smallest == trace['position'].value.min()
     assert [(each.command, each.result) for each in plot.events] == [('sawtooth', 'DONE')]
-    assert [each.bit for each in plot.status] == ['MOVING', 'SENSOR_PRESENT', 'AMPLIFIER_ENABLED']
-    assert plot.status[0].end_s == plot.events[0].time_s
     picture = matplotlib.image.imread(tmp_path / 'run.png')
     assert picture.shape[1] == PIXELS
     assert all(shows(picture, COLOURS[each.name]) for each in plot.quantities)
@@ -126,12 +115,6 @@ def test_a_window_shows_its_samples_only(recorded_run, tmp_path):
     assert plot.quantities[2].samples == len(trace)
     assert plot.quantities[2].largest == trace.value.max()
     assert (plot.commands, plot.events) == ((), ())
-
-
-def test_the_same_window_gives_the_same_picture(recorded_run, tmp_path):
-    for name in ('one', 'two'):
-        plot_run(Recording(recorded_run[1]), tmp_path / f'{name}.png', parse_window('2ms@5ms'))
-    assert (tmp_path / 'one.png').read_bytes() == (tmp_path / 'two.png').read_bytes()
 
 
 def test_a_window_without_a_sample_is_refused(recorded_run, tmp_path):
@@ -190,15 +173,12 @@ def test_where_the_runner_only_follows_there_is_no_word_of_slip(tmp_path):
     assert not {'stick', 'slip'} & set(words)
 
 
-def test_commands_are_named_with_their_numbers_and_what_is_always_set_is_no_bar(
-    recorded_run, tmp_path
-):
+def test_commands_are_named_with_their_numbers(recorded_run, tmp_path):
     plot = plot_run(Recording(recorded_run[1]), tmp_path / 'run.svg')
     assert plot.commands == ((0.0, 'sawtooth', '300 V, 1000 Hz, 20 steps'),)
     words = words_in(tmp_path / 'run.svg')
-    assert {'sawtooth', '300 V, 1000 Hz, 20 steps', 'moving'} <= set(words)
-    assert 'all the time: sensor_present, amplifier_enabled' in words
-    assert not {'sensor_present', 'DONE'} & set(words)
+    assert {'sawtooth', '300 V, 1000 Hz, 20 steps'} <= set(words)
+    assert 'DONE' not in words
 
 
 @pytest.mark.parametrize(
@@ -261,29 +241,25 @@ def test_falls_are_found_in_either_direction_and_not_in_a_ramp(sense):
 
 @pytest.fixture
 def recorded(tmp_path):
-    """Give a recording without trace: voltage, status, events, in a namespace, and strangers."""
+    """Give a recording without trace: voltage, events, in a namespace, and strangers."""
     path = tmp_path / 'run.mcap'
     channels = [
         Channel('/left/voltage', FLOAT64, Qos(1)),
         Channel('/left/command/voltage', FLOAT64, Qos(1)),
         Channel('/left/truth/voltage', FLOAT64, Qos(1)),
         Channel('/left/position', FLOAT64, Qos(1)),
-        Channel('/left/stickslip_drive/status', UINT32, Qos(1)),
         Channel('/left/stickslip_drive/event', STRING, Qos(1)),
     ]
-    moving, loaded = int(Status.MOVING), int(Status.LOADED)
     with Recorder(path, channels) as recorder:
 
         def put(topic, at_ms, data):
             recorder.put(f'/left/{topic}', at_ms * MS_NS, data, wait=True)
 
-        put('stickslip_drive/status', 0, pack_uint32(0))
         put('command/voltage', 0, pack_float64(300.0))
         put('truth/voltage', 0, pack_float64(400.0))
         put('position', 0, pack_float64(1.0))
-        for at_ms, status in ((1, moving), (2, moving | loaded), (4, loaded), (6, moving)):
+        for at_ms in (1, 2, 4, 6):
             put('voltage', at_ms, pack_float64(10.0 * at_ms))
-            put('stickslip_drive/status', at_ms, pack_uint32(status))
         event = Event(7 * MS_NS, 3, 'steps', Result.ABORTED)
         for text in (event.to_json(), 'no JSON', '[]', '{"other": 1}'):
             put('stickslip_drive/event', 7, pack_string(text))
@@ -299,19 +275,11 @@ def test_topics_are_found_in_a_namespace_and_never_mistaken(recorded):
     assert recorded_commands(recording) == []
 
 
-def test_bits_are_stretches_and_events_are_read(recorded):
+def test_events_of_a_stretch_are_read(recorded):
     recording = Recording(recorded)
-    whole = TimeWindow(0.0, 8e-3)
-    spans = [(each.bit, each.start_s, each.end_s) for each in bits_within(recording, whole)]
-    expected = [('MOVING', 1e-3, 4e-3), ('MOVING', 6e-3, 8e-3), ('LOADED', 2e-3, 6e-3)]
-    for span, wanted in zip(spans, expected, strict=True):
-        assert span[0] == wanted[0]
-        assert span[1:] == pytest.approx(wanted[1:], rel=ROUNDING)
-    [event] = events_within(recording, whole)
+    [event] = events_within(recording, TimeWindow(0.0, 8e-3))
     assert (event.command, event.result) == ('steps', 'ABORTED')
     assert events_within(recording, TimeWindow(0.0, 6e-3)) == []
-    inside = bits_within(recording, TimeWindow(4.5e-3, 5e-3))
-    assert [(each.bit, each.start_s, each.end_s) for each in inside] == [('LOADED', 4.5e-3, 5e-3)]
 
 
 def test_topics_are_drawn_without_a_trace(recorded, tmp_path):

@@ -98,20 +98,17 @@ def test_a_damaged_file_is_refused(tmp_path: Path, suffix: str, damage: Callable
         read_experiment(path)
 
 
-@pytest.mark.parametrize('form', ['4', '5'])
 @pytest.mark.parametrize('is_packed', [False, True])
 @pytest.mark.parametrize(
     'kind', ['f8', 'f4', 'i1', 'u1', 'i2', 'u2', 'i4', 'u4', 'i8', 'u8', 'bool', '>f8']
 )
-def test_vectors_of_each_kind_of_matlab_are_read(tmp_path, form, is_packed, kind):
+def test_vectors_of_each_kind_of_matlab_are_read(tmp_path, is_packed, kind):
     path, times = tmp_path / 'run.mat', np.arange(3)
     values = np.array([1, 0, 1], kind)
     others = {'name': 'rig', 'z': np.ones(5) * 1j, 'm': np.eye(3), 'fs': 50.0}
-    packing = {'do_compression': is_packed} if form == '5' else {}
-    if form == '5':
-        others |= {'settings': {'a': np.arange(7)}, 'cells': np.array([1, 'b'], object)}
-        others['a_name_that_is_longer'] = 0.0
-    savemat(path, {**others, 't': times, 'position': values}, format=form, **packing)
+    others |= {'settings': {'a': np.arange(7)}, 'cells': np.array([1, 'b'], object)}
+    others['a_name_that_is_longer'] = 0.0
+    savemat(path, {**others, 't': times, 'position': values}, do_compression=is_packed)
     reading = TableOptions({'time_s': 't (s)', 'position_m': 'position (m)'})
     columns = read_experiment(path, reading).columns
     assert columns['time_s'].tolist() == [0.0, 1.0, 2.0]
@@ -272,11 +269,6 @@ def hdf5_of_another_dataset(path: Path) -> None:
         file.create_virtual_dataset('time_s', layout)
 
 
-def matlab_of_zeros(path: Path) -> None:
-    zeros = np.zeros(300_000)
-    savemat(path, {'time_s': zeros, 'force_n': zeros}, do_compression=True)
-
-
 def matlab_that_lies(path: Path) -> None:
     """Pack a quarter of a gigabyte behind a variable of ten numbers."""
     savemat(path, {'time_s': np.zeros(10)})
@@ -284,12 +276,6 @@ def matlab_that_lies(path: Path) -> None:
     inner = content[128:].replace(struct.pack('<II', 9, 80), struct.pack('<II', 9, 1 << 31))
     packed = zlib.compress(inner + bytes(1 << 28), 1)
     path.write_bytes(content[:128] + struct.pack('<II', 15, len(packed)) + packed)
-
-
-def matlab_of_bytes(path: Path) -> None:
-    """Write numbers of a byte, which take eight as floats, and more as text."""
-    zeros = np.zeros(300_000, np.int8)
-    savemat(path, {'time_s': zeros, 'force_n': zeros}, do_compression=True)
 
 
 SPREADSHEET = 'http://schemas.openxmlformats.org/spreadsheetml/2006/main'
@@ -317,75 +303,60 @@ SHEET = (
 )
 
 
-def workbook_of_a_far_cell(path: Path) -> None:
-    workbook(path, SHEET.format('<row r="9000000000"><c r="A9000000000"><v>1</v></c></row>'))
+def sheet(rows: str, text: str = '') -> Callable[[Path], None]:
+    return lambda path: workbook(path, SHEET.format(rows), text)
 
 
-def workbook_of_wide_rows(path: Path) -> None:
-    row = '<row r="{0}"><c r="ZZZ{0}"><v>1</v></c></row>'
-    workbook(path, SHEET.format(''.join(row.format(number) for number in range(1, 50))))
+def packed(columns: dict[str, Any]) -> Callable[[Path], None]:
+    return lambda path: savemat(path, columns, do_compression=True)
 
 
-def workbook_of_tags(path: Path) -> None:
-    workbook(path, SHEET.format('<x/>' * 300_000))
-
-
-def workbook_of_text(path: Path) -> None:
-    workbook(path, SHEET.format(' ' * 4_500_000))
-
-
-def workbook_of_one_text(path: Path) -> None:
-    """Write a text once that 10,000 cells have."""
-    cells = '<c t="s"><v>0</v></c>' * 10_000
-    workbook(path, SHEET.format(f'<row>{cells}</row>'), 'x' * 5000)
-
-
-def parquet_of_one_text(path: Path) -> None:
-    pq.write_table(pa.table({'time_s': pa.array(TIME_S[:50]), 'note': ['x' * 500_000] * 50}), path)
-
-
-def parquet_of_one_list(path: Path) -> None:
-    pq.write_table(pa.table({'time_s': [0.0], 'more': [np.zeros(1 << 20)]}), path)
-
-
-def parquet_of_zeros(path: Path) -> None:
-    zeros = pa.array(np.zeros(1 << 19))
-    pq.write_table(pa.table({'time_s': zeros, 'force_n': zeros}), path)
-
-
-def archive_of_zeros(path: Path) -> None:
-    zeros = np.zeros(300_000)
-    np.savez_compressed(path, time_s=zeros, force_n=zeros)
+def parquet(columns: dict[str, Any]) -> Callable[[Path], None]:
+    return lambda path: pq.write_table(pa.table(columns), path)
 
 
 MANY_NUMBERS = 'numbers of a table, above the limit of 500000; leave some out'
+MANY_TAGS = 'tags in a workbook, above the limit of 250000'
 MANY_BYTES = 'unpacked bytes of a table or another file, above the limit of 4000000'
-HOSTILE: dict[Callable[[Path], None], tuple[str, str]] = {
-    hdf5_of_zeros: ('.h5', MANY_NUMBERS),
-    hdf5_with_a_large_chunk: ('.h5', MANY_NUMBERS),
-    hdf5_of_another_file: ('.h5', 'time_s stands in another file'),
-    hdf5_of_another_dataset: ('.h5', 'time_s stands in another file'),
-    matlab_of_zeros: ('.mat', MANY_BYTES),
-    matlab_that_lies: ('.mat', MANY_BYTES),
-    matlab_of_bytes: ('.mat', MANY_NUMBERS),
-    workbook_of_a_far_cell: ('.xlsx', MANY_NUMBERS),
-    workbook_of_wide_rows: ('.xlsx', MANY_NUMBERS),
-    workbook_of_tags: ('.xlsx', 'tags in a workbook, above the limit of 250000'),
-    workbook_of_text: ('.xlsx', MANY_BYTES),
-    workbook_of_one_text: ('.xlsx', MANY_BYTES),
-    archive_of_zeros: ('.npz', MANY_BYTES),
-    parquet_of_zeros: ('.parquet', MANY_NUMBERS),
-    parquet_of_one_list: ('.parquet', MANY_NUMBERS),
-    parquet_of_one_text: ('.parquet', 'add a column position_m'),
+WIDE = ''.join(f'<row r="{row}"><c r="ZZZ{row}"><v>1</v></c></row>' for row in range(1, 50))
+FAR = '<row r="9000000000"><c r="A9000000000"><v>1</v></c></row>'
+CELLS = '<row>' + '<c t="s"><v>0</v></c>' * 10_000 + '</row>'  # which share a text
+ZEROS = {name: np.zeros(300_000) for name in ('time_s', 'force_n')}
+BYTES = {name: each.astype(np.int8) for name, each in ZEROS.items()}  # floats take eight times it
+ONE_TEXT = {'time_s': TIME_S, 'note': ['x' * 500_000] * 50}
+ONE_LIST = {'time_s': [0.0], 'more': [np.zeros(1 << 20)]}
+LONG = dict.fromkeys(ZEROS, np.zeros(1 << 19))
+
+
+def archive_of_zeros(path: Path) -> None:
+    np.savez_compressed(path, time_s=ZEROS['time_s'], force_n=ZEROS['force_n'])
+
+
+HOSTILE: dict[str, tuple[str, Callable[[Path], Any], str]] = {
+    'HDF5 of zeros': ('.h5', hdf5_of_zeros, MANY_NUMBERS),
+    'HDF5 with a large chunk': ('.h5', hdf5_with_a_large_chunk, MANY_NUMBERS),
+    'HDF5 of another file': ('.h5', hdf5_of_another_file, 'time_s stands in another file'),
+    'HDF5 of another dataset': ('.h5', hdf5_of_another_dataset, 'time_s stands in another file'),
+    'mat of zeros': ('.mat', packed(ZEROS), MANY_BYTES),
+    'mat that lies': ('.mat', matlab_that_lies, MANY_BYTES),
+    'mat of bytes': ('.mat', packed(BYTES), MANY_NUMBERS),
+    'far cell': ('.xlsx', sheet(FAR), MANY_NUMBERS),
+    'wide rows': ('.xlsx', sheet(WIDE), MANY_NUMBERS),
+    'tags': ('.xlsx', sheet('<x/>' * 300_000), MANY_TAGS),
+    'text': ('.xlsx', sheet(' ' * 4_500_000), MANY_BYTES),
+    'one text of many cells': ('.xlsx', sheet(CELLS, 'x' * 5000), MANY_BYTES),
+    'npz of zeros': ('.npz', archive_of_zeros, MANY_BYTES),
+    'Parquet of zeros': ('.parquet', parquet(LONG), MANY_NUMBERS),
+    'Parquet of a list': ('.parquet', parquet(ONE_LIST), MANY_NUMBERS),
+    'Parquet of one text': ('.parquet', parquet(ONE_TEXT), 'add a column position_m'),
 }
 
 
-@pytest.mark.parametrize('write', HOSTILE)
-def test_what_a_file_says_of_its_size_is_looked_at_before_it_is_read(tmp_path, write, monkeypatch):
-    for name, limit in LIMITS.items():
-        row = getattr(budget, name)
-        monkeypatch.setattr(formats, name, row._replace(most=limit))
-    suffix, told = HOSTILE[write]
+@pytest.mark.parametrize('name', HOSTILE)
+def test_what_a_file_says_of_its_size_is_looked_at_before_it_is_read(tmp_path, name, monkeypatch):
+    suffix, write, told = HOSTILE[name]
+    for row, limit in LIMITS.items():
+        monkeypatch.setattr(formats, row, getattr(budget, row)._replace(most=limit))
     path = tmp_path / f'run{suffix}'
     write(path)
     with memory_limited_to(ROOM_BYTES), pytest.raises(StickSlipError, match=told):
@@ -401,8 +372,8 @@ def hdf5_of_few_bytes(path: Path, columns: dict[str, np.ndarray]) -> None:
 SMALL: dict[str, Callable[[Path, Any], None]] = {
     '.npz': lambda path, columns: np.savez_compressed(path, **columns),
     '.h5': hdf5_of_few_bytes,
-    '.mat': lambda path, columns: savemat(path, columns, do_compression=True),
-    '.parquet': lambda path, columns: pd.DataFrame(columns).to_parquet(path),
+    '.mat': lambda path, columns: packed(columns)(path),
+    '.parquet': lambda path, columns: parquet(columns)(path),
 }
 
 

@@ -69,6 +69,13 @@ def test_a_row_of_an_owner_is_read(tmp_path: Path, header: str, row: str, wanted
     assert 'direction' not in columns
 
 
+@pytest.mark.parametrize('other', ['displacement (um)', 'steps'])
+def test_a_column_that_says_nothing_alone_is_left_out(tmp_path: Path, other: str):
+    table = read(tmp_path, f'voltage (V),{other},step (nm)\n60,7,196\n70,7,197\n')
+    assert [*table.columns] == ['preload_n', 'voltage_v', 'step_length_m']
+    assert table.unread == (other,)
+
+
 def test_a_sheet_with_a_row_for_each_number_has_its_tolerances_or_20_percent(tmp_path: Path):
     table = read(tmp_path, SHEET)
     columns, nan = table.columns, np.nan

@@ -21,7 +21,6 @@ from stickslip_ros.lab.cli.recording import describe_recording
 from stickslip_ros.lab.comparison.compare import compare
 from stickslip_ros.lab.measurements.recorded import (
     TimeWindow,
-    bits_within,
     events_within,
     recorded_series,
 )
@@ -158,7 +157,6 @@ def test_quantities_events_and_bits_are_the_same_to_the_last_digit(recordings):
     for name, one in recorded_series(zero).items():
         np.testing.assert_array_equal(one.time_s, recorded_series(system)[name].time_s)
     assert events_within(zero, WHOLE) == events_within(system, WHOLE) != []
-    assert bits_within(zero, WHOLE) == bits_within(system, WHOLE) != []
 
 
 def test_a_picture_shows_simulated_time(runs: tuple[Path, Path], tmp_path: Path):

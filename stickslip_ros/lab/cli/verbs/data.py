@@ -36,7 +36,7 @@ DATA = (
         'recording is read too.',
         file('tables, or a recording', nargs='+'),
         *MAP,
-        *options_of(READING, 'preloads_n', 'rate_hz', 'start_s'),
+        *options_of(READING, 'preloads_n', 'rate_hz'),
         output('.csv to write (default: only print the columns)'),
         module='experiment',
     ),
@@ -57,7 +57,7 @@ DATA = (
             nargs='+',
         ),
         *MAP,
-        *options_of(READING, 'preloads_n', 'rate_hz', 'start_s'),
+        *options_of(READING, 'preloads_n', 'rate_hz'),
         output('.html page to read or to print'),
         *FIGURE,
         either(*options_of(COMPARE, 'shift_s', 'align')),
@@ -120,12 +120,12 @@ DATA = (
         'plot',
         'draw a recording or a table',
         'Draw a recording, the trace or else its topics at 1 kHz, with the commands (dotted) and '
-        'the status bits; or tables, over time or by amplitude. Thinned curves keep every peak. '
+        'failures; or tables, over time or by amplitude. Thinned curves keep every peak. '
         '--map names the topics of another program, or columns.',
         file('a recording, or tables', nargs='+'),
         WINDOW,
         *MAP,
-        *options_of(READING, 'preloads_n', 'rate_hz', 'start_s'),
+        *options_of(READING, 'preloads_n', 'rate_hz'),
         output('.png, .svg or .pdf (default: a PNG next to the first file)'),
         *LOOK,
     ),
@@ -176,7 +176,7 @@ DATA = (
         'recognised wave, with true falls.',
         file('recording, or table of voltages'),
         *MAP,
-        *options_of(READING, 'rate_hz', 'start_s'),
+        *options_of(READING, 'rate_hz'),
         output('recording to write'),
         flag_option(
             '--from-rest',
