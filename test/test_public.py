@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from mcap_records import rewritten
 from pandas.testing import assert_frame_equal
 from processes import run_process
 
