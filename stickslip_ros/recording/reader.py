@@ -28,13 +28,10 @@ from stickslip_ros.interface.schemas import SCHEMAS
 from stickslip_ros.message_types import (
     FLOAT64_ARRAY,
     JOINT_STATE,
-    POINT_STAMPED,
     STRING,
-    VECTOR3_STAMPED,
-    WRENCH_STAMPED,
 )
 from stickslip_ros.process.stopping import stop_if_asked
-from stickslip_ros.recording.any_message import numbers_of
+from stickslip_ros.recording.any_message import FRONTS, numbers_of
 from stickslip_ros.recording.bag import bag_parts
 from stickslip_ros.recording.chunks import ALL_TIMES_NS, Places, begin_of
 from stickslip_ros.recording.integrity import PROFILE, open_whole
@@ -60,12 +57,6 @@ TRACE_END_MAX_S: Final = 1e9  # longer times of a trace are no times
 TOPICS_MOST: Final = 100  # of a recording whose messages are counted by its summary
 ALL_S: Final = -math.inf, math.inf
 Described = dict[str, dict[str, str]]  # metadata of a file
-FRONTS: Final = {
-    POINT_STAMPED: 'point.',
-    VECTOR3_STAMPED: 'vector.',
-    WRENCH_STAMPED: 'wrench.',
-}
-"""Start of a number's line in a definition, in front of its name."""
 
 
 @dataclass
