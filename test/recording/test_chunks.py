@@ -27,7 +27,7 @@ from mcap.records import (
     Schema,
 )
 from mcap.writer import CompressionType
-from mcap_records import foreign, foreign_numbers
+from mcap_records import foreign
 from memory import memory_limited_to
 
 from stickslip_ros.errors import Miscounted, RecordingError
@@ -227,17 +227,6 @@ def test_a_small_chunk_does_not_unpack_to_many_records(kind: str, tmp_path: Path
     if kind == 'messages':  # the remedy
         path = hand_made(tmp_path / 'run.mcap', plain(*[message(1)] * 50_000))
         assert len(list(Recording(path).records())) == 50_000
-
-
-def test_a_large_file_without_chunks_is_recovered_into_chunks(tmp_path, monkeypatch):
-    rows = [(at, at, float(at)) for at in range(100)]
-    path = foreign_numbers(tmp_path / 'run.mcap', rows, use_chunking=False)
-    monkeypatch.setattr(chunks, 'CHUNK_MAX_BYTES', path.stat().st_size // 2)
-    with pytest.raises(RecordingError, match=r'bytes without chunks are above .* recover'):
-        list(Recording(path).messages())
-    recover_file(path, tmp_path / 'output.mcap')
-    monkeypatch.undo()
-    assert len(list(Recording(tmp_path / 'output.mcap').messages())) == 100
 
 
 @pytest.fixture
