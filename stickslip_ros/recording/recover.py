@@ -107,16 +107,9 @@ def recover(path: Path, output: Path | None = None) -> tuple[list[Recovery], Pat
 
 def _parts_of(path: Path) -> list[Path]:
     """Return the parts of a run or of a bag, none of a single file; refuse other directories."""
-    if path.is_file():
-        return []
-    is_bag, hint = path.is_dir(), 'name the directory of a bag'
-    if not path.name:
-        raise RecordingError(path, 'it is not a bag', hint)
-    parts = Layout.plan(path, bag=is_bag, split=True).parts()
-    if is_bag and not (parts := parts or files_of_a_bag(path)):
-        bag_parts(path)  # which says how a compressed one is unpacked
-        raise RecordingError(path, 'it holds no recording', hint)
-    return parts
+    if path.is_dir():
+        return files_of_a_bag(path) or bag_parts(path)  # which says why it has none
+    return [] if path.is_file() else Layout.plan(path, split=True).parts()
 
 
 def _describe_bag(path: Path, parts: list[Path]) -> Path | None:

@@ -455,11 +455,6 @@ def test_the_directory_in_which_one_is_may_be_the_bag(cut_bag: Path, monkeypatch
     assert written == cut_bag.with_name('run.recovered')
 
 
-def test_the_root_of_all_directories_is_no_bag():
-    with pytest.raises(RecordingError, match=r'^/: it is not a bag; name the directory of a bag$'):
-        recover(Path('/'))
-
-
 def test_the_recovered_bag_opens_in_rosbags(cut_bag: Path):
     _, written = recover(cut_bag)
     names = [f'run.recovered_{number}.mcap' for number in range(4)]

@@ -17,7 +17,8 @@ from stickslip_ros.instrument.joints import Joints
 from stickslip_ros.interface.topics import COMMAND_TOPICS
 from stickslip_ros.lab.runs.replay import replay
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.recording.reader import Recording, compare_data
+from stickslip_ros.recording.differences import compare_data
+from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run import ReportingBench, RunWriter
 from stickslip_ros.recording.run_file import run_path
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
