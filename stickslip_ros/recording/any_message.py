@@ -34,7 +34,7 @@ from stickslip_ros.recording.chunks import (
     Places,
     gather,
 )
-from stickslip_ros.recording.definition import HEAD_BYTES, LITTLE_ENDIAN, Decode, decoder_of
+from stickslip_ros.recording.definition import ENCODING_BYTES, LITTLE_ENDIAN, Decode, decoder_of
 from stickslip_ros.recording.integrity import open_whole
 from stickslip_ros.recording.layout import TIME_MAX_NS
 from stickslip_ros.units import NS_PER_S
@@ -120,7 +120,7 @@ class Field:
         self._field, self._in_blocks = field, in_blocks
         self._topic, self._path = channel.topic, path_of(channel.topic, field)
         self._decode: Decode | None = None
-        self._joints = set[str]()  # that stand at the place of the path, or were seen instead
+        self._joints = set[str]()  # known names: those at the place of the path, or all
 
     def read(self, piece: ChunkMessages, places: Places, *, by_stamp: bool) -> _Numbers:
         """Return time, number and log time of some messages; ValueError if one is damaged."""
@@ -142,11 +142,11 @@ class Field:
         if self._field not in names or self._channel.message_encoding != 'cdr':
             return None
         ends = starts + gather(data, starts - LENGTH_BYTES, '<i8')
-        starts = starts + MESSAGE_HEAD.size + HEAD_BYTES
+        starts = starts + MESSAGE_HEAD.size + ENCODING_BYTES
         too_short = f'a message on {self._topic} is too short'
         if np.any(starts + _HEADER_BYTES * bool(front) > ends):
             raise ValueError(too_short)
-        if np.any(gather(data, starts - HEAD_BYTES, '>u2') != LITTLE_ENDIAN):
+        if np.any(gather(data, starts - ENCODING_BYTES, '>u2') != LITTLE_ENDIAN):
             return None
         seconds: NDArray[Any] = np.zeros(len(starts), np.int64)
         nanoseconds = seconds
@@ -166,24 +166,28 @@ class Field:
     ) -> tuple[NDArray[Any], NDArray[Any], Array, Places]:
         """Return stamps and numbers of messages, and how many numbers each has."""
         decode = self._decode = self._decode or decoder_of(self._channel, self._schema, self._file)
-        stamps, values, counts = list[tuple[Any, Any]](), list[Any](), list[int]()
+        stamps, values = list[tuple[Any, Any]](), list[Array]()
         for place in places.tolist():
             stop_if_asked()
             message = decode(piece.message(place).data)
-            found = self._find(message)
+            try:
+                values.append(np.asarray(self._find(message), np.float64))
+            except OverflowError:
+                problem = f'has a message on {self._topic} that is not JSON: a number is too large'
+                raise RecordingError(self._file, problem, 'name another topic') from None
             stamps.append(_stamp_in(message))
-            values += found
-            counts.append(len(found))
         self._check_joint()
         seconds, nanoseconds = np.array(stamps, object).T
-        return seconds, nanoseconds, np.array(values, np.float64), np.array(counts, np.int64)
+        counts = np.array([len(each) for each in values], np.int64)
+        return seconds, nanoseconds, np.concatenate(values), counts
 
-    def _find(self, message: Any) -> list[float]:
+    def _find(self, message: Any) -> Any:
         """Return the numbers of a message; none if it lacks the joint."""
         path, column, found = self._path, None, message
         if self._in_blocks and isinstance(path[-1], int):
             *path, column = path
         names: Any = getattr(message, 'name', None)
+        names = names if isinstance(names, list) else None
         try:
             for part in path:
                 place: Any = part
@@ -192,7 +196,7 @@ class Field:
                     if part not in names:
                         return []
                     place = names.index(part)
-                elif isinstance(part, int) and isinstance(names, list):
+                elif isinstance(part, int) and names is not None:
                     self._joints.update(names[part : part + 1])
                 is_array = isinstance(found, list | dict | np.ndarray)
                 found = found[place] if is_array else vars(found)[place]
@@ -207,12 +211,11 @@ class Field:
         if self._in_blocks and is_array:
             return self._samples(message, found, column)
         if not self._in_blocks and (found is None or isinstance(found, _NUMBER)):
-            number: Any = np.nan if found is None else found
-            return [number]
+            return [np.nan if found is None else found]
         samples = [f'{self._field} at ...kHz, an array of samples'] * is_array
         raise self._unknown([*_leaves_in(message), *samples])
 
-    def _samples(self, message: Any, array: Any, column: Any) -> list[float]:
+    def _samples(self, message: Any, array: Any, column: Any) -> Any:
         """Return all numbers of an array, or a column of a table whose layout has its width."""
         axes: Any = getattr(getattr(message, 'layout', None), 'dim', ())
         width = axes[1].size if len(axes) > 1 else 1
@@ -222,9 +225,7 @@ class Field:
         if column is not None and (not column < width > 1 or len(array) % width):
             said = f'a message of {len(array)} numbers is a table of {width} columns, or none'
             raise UnknownName(f'field of {self._topic}', self._field, said)
-        wanted = array if column is None else array[column::width]
-        samples: list[float] = np.asarray(wanted, np.float64).tolist()
-        return samples
+        return array if column is None else array[column::width]
 
     def _check_joint(self) -> None:
         """Refuse a place at which messages have different joints."""

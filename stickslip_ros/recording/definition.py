@@ -17,7 +17,7 @@ from stickslip_ros.budget import DEFINITION_MOST, load_json
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.extras import load_extra
 
-HEAD_BYTES: Final = 4  # of a message: encoding, byte order, options
+ENCODING_BYTES: Final = 4  # of a message: encoding, byte order, options
 _ENCODINGS: Final = 'ros2msg', 'ros2idl', ''  # of a definition; without one a known type is taken
 BIG_ENDIAN, LITTLE_ENDIAN = 0, 1
 """First two bytes of a message in plain CDR."""
@@ -58,11 +58,11 @@ def decoder_of(channel: Channel, schema: Schema | None, path: Path) -> Decode:
 
     def decode(data: bytes) -> Any:
         read = readers.get(int.from_bytes(data[:2], 'big'))
-        if read is None or len(data) < HEAD_BYTES:
-            said = f'begins with "{data[:HEAD_BYTES].hex(" ")}", not as plain CDR'
+        if read is None or len(data) < ENCODING_BYTES:
+            said = f'begins with "{data[:ENCODING_BYTES].hex(" ")}", not as plain CDR'
             raise ValueError(f'a message on {channel.topic} {said}')
         try:  # not by the store, which refuses the padding that Fast CDR writes at the end
-            return read(memoryview(data)[HEAD_BYTES:], 0, kind.cls, store)[0]
+            return read(memoryview(data)[ENCODING_BYTES:], 0, kind.cls, store)[0]
         except Exception as error:
             problem = f'a message on {channel.topic} is no {schema.name}: {error}'
             raise ValueError(problem) from error

@@ -5,6 +5,7 @@
 
 import json
 import struct
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from random import Random
@@ -18,6 +19,7 @@ from mcap_ros2.decoder import DecoderFactory
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from stickslip_ros.errors import StickSlipError
+from stickslip_ros.extras import MissingExtra
 from stickslip_ros.interface import cdr
 from stickslip_ros.message_types import FLOAT64, POINT_STAMPED
 from stickslip_ros.recording.any_message import numbers_of
@@ -242,6 +244,17 @@ def test_a_message_of_other_bytes_is_refused(text: str, data: bytes, told: str, 
         numbers_of(recording.files, '/t', 'x')
 
 
+def test_without_rosbags_messages_that_we_record_too_are_read_and_others_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setitem(sys.modules, 'rosbags.typesys', None)
+    ours = recorded(tmp_path / 'ours.mcap', [cdr.pack_float64(1.5)], '', FLOAT64)
+    assert numbers_of(ours.files, '/t', 'data')[1].tolist() == [1.5]
+    theirs = recorded(tmp_path / 'theirs.mcap', [cdr.pack_float64(1.5)], 'float64 data')
+    with pytest.raises(MissingExtra, match="pkg/msg/T0 needs the package 'rosbags"):
+        numbers_of(theirs.files, '/t', 'data')
+
+
 @pytest.mark.parametrize('kind', [FLOAT64, POINT_STAMPED])
 def test_messages_that_we_record_too_are_read_at_once_in_either_byte_order(kind, tmp_path):
     store = get_typestore(Stores.ROS2_JAZZY)
@@ -355,7 +368,7 @@ def test_numbers_in_json_are_read_at_their_stamps(tmp_path: Path):
         ({'x': 1, 'timestamp': {'sec': 1.5, 'nsec': 0}}, 'has the stamp 1.5 s 0 ns on /t'),
         ({'x': 1, 'timestamp': {'sec': 1}}, 'has the stamp 1 s None ns'),
         ({'x': 1, 'timestamp': {'sec': 1, 'nsec': 1 << 70}}, 'has the stamp 1 s'),
-        ({'x': 10**400}, r'it is damaged \(OverflowError'),
+        ({'x': 10**400}, 'is not JSON: a number is too large'),
     ],
 )
 def test_json_without_that_number_or_with_another_stamp_is_refused(message, told, tmp_path):

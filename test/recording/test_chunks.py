@@ -154,16 +154,6 @@ def test_chunks_of_one_time_are_not_all_opened_if_they_are_large(tmp_path, monke
         list(Recording(path).messages())
 
 
-def test_a_recording_above_the_limit_is_read_chunk_by_chunk_in_the_order_of_time(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
-    parts = [plain(*(message(10 * part + k) for k in range(10))) for part in range(8)]
-    path = hand_made(tmp_path / 'run.mcap', *parts)
-    monkeypatch.setattr(chunks, 'CHUNK_MAX_BYTES', 2 * parts[0].uncompressed_size)
-    times_ns = [time_ns for _, time_ns, _ in Recording(path).messages()]
-    assert times_ns == list(range(80))
-
-
 def change_index(path: Path, change: Callable[[ChunkIndex], ChunkIndex]) -> None:
     """Change what the summary of a file says of its first chunk."""
     with path.open('rb') as file:
