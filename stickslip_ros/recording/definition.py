@@ -47,8 +47,8 @@ def decoder_of(channel: Channel, schema: Schema | None, path: Path) -> Decode:
     DEFINITION_MOST.check(len(schema.data), path)
     try:
         store = typesys.get_typestore(typesys.Stores.EMPTY)
-        store.register(_types_of(typesys, schema))
-        kind = store.get_msgdef(schema.name)
+        store.register(types := _types_of(typesys, schema))
+        kind = store.get_msgdef(next(iter(types)))
     except (ValueError, LookupError, RecursionError, typesys.TypesysError) as error:
         form, said = schema.encoding or 'no text', ' '.join(str(error).split())[:200]
         problem = f'has a definition ({form}) of {channel.topic} that cannot be read: {said}'
@@ -79,7 +79,7 @@ def _load_json(path: Path, topic: str, data: bytes) -> Any:
 
 
 def _types_of(typesys: Any, schema: Schema) -> dict[str, Fields]:
-    """Return a type and those inside it; ValueError if one is not known, or an array too long."""
+    """Return a type, then those inside it; ValueError if one is unknown, or an array too long."""
     text, given = schema.data.decode() if schema.encoding else '', dict[str, Fields]()
     if schema.encoding == 'ros2idl':
         for section in filter(str.strip, _SEPARATOR.split(text)):
@@ -87,7 +87,8 @@ def _types_of(typesys: Any, schema: Schema) -> dict[str, Fields]:
     elif text:
         given = typesys.get_types_from_msg(_SEPARATOR.sub('=' * 80, text), schema.name)
     known = typesys.get_typestore(typesys.Stores.LATEST).fielddefs
-    types, wanted = dict[str, Fields](), [schema.name]
+    # A name may lack `msg`, which rosbags adds; the first definition is that of the message.
+    types, wanted = dict[str, Fields](), [next(iter(given), schema.name)]
     while wanted:
         if (name := wanted.pop()) not in types:
             fields = given.get(name) or known.get(name)
