@@ -114,7 +114,7 @@ setup(
         # What the tests build control_msgs on, which an installed ROS has.
         'jazzy-test': ['ros-jazzy-trajectory-msgs'],
         'kilted-test': ['ros-kilted-trajectory-msgs'],
-        'lab': ['matplotlib', 'pandas', 'rich', 'scipy'],
+        'lab': ['matplotlib', 'pandas', 'rich', 'rosbags>=0.11.9', 'scipy'],
         'completion': ['argcomplete'],
         'control': ['control'],
         'dask': ['distributed'],
@@ -150,7 +150,6 @@ setup(
             'emcee',
             'hypothesis',
             'mcap-ros2-support',
-            'rosbags',
             'distributed',
             'h5py',
             'npTDMS',

@@ -40,7 +40,6 @@ NAMES_MOST = Limit('topics, types, entries, columns or sheets', 4096, 'leave som
 LOSSES = Limit('damaged places to recover around', 4096, 'take another copy of the file')
 NAME_CHARACTERS = Limit('characters of a topic or type', 1000, 'rename it')
 DEFINITION_MOST = Limit('characters of a definition of a message', 4_000_000, 'take another topic')
-SKIPPED = Limit('texts before a number of a message', 20_000, 'name another field')
 LABEL_MOST = Limit('characters of a label, a frame or a joint', 10_000, 'send shorter ones')
 AXES = Limit('axes or joints of a message', 4096, 'send fewer')
 YAML_CHARACTERS = Limit('characters of YAML', 4_000_000)

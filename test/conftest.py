@@ -68,10 +68,10 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
-    """Leave out doors of `make test`, and what needs rosbags, which only pip installs."""
+    """Leave out doors of `make test`, and what needs other readers, which only `test` installs."""
     if collection_path.name in DOORS and 'not slow' in config.option.markexpr:
         return True
-    if collection_path.suffix != '.py' or find_spec('rosbags') is not None:
+    if collection_path.suffix != '.py' or find_spec('mcap_ros2') is not None:
         return None
     needs_it = re.search(
         '^from rosbags', collection_path.read_text(encoding='utf-8'), re.MULTILINE

@@ -5,8 +5,7 @@
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import suppress
-from itertools import count, islice
+from itertools import islice
 from pathlib import Path
 from typing import Any, Final
 
@@ -15,11 +14,16 @@ from mcap.records import Channel, Schema
 from numpy.typing import NDArray
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.budget import DEFINITION_MOST, SKIPPED, load_json
 from stickslip_ros.errors import RecordingError, UnknownName, quoted
-from stickslip_ros.interface.cdr import unpack
-from stickslip_ros.interface.messages import JOINT_UNITS, JointMessage
-from stickslip_ros.message_types import JOINT_STATE
+from stickslip_ros.interface.messages import STAMPED_FIELDS
+from stickslip_ros.message_types import (
+    FLOAT64,
+    INT32,
+    POINT_STAMPED,
+    UINT32,
+    VECTOR3_STAMPED,
+    WRENCH_STAMPED,
+)
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.chunks import (
     ALL_TIMES_NS,
@@ -30,18 +34,7 @@ from stickslip_ros.recording.chunks import (
     Places,
     gather,
 )
-from stickslip_ros.recording.definition import (
-    ALIGNMENT,
-    ArrayOf,
-    Definitions,
-    Kind,
-    Number,
-    Struct,
-    array_at,
-    leaves,
-    text_of_idl,
-    way_to,
-)
+from stickslip_ros.recording.definition import ENCODING_BYTES, LITTLE_ENDIAN, Decode, decoder_of
 from stickslip_ros.recording.integrity import open_whole
 from stickslip_ros.recording.layout import TIME_MAX_NS
 from stickslip_ros.units import NS_PER_S
@@ -49,15 +42,17 @@ from stickslip_ros.units import NS_PER_S
 PART: Final = re.compile(r'([^\W\d]\w*)((?:\[[^\[\]]+\])*)')
 """A name in the path of a field, with places in arrays: ``position[0]``, ``position[x]``."""
 _JOINT_FIRST: Final = re.compile(r'^(\[[^\[\]]+\])\.(\w+)')  # [x].position
-_ENCODINGS: Final = 'ros2msg', 'ros2idl', ''
-"""Forms in which rosbag2 writes a definition; without one the installed type is read."""
-ORDERS: Final = {0: '>', 1: '<'}
-"""numpy's names for the byte orders of plain CDR, by the first two bytes of a message."""
-_HEAD_BYTES: Final = 4
-BLOCK: Final = 1 << 18
-"""Messages that are read at once; this bounds the memory."""
-LISTED, LEAVES = 20, 1000
-"""Largest count of numbers that a refusal lists, and of fields that it searches for them."""
+FRONTS: Final = {
+    POINT_STAMPED: 'point.',
+    VECTOR3_STAMPED: 'vector.',
+    WRENCH_STAMPED: 'wrench.',
+}
+"""Start of a number's line in a definition, in front of its name."""
+_PLAIN: Final = {FLOAT64: '<f8', INT32: '<i4', UINT32: '<u4'}  # types of one number, `data`
+_HEADER_BYTES: Final = 12  # seconds, nanoseconds, and length of the frame behind them
+_NUMBER = bool, int, float, np.generic
+LISTED: Final = 20  # numbers in a refusal
+_Numbers = tuple[Places, Array, Places]  # times, ns, numbers, log times, ns
 
 
 class Joint(str):
@@ -75,7 +70,7 @@ def numbers_of(
     in_blocks: bool = False,
     repeats: bool = False,
     window_ns: tuple[int, int] = ALL_TIMES_NS,
-) -> tuple[Places, Array, Places]:
+) -> _Numbers:
     """
     Return time, ns, one number, and log time, ns, of each message of a topic, in order of time.
 
@@ -88,7 +83,7 @@ def numbers_of(
 
     """
     none = np.empty(0, np.int64)
-    found: list[tuple[Places, Array, Places]] = [(none, np.empty(0), none)]
+    found: list[_Numbers] = [(none, np.empty(0), none)]
     last, fields = -1, dict[int, Field]()
     for file in files:
         with open_whole(file) as reader:
@@ -104,11 +99,9 @@ def numbers_of(
                     if key not in fields:
                         channel = reader.get_summary().channels[key]
                         schema = reader.get_summary().schemas.get(channel.schema_id)
-                        kind = _field_kind(channel, schema, field, in_blocks)
-                        fields[key] = kind(file, channel, schema, field, by_stamp=by_stamp)
+                        fields[key] = Field(file, channel, schema, field, in_blocks=in_blocks)
                     places = np.flatnonzero(piece.channels[begin:] == key) + begin
-                    blocks = (places[at : at + BLOCK] for at in range(0, len(places), BLOCK))
-                    found += [fields[key].read(piece, block) for block in blocks]
+                    found.append(fields[key].read(piece, places, by_stamp=by_stamp))
     if not any(len(values) for _, values, _ in found):
         for each in fields.values():
             each.refuse_absent()
@@ -117,95 +110,139 @@ def numbers_of(
     return times_ns[order], values[order], logs_ns[order]
 
 
-def _field_kind(
-    channel: Channel, schema: Schema | None, field: str, in_blocks: bool
-) -> 'type[Field]':
-    if channel.message_encoding == 'json':
-        return JsonField
-    is_joint = schema is not None and schema.name == JOINT_STATE and '[' in field
-    return BlockField if in_blocks else JointField if is_joint else Field
-
-
 class Field:
-    """A number in the messages of a channel, and their stamp if they have one."""
+    """A number in the messages of a channel, or all numbers of an array in each."""
 
     def __init__(
-        self, file: Path, channel: Channel, schema: Schema | None, field: str, *, by_stamp: bool
+        self, file: Path, channel: Channel, schema: Schema | None, field: str, *, in_blocks: bool
     ) -> None:
-        self._file, self._topic, self._field = file, channel.topic, field
-        path = path_of(channel.topic, field)
-        if not schema or channel.message_encoding != 'cdr' or schema.encoding not in _ENCODINGS:
-            problem = f'has no definition of {channel.topic} that ROS 2 writes'
-            raise RecordingError(file, problem, 'record it with ros2 bag record, or as JSON')
-        DEFINITION_MOST.check(len(schema.data), file)
-        try:
-            text = schema.data.decode() if schema.encoding else ''
-            text = text_of_idl(text) if schema.encoding == 'ros2idl' else text
-            kind = Definitions(schema.name, text).struct(schema.name)
-        except ValueError as error:
-            form = schema.encoding or 'no text'
-            problem = f'has a definition ({form}) of {channel.topic} that cannot be read: {error}'
-            hint = 'source the ROS 2 workspace that has it, or record it anew'
-            raise RecordingError(file, problem, hint) from None
-        try:
-            self._find(kind, path)
-        except (LookupError, ValueError):
-            some = islice(leaves(kind), LEAVES)
-            names = [name for name, leaf in some if isinstance(leaf, Number)]
-            with suppress(LookupError):
-                array = array_at(kind, path)
-                if isinstance(array.element, Number) and array.count != 0:
-                    names.append(f'{field} at ...kHz, an array of samples')
-            raise self._unknown(names) from None
-        self._stamp = None
+        self._file, self._channel, self._schema = file, channel, schema
+        self._field, self._in_blocks = field, in_blocks
+        self._topic, self._path = channel.topic, path_of(channel.topic, field)
+        self._decode: Decode | None = None
+        self._joints = set[str]()  # known names: those at the place of the path, or all
+
+    def read(self, piece: ChunkMessages, places: Places, *, by_stamp: bool) -> _Numbers:
+        """Return time, number and log time of some messages; ValueError if one is damaged."""
+        times_ns = logs_ns = piece.times_ns[places]
+        at_once = None if self._in_blocks else self._read_at_once(piece, piece.starts[places])
+        seconds, nanoseconds, values, counts = at_once or self._read_each(piece, places)
         if by_stamp:
-            with suppress(LookupError):
-                parts = 'sec', 'nanosec'
-                self._stamp = [way_to(kind, ('header', 'stamp', part)) for part in parts]
+            stamps_ns = self._to_ns(seconds, nanoseconds)
+            times_ns = np.where(stamps_ns == 0, logs_ns, stamps_ns)
+        return np.repeat(times_ns, counts), values, np.repeat(logs_ns, counts)
 
-    def _find(self, kind: Struct, path: list[str | int]) -> None:
-        """Note the way to the number; LookupError if there is none."""
-        self._value = way_to(kind, path)
+    def _read_at_once(
+        self, piece: ChunkMessages, starts: Places
+    ) -> tuple[NDArray[Any], NDArray[Any], Array, Places] | None:
+        """Return the same of messages that we record too; None of others."""
+        data, kind = piece.data, self._schema.name if self._schema else ''
+        front, is_plain = FRONTS.get(kind, ''), kind in _PLAIN
+        names = ['data'] if is_plain else [front + e for e in STAMPED_FIELDS.get(kind, ())]
+        if self._field not in names or self._channel.message_encoding != 'cdr':
+            return None
+        ends = starts + gather(data, starts - LENGTH_BYTES, '<i8')
+        starts = starts + MESSAGE_HEAD.size + ENCODING_BYTES
+        too_short = f'a message on {self._topic} is too short'
+        if np.any(starts + _HEADER_BYTES * bool(front) > ends):
+            raise ValueError(too_short)
+        if np.any(gather(data, starts - ENCODING_BYTES, '>u2') != LITTLE_ENDIAN):
+            return None
+        seconds: NDArray[Any] = np.zeros(len(starts), np.int64)
+        nanoseconds = seconds
+        number, at = _PLAIN.get(kind, '<f8'), starts
+        if front:
+            seconds, nanoseconds = gather(data, starts, '<i4'), gather(data, starts + 4, '<u4')
+            frame_bytes = gather(data, starts + _HEADER_BYTES - 4, '<u4').astype(np.int64)
+            at = starts + (_HEADER_BYTES + frame_bytes + 7) // 8 * 8
+            at += 8 * names.index(self._field)
+        if np.any(at + np.dtype(number).itemsize > ends):
+            raise ValueError(too_short)
+        values = gather(data, at, number).astype(np.float64)
+        return seconds, nanoseconds, values, np.ones(len(starts), np.int64)
 
-    def _take(self, bodies: 'Bodies') -> tuple[Array, Places]:
-        """Return the numbers of messages, and how many each has."""
-        values = bodies.number(*self._value)
-        return values, np.ones(len(values), np.int64)
+    def _read_each(
+        self, piece: ChunkMessages, places: Places
+    ) -> tuple[NDArray[Any], NDArray[Any], Array, Places]:
+        """Return stamps and numbers of messages, and how many numbers each has."""
+        decode = self._decode = self._decode or decoder_of(self._channel, self._schema, self._file)
+        stamps, values = list[tuple[Any, Any]](), list[Array]()
+        for place in places.tolist():
+            stop_if_asked()
+            message = decode(piece.message(place).data)
+            try:
+                values.append(np.asarray(self._find(message), np.float64))
+            except OverflowError:
+                problem = f'has a message on {self._topic} that is not JSON: a number is too large'
+                raise RecordingError(self._file, problem, 'name another topic') from None
+            stamps.append(_stamp_in(message))
+        self._check_joint()
+        seconds, nanoseconds = np.array(stamps, object).T
+        counts = np.array([len(each) for each in values], np.int64)
+        return seconds, nanoseconds, np.concatenate(values), counts
+
+    def _find(self, message: Any) -> Any:
+        """Return the numbers of a message; none if it lacks the joint."""
+        path, column, found = self._path, None, message
+        if self._in_blocks and isinstance(path[-1], int):
+            *path, column = path
+        names: Any = getattr(message, 'name', None)
+        names = names if isinstance(names, list) else None
+        try:
+            for part in path:
+                place: Any = part
+                if isinstance(part, Joint):
+                    self._joints.update(names)
+                    if part not in names:
+                        return []
+                    place = names.index(part)
+                elif isinstance(part, int) and names is not None:
+                    self._joints.update(names[part : part + 1])
+                is_array = isinstance(found, list | dict | np.ndarray)
+                found = found[place] if is_array else vars(found)[place]
+        except IndexError:
+            said = f'the array of a message has {len(found)} elements'
+            raise UnknownName(f'field of {self._topic}', self._field, said) from None
+        except (KeyError, TypeError):
+            raise self._unknown(_leaves_in(message)) from None
+        is_array = isinstance(found, list | np.ndarray) and (
+            len(found) == 0 or any(_leaves_in(found))
+        )
+        if self._in_blocks and is_array:
+            return self._samples(message, found, column)
+        if not self._in_blocks and (found is None or isinstance(found, _NUMBER)):
+            return [np.nan if found is None else found]
+        samples = [f'{self._field} at ...kHz, an array of samples'] * is_array
+        raise self._unknown([*_leaves_in(message), *samples])
+
+    def _samples(self, message: Any, array: Any, column: Any) -> Any:
+        """Return all numbers of an array, or a column of a table whose layout has its width."""
+        axes: Any = getattr(getattr(message, 'layout', None), 'dim', ())
+        width = axes[1].size if len(axes) > 1 else 1
+        if column is None and width not in {1, len(array)}:
+            said = f'a message is a table of {width} columns; name one, {self._field}[0]'
+            raise UnknownName(f'field of {self._topic}', self._field, said)
+        if column is not None and (not column < width > 1 or len(array) % width):
+            said = f'a message of {len(array)} numbers is a table of {width} columns, or none'
+            raise UnknownName(f'field of {self._topic}', self._field, said)
+        return array if column is None else array[column::width]
+
+    def _check_joint(self) -> None:
+        """Refuse a place at which messages have different joints."""
+        if len(self._joints) > 1 and not any(isinstance(each, Joint) for each in self._path):
+            known = sorted(self._joints)
+            problem = f'{self._field} of {self._topic} is {" and ".join(known)} in turn'
+            ways = ' or '.join(f'{self._topic}[{each}].{self._path[0]}' for each in known)
+            raise RecordingError(self._file, problem, f'name the joint: {ways}')
 
     def refuse_absent(self) -> None:
-        """Refuse a field that no message had, if some might."""
+        """Refuse a joint that no message had."""
+        if self._joints:
+            raise self._unknown(f'{self._path[0]}[{each}]' for each in sorted(self._joints))
 
-    def read(self, piece: ChunkMessages, places: Places) -> tuple[Places, Array, Places]:
-        """Return time, number and log time of some messages; ValueError if one is damaged."""
-        starts, times_ns = piece.starts[places], piece.times_ns[places]
-        ends = starts + gather(piece.data, starts - LENGTH_BYTES, '<i8')
-        starts = starts + MESSAGE_HEAD.size
-        if np.any(ends - starts < _HEAD_BYTES):
-            raise ValueError(f'a message on {self._topic} is shorter than its head')
-        representations = gather(piece.data, starts, '>u2')
-        found = list[tuple[Places, Array, Places]]()
-        for each in np.unique(representations).tolist():
-            if each not in ORDERS:
-                raise ValueError(
-                    f'a message on {self._topic} has the encoding {each:#06x}, not plain CDR'
-                )
-            these = representations == each
-            bodies = Bodies(piece.data, starts[these] + _HEAD_BYTES, ends[these], ORDERS[each])
-            try:
-                values, counts = self._take(bodies)
-            except IndexError as error:
-                raise UnknownName(f'field of {self._topic}', self._field, str(error)) from None
-            known_ns = logs_ns = times_ns[these]
-            if self._stamp:
-                stamps_ns = self._to_ns(*(bodies.number(*way) for way in self._stamp))
-                known_ns = np.where(stamps_ns == 0, logs_ns, stamps_ns)
-            found.append((np.repeat(known_ns, counts), values, np.repeat(logs_ns, counts)))
-        times_ns, values, logs_ns = map(np.concatenate, zip(*found, strict=True))
-        return times_ns, values, logs_ns
-
-    def _unknown(self, names: Iterable[str]) -> UnknownName:
+    def _unknown(self, numbers: Iterable[str]) -> UnknownName:
         """Return the refusal of the field, with the numbers that there are."""
-        known = [*names]
+        known = [*islice(numbers, LISTED + 1)]
         listed = ', '.join([*known[:LISTED], *['...'] * (len(known) > LISTED)]) or 'none'
         return UnknownName(f'field of {self._topic}', self._field, f'its numbers are {listed}')
 
@@ -227,211 +264,27 @@ class Field:
         return seconds.astype(np.int64) * NS_PER_S + nanoseconds.astype(np.int64)
 
 
-class JointField(Field):
-    """A number of a joint, by its name, or by a place that has one name."""
-
-    def _find(self, kind: Struct, path: list[str | int]) -> None:
-        self._known = set[str]()
-        name, self._place = path
-        super()._find(kind, [name, 0])
-        self._at = [*JOINT_UNITS].index(str(name))
-
-    def _take(self, bodies: 'Bodies') -> tuple[Array, Places]:
-        values, counts, place = list[float](), list[int](), self._place
-        for each in bodies.messages():
-            message = unpack(JOINT_STATE, each)
-            assert isinstance(message, JointMessage)
-            names, numbers = message.names, message.arrays[self._at]
-            self._known.update(names[place : place + 1] if isinstance(place, int) else names)
-            is_there = isinstance(place, int) or place in names
-            counts.append(int(is_there))
-            if is_there:
-                at = place if isinstance(place, int) else names.index(place)
-                if at >= len(numbers):
-                    raise IndexError(f'the array of a message has {len(numbers)} elements')
-                values.append(numbers[at])
-        if isinstance(place, int) and len(self._known) > 1:
-            known = sorted(self._known)
-            problem = f'place {place} of {self._topic} is {" and ".join(known)} in turn'
-            ways = ' or '.join(f'{self._topic}[{e}].{[*JOINT_UNITS][self._at]}' for e in known)
-            raise RecordingError(self._file, problem, f'name the joint: {ways}')
-        return np.array(values), np.array(counts, np.int64)
-
-    def refuse_absent(self) -> None:
-        raise self._unknown(f'{[*JOINT_UNITS][self._at]}[{e}]' for e in sorted(self._known))
-
-
-class BlockField(Field):
-    """All numbers of an array, or a column of a table whose layout says how many there are."""
-
-    def _find(self, kind: Struct, path: list[str | int]) -> None:
-        column = path.pop() if isinstance(path[-1], int) else None
-        self._column = column if isinstance(column, int) else None
-        self._value, self._width = way_to(kind, [*path, 0]), None
-        self._count = array_at(kind, path).count
-        with suppress(LookupError):
-            self._width = way_to(kind, [*path[:-1], 'layout', 'dim', 1, 'size'])
-
-    def _take(self, bodies: 'Bodies') -> tuple[Array, Places]:
-        values, counts = bodies.block(*self._value, self._count)
-        widths = {1}
-        with suppress(IndexError):  # without a second axis
-            widths = {*bodies.number(*self._width).tolist()} if self._width else widths
-        width = max(*widths, 1)
-        if self._column is None and (width == 1 or np.all(counts == width)):
-            return values, counts
-        if len(widths) > 1 or np.any(counts % width) or not (self._column or 0) < width > 1:
-            raise IndexError(f'a message is a table of {width} columns, or has none')
-        if self._column is None:
-            raise IndexError(f'a message is a table of {width} columns; name one, data[0]')
-        return values.reshape(-1, width)[:, self._column], counts // width
-
-
-class JsonField(Field):
-    """A number in the messages of a channel in JSON; null is NaN."""
-
-    def __init__(
-        self, file: Path, channel: Channel, _schema: Schema | None, field: str, *, by_stamp: bool
-    ) -> None:
-        self._file, self._topic, self._field = file, channel.topic, field
-        self._path, self._by_stamp = path_of(channel.topic, field), by_stamp
-
-    def read(self, piece: ChunkMessages, places: Places) -> tuple[Places, Array, Places]:
-        """Return time, number and log time of some messages; refuse one without."""
-        times_ns, values, stamps = piece.times_ns[places], np.empty(len(places)), []
-        for at, place in enumerate(places.tolist()):
-            stop_if_asked()
-            message, found = piece.message(place).data, None
-            try:
-                found = message = load_json(message, self._file)
-                for part in self._path:
-                    found = found[part]
-                values[at] = np.nan if found is None else float(found + 0)  # no text
-            except (LookupError, TypeError):
-                raise self._unknown(islice(_leaves_in(message), LEAVES)) from None
-            except (ValueError, OverflowError):
-                problem = f'has a message on {self._topic} that is not JSON'
-                raise RecordingError(self._file, problem, 'name another topic') from None
-            stamps.append(_stamp_in(message) if self._by_stamp else (0, 0))
-        stamps_ns = self._to_ns(*np.array(stamps, object).T)
-        return np.where(stamps_ns == 0, times_ns, stamps_ns), values, times_ns
-
-
-def _stamp_in(message: dict[str, Any]) -> tuple[Any, Any]:
+def _stamp_in(message: Any) -> tuple[Any, Any]:
     """Return seconds and nanoseconds, as ROS and Foxglove name them; 0 without a stamp."""
-    header = message.get('header')
-    stamp = header.get('stamp') if isinstance(header, dict) else message.get('timestamp')
-    known = stamp if isinstance(stamp, dict) else {'sec': 0, 'nsec': 0}
-    return known.get('sec'), known.get('nanosec', known.get('nsec'))
+    fields = message if isinstance(message, dict) else vars(message)
+    header = fields.get('header')
+    stamp = header.get('stamp') if isinstance(header, dict) else getattr(header, 'stamp', None)
+    if isinstance(message, dict) and stamp is None:
+        stamp = message.get('timestamp')
+    if not isinstance(stamp, dict):
+        return getattr(stamp, 'sec', 0), getattr(stamp, 'nanosec', 0)
+    return stamp.get('sec'), stamp.get('nanosec', stamp.get('nsec'))
 
 
 def _leaves_in(value: Any, name: str = '') -> Iterator[str]:
-    """Yield the paths of the numbers in a message."""
-    if isinstance(value, dict):
-        for key, each in value.items():
-            yield from _leaves_in(each, f'{name}.{key}' if name else key)
-    elif isinstance(value, list):
-        yield from _leaves_in(value[0], f'{name}[0]') if value else ()
-    elif isinstance(value, int | float):
+    """Yield the paths of the numbers in a message; for an array, those of its first element."""
+    if isinstance(value, list | np.ndarray):
+        yield from _leaves_in(value[0], f'{name}[0]') if len(value) else ()
+    elif isinstance(value, _NUMBER):
         yield name
-
-
-class Bodies:
-    """
-    The bodies of several messages of one type and byte order, read at once.
-
-    Places are counted from behind the head of a message, as alignment is. Raises ValueError for a
-    message that is too short.
-
-    """
-
-    def __init__(self, data: bytes, starts: Places, ends: Places, order: str) -> None:
-        self._data, self._starts, self._sizes, self._order = data, starts, ends - starts, order
-        self._texts = count(1)  # that were skipped; those in arrays too
-        self._at = np.zeros_like(starts)
-
-    def number(self, before: Sequence[Kind | int], dtype: str) -> NDArray[Any]:
-        """Return a number behind the fields before it; IndexError if an array is too short."""
-        self._at = np.zeros_like(self._starts)
-        for each in before:
-            if isinstance(each, Kind):
-                self._skip(each)
-            elif (shortest := self._read('u4').min()) <= each:
-                raise IndexError(f'the array of a message has {shortest} elements')
-        return self._read(dtype)
-
-    def block(
-        self, before: Sequence[Kind | int], dtype: str, count: int | None
-    ) -> tuple[Array, Places]:
-        """Return all numbers of an array of ``count``, or of the said length; and how many."""
-        self._at = np.zeros_like(self._starts)
-        counts = np.full_like(self._starts, count or 0)
-        places = [at for at, each in enumerate(before) if not isinstance(each, Kind)]
-        for at, each in enumerate(before):
-            if isinstance(each, Kind):
-                self._skip(each)
-                continue
-            counts = self._read('u4').astype(np.int64)
-            if (count is not None or at != places[-1]) and counts.min() <= each:
-                raise IndexError(f'the array of a message has {counts.min()} elements')
-        counts = counts if count is None else np.full_like(counts, count)
-        size = np.dtype(dtype).itemsize
-        self._advance(np.where(counts > 0, -self._at % size, 0))
-        begins = self._starts + self._at
-        self._advance(counts * size)
-        inside = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-        places_of = np.repeat(begins, counts) + size * inside
-        return gather(self._data, places_of, self._order + dtype).astype(np.float64), counts
-
-    def messages(self) -> Iterator[bytes]:
-        """Yield each with its head."""
-        for start, size in zip(self._starts.tolist(), self._sizes.tolist(), strict=True):
-            stop_if_asked()
-            yield bytes(self._data[start - _HEAD_BYTES : start + size])
-
-    def _read(self, dtype: str) -> NDArray[Any]:
-        size = np.dtype(dtype).itemsize
-        self._advance(-self._at % size + size)
-        return gather(self._data, self._starts + self._at - size, self._order + dtype)
-
-    def _advance(self, by: Places) -> None:
-        self._at = self._at + by
-        if np.any(self._at > self._sizes):
-            raise ValueError('a message is shorter than its fields')
-
-    def _skip(self, kind: Kind) -> None:
-        if kind.width is not None:
-            self._advance(np.array(kind.width)[self._at % ALIGNMENT])
-        elif isinstance(kind, Struct):
-            for _, each in kind.fields:
-                self._skip(each)
-        elif isinstance(kind, ArrayOf):
-            is_said = kind.count is None
-            counts = self._length() if is_said else np.full_like(self._at, kind.count)
-            self._skip_each(kind.element, counts)
-        else:
-            self._advance(self._length())
-
-    def _length(self) -> Places:
-        stop_if_asked()  # each takes a step for all messages
-        SKIPPED.check(next(self._texts))
-        return self._read('u4').astype(np.int64)
-
-    def _skip_each(self, element: Kind, counts: Places) -> None:
-        """Skip an array of a kind whose length each message gives."""
-        if element.width is not None:
-            width = np.array(element.width)
-            first = width[self._at % ALIGNMENT]
-            each = width[(self._at + first) % ALIGNMENT]  # of all others
-            self._advance(np.where(counts > 0, first + (counts - 1) * each, 0))
-            return
-        for number in range(int(counts.max())):
-            more = counts > number
-            starts, sizes = self._starts[more], self._sizes[more]
-            part = Bodies(self._data, starts, starts + sizes, self._order)
-            part._at, part._texts = self._at[more], self._texts
-            part._skip(element)
-            self._at[more] = part._at
+    elif value is not None and not isinstance(value, str):
+        for key, each in (value if isinstance(value, dict) else vars(value)).items():
+            yield from _leaves_in(each, f'{name}.{key}' if name else key)
 
 
 def path_of(topic: str, field: str) -> list[str | int]:

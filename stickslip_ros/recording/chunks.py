@@ -10,7 +10,6 @@ import zlib
 from array import array
 from collections import Counter
 from collections.abc import Collection, Iterator
-from copy import copy
 from functools import lru_cache
 from io import BytesIO
 from itertools import pairwise
@@ -37,8 +36,7 @@ from mcap.summary import Summary
 from numpy.typing import NDArray
 
 from stickslip_ros import budget
-from stickslip_ros.errors import Miscounted
-from stickslip_ros.process.stopping import stop_if_asked
+from stickslip_ros.errors import Miscounted, RecordingError
 from stickslip_ros.recording.layout import TIME_MAX_NS
 
 Places = NDArray[np.int64]
@@ -56,13 +54,12 @@ _CRC_BYTES: Final = 4
 _BLOCK_BYTES: Final = 1 << 20
 CHANNELS: Final = 1 << 16  # numbers that a channel may have
 MAGIC: Final = b'\x89MCAP0\r\n'
+_INDEX_ANEW: Final = 'copy its messages with "stickslip recover", which makes one'
 _COUNT_ANEW: Final = 'copy its messages with "stickslip recover", which counts anew'
 SUMMARIES_KEPT: Final = 4
 """Summaries of files that are opened again for each stretch of a long recording: the summary of
 an hour has 20,000 numbers and takes half a second to read."""
 ZSTD_MAGIC: Final = b'\x28\xb5\x2f\xfd'
-WHOLE_FILE: Final = ChunkIndex(0, 0, '', 0, 0, 0, {}, 0, 0)
-"""Stands for the messages of a file without chunks."""
 
 
 class ChunkMessages(NamedTuple):
@@ -202,42 +199,13 @@ class ChunkReader(SeekingReader):
                 raise ValueError('the checksum of its summary is wrong')
             self._summary = _summary_of(data)
             said, listed = self._summary.statistics, len(self._summary.chunk_indexes)
-            if not listed and (said is None or said.chunk_count):
-                self._summary = self._without_index(data)
-            elif said and said.chunk_count != listed:
+            if not listed and (said is None or said.message_count):
+                problem = 'it has no index of chunks'
+                raise RecordingError(self._stream.name, problem, _INDEX_ANEW)
+            if said and said.chunk_count != listed:
                 raise ValueError(f'its index lists {listed} of {said.chunk_count} chunks')
             check_names(self._stream.name, self._summary)
         return self._summary
-
-    def _without_index(self, data: bytes) -> Summary:
-        """Return the summary of a file without an index, from its chunks and their content."""
-        at, described, indexes = len(MAGIC), list[bytes](), list[ChunkIndex]()
-        extras = list[MetadataIndex](), list[AttachmentIndex]()
-        while at < self._summary_start:
-            stop_if_asked()
-            self._stream.seek(at)
-            opcode, length = RECORD_HEAD.unpack(head := self._stream.read(RECORD_HEAD.size))
-            size = len(head) + length
-            if opcode == Opcode.CHUNK:
-                chunk = Chunk.read(ReadDataStream(self._stream))
-                packed = self._stream.name, len(chunk.data)
-                described += find_messages(unpack_chunk(chunk), None, packed).descriptions()
-                first_ns, last_ns = chunk.message_start_time, chunk.message_end_time
-                unpacked = chunk.uncompressed_size
-                indexes.append(ChunkIndex(size, at, '', 0, last_ns, 0, {}, first_ns, unpacked))
-            elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-                described.append(head + self._stream.read(length))
-            elif opcode == Opcode.METADATA:
-                extras[0].append(MetadataIndex(at, size, ''))
-            elif opcode == Opcode.ATTACHMENT:
-                extras[1].append(AttachmentIndex(at, size, 0, 0, 0, '', ''))
-            budget.RECORDS.check(len(described) + len(indexes), self._stream.name)
-            at += size
-        summary = copy(_summary_of(b''.join(dict.fromkeys(described)) + data))
-        summary.chunk_indexes = indexes
-        summary.metadata_indexes = summary.metadata_indexes or extras[0]
-        summary.attachment_indexes = summary.attachment_indexes or extras[1]
-        return summary
 
     @property
     def is_packed(self) -> bool:
@@ -262,7 +230,7 @@ class ChunkReader(SeekingReader):
     def _check_counts(self) -> None:
         """Refuse messages of channels that are not described, or that the statistics deny."""
         summary, counts = self.get_summary(), Counter[int]()
-        for index in summary.chunk_indexes or [WHOLE_FILE]:
+        for index in summary.chunk_indexes:
             said = _counts_in(index)
             counts += Counter(self._read(index, None).channels.tolist()) if said is None else said
         if unknown := counts.keys() - summary.channels.keys():
@@ -348,23 +316,14 @@ class ChunkReader(SeekingReader):
                 or wanted & each.message_index_offsets.keys()
             )
         ]
-        return (found if summary.chunk_indexes else [WHOLE_FILE]), wanted
+        return found, wanted
 
     def _read(self, index: ChunkIndex, wanted: set[int] | None) -> ChunkMessages:
-        """Return the messages of a chunk, or those of a file without chunks."""
-        if index is WHOLE_FILE:
-            size = self._summary_start - len(MAGIC)
-            if size > CHUNK_MAX_BYTES:
-                raise ValueError(f'{size} bytes without chunks are above {CHUNK_MAX_BYTES}')
-            self._stream.seek(len(MAGIC))
-            data, stored_bytes = self._stream.read(size), None
-        else:
-            self._stream.seek(index.chunk_start_offset + RECORD_HEAD.size)
-            chunk = Chunk.read(ReadDataStream(self._stream))
-            data, stored_bytes = unpack_chunk(chunk), len(chunk.data)
-        piece = find_messages(data, wanted, (self._stream.name, stored_bytes))
-        if index is WHOLE_FILE:
-            return unpack_messages(piece)
+        """Return the messages of a chunk."""
+        self._stream.seek(index.chunk_start_offset + RECORD_HEAD.size)
+        chunk = Chunk.read(ReadDataStream(self._stream))
+        packed = self._stream.name, len(chunk.data)
+        piece = find_messages(unpack_chunk(chunk), wanted, packed)
         first_ns, last_ns = index.message_start_time, index.message_end_time
         at = f'the chunk at byte {index.chunk_start_offset}'
         wrong = (piece.times_ns < first_ns) | (piece.times_ns > last_ns)

@@ -52,9 +52,10 @@ class DatabaseReader(chunks.ChunkReader):
 
     def _read(self, index: ChunkIndex, wanted: set[int] | None) -> chunks.ChunkMessages:
         data, first = bytearray(), index.chunk_start_offset
-        last = -1 if index is chunks.WHOLE_FILE else first + index.chunk_length  # no messages
         query = 'SELECT topic_id, timestamp, data FROM messages WHERE rowid BETWEEN ? AND ?'
-        for topic, time_ns, content in self._connection.execute(query, (first, last)):
+        for topic, time_ns, content in self._connection.execute(
+            query, (first, first + index.chunk_length)
+        ):
             number = self._numbers[topic]
             if wanted is None or number in wanted:
                 size = chunks.MESSAGE_HEAD.size + len(content)

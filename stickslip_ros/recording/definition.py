@@ -1,304 +1,119 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""
-Definitions of messages, as recordings carry them, and the lengths of their fields in CDR.
-
-A definition is the text of a .msg file and of those that it needs (``ros2msg``), its layout that
-of the OMG's DDS-XTypes 1.3, Section 7.4.1 (plain CDR, version 1): each number is aligned to its
-own size. The length of a field depends on its start, modulo eight. A table of these eight
-lengths is a Width; the Widths of successive fields combine into one Width.
-
-"""
+"""Messages of any type become objects, by the definition that a recording carries."""
 
 import os
 import re
 import sys
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from functools import cache
-from itertools import takewhile
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
-from typing import Final, TypeAlias
+from typing import Any, Final
 
-from stickslip_ros.errors import quoted
-from stickslip_ros.interface.schemas import FIELDS
+from mcap.records import Channel, Schema
 
-_NUMBERS: Final = {
-    'bool': 'u1',
-    'byte': 'u1',
-    'char': 'u1',
-    'float32': 'f4',
-    'float64': 'f8',
-    **{
-        f'{sign}int{8 * size}': f'{kind}{size}'
-        for sign, kind in (('', 'i'), ('u', 'u'))
-        for size in (1, 2, 4, 8)
-    },
-}
-"""Types of numbers, with numpy's names."""
-_IDL_NUMBERS: Final = {
-    'boolean': 'bool',
-    'octet': 'byte',
-    'float': 'float32',
-    'double': 'float64',
-    'short': 'int16',
-    'unsigned short': 'uint16',
-    'long': 'int32',
-    'unsigned long': 'uint32',
-    'long long': 'int64',
-    'unsigned long long': 'uint64',
-}
-_COMMENT: Final = re.compile(r'//[^\n]*|/\*(?:.*?\*/|.*)', re.DOTALL)
-_ANNOTATION: Final = re.compile(r'@\w+\s*(\((?:[^()"]|"(?:[^"\\]|\\.)*")*\))?')
-_IDL_NAME: Final = re.compile(r'IDL:\s*(\S+)')
-"""What a .idl file of ROS 2 consists of, and the names of its numbers."""
-SEPARATOR: Final = re.compile(r'={3,}')
-NAMED: Final = re.compile(r'MSG:\s*(\S+)')
-FIELD: Final = re.compile(r'([\w/]+)(?:<=\d+)?(?:\[(<=)?(\d*)\])?\s+([^\W\d]\w*)\s*(=)?')
-"""Type, whether the length of an array is a bound, the length, name, and whether a constant."""
-DEPTH_MAX: Final = 64
-ALIGNMENT: Final = 8
+from stickslip_ros.budget import DEFINITION_MOST, load_json
+from stickslip_ros.errors import RecordingError
+from stickslip_ros.extras import load_extra
 
-Width: TypeAlias = tuple[int, ...]
-_NOTHING: Final[Width] = (0,) * ALIGNMENT
+ENCODING_BYTES: Final = 4  # of a message: encoding, byte order, options
+_ENCODINGS: Final = 'ros2msg', 'ros2idl', ''  # of a definition; without one a known type is taken
+BIG_ENDIAN, LITTLE_ENDIAN = 0, 1
+"""First two bytes of a message in plain CDR."""
+ELEMENTS_MOST: Final = 10_000
+"""Largest array of fixed length, unless it holds numbers: rosbags writes code for each element."""
+_SEPARATOR: Final = re.compile(r'^={3,}$', re.MULTILINE)
+_NO_IDL: Final = re.compile(r'^(IDL:|#).*', re.MULTILINE)  # name and includes of each type
+Decode = Callable[[bytes], Any]
+Fields = tuple[list[Any], list[tuple[str, Any]]]  # constants, and name and type of each field
 
 
-@dataclass(frozen=True)
-class Kind:
-    """The type of a field; Width is None if the length differs between messages."""
+def decoder_of(channel: Channel, schema: Schema | None, path: Path) -> Decode:
+    """
+    Return what makes an object of each message of a file's channel; of JSON, a dictionary.
 
-    width: Width | None
+    The fields of a message are attributes. For types that the definition lacks, those of ROS 2 are
+    taken, then those that are installed. Raises RecordingError if the definition cannot be read;
+    what it returns raises ValueError for bytes that are no message, RecordingError for no JSON.
 
+    """
+    if channel.message_encoding == 'json':
+        return partial(_load_json, path, channel.topic)
+    if schema is None or channel.message_encoding != 'cdr' or schema.encoding not in _ENCODINGS:
+        problem = f'has no definition of {channel.topic} that ROS 2 writes'
+        raise RecordingError(path, problem, 'record it with ros2 bag record, or as JSON')
+    typesys = load_extra(f'reading {schema.name}', 'rosbags.typesys')
+    DEFINITION_MOST.check(len(schema.data), path)
+    try:
+        store = typesys.get_typestore(typesys.Stores.EMPTY)
+        store.register(types := _types_of(typesys, schema))
+        kind = store.get_msgdef(next(iter(types)))
+    except (ValueError, LookupError, RecursionError, typesys.TypesysError) as error:
+        form, said = schema.encoding or 'no text', ' '.join(str(error).split())[:200]
+        problem = f'has a definition ({form}) of {channel.topic} that cannot be read: {said}'
+        hint = 'source the ROS 2 workspace that has it, or record it anew'
+        raise RecordingError(path, problem, hint) from None
+    readers = {BIG_ENDIAN: kind.deserialize_cdr_be, LITTLE_ENDIAN: kind.deserialize_cdr_le}
 
-@dataclass(frozen=True)
-class Number(Kind):
-    """A number, by its type in numpy."""
+    def decode(data: bytes) -> Any:
+        read = readers.get(int.from_bytes(data[:2], 'big'))
+        if read is None or len(data) < ENCODING_BYTES:
+            said = f'begins with "{data[:ENCODING_BYTES].hex(" ")}", not as plain CDR'
+            raise ValueError(f'a message on {channel.topic} {said}')
+        try:  # not by the store, which refuses the padding that Fast CDR writes at the end
+            return read(memoryview(data)[ENCODING_BYTES:], 0, kind.cls, store)[0]
+        except Exception as error:
+            problem = f'a message on {channel.topic} is no {schema.name}: {error}'
+            raise ValueError(problem) from error
 
-    dtype: str
-
-
-@dataclass(frozen=True)
-class Text(Kind):
-    """A string, whose length each message gives."""
-
-
-@dataclass(frozen=True)
-class ArrayOf(Kind):
-    """An array of a kind; count None: each message gives the length."""
-
-    element: Kind
-    count: int | None
-
-
-@dataclass(frozen=True)
-class Struct(Kind):
-    """A message within a message."""
-
-    fields: tuple[tuple[str, Kind], ...]
-
-
-def then(first: Width, second: Width) -> Width:
-    """Return the Width of two successive fields."""
-    return tuple(each + second[(at + each) % ALIGNMENT] for at, each in enumerate(first))
-
-
-def repeated(width: Width, count: int) -> Width:
-    """Return the Width of `count` equal successive fields; all but the first have one length."""
-    firsts = enumerate(width) if count else ()
-    lengths = (each + (count - 1) * width[(at + each) % ALIGNMENT] for at, each in firsts)
-    return tuple(lengths) or _NOTHING
+    return decode
 
 
-class Definitions:
-    """The types of a text, which may be empty; those that it lacks are taken from ROS 2 here."""
-
-    def __init__(self, name: str, text: str) -> None:
-        self._lines: dict[str, list[str]] = {}
-        self._known: dict[str, Struct] = {}
-        self._add(_short(name), text or _installed_text(_short(name)))
-
-    def _add(self, name: str, text: str) -> None:
-        lines = self._lines[name] = []
-        for line in map(str.strip, text.splitlines()):
-            if SEPARATOR.fullmatch(line):
-                lines = []
-            elif named := NAMED.fullmatch(line):
-                lines = self._lines[_short(named[1])] = []
-            elif line and not line.startswith('#'):
-                lines.append(line)
-
-    def struct(self, name: str, depth: int = 0) -> Struct:
-        """Return a type; ValueError if the text does not define it."""
-        name = _short(name)
-        if name not in self._known:
-            if name not in self._lines:
-                self._add(name, _installed_text(name))
-            if depth > DEPTH_MAX:
-                raise ValueError(f'its types are nested deeper than {DEPTH_MAX}')
-            package = name.partition('/')[0]
-            fields = [self._field(line, package, depth) for line in self._lines[name]]
-            kinds = tuple(each for each in fields if each) or (PLACEHOLDER,)
-            width: Width | None = _NOTHING
-            for _, kind in kinds:
-                width = None if width is None or kind.width is None else then(width, kind.width)
-            self._known[name] = Struct(width, kinds)
-        return self._known[name]
-
-    def _field(self, line: str, package: str, depth: int) -> tuple[str, Kind] | None:
-        """Return name and type of a field; None of a constant."""
-        found = FIELD.match(line)
-        if found is None:
-            raise ValueError(f'{quoted(line)} is not a field')
-        base, bound, count, name, constant = found.groups()
-        if constant:
-            return None
-        kind: Kind
-        if base in _NUMBERS:
-            kind = number(_NUMBERS[base])
-        elif base == 'string':
-            kind = Text(None)
-        elif base == 'wstring':
-            raise ValueError('wstring is not supported: its length differs between writers')
-        else:
-            kind = self.struct(base if '/' in base else f'{package}/{base}', depth + 1)
-        if count is not None:
-            kind = array(kind, None if bound or not count else int(count))
-        return name, kind
+def _load_json(path: Path, topic: str, data: bytes) -> Any:
+    try:
+        return load_json(data, path)
+    except ValueError:
+        problem = f'has a message on {topic} that is not JSON'
+        raise RecordingError(path, problem, 'name another topic') from None
 
 
-def text_of_idl(text: str) -> str:
-    """Return the text of .msg files for that of .idl files, as ROS 2 makes these."""
-    sections = SEPARATOR.split(_ANNOTATION.sub('', _COMMENT.sub('', text)))
-    statements = [[each.strip() for each in re.split('[;{}]', section)] for section in sections]
-    arrays = {
-        name: (kind, size)
-        for several in statements
-        for each in several
-        if each.startswith('typedef ')
-        for kind, name, size in [_declared(each.removeprefix('typedef '))]
-    }
-    parts = []
-    for section, several in zip(sections, statements, strict=True):
-        begin = next((at for at, each in enumerate(several) if each.startswith('struct ')), None)
-        if begin is None:
-            continue
-        named = _IDL_NAME.search(section)
-        lines = [f'MSG: {named[1]}'] if named else []
-        for each in takewhile(bool, several[begin + 1 :]):  # up to the empty one before its brace
-            declared, name, size = _declared(each)
-            kind, size = arrays.get(declared, (declared, size))
-            bounds = f'[{size}]' if size else ''
-            if kind.startswith('sequence<'):
-                kind, bounds = kind[len('sequence<') :].rstrip('> ').partition(',')[0], '[]'
-            kind = _IDL_NUMBERS.get(kind.strip(), kind).replace('::', '/')
-            lines.append(f'{kind.partition("<")[0].strip()}{bounds} {name}')
-        parts.append('\n'.join(lines))
-    return '\n===\n'.join(parts)
+def _types_of(typesys: Any, schema: Schema) -> dict[str, Fields]:
+    """Return a type, then those inside it; ValueError if one is unknown, or an array too long."""
+    text, given = schema.data.decode() if schema.encoding else '', dict[str, Fields]()
+    if schema.encoding == 'ros2idl':
+        for section in filter(str.strip, _SEPARATOR.split(text)):
+            given |= typesys.get_types_from_idl(_NO_IDL.sub('', section))
+    elif text:
+        given = typesys.get_types_from_msg(_SEPARATOR.sub('=' * 80, text), schema.name)
+    known = typesys.get_typestore(typesys.Stores.LATEST).fielddefs
+    # A name may lack `msg`, which rosbags adds; the first definition is that of the message.
+    types, wanted = dict[str, Fields](), [next(iter(given), schema.name)]
+    while wanted:
+        if (name := wanted.pop()) not in types:
+            fields = given.get(name) or known.get(name)
+            types[name] = fields or typesys.get_types_from_msg(_installed_text(name), name)[name]
+            wanted += _inner_types(types[name])
+    return types
 
 
-def _declared(statement: str) -> tuple[str, str, str]:
-    """Return kind, name and size of a declaration such as ``long x[3]``; no size of a number."""
-    declared, _, size = statement.partition('[')
-    *kind, name = declared.split() or ['']
-    return ' '.join(kind), name, size.strip('] ')
-
-
-def array(element: Kind, count: int | None) -> ArrayOf:
-    """Return an array of a kind; count None: each message gives the length."""
-    width = _NOTHING if count == 0 else None
-    if count and element.width is not None:
-        width = repeated(element.width, count)
-    return ArrayOf(width, element, count)
-
-
-@cache
-def number(dtype: str) -> Number:
-    """Return a number, by its type in numpy."""
-    size = int(dtype[1:])
-    return Number(tuple(-at % size + size for at in range(ALIGNMENT)), dtype)
-
-
-PLACEHOLDER: Final = ('structure_needs_at_least_one_member', number('u1'))
-"""The field that stands for none in an empty message."""
+def _inner_types(fields: Fields) -> Iterator[str]:
+    """Yield the names of the types of fields; ValueError for an array that is too long."""
+    for name, (node, content) in fields[1]:
+        element, length = content if node.name in {'ARRAY', 'SEQUENCE'} else ((node, content), 0)
+        is_type, inner = element[0].name == 'NAME', element[1]
+        is_unrolled = node.name == 'ARRAY' and (is_type or inner[0] == 'string')
+        if is_unrolled and length > ELEMENTS_MOST:
+            raise ValueError(f'array {name} of {length} elements is above {ELEMENTS_MOST}')
+        if is_type:
+            yield inner
 
 
 def _installed_text(name: str) -> str:
-    """Return the definition of a type, built in or from an installed ROS 2; ValueError if none."""
-    package, _, kind = name.partition('/')
-    if package == 'std_msgs' and kind.lower() in _NUMBERS:
-        return f'{kind.lower()} data'
-    if name in FIELDS:
-        return FIELDS[name]
+    """Return the definition of a type of an installed ROS 2; ValueError if there is none."""
+    package, _, kind = name.rpartition('/msg/')
     for prefix in (*os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep), sys.prefix):
         path = Path(prefix, 'share', package, 'msg', f'{kind}.msg')
-        if re.fullmatch(r'\w+/\w+', name) and prefix and path.is_file():
+        if re.fullmatch(r'\w+/msg/\w+', name) and prefix and path.is_file():
             return path.read_text(encoding='utf-8')
     raise ValueError(f'it lacks {name}, which is not installed here')
-
-
-def _short(name: str) -> str:
-    """Return ``package/Name`` of a type, with or without ``msg`` between them."""
-    package, _, rest = name.partition('/')
-    return f'{package}/{rest.rpartition("/")[2]}'
-
-
-def leaves(kind: Kind, name: str = '') -> Iterator[tuple[str, Kind]]:
-    """Yield the paths of fields without parts; for an array, those of its first element."""
-    if isinstance(kind, Struct):
-        for each, inner in kind.fields:
-            yield from leaves(inner, f'{name}.{each}' if name else each)
-    elif isinstance(kind, ArrayOf) and kind.count != 0:
-        yield from leaves(kind.element, f'{name}[0]')
-    else:
-        yield name, kind
-
-
-def way_to(kind: Kind, path: Sequence[str | int]) -> tuple[list[Kind | int], str]:
-    """
-    Return the fields before a field, and its type in numpy; LookupError if it is no number.
-
-    The fields before it are kinds, and indices of arrays whose length a message gives there.
-
-    """
-    before: list[Kind | int] = []
-    for part in path:
-        match kind:
-            case Struct() if part in (names := [name for name, _ in kind.fields]):
-                at = names.index(part)
-                before += [each for _, each in kind.fields[:at]]
-                _, kind = kind.fields[at]
-            case ArrayOf() if isinstance(part, int) and (kind.count is None or part < kind.count):
-                before += [part] if kind.count is None else []
-                before.append(array(kind.element, part))
-                kind = kind.element
-            case _:
-                raise LookupError
-    match kind:
-        case Number():
-            return list(_joined(before)), kind.dtype
-    raise LookupError
-
-
-def array_at(kind: Kind, path: Sequence[str | int]) -> ArrayOf:
-    """Return the array at the end of a path; LookupError if there is none."""
-    for part in path:
-        if isinstance(kind, Struct) and isinstance(part, str):
-            kind = dict(kind.fields)[part]
-        elif isinstance(kind, ArrayOf):
-            kind = kind.element
-    if not isinstance(kind, ArrayOf):
-        raise LookupError  # noqa: TRY004 - as of a path without a field
-    return kind
-
-
-def _joined(before: Sequence[Kind | int]) -> Iterator[Kind | int]:
-    """Yield the same fields, with neighbours of fixed length joined."""
-    width = _NOTHING
-    for each in before:
-        if isinstance(each, Kind) and each.width is not None:
-            width = then(width, each.width)
-        else:
-            yield from (Kind(width), each)
-            width = _NOTHING
-    yield Kind(width)

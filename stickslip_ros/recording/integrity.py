@@ -23,7 +23,6 @@ from stickslip_ros.recording.database import DATABASE_MAGIC, open_database
 from stickslip_ros.recording.layout import STORAGES
 
 _ROS_1_MAGIC: Final = b'#ROSBAG V'
-_PX4_MAGIC: Final = b'ULog\x01\x12\x35'
 PROFILE: Final = 'ros2'
 
 #: What the libraries underneath raise on bytes that make no sense.
@@ -48,9 +47,7 @@ def is_recording(path: Path) -> bool:
         return not any(path.glob(SWEEP_PARTS))
     if path.suffix.lower() in STORAGES:
         return True
-    return _begin_of(path).startswith(
-        (MAGIC, DATABASE_MAGIC, _ROS_1_MAGIC, _PX4_MAGIC, ZSTD_MAGIC)
-    )
+    return _begin_of(path).startswith((MAGIC, DATABASE_MAGIC, _ROS_1_MAGIC, ZSTD_MAGIC))
 
 
 def is_database(path: Path) -> bool:
@@ -112,10 +109,6 @@ def refuse_foreign(path: Path, begin: bytes = b'') -> None:
     begin = begin or _begin_of(path)
     if begin.startswith(_ROS_1_MAGIC):
         raise RecordingError(path, 'it is a bag of ROS 1', convert_hint(path))
-    if begin.startswith(_PX4_MAGIC):
-        command = f'"pip install pyulog", then "ulog2csv {shlex.quote(str(path))}"'
-        hint = f'{command} makes tables: --map time_s="timestamp (us)"'
-        raise RecordingError(path, 'it is a log of PX4 (ULog)', hint)
     if begin.startswith(ZSTD_MAGIC):
         name, unpacked = shlex.quote(str(path)), path.with_suffix('').name
         hint = f'unpack it with "zstd -d {name}", and name {unpacked}'

@@ -3,7 +3,6 @@
 
 """Reads a recording: messages, descriptions, quantities over time."""
 
-import hashlib
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator
@@ -11,7 +10,6 @@ from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import zip_longest
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,7 +17,6 @@ import numpy as np
 from mcap.records import Message as Stored
 from mcap.summary import Summary
 
-from stickslip_ros.arrays import Array
 from stickslip_ros.budget import NAMES_MOST, load_json
 from stickslip_ros.errors import RecordingError, UnknownName
 from stickslip_ros.interface.cdr import unpack
@@ -30,13 +27,12 @@ from stickslip_ros.message_types import (
     JOINT_STATE,
     POINT_STAMPED,
     STRING,
-    VECTOR3_STAMPED,
-    WRENCH_STAMPED,
 )
 from stickslip_ros.process.stopping import stop_if_asked
-from stickslip_ros.recording.any_message import numbers_of
+from stickslip_ros.recording.any_message import FRONTS, numbers_of
 from stickslip_ros.recording.bag import bag_parts
-from stickslip_ros.recording.chunks import ALL_TIMES_NS, Places, begin_of
+from stickslip_ros.recording.chunks import ALL_TIMES_NS, begin_of
+from stickslip_ros.recording.copies import DriveClock
 from stickslip_ros.recording.integrity import PROFILE, open_whole
 from stickslip_ros.recording.layout import Layout
 from stickslip_ros.recording.run_file import (
@@ -48,7 +44,7 @@ from stickslip_ros.recording.run_file import (
 )
 from stickslip_ros.recording.series import Series, TraceColumns
 from stickslip_ros.recording.storage import CLOSING_RECORD, FIRST_PART, FOLLOWED_BY, PART_RECORD
-from stickslip_ros.units import NANO, NS_PER_S
+from stickslip_ros.units import NS_PER_S
 
 INFO_ENDING: Final = '/info'
 _SEQUENCE_NUMBERS: Final = 1 << 32
@@ -56,16 +52,9 @@ TRACE_ROWS_MAX: Final = 10_000_000
 """Largest number of trace rows read without a window: 200 s at 50 kHz, 0.4 GB."""
 MESSAGE_S: Final = 10.0
 """Mean time between messages, s, above which some of their times are probably wrong."""
-TRACE_END_MAX_S: Final = 1e9  # longer times of a trace are no times
 TOPICS_MOST: Final = 100  # of a recording whose messages are counted by its summary
 ALL_S: Final = -math.inf, math.inf
 Described = dict[str, dict[str, str]]  # metadata of a file
-FRONTS: Final = {
-    POINT_STAMPED: 'point.',
-    VECTOR3_STAMPED: 'vector.',
-    WRENCH_STAMPED: 'wrench.',
-}
-"""Start of a number's line in a definition, in front of its name."""
 
 
 @dataclass
@@ -186,48 +175,19 @@ class Recording:
         return self.is_ours and not self.is_copy
 
     @cached_property
-    def _clock(self) -> tuple[Array, Array, int, int] | None:
-        """
-        Log times and stamps of the readings since the first, and both firsts, ns.
-
-        None where log times are simulated time.
-
-        """
+    def _clock(self) -> DriveClock | None:
+        """The clock of the drive; None where log times are its simulated time."""
         if not self.is_copy:
             return None
         topics = self.metadata[TOPICS_RECORD]
-        position = load_json(topics['position'])['topic']
-        log_ns: Places = np.empty(0, np.int64)
-        stamps_ns, trace = log_ns, load_json(topics['trace'])['topic']
-        if position in self.types:
-            stamps_ns, _, log_ns = numbers_of(self.files, position, 'point.x')
-            log_ns = np.sort(log_ns)
-        elif self.types.get(trace) == FLOAT64_ARRAY:  # a block comes at the time of its last row
-            ends = list[tuple[int, float]]()
-            for file in self.files:
-                with open_whole(file) as reader:
-                    for _, _, message in reader.messages([trace]):
-                        data = getattr(unpack(FLOAT64_ARRAY, message.data), 'data', np.empty(0))
-                        if data.ndim == 2 and len(data) and abs(data[-1, 0]) < TRACE_END_MAX_S:
-                            ends.append((message.log_time, float(data[-1, 0])))
-            log_ns = np.array([each for each, _ in ends], np.int64)
-            ends_s = np.maximum.accumulate([each for _, each in ends] or [0.0])[: len(ends)]
-            stamps_ns = np.rint(ends_s * NS_PER_S).astype(np.int64) + self.time_origin_ns
-        if not len(log_ns) or np.array_equal(log_ns, stamps_ns):
-            return None
-        # Floats, and made once: each message is placed by them.
-        since = [(each - each[0]).astype(np.float64) for each in (log_ns, stamps_ns)]
-        return since[0], since[1], int(log_ns[0]), int(stamps_ns[0])
+        kinds = {'position': POINT_STAMPED, 'trace': FLOAT64_ARRAY}
+        names = {key: load_json(topics[key])['topic'] for key in kinds}
+        there = {each: name for each, name in names.items() if self.types.get(name) == kinds[each]}
+        return DriveClock.found(self.files, there, self.time_origin_ns)
 
     def placed(self, log_ns: Any) -> Any:
         """Return the times at which the drive sent what was recorded at some log times, ns."""
-        if self._clock is None:
-            return log_ns
-        known, stamps, first_ns, stamp_ns = self._clock
-        at = log_ns - first_ns
-        beyond = np.minimum(at, 0) + np.maximum(at - int(known[-1]), 0)
-        placed = stamp_ns + np.rint(np.interp(at, known, stamps)).astype(np.int64) + beyond
-        return np.maximum(placed, self.time_origin_ns)
+        return log_ns if self._clock is None else self._clock.placed(log_ns)
 
     def _check_part(self, file: Path, first: Described, own: Described) -> None:
         """Refuse a part of another run, or another part than the one that comes next."""
@@ -559,66 +519,3 @@ def _missing_part(path: Path) -> RecordingError:
     return RecordingError(
         path, 'this part of the run is missing', 'put it back, or open parts one by one'
     )
-
-
-@dataclass(frozen=True)
-class Difference:
-    """The first message in which two recordings differ."""
-
-    message: int  # its place in the file, from 0
-    topic: str  # in the first recording; in the second where the first has ended
-    time_s: float  # its simulated time
-    what: str  # missing, data, time, sequence or topic
-
-
-def compare_data(first: Recording, second: Recording) -> Difference | None:
-    """
-    Return the first difference of the messages of two recordings; None if there is none.
-
-    Of a bag by ros2 bag record, the bytes of each topic are compared.
-
-    """
-    if first.is_copy:
-        return _compare_topics(first, second)
-    for place, (ours, theirs) in enumerate(zip_longest(first.records(), second.records())):
-        topic, message = ours or theirs
-        what = _different_in(ours, theirs) if ours and theirs else 'missing'
-        if what:
-            source = first if ours else second
-            time_s = (message.log_time - source.time_origin_ns) * NANO
-            return Difference(place, topic, time_s, what)
-    return None
-
-
-def _different_in(ours: tuple[str, Stored], theirs: tuple[str, Stored]) -> str:
-    """Return in what two messages with their topics differ; empty if in nothing."""
-    (topic, one), (other_topic, other) = ours, theirs
-    differs = {
-        'topic': topic != other_topic,
-        'data': one.data != other.data,
-        'sequence': one.sequence != other.sequence,
-        'time': (one.log_time, one.publish_time) != (other.log_time, other.publish_time),
-    }
-    return next((name for name, applies in differs.items() if applies), '')
-
-
-def _compare_topics(first: Recording, second: Recording) -> Difference | None:
-    """Return the first difference of the bytes of each topic that both have."""
-    for name in (each for each in second.types if each in first.types):
-        both = (each.records([name]) for each in (first, second))
-        for place, each in enumerate(zip_longest(*both)):
-            if None in each or each[0][1].data != each[1][1].data:
-                at_ns = next(filter(None, each))[1].log_time - first.time_origin_ns
-                what = 'missing' if None in each else 'data'
-                return Difference(place, name, at_ns * NANO, what)
-    return None
-
-
-def data_digest(recording: Recording) -> str:
-    """Return the SHA-256 of all messages of a recording, in the order of the file."""
-    digest = hashlib.sha256()
-    for topic, each in recording.records():
-        times_ns = each.log_time, each.publish_time
-        digest.update(repr((topic, *times_ns, each.sequence, len(each.data))).encode())
-        digest.update(each.data)
-    return digest.hexdigest()

@@ -6,7 +6,6 @@
 import json
 import os
 import shutil
-from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from io import BytesIO
@@ -69,7 +68,6 @@ class Recovery:
     messages: int = 0  # that were read
     counted: int | None = None  # by the statistics of the file; None if it has none
     losses: list[Loss] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)  # what the list of losses does not say
 
     @property
     def lost_bytes(self) -> int:
@@ -109,16 +107,9 @@ def recover(path: Path, output: Path | None = None) -> tuple[list[Recovery], Pat
 
 def _parts_of(path: Path) -> list[Path]:
     """Return the parts of a run or of a bag, none of a single file; refuse other directories."""
-    if path.is_file():
-        return []
-    is_bag, hint = path.is_dir(), 'name the directory of a bag'
-    if not path.name:
-        raise RecordingError(path, 'it is not a bag', hint)
-    parts = Layout.plan(path, bag=is_bag, split=True).parts()
-    if is_bag and not (parts := parts or files_of_a_bag(path)):
-        bag_parts(path)  # which says how a compressed one is unpacked
-        raise RecordingError(path, 'it holds no recording', hint)
-    return parts
+    if path.is_dir():
+        return files_of_a_bag(path) or bag_parts(path)  # which says why it has none
+    return [] if path.is_file() else Layout.plan(path, split=True).parts()
 
 
 def _describe_bag(path: Path, parts: list[Path]) -> Path | None:
@@ -192,34 +183,22 @@ def _copy(stream: BinaryIO, target: BinaryIO, result: Recovery, summary: Summary
                 break
             copy.add(record)
         except DAMAGE as error:
-            why = str(error) or 'it ends too early'
-            if content:
-                why = f'{_KINDS[content[0]]} damaged ({why})'
+            why = f'{_KINDS[content[0]]} damaged ({error})' if content else str(error)
             result.losses.append(Loss(at, len(content) or size - at, why))
             LOSSES.check(len(result.losses), result.source)
         at += len(content) or size
+    if not result.losses:
+        why = (
+            'its end is missing' if at >= size else 'its index or metadata are damaged or missing'
+        )
+        result.losses.append(Loss(min(at, size), max(size - at, 0), why))
     result.messages = copy.messages
     if said := summary.statistics:
         result.counted = said.message_count
-    stream.seek(max(size - len(MAGIC), 0))
-    result.notes += _notes_on(result, is_finished=stream.read() == MAGIC)
     account = {**asdict(result), 'source': Path(result.source).name, 'output': ''}
     writer.add_metadata(RECOVERY_RECORD, {key: json.dumps(each) for key, each in account.items()})
     writer.finish()  # type: ignore[no-untyped-call]
     return header is not None or result.messages > 0
-
-
-def _notes_on(result: Recovery, *, is_finished: bool) -> Iterator[str]:
-    if result.counted is not None:
-        lost = result.counted - result.messages
-        fate = f'{lost} of these are lost' if lost >= 0 else f'{-lost} more were read'
-        yield f'its statistics count {result.counted} messages: {fate}'
-    if not is_finished:
-        yield 'it was not finished: what came after its last chunk was never written'
-    elif not result.losses:
-        yield (
-            'every chunk is whole; its index, its metadata or a name may be damaged: look at them'
-        )
 
 
 def _content(stream: BinaryIO, at: int, size: int) -> bytes:

@@ -10,9 +10,8 @@ import threading
 import time
 from collections import Counter
 
-from fuzz_cache import try_cache
-from fuzz_case import Outcome, command_line, run_case
-from fuzz_files import damage_files
+from fuzz_case import command_line, run_case
+from fuzz_files import damage_files, try_cache
 from fuzz_stands import STANDS
 from wrong_checkpoints import DRIVES, failures_of
 
@@ -34,94 +33,48 @@ def main() -> int:
     parser.add_argument('--stand', choices=STANDS, metavar='NAME', help='this stand only')
     parser.add_argument('--case', type=int, metavar='N', help='this case only; needs --stand')
     chosen = parser.parse_args()
-    stands = [chosen.stand] if chosen.stand else list(STANDS)
     run_case('default', 0)  # compiles
-    campaign = Campaign()
     if chosen.case is not None:
-        campaign.try_case(stands[0], chosen.case)
-    else:
-        end_s = time.monotonic() + chosen.seconds
-        case = chosen.first
-        while time.monotonic() < end_s:
-            for stand in stands:
-                campaign.try_case(stand, case)
-            campaign.try_caches(range(case * CACHES, (case + 1) * CACHES))
-            if not chosen.stand:
-                campaign.try_checkpoints(case)
-                campaign.try_files(case)
-            case += 1
-    campaign.tell()
-    return 1 if campaign.failed else 0
+        return try_case(chosen.stand or 'default', chosen.case)[1]
+    end_s, commands = time.monotonic() + chosen.seconds, Counter[str]()
+    case, failed = chosen.first, 0
+    while time.monotonic() < end_s:
+        for stand in [chosen.stand] if chosen.stand else STANDS:
+            found, is_wrong = try_case(stand, case)
+            commands, failed = commands + found, failed + is_wrong
+        if not chosen.stand:
+            failed += try_others(case)
+        case += 1
+    print(f'{case - chosen.first} cases of each stand, {failed} failed')
+    print('commands: ' + ', '.join(f'{n} {commands[n]}' for n in sorted(commands)))
+    return int(failed > 0)
 
 
-class Campaign:
-    """Cases that were tried, and what they came to."""
+def try_case(stand: str, case: int) -> tuple[Counter[str], int]:
+    """Run a case; say what is wrong with it, end if it hangs; return its commands, and 1 if so."""
+    repeat = command_line(stand, case)
+    watchdog = threading.Timer(HANGS_S, _give_up, [repeat])
+    watchdog.daemon = True
+    watchdog.start()
+    outcome = run_case(stand, case)
+    watchdog.cancel()
+    if outcome.problems:
+        print(f'FAILED: {"; ".join(outcome.problems[:3])}\n  {repeat}', flush=True)
+    return outcome.commands, int(bool(outcome.problems))
 
-    def __init__(self) -> None:
-        self.failed = self._caches = 0
-        self._cases: Counter[str] = Counter()
-        self._commands: Counter[str] = Counter()
-        self._refused = 0
-        self._most = (0.0, '')
-        self._worst = (0.0, '')
-        self._slowest = (0.0, '')
 
-    def try_case(self, stand: str, case: int) -> None:
-        """Run a case; say at once what is wrong with it, and end if it hangs."""
-        repeat = command_line(stand, case)
-        watchdog = threading.Timer(HANGS_S, _give_up, [repeat])
-        watchdog.daemon = True
-        watchdog.start()
-        start_s = time.process_time()
-        outcome = run_case(stand, case)
-        self._slowest = max(self._slowest, (time.process_time() - start_s, repeat))
-        watchdog.cancel()
-        self._note(stand, repeat, outcome)
-
-    def try_caches(self, cases: range) -> None:
-        """Damage files of the kernel cache; say at once which one was taken for whole."""
-        self._caches += len(cases)
-        for case in cases:
-            if not try_cache(case):
-                self.failed += 1
-                print(
-                    f'FAILED: try_cache({case}): a damaged kernel is taken for whole', flush=True
-                )
-
-    def try_checkpoints(self, first: int) -> None:
-        """Try some of the checkpoints of which one value is wrong, others in each round."""
-        for drive in DRIVES:
-            for failure in failures_of(drive, first % CHECKPOINTS_EVERY, CHECKPOINTS_EVERY):
-                self.failed += 1
-                print(f'FAILED: {failure}', flush=True)
-
-    def try_files(self, case: int) -> None:
-        """Damage files of each reader."""
-        self.failed += damage_files(range(case * FILES, (case + 1) * FILES))
-
-    def _note(self, stand: str, repeat: str, outcome: Outcome) -> None:
-        self._cases[stand] += 1
-        self._commands += outcome.commands
-        self._refused += outcome.refused
-        self._most = max(self._most, (outcome.passes_per_s, repeat))
-        self._worst = max(self._worst, (outcome.residual, repeat))
-        if outcome.problems:
-            self.failed += 1
-            print(f'FAILED: {"; ".join(outcome.problems[:3])}\n  {repeat}', flush=True)
-        elif sys.stderr.isatty():
-            sys.stderr.write(f'\r{self._cases.total()} cases, {self.failed} failed\r')
-
-    def tell(self) -> None:
-        """Print what was tried and what was found."""
-        commands = self._commands
-        print(f'{self._cases.total()} cases on {len(self._cases)} stands, {self.failed} failed')
-        print(f'{self._caches} damaged files of the kernel cache')
-        print(f'{commands.total()} commands, each run twice; {self._refused} refused')
-        print(f'least of a stand: {min(self._cases.values())} cases')
-        print('of each command: ' + ', '.join(f'{n} {commands[n]}' for n in sorted(commands)))
-        print(f'most passes per simulated second: {self._most[0]:.3g}  ({self._most[1]})')
-        print(f'worst energy balance: {self._worst[0]:.2g}  ({self._worst[1]})')
-        print(f'slowest case: {self._slowest[0]:.1f} s of processor time  ({self._slowest[1]})')
+def try_others(case: int) -> int:
+    """Try damaged kernels, wrong checkpoints and damaged files, others in each round."""
+    told = [
+        f'try_cache({each}): a damaged kernel is taken for whole'
+        for each in range(case * CACHES, (case + 1) * CACHES)
+        if not try_cache(each)
+    ]
+    for drive in DRIVES:
+        told += failures_of(drive, case % CHECKPOINTS_EVERY, CHECKPOINTS_EVERY)
+    for each in told:
+        print(f'FAILED: {each}', flush=True)
+    return len(told) + damage_files(range(case * FILES, (case + 1) * FILES))
 
 
 def _give_up(repeat: str) -> None:

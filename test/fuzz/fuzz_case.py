@@ -45,29 +45,10 @@ Settings = tuple[tuple[str, Scalar], ...]
 
 @dataclass
 class Outcome:
-    """
-    What a run of a case came to.
+    """What a run of a case came to."""
 
-    Attributes
-    ----------
-    problems : list of str
-        What is wrong; empty if all is well.
-    commands : Counter
-        Commands by name.
-    refused : int
-        Commands of them that the bench refused.
-    passes_per_s : float
-        Passes of the loops over time per simulated second.
-    residual : float
-        Error of the energy balance, relative to the energy that went in or out.
-
-    """
-
-    problems: list[str] = field(default_factory=list)
-    commands: Counter[str] = field(default_factory=Counter)
-    refused: int = 0
-    passes_per_s: float = 0.0
-    residual: float = 0.0
+    problems: list[str] = field(default_factory=list)  # empty if all is well
+    commands: Counter[str] = field(default_factory=Counter)  # by name
 
 
 def command_line(stand: str, seed: int) -> str:
@@ -94,16 +75,13 @@ def run_case(stand: str, seed: int) -> Outcome:
     except StickSlipError as error:
         outcome.problems.append(str(error))
         return outcome
-    outcome.refused = first.bench.refused
-    outcome.passes_per_s = first.passes_per_s
-    outcome.residual = first.residual
     outcome.problems += first.problems
     if first.bytes_told != second.bytes_told:
         outcome.problems.append('played again, and restored on the way, it gives other bytes')
-    if outcome.passes_per_s > PASSES_PER_S:
-        outcome.problems.append(f'{outcome.passes_per_s:.3g} passes per simulated second')
-    if outcome.residual > RESIDUAL:
-        outcome.problems.append(f'energy balance is {outcome.residual:.3g} off')
+    if first.passes_per_s > PASSES_PER_S:
+        outcome.problems.append(f'{first.passes_per_s:.3g} passes per simulated second')
+    if first.residual > RESIDUAL:
+        outcome.problems.append(f'energy balance is {first.residual:.3g} off')
     return outcome
 
 

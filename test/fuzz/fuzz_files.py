@@ -25,6 +25,7 @@ from scipy.io import savemat
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.interface.cdr import pack_float64, pack_float64_array, pack_stamped
+from stickslip_ros.kernels.cache import load_whole, save_whole
 from stickslip_ros.lab.fitting.result import read_draws
 from stickslip_ros.lab.measurements.tables import read_experiment
 from stickslip_ros.message_types import FLOAT64, FLOAT64_ARRAY, POINT_STAMPED
@@ -46,6 +47,7 @@ BYTES = (
     b'\x1b[',
 )
 """What is put into a file."""
+KERNEL_BYTES = 4096  # of a kernel in the cache, at most
 
 
 def _recording(path: Path) -> None:
@@ -170,6 +172,22 @@ def _hit(content: bytes, rng: np.random.Generator) -> bytes:
             content[:at] + bytes(rng.integers(0, 256, 4, np.uint8)) + content[at + 4 :],
         )[int(rng.integers(5))]
     return content
+
+
+def try_cache(case: int) -> bool:
+    """Return whether a damaged file of the kernel cache is refused, and a whole one found."""
+    rng = np.random.default_rng(case)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, 'kernel.nbc')
+        save_whole(path, data := rng.bytes(int(rng.integers(KERNEL_BYTES))))
+        found = load_whole(path) == data
+        whole = path.read_bytes()
+        path.write_bytes(broken := _hit(whole, rng))
+        try:
+            load_whole(path)
+        except OSError:
+            return found
+        return found and broken == whole
 
 
 def damage_files(cases: range) -> int:

@@ -8,8 +8,8 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from fuzz_cache import try_cache
 from fuzz_case import NUMBERS, SETTINGS, run_case
+from fuzz_files import try_cache
 from fuzz_stands import CHOICES, CONFIG, LAW_SPANS, SPANS, STANDS
 from processes import run_process
 
@@ -68,17 +68,11 @@ def test_damaged_files_are_read_or_refused_in_a_line_by_each_reader():
 
 
 def test_a_fall_that_settles_within_rounding_of_its_aim_ends():
-    stand = load_yaml(CONFIG / 'realistic.yaml')
-    assert (
-        simulate(
-            stand,
-            voltage_v=113.76725643485543,
-            frequency_hz=1153.3955451232346,
-            steps=50,
-            record=False,
-        ).result.steps
-        == 50
+    stand, frequency_hz = load_yaml(CONFIG / 'realistic.yaml'), 1153.3955451232346
+    run = simulate(
+        stand, voltage_v=113.76725643485543, frequency_hz=frequency_hz, steps=50, record=False
     )
+    assert run.result.steps == 50
 
 
 def test_a_voltage_that_meets_a_command_too_steep_for_the_clock_to_tell_ends():

@@ -3,12 +3,11 @@
 
 """Any message is read by its definition as others read it; what is none is refused in a line."""
 
-import dataclasses
 import json
 import struct
+import sys
 from collections.abc import Iterator
 from pathlib import Path
-from random import Random
 from typing import Any
 
 import numpy as np
@@ -18,27 +17,14 @@ from mcap_records import foreign
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from stickslip_ros.budget import DEFINITION_MOST
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.message_types import FLOAT64
+from stickslip_ros.extras import MissingExtra
+from stickslip_ros.interface import cdr
+from stickslip_ros.message_types import FLOAT64, POINT_STAMPED
 from stickslip_ros.recording.any_message import numbers_of
-from stickslip_ros.recording.definition import text_of_idl
 from stickslip_ros.recording.reader import Recording
 
 TYPE = 'pkg/msg/T0'
-DTYPES: dict[str, Any] = {
-    'bool': np.bool_,
-    'byte': np.uint8,
-    'char': np.uint8,
-    'float32': np.float32,
-    'float64': np.float64,
-    **{
-        f'{sign}int{bits}': np.dtype(f'{sign}int{bits}').type
-        for sign in ('', 'u')
-        for bits in (8, 16, 32, 64)
-    },
-}
-ENDS = ['', '', '', '[]', '[2]', '[<=3]']
 LINE = '=' * 80
 HEADED = f"""std_msgs/Header header
 float64 Kp
@@ -55,69 +41,13 @@ LITTLE = b'\0\1\0\0'
 MS_NS = 1_000_000
 
 
-Fields = dict[str, list[tuple[str, str, str]]]
-
-
-def drawn_types(random: Random) -> Fields:
-    """Give type, end and name of the fields of some types; each may hold those behind it."""
-    names = [f'T{number}' for number in range(random.randint(1, 4))]
-    return {
-        name: [
-            (
-                random.choice([*DTYPES, 'string', *names[at + 1 :] * 4]),
-                random.choice(ENDS),
-                f'f{k}',
-            )
-            for k in range(random.randint(0, 5))
-        ]
-        for at, name in enumerate(names)
-    }
-
-
-def text_of(types: Fields) -> str:
-    parts = [
-        '\n'.join(['int32 X=5', *(f'{kind}{end} {name}' for kind, end, name in fields), '# end'])
-        for fields in types.values()
-    ]
-    heads = [f'{LINE}\nMSG: pkg/{name}\n' for name in types]
-    return '\n'.join(
-        [parts[0], *(head + part for head, part in zip(heads[1:], parts[1:], strict=True))]
-    )
-
-
-def drawn_value(random: Random, store: Any, types: Fields, kind: str) -> Any:
-    """Give a message, a text or a number of a type."""
-    if kind == 'string':
-        return random.choice(['', 'a', 'µm', 'four', 'longer than eight'])
-    if kind == 'bool':
-        return random.random() < 0.5
-    if kind in ('byte', 'char'):
-        return random.randrange(128)  # the two do not agree on the sign of others
-    if kind in DTYPES:
-        values = np.frombuffer(random.randbytes(8), DTYPES[kind])
-        return values[0] if np.isfinite(values[0]) else DTYPES[kind](0.5)
-    message = {}
-    for inner, end, name in types[kind]:
-        count = {'': 1, '[2]': 2}.get(end, random.randint(0, 3))
-        each = [drawn_value(random, store, types, inner) for _ in range(count)]
-        array = np.array(each, DTYPES[inner]) if inner in DTYPES else each
-        message[name] = array if end else each[0]
-    return store.types[f'pkg/msg/{kind}'](**message or {'structure_needs_at_least_one_member': 0})
-
-
 def numbers_in(value: Any, path: str = '') -> Iterator[tuple[str, float]]:
-    """Give paths and values of the numbers of a message that another library has read."""
-    if isinstance(value, (list, tuple, np.ndarray)):
+    """Give paths and values of the numbers of a message that mcap_ros2 has read."""
+    if isinstance(value, (list, tuple, bytes)):
         for at, each in enumerate(value):
             yield from numbers_in(each, f'{path}[{at}]')
-    elif isinstance(value, bytes):
-        yield from numbers_in(list(value), path)
-    elif hasattr(value, '__slots__') or dataclasses.is_dataclass(value):
-        is_rosbags = dataclasses.is_dataclass(value)
-        names = (
-            [each.name for each in dataclasses.fields(value)] if is_rosbags else value.__slots__
-        )
-        for name in names:
+    elif hasattr(value, '__slots__'):
+        for name in value.__slots__:
             if not name.isupper():  # a constant
                 yield from numbers_in(getattr(value, name), f'{path}.{name}' if path else name)
     elif not isinstance(value, str):
@@ -135,36 +65,54 @@ def recorded(path: Path, rows: list[bytes], text: str, name: str = TYPE) -> Reco
     return Recording(path)
 
 
-@pytest.mark.parametrize('seed', range(60))
-def test_numbers_of_any_message_are_those_that_rosbags_and_mcap_ros2_read(seed, tmp_path):
-    random = Random(seed)
-    types = drawn_types(random)
-    text = text_of(types)
+NESTED = f"""int32 X=5
+bool flag
+string name
+int8[] few
+Part part
+Part[2] pair
+Part[] parts
+string[<=3] texts
+uint64 last
+{LINE}
+MSG: pkg/Part
+byte[3] bits
+float32 x
+string unit
+float64[<=2] pair
+"""
+
+
+@pytest.mark.parametrize('is_little', [True, False])
+def test_numbers_of_any_message_are_those_that_mcap_ros2_reads(is_little: bool, tmp_path: Path):
     store = get_typestore(Stores.EMPTY)
-    store.register(get_types_from_msg(text, TYPE))
-    messages = [drawn_value(random, store, types, 'T0') for _ in range(5)]
-    orders = [random.random() < 0.5 for _ in messages]
+    store.register(get_types_from_msg(NESTED, TYPE))
+    message, part = store.types[TYPE], store.types['pkg/msg/Part']
+
+    def made(number: int) -> Any:
+        parts = [
+            part(np.arange(3, dtype=np.uint8), number + k, 'µm' * k, np.full(k % 3, 0.1 * number))
+            for k in range(4)
+        ]
+        few, texts = np.arange(number, dtype=np.int8) - 1, ['a', '', 'bcd'][:number]
+        return message(True, 'n' * number, few, parts[3], parts[:2], parts[1:], texts, 1 << 40)
+
     rows = [
-        bytes(store.serialize_cdr(each, TYPE, little_endian=is_little))
-        for each, is_little in zip(messages, orders, strict=True)
+        bytes(store.serialize_cdr(made(number), TYPE, little_endian=is_little))
+        for number in (1, 2, 3)
     ]
-    path = tmp_path / 'run.mcap'
-    recording = recorded(path, rows, text)
-    by_rosbags = [dict(numbers_in(store.deserialize_cdr(row, TYPE))) for row in rows]
-    with path.open('rb') as stream:
+    recording = recorded(tmp_path / 'run.mcap', rows, NESTED)
+    with (tmp_path / 'run.mcap').open('rb') as stream:
         reader = make_reader(stream, decoder_factories=[DecoderFactory()])
-        by_mcap_ros2 = [dict(numbers_in(each[-1])) for each in reader.iter_decoded_messages()]
-    in_all = set.intersection(*(set(each) for each in by_rosbags))
-    for field in random.sample(sorted(in_all), min(len(in_all), 8)):
+        expected = [dict(numbers_in(each[-1])) for each in reader.iter_decoded_messages()]
+    in_all = set.intersection(*(set(each) for each in expected))
+    assert {'few[0]', 'part.bits[2]', 'pair[1].x', 'parts[2].x', 'last'} <= in_all
+    for field in in_all:
         times_ns, values, _ = numbers_of(recording.files, '/t', field)
-        assert times_ns.tolist() == [MS_NS * at for at in range(1, 6)]
-        np.testing.assert_array_equal(values, [each[field] for each in by_rosbags], str(types))
-        if field in by_mcap_ros2[0]:  # it leaves out the place-holder of a type without fields
-            np.testing.assert_array_equal(values, [each[field] for each in by_mcap_ros2])
-    in_some = set.union(*(set(each) for each in by_rosbags)) - in_all
-    for field in sorted(in_some)[:2]:
-        with pytest.raises(StickSlipError, match='the array of a message'):
-            numbers_of(recording.files, '/t', field)
+        assert times_ns.tolist() == [MS_NS * at for at in range(1, 4)]
+        np.testing.assert_array_equal(values, [each[field] for each in expected], field)
+    with pytest.raises(StickSlipError, match='the array of a message has 1 elements'):
+        numbers_of(recording.files, '/t', 'few[1]')
 
 
 def headed(sec: int, nanosec: int, value: float) -> bytes:
@@ -177,8 +125,7 @@ def headed(sec: int, nanosec: int, value: float) -> bytes:
         ('float64 Kp', 'Kp', struct.pack('<d', 1.5)),
         ('float64 posX', 'posX', struct.pack('<d', 1.5)),
         ('float64 a__b_', 'a__b_', struct.pack('<d', 1.5)),
-        ('float64 größe', 'größe', struct.pack('<d', 1.5)),
-        ('my_type at\n===\nMSG: pkg/my_type\nfloat32 x', 'at.x', struct.pack('<f', 1.5)),
+        ('MyType at\n===\nMSG: pkg/MyType\nfloat32 x', 'at.x', struct.pack('<f', 1.5)),
         ('x/T at\n===\nMSG: x/msg/T\nfloat32 x', 'at.x', struct.pack('<f', 1.5)),
         ('string S="a # b"\nint8 N =5\nfloat32 x', 'x', struct.pack('<f', 1.5)),
         ('string s "a=b" # c\nfloat32 x 0.5#d', 'x', struct.pack('<I4sf', 2, b'a', 1.5)),
@@ -204,62 +151,33 @@ def test_a_message_is_placed_at_its_stamp_and_one_without_at_the_time_of_the_fil
     assert values.tolist() == [2.5, 3.5, 1.5]
 
 
-@pytest.mark.parametrize(
-    ('before', 'after', 'row'),
-    [
-        ('int32 sec', 'float32 sec', headed(0x40000000, 0, 0.0)),
-        ('int32 sec', 'int32 sec', headed(-1, 0, 0.0)),
-        ('int32 sec', 'int32 sec', headed(0, 10**9, 0.0)),
-        ('int32 sec\nuint32', 'int32 sec\nint32', headed(1, (1 << 32) - 1, 0.0)),
-        (
-            'int32 sec\nuint32 nanosec',
-            'int64 sec\nint8 nanosec',
-            headed(0, 1 << 31, 0.0) + bytes(8),
-        ),
-    ],
-    ids=['float', 'before 1970', 'a second', 'negative', 'too late'],
-)
-def test_a_stamp_that_is_no_time_is_refused(before: str, after: str, row: bytes, tmp_path: Path):
-    recording = recorded(tmp_path / 'run.mcap', [row], HEADED.replace(before, after))
+@pytest.mark.parametrize('row', [headed(-1, 0, 0.0), headed(0, 10**9, 0.0)])
+def test_a_stamp_that_is_no_time_is_refused(row: bytes, tmp_path: Path):
+    recording = recorded(tmp_path / 'run.mcap', [row], HEADED)
     with pytest.raises(StickSlipError, match=r'has the stamp .* on /t; write whole seconds'):
         numbers_of(recording.files, '/t', 'Kp')
-
-
-def test_a_stamp_of_another_kind_is_not_looked_at(tmp_path: Path):
-    """A text times a billion once took 2 GB."""
-    text = HEADED.replace('uint32 nanosec', 'string nanosec')
-    row = LITTLE + struct.pack('<iI4sIB7xd', 5, 3, b'ab', 1, 0, 1.5)
-    times_ns, values, _ = numbers_of(
-        recorded(tmp_path / 'run.mcap', [row], text).files, '/t', 'Kp'
-    )
-    assert (times_ns.tolist(), values.tolist()) == ([MS_NS], [1.5])
-
-
-CHAIN = '\n'.join(f'===\nMSG: p/A{k}\n' + f'A{k + 1} x\n' * 10 for k in range(40))
-DEEP = '\n'.join(f'===\nMSG: p/A{k}\nA{k + 1} x\n' for k in range(5000))
 
 
 @pytest.mark.parametrize(
     ('text', 'told'),
     [
-        ('nothing', "'nothing' is not a field"),
-        ('float64', "'float64' is not a field"),
-        ('float64 1x', "'float64 1x' is not a field"),
-        ('Other x', 'it lacks pkg/Other'),
-        ('wstring s\nfloat64 x', 'wstring'),
-        ('T0 x', 'nested deeper than 64'),
-        (f'p/A0 x\n{DEEP}', 'nested deeper than 64'),
-        (f'string x\np/A0 y\n{CHAIN}\n===\nMSG: p/A40\nstring x', 'its numbers are none'),
-        (f'float64[{10**30}] y\nfloat64 x', 'is shorter than its fields'),
-        ('float64[9' + '9' * 5000 + '] y', 'cannot be read'),
-        ('float64[0] x', 'its numbers are none'),
-        ('string x', 'its numbers are none'),
-        ('\n'.join(f'float64 f{k}' for k in range(99)), r'its numbers are f0, .*, f19, \.\.\.$'),
+        ('nothing', 'cannot be read'),
+        ('float64 1x', 'cannot be read'),
+        ('Other x', 'it lacks pkg/msg/Other'),
+        ('wstring s\nfloat64 x', 'it lacks pkg/msg/wstring'),
+        ('T0 x', 'recursion'),
+        (f'string[{10**9}] y\nfloat64 x', 'array y of 1000000000 elements is above'),
+        (f'float64[{10**30}] y\nfloat64 x', 'a message on /t is no pkg/msg/T0'),
+        ('float64[0] x', 'its numbers are x at ...kHz, an array of samples'),
+        ('float64 f', 'its numbers are f$'),
+        ('uint8[99] f\nfloat32[] x', 'is no pkg/msg/T0'),
+        ('\n'.join(f'uint8 f{k}' for k in range(25)), r'its numbers are f0, .*, f19, \.\.\.$'),
+        ('uint8[8] x', r'its numbers are x\[0\], x at ...kHz, an array of samples$'),
     ],
     ids=lambda text: text[:12],
 )
-def test_a_definition_that_makes_no_sense_is_refused(text: str, told: str, tmp_path: Path):
-    recording = recorded(tmp_path / 'run.mcap', [LITTLE + bytes(8)], text)
+def test_a_definition_that_makes_no_sense_or_lacks_the_number_is_refused(text, told, tmp_path):
+    recording = recorded(tmp_path / 'run.mcap', [LITTLE + bytes(25)], text)
     with pytest.raises(StickSlipError, match=told):
         numbers_of(recording.files, '/t', 'x')
 
@@ -267,14 +185,12 @@ def test_a_definition_that_makes_no_sense_is_refused(text: str, told: str, tmp_p
 @pytest.mark.parametrize(
     ('text', 'data', 'told'),
     [
-        ('float64 x', b'', 'is shorter than its head'),
-        ('float64 x', LITTLE + bytes(7), 'is shorter than its fields'),
-        ('float64 x', b'\0\7\0\0' + bytes(8), 'has the encoding 0x0007, not plain CDR'),
-        ('string s\nfloat64 x', LITTLE + b'\xff' * 8, 'is shorter than its fields'),
-        ('float64[] s\nfloat64 x', LITTLE + b'\xff' * 12, 'is shorter than its fields'),
-        ('string[] s\nfloat64 x', LITTLE + b'\xff\xff\xff\xff' + bytes(8), 'is shorter than its'),
-        ('string[99999999999] s\nfloat64 x', LITTLE + bytes(8), 'is shorter than its fields'),
-        ('string[] s\nfloat64 x', LITTLE + b'\xff\xff\0\0' + bytes(5000), 'is shorter than its'),
+        ('float64 x', b'', 'begins with "", not'),
+        ('float64 x', LITTLE[:3], 'begins with'),
+        ('float64 x', LITTLE + bytes(7), 'is no pkg/msg/T0'),
+        ('float64 x', b'\0\7\0\0' + bytes(8), 'not as plain CDR'),
+        ('string s\nfloat64 x', LITTLE + b'\xff' * 8, 'is no pkg/msg/T0'),
+        ('string[] s\nfloat64 x', LITTLE + b'\xff\xff\0\0' + bytes(5000), 'is no pkg/msg/T0'),
     ],
 )
 def test_a_message_of_other_bytes_is_refused(text: str, data: bytes, told: str, tmp_path: Path):
@@ -283,12 +199,39 @@ def test_a_message_of_other_bytes_is_refused(text: str, data: bytes, told: str, 
         numbers_of(recording.files, '/t', 'x')
 
 
-def test_of_what_takes_no_room_any_number_is_passed_over_at_once(tmp_path: Path):
-    """Four thousand million structures without content once were as many steps."""
-    text = 'E[] es\nfloat64 x\n===\nMSG: pkg/E\nstring[0] none'
-    row = LITTLE + struct.pack('<I4xd', 2**32 - 1, 1.5)
-    _, values, _ = numbers_of(recorded(tmp_path / 'run.mcap', [row], text).files, '/t', 'x')
-    assert values.tolist() == [1.5]
+def test_without_rosbags_messages_that_we_record_too_are_read_and_others_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setitem(sys.modules, 'rosbags.typesys', None)
+    ours = recorded(tmp_path / 'ours.mcap', [cdr.pack_float64(1.5)], '', FLOAT64)
+    assert numbers_of(ours.files, '/t', 'data')[1].tolist() == [1.5]
+    theirs = recorded(tmp_path / 'theirs.mcap', [cdr.pack_float64(1.5)], 'float64 data')
+    with pytest.raises(MissingExtra, match="pkg/msg/T0 needs the package 'rosbags"):
+        numbers_of(theirs.files, '/t', 'data')
+
+
+@pytest.mark.parametrize('kind', [FLOAT64, POINT_STAMPED])
+def test_messages_that_we_record_too_are_read_at_once_in_either_byte_order(kind, tmp_path):
+    store = get_typestore(Stores.ROS2_JAZZY)
+    rows = {FLOAT64: [cdr.pack_float64(0.5), cdr.pack_float64(1.5)]}
+    rows[POINT_STAMPED] = [cdr.pack_stamped(7 + n, 'f' * n, (n - 0.5, 0, 0)) for n in (1, 2)]
+    for at, is_little in enumerate((True, False)):
+        data = [
+            bytes(
+                store.serialize_cdr(
+                    store.deserialize_cdr(each, kind), kind, little_endian=is_little
+                )
+            )
+            for each in rows[kind]
+        ]
+        files = recorded(tmp_path / f'{at}.mcap', data, '', kind).files
+        times_ns, values, _ = numbers_of(files, '/t', 'data' if kind == FLOAT64 else 'point.x')
+        assert values.tolist() == [0.5, 1.5]
+        assert times_ns.tolist() == ([8, 9] if kind == POINT_STAMPED else [MS_NS, 2 * MS_NS])
+    for short in (data[0][:3], rows[kind][0][:7], rows[kind][0][:-17]):
+        files = recorded(tmp_path / f'{len(short)}.mcap', [short], '', kind).files
+        with pytest.raises(StickSlipError, match='a message on /t is too short'):
+            numbers_of(files, '/t', 'data' if kind == FLOAT64 else 'point.x')
 
 
 def test_a_definition_that_is_no_text_or_of_another_language_is_refused(tmp_path: Path):
@@ -299,7 +242,11 @@ def test_a_definition_that_is_no_text_or_of_another_language_is_refused(tmp_path
         writer.add_message(writer.register_channel(name, encoding, schema), 0, b'', 0)
     writer.finish()
     recording = Recording(tmp_path / 'run.mcap')
-    for name, told in {'/a': 'cannot be read', '/b': 'lacks pkg/T', '/c': 'is not JSON'}.items():
+    for name, told in {
+        '/a': 'cannot be read',
+        '/b': 'lacks pkg/msg/T',
+        '/c': 'is not JSON',
+    }.items():
         with pytest.raises(StickSlipError, match=told):
             numbers_of(recording.files, name, 'x')
 
@@ -339,41 +286,6 @@ def test_a_definition_in_idl_is_read(tmp_path: Path):
         assert numbers_of(files, '/t', path)[1].tolist() == [value]
 
 
-@pytest.mark.parametrize(
-    'unit',
-    [
-        'typedef ',
-        ' ',
-        '/* ',
-        '@a(',
-        'sequence<',
-        'struct a { ',
-        'a ',
-        'typedef a ',
-        '"',
-        'x[',
-        '{;',
-    ],
-)
-def test_text_of_1_mb_that_is_no_idl_is_read_to_its_end(unit: str):
-    for begin in ('', 'typedef', 'struct a { sequence<', 'struct a {'):
-        text = begin + unit * (DEFINITION_MOST.most // 4 // len(unit))
-        assert len(text_of_idl(text)) <= 2 * len(text)
-
-
-def test_an_array_in_idl_is_read_however_it_is_spaced():
-    [line] = text_of_idl('struct a { unsigned  long x [ 3 ]; };').splitlines()
-    assert line == 'uint32[3] x'
-
-
-def test_a_type_without_a_definition_is_that_of_the_installed_ros(tmp_path: Path):
-    writer = foreign(tmp_path / 'run.mcap')
-    channel = writer.register_channel('/t', 'cdr', writer.register_schema(FLOAT64, '', b''))
-    writer.add_message(channel, 0, LITTLE + struct.pack('<d', 1.5), 0)
-    writer.finish()
-    assert numbers_of([tmp_path / 'run.mcap'], '/t', 'data')[1].tolist() == [1.5]
-
-
 def in_json(path: Path, *messages: object) -> Path:
     """Write messages as Foxglove does: JSON, without a profile."""
     writer = foreign(path, '')
@@ -411,7 +323,7 @@ def test_numbers_in_json_are_read_at_their_stamps(tmp_path: Path):
         ({'x': 1, 'timestamp': {'sec': 1.5, 'nsec': 0}}, 'has the stamp 1.5 s 0 ns on /t'),
         ({'x': 1, 'timestamp': {'sec': 1}}, 'has the stamp 1 s None ns'),
         ({'x': 1, 'timestamp': {'sec': 1, 'nsec': 1 << 70}}, 'has the stamp 1 s'),
-        ({'x': 10**400}, 'is not JSON'),
+        ({'x': 10**400}, 'is not JSON: a number is too large'),
     ],
 )
 def test_json_without_that_number_or_with_another_stamp_is_refused(message, told, tmp_path):
@@ -419,18 +331,10 @@ def test_json_without_that_number_or_with_another_stamp_is_refused(message, told
         numbers_of([in_json(tmp_path / 'a.mcap', message)], '/t', 'x')
 
 
-def test_a_message_of_a_hundred_thousand_fields_is_read(tmp_path: Path):
-    count = 100_000
-    text = '\n'.join(f'float32 f{number}' for number in range(count))
-    row = LITTLE + np.arange(count, dtype='<f4').tobytes()
-    recording = recorded(tmp_path / 'run.mcap', [row], text)
-    assert numbers_of(recording.files, '/t', f'f{count - 1}')[1].tolist() == [count - 1.0]
-
-
 def test_two_types_on_one_topic_are_read_each_by_its_definition(tmp_path: Path):
     writer = foreign(tmp_path / 'run.mcap')
     for at, kind in enumerate(('float32', 'float64')):
-        schema = writer.register_schema(f'pkg/msg/{kind}', 'ros2msg', f'{kind} x'.encode())
+        schema = writer.register_schema(f'pkg{"/msg" * at}/T{at}', 'ros2msg', f'{kind} x'.encode())
         channel = writer.register_channel('/t', 'cdr', schema)
         data = LITTLE + struct.pack('<f' if at == 0 else '<d', 1.5 + at)
         writer.add_message(channel, at, data, at)

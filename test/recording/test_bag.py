@@ -14,11 +14,8 @@ from pathlib import Path
 import pytest
 import yaml
 import zstandard
-from mcap.reader import make_reader
 from mcap_records import foreign, foreign_numbers
-from mcap_ros2.decoder import DecoderFactory
 from processes import run_process
-from rosbags.highlevel import AnyReader
 from rosbags.interfaces import (
     ConnectionExtRosbag2,
     QosDurability,
@@ -38,10 +35,8 @@ from stickslip_ros.interface import cdr
 from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.interface.schemas import TYPE_HASHES
 from stickslip_ros.lab.cli.main import main
-from stickslip_ros.lab.measurements.tables import read_experiment
 from stickslip_ros.message_types import FLOAT64, POINT_STAMPED, UINT32
 from stickslip_ros.recording.bag import METADATA_FILE
-from stickslip_ros.recording.integrity import is_recording
 from stickslip_ros.recording.layout import FileForm
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
@@ -127,18 +122,6 @@ def test_a_file_that_stands_alone_tells_rosbag2_its_distribution(tmp_path, monke
     assert 'rosbag2' not in Recording(tmp_path / 'unknown.mcap').metadata
 
 
-def test_the_description_counts_what_the_files_hold(bag: Path, described: dict):
-    with AnyReader([bag]) as reader:
-        counts: dict[str, int] = {}
-        for connection, _, _ in reader.messages():
-            counts[connection.topic] = counts.get(connection.topic, 0) + 1
-    said = {
-        each['topic_metadata']['name']: each['message_count']
-        for each in described['topics_with_message_count']
-    }
-    assert counts == {topic: count for topic, count in said.items() if count}
-
-
 def test_the_description_tells_types_and_quality_of_service(described: dict):
     topics = {
         each['topic_metadata']['name']: each['topic_metadata']
@@ -173,14 +156,6 @@ def test_rosbags_opens_the_directory(bag: Path, run: Run, channels: list[Channel
     [latched] = [each for each in run if each[0] == '/stand/drive/status']
     repeated = [(latched[0], part * PART_NS, latched[2]) for part in range(1, PARTS)]
     assert sorted(messages) == sorted(run + repeated)
-
-
-def test_mcap_ros2_reads_every_part(bag: Path):
-    for path in sorted(bag.glob('*.mcap')):
-        with path.open('rb') as stream:
-            reader = make_reader(stream, decoder_factories=[DecoderFactory()])
-            _, channel, _, status = next(iter(reader.iter_decoded_messages()))
-        assert (channel.topic, status.data) == ('/stand/drive/status', 5)
 
 
 def test_a_bag_opens_here_as_one_run(bag: Path, recorded: Path):
@@ -305,14 +280,6 @@ def test_a_bag_of_ros_1_is_refused_with_the_command_that_converts_it(tmp_path: P
     with pytest.raises(RecordingError, match='it is a bag of ROS 1') as refused:
         Recording(path)
     assert Recording(converted(refused.value)).series('u').value.tolist() == [1.5]
-
-
-def test_a_log_of_px4_is_refused_with_the_command_that_makes_tables_of_it(tmp_path: Path):
-    (tmp_path / 'a.ulg').write_bytes(b'ULog\x01\x12\x35\x01' + bytes(8))
-    assert is_recording(tmp_path / 'a.ulg')
-    for opened in (Recording, read_experiment):
-        with pytest.raises(RecordingError, match=r'"pip install pyulog", then "ulog2csv .*a.ulg"'):
-            opened(tmp_path / 'a.ulg')
 
 
 @pytest.mark.parametrize(

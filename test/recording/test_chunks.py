@@ -27,7 +27,7 @@ from mcap.records import (
     Schema,
 )
 from mcap.writer import CompressionType
-from mcap_records import foreign, foreign_numbers
+from mcap_records import foreign
 from memory import memory_limited_to
 
 from stickslip_ros.errors import Miscounted, RecordingError
@@ -154,16 +154,6 @@ def test_chunks_of_one_time_are_not_all_opened_if_they_are_large(tmp_path, monke
         list(Recording(path).messages())
 
 
-def test_a_recording_above_the_limit_is_read_chunk_by_chunk_in_the_order_of_time(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
-    parts = [plain(*(message(10 * part + k) for k in range(10))) for part in range(8)]
-    path = hand_made(tmp_path / 'run.mcap', *parts)
-    monkeypatch.setattr(chunks, 'CHUNK_MAX_BYTES', 2 * parts[0].uncompressed_size)
-    times_ns = [time_ns for _, time_ns, _ in Recording(path).messages()]
-    assert times_ns == list(range(80))
-
-
 def change_index(path: Path, change: Callable[[ChunkIndex], ChunkIndex]) -> None:
     """Change what the summary of a file says of its first chunk."""
     with path.open('rb') as file:
@@ -227,17 +217,6 @@ def test_a_small_chunk_does_not_unpack_to_many_records(kind: str, tmp_path: Path
     if kind == 'messages':  # the remedy
         path = hand_made(tmp_path / 'run.mcap', plain(*[message(1)] * 50_000))
         assert len(list(Recording(path).records())) == 50_000
-
-
-def test_a_large_file_without_chunks_is_recovered_into_chunks(tmp_path, monkeypatch):
-    rows = [(at, at, float(at)) for at in range(100)]
-    path = foreign_numbers(tmp_path / 'run.mcap', rows, use_chunking=False)
-    monkeypatch.setattr(chunks, 'CHUNK_MAX_BYTES', path.stat().st_size // 2)
-    with pytest.raises(RecordingError, match=r'bytes without chunks are above .* recover'):
-        list(Recording(path).messages())
-    recover_file(path, tmp_path / 'output.mcap')
-    monkeypatch.undo()
-    assert len(list(Recording(tmp_path / 'output.mcap').messages())) == 100
 
 
 @pytest.fixture

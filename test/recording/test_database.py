@@ -122,7 +122,7 @@ def test_a_file_without_definitions_is_read_by_the_types_of_this_machine(tmp_pat
         2.5,
     ]
     path = humble(tmp_path / 'b.db3', rows, 'my_msgs/msg/Reading')
-    told = 'it lacks my_msgs/Reading, which is not installed here; source the ROS 2 workspace'
+    told = 'it lacks my_msgs/msg/Reading, which is not installed here; source the ROS 2 workspace'
     with pytest.raises(RecordingError, match=told):
         numbers_of([path], '/t', 'value.data')
     types = tmp_path / 'share/my_msgs/msg'
@@ -236,7 +236,7 @@ HOSTILE: dict[str, tuple[Callable[[Path], Any], str]] = {
         replaced("UPDATE topics SET name = CAST(x'ff' AS TEXT)"), 'it is damaged .*sqlite3',
     ),
     'a message without head': (
-        replaced("UPDATE messages SET data = x'00'"), 'shorter than its head',
+        replaced("UPDATE messages SET data = x'00'"), 'is too short',
     ),
 }  # fmt: skip
 

@@ -70,13 +70,6 @@ def test_when_the_disk_is_written_to_changes_no_message(tmp_path: Path):
     assert chunks_in(tmp_path / 'halting.mcap') > 9
 
 
-def test_a_chunk_that_is_full_ends_before_its_time(tmp_path: Path):
-    form = FileForm(flush_period_s=1000.0, chunk_size_bytes=500)
-    with Recorder(tmp_path / 'run.mcap', [VOLTAGE], form=form) as recorder:
-        put_all(recorder, range(100))
-    assert chunks_in(tmp_path / 'run.mcap') > 5
-
-
 def test_an_idle_recorder_leaves_its_file_alone(tmp_path: Path):
     path = tmp_path / 'run.mcap'
     with Recorder(path, [VOLTAGE], form=FileForm(flush_period_s=0.01)) as recorder:
@@ -89,18 +82,8 @@ def test_an_idle_recorder_leaves_its_file_alone(tmp_path: Path):
     assert recorder.secured == recorder.written == 1
 
 
-def delete_folder(path: Path) -> None:
-    shutil.rmtree(path.parent)
-
-
 def move(path: Path) -> None:
     path.rename(path.with_name('moved.mcap'))
-
-
-def replace_by_link(path: Path) -> None:
-    target = path.with_name('elsewhere.mcap')
-    path.rename(target)
-    path.symlink_to(target)
 
 
 def replace_by_copy(path: Path) -> None:
@@ -109,7 +92,7 @@ def replace_by_copy(path: Path) -> None:
     copy.replace(path)
 
 
-@pytest.mark.parametrize('harm', [delete_folder, move, replace_by_link, replace_by_copy])
+@pytest.mark.parametrize('harm', [move, replace_by_copy])
 @pytest.mark.parametrize('flush_period_s', [0.05, 1000.0], ids=['meanwhile', 'at the end'])
 def test_a_file_that_does_not_stay_in_its_place_fails_the_recording(
     tmp_path: Path, harm: Callable[[Path], None], flush_period_s: float

@@ -9,13 +9,6 @@ import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader
-from rosbags.interfaces import (
-    ConnectionExtRosbag2,
-    QosDurability,
-    QosHistory,
-    QosLiveliness,
-    QosReliability,
-)
 from written_messages import plain, written
 
 from stickslip_ros.interface import cdr
@@ -39,23 +32,6 @@ def test_rosbags_reads_the_bare_file(recorded: Path, said: list):
             for each, at, data in reader.messages()
         ]
     assert sorted(seen) == sorted(said)
-
-
-def test_rosbags_finds_the_quality_of_service(recorded: Path):
-    with AnyReader([recorded]) as reader:
-        offered = {
-            each.topic: each.ext.offered_qos_profiles
-            for each in reader.connections
-            if isinstance(each.ext, ConnectionExtRosbag2)
-        }
-    [status] = offered['/stand/drive/status']
-    [force] = offered['/stand/force']
-    assert (status.history, status.depth) == (QosHistory.KEEP_LAST, 1)
-    assert status.reliability == QosReliability.RELIABLE
-    assert status.durability == QosDurability.TRANSIENT_LOCAL
-    assert status.liveliness == QosLiveliness.AUTOMATIC
-    assert force.reliability == QosReliability.BEST_EFFORT
-    assert (force.durability, force.depth) == (QosDurability.VOLATILE, 100)
 
 
 def test_mcap_ros2_reads_every_message(recorded: Path, said: list):

@@ -11,12 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError
-from stickslip_ros.interface import cdr
 from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.message_types import FLOAT64
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.layout import FileForm, Layout
-from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.run_file import NAME_MAX_BYTES, open_recorder, run_path
 
@@ -139,22 +137,3 @@ def test_parts_that_cannot_be_are_refused(tmp_path: Path, values: dict, refusal:
     with pytest.raises(OutOfRange, match=refusal):
         open_recorder(tmp_path / 'run.mcap', Parameters().updated(values), {})
     assert list(tmp_path.iterdir()) == []
-
-
-def test_the_parameters_choose_the_form(tmp_path: Path):
-    values = {
-        'record.format': 'bag',
-        'record.split_duration': 1.0,
-        'record.compression': 'lz4',
-        'record.directory': str(tmp_path),
-        'record.name': 'run.mcap',
-    }
-    parameters = Parameters().updated(values)
-    channels = {'voltage': VOLTAGE}
-    with open_recorder(run_path(parameters), parameters, channels) as recorder:
-        for time_ns in (0, 1_000_000_000):
-            recorder.begin_part(time_ns)
-            recorder.put('voltage', time_ns, cdr.pack_float64(1.0))
-    assert recorder.path == tmp_path / 'run'
-    assert [path.name for path in recorder.files] == ['run_0.mcap', 'run_1.mcap']
-    assert Recording(recorder.path).series('/voltage').time_s.tolist() == [0.0, 1.0]

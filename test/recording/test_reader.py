@@ -31,6 +31,7 @@ from stickslip_ros.recording import reader
 from stickslip_ros.recording.layout import FileForm
 from stickslip_ros.recording.reader import ChannelSummary, Recording
 from stickslip_ros.recording.recorder import Recorder
+from stickslip_ros.recording.recover import recover
 
 Run = list[tuple[str, int, bytes]]
 MS_NS = 1_000_000
@@ -193,13 +194,6 @@ def test_topics_of_unknown_types_are_passed_over_unless_asked_for(tmp_path: Path
         list(recording.messages(['note']))
 
 
-def test_a_file_without_chunks_is_read_in_the_order_of_time(tmp_path: Path):
-    path = foreign_numbers(tmp_path / 'run.mcap', [(7, 0, 7.0), (5, 1, 5.0)], use_chunking=False)
-    recording = Recording(path)
-    assert [at for _, at, _ in recording.messages()] == [5, 7]
-    assert (recording.channels[0].first_ns, recording.channels[0].last_ns) == (5, 7)
-
-
 def test_a_run_of_many_topics_is_counted_message_by_message_to_the_same_end(recorded, monkeypatch):
     by_summary = Recording(recorded).channels
     assert len(by_summary) < reader.TOPICS_MOST
@@ -271,12 +265,15 @@ def test_a_directory_without_a_recording_is_refused(tmp_path: Path):
         Recording(tmp_path)
 
 
-@pytest.mark.parametrize('use_chunking', [True, False])
-def test_a_file_without_summary_is_read(tmp_path: Path, use_chunking: bool):
-    rows = [(1, 0, 1.5), (2, 1, 2.5)]
-    options = {'use_chunking': use_chunking, 'chunk_size': 1}
-    path = foreign_numbers(tmp_path / 'run.mcap', rows, **WITHOUT_INDEX, **options)
-    assert Recording(path).series('u').value.tolist() == [1.5, 2.5]
+@pytest.mark.parametrize('options', [WITHOUT_INDEX, {'use_chunking': False}])
+def test_a_file_without_an_index_is_refused_and_recovered_with_one(tmp_path: Path, options):
+    rows = [(7, 0, 1.5), (5, 1, 2.5)]
+    path = foreign_numbers(tmp_path / 'run.mcap', rows, **options)
+    with pytest.raises(RecordingError, match='no index of chunks; copy its messages with'):
+        Recording(path)
+    [recovery], written = recover(path)
+    assert (recovery.messages, recovery.losses[0].problem[:9]) == (2, 'its index')
+    assert Recording(written).series('u').value.tolist() == [2.5, 1.5]
 
 
 @settings(derandomize=True, deadline=None, max_examples=100)

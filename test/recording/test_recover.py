@@ -9,7 +9,6 @@ import re
 from collections.abc import Callable, Iterator
 from io import BytesIO
 from pathlib import Path
-from random import Random
 
 import pytest
 import yaml
@@ -19,16 +18,14 @@ from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.records import Chunk, Message
 from mcap.stream_reader import StreamReader, breakup_chunk
-from mcap_records import WITHOUT_INDEX, Row, foreign_notes, foreign_numbers, records_of, rows_of
+from mcap_records import Row, foreign_notes, records_of, rows_of
 from memory import memory_limited_to
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import ConnectionExtRosbag2
 from rosbags.rosbag2 import Reader
 
 from stickslip_ros.errors import RecordingError
-from stickslip_ros.interface import cdr
-from stickslip_ros.interface.channels import Channel, Qos
-from stickslip_ros.message_types import FLOAT64
+from stickslip_ros.interface.channels import Channel
 from stickslip_ros.recording.bag import METADATA_FILE
 from stickslip_ros.recording.chunks import MAGIC
 from stickslip_ros.recording.layout import FileForm
@@ -108,7 +105,6 @@ def test_a_whole_file_is_left_alone(whole: Path, place: Path):
     recovery, rows = recover_bytes(whole.read_bytes(), place)
     assert recovery.is_whole
     assert (recovery.messages, recovery.lost_bytes, recovery.losses) == (len(rows), 0, [])
-    assert recovery.notes == []
 
 
 def test_a_cut_in_any_record_saves_every_chunk_before_it(whole: Path, place: Path):
@@ -190,43 +186,42 @@ def unfinished(content: bytes, whole: bytes) -> bytes:
     return content[: chunks_of(whole)[-1][1]]
 
 
-DAMAGES: dict[str, tuple[Callable[[bytes], bytes], set[int] | None, str, str]] = {
-    # what is done to the file, lost chunks (None: from the third one on), the problem, the note
-    'in a chunk': (in_chunks(2), {2}, '', 'are lost'),
-    'in two chunks': (in_chunks(2, 4), {2, 4}, '', 'are lost'),
-    'in the chunk that announces the topics': (in_chunks(0), {0}, '', 'are lost'),
+DAMAGES: dict[str, tuple[Callable[[bytes], bytes], set[int] | None, str]] = {
+    # what is done to the file, lost chunks (None: from the third one on), the problem
+    'in a chunk': (in_chunks(2), {2}, ''),
+    'in two chunks': (in_chunks(2, 4), {2, 4}, ''),
+    'in the chunk that announces the topics': (in_chunks(0), {0}, ''),
     'in the length of a chunk': (
-        lambda each: flipped(each, chunks_of(each)[2][0] + 2, 0x10),
-        None, 'a length', 'are lost',
+        lambda each: flipped(each, chunks_of(each)[2][0] + 2, 0x10), None, 'a length',
     ),
     'in the kind of a chunk': (
-        lambda each: flipped(each, chunks_of(each)[2][0], 0x08), {2}, 'kind', 'are lost',
+        lambda each: flipped(each, chunks_of(each)[2][0], 0x08), {2}, 'kind',
     ),
     'in the kind of a message index': (
-        lambda each: flipped(each, chunks_of(each)[2][1], 0x08), set(), 'kind', '0 of',
+        lambda each: flipped(each, chunks_of(each)[2][1], 0x08), set(), 'kind',
     ),
     'in a chunk of an unfinished file': (
-        lambda each: unfinished(in_chunks(2)(each), each), {2}, '', 'it was not finished',
+        lambda each: unfinished(in_chunks(2)(each), each), {2}, '',
     ),
     'in an attachment': (
         lambda each: flipped(each, each.index(b'seed: 7')),
-        set(), 'attachment damaged .*checksum', '0 of',
+        set(), 'attachment damaged .*checksum',
     ),
-    'in metadata': (lambda each: flipped(each, each.index(b'seed\x01'), 0x02), set(), '', '0 of'),
+    'in metadata': (lambda each: flipped(each, each.index(b'seed\x01'), 0x02), set(), 'metadata'),
     'in the index': (
-        lambda each: flipped(each, each.rindex(b'/stand/position') + 8),
-        set(), '', 'every chunk is whole; its index',
+        lambda each: flipped(each, each.rindex(b'/stand/position') + 8), set(), 'its index',
     ),
     'in the index and in the chunk that announces the topics': (
         lambda each: flipped(in_chunks(0)(each), each.rindex(b'/stand/position') + 8),
-        {*range(99)}, 'is not described', '',
+        {*range(99)}, 'is not described',
     ),
+    'at the end': (lambda each: unfinished(each, each), set(), 'its end is missing'),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize('name', DAMAGES)
 def test_damage_loses_what_it_hits_and_says_so(files: dict, place: Path, name: str):
-    damage, lost, problem, note = DAMAGES[name]
+    damage, lost, problem = DAMAGES[name]
     whole = files['zstd']
     chunks, expected = chunks_of(whole.read_bytes()), rows_of(whole)
     recovery, rows = recover_bytes(damage(whole.read_bytes()), place)
@@ -234,9 +229,8 @@ def test_damage_loses_what_it_hits_and_says_so(files: dict, place: Path, name: s
     is_lost = [each >= 2 if lost is None else each in lost for each in numbers]
     kept = [row for row, gone in zip(expected, is_lost, strict=True) if not gone]
     assert rows == kept
-    assert bool(recovery.losses) == (bool(lost) or lost is None or bool(problem))
     assert re.search(problem, ''.join(each.problem for each in recovery.losses))
-    assert note in ' '.join(recovery.notes)
+    assert recovery.counted in {len(expected), None}
     if lost is None:
         first, last = recovery.losses[0], recovery.losses[-1]
         assert first.offset == chunks[2][0]
@@ -265,7 +259,6 @@ def test_a_recovered_file_is_a_recording_that_says_what_became_of_it(whole: Path
     assert json.loads(record['source']) == 'source.mcap'
     assert json.loads(record['size_bytes']) == cut
     assert json.loads(record['losses']) == [dataclasses.asdict(each) for each in recovery.losses]
-    assert 'it was not finished' in record['notes']
 
 
 def test_a_recovered_file_keeps_topics_and_opens_in_rosbags(whole, place, channels):
@@ -339,12 +332,6 @@ def test_a_file_with_a_hole_much_larger_than_the_memory_is_read(files, tmp_path,
     assert recovery.lost_bytes > HOLE_BYTES - len(content)
 
 
-def test_a_file_without_index_is_whole(place: Path):
-    path = foreign_numbers(place / 'foreign.mcap', [(1, 0, 1.5)], **WITHOUT_INDEX)
-    [recovery], written = recover(path)
-    assert (recovery.is_whole, recovery.messages, written) == (True, 1, None)
-
-
 @pytest.mark.parametrize(
     ('content', 'refusal'),
     [
@@ -359,13 +346,6 @@ def test_a_file_in_which_nothing_can_be_read_is_refused(tmp_path, content, refus
     with pytest.raises(RecordingError, match=refusal):
         recover_bytes(content, tmp_path)
     assert [each.name for each in tmp_path.iterdir()] == ['source.mcap']
-
-
-def test_random_bytes_are_refused_and_never_crash(tmp_path: Path):
-    for seed in range(20):
-        content = MAGIC * (seed % 2) + Random(seed).randbytes(20_000)
-        with pytest.raises(RecordingError):
-            recover_bytes(content, tmp_path)
 
 
 def test_nothing_is_overwritten(files: dict, tmp_path: Path):
@@ -384,27 +364,6 @@ def test_a_copy_that_does_not_fit_on_the_disk_is_taken_away(files, tmp_path, sma
     with pytest.raises(RecordingError, match='File too large'):
         recover_file(source, output)
     assert [*tmp_path.iterdir()] == [source]
-
-
-@pytest.mark.parametrize('compression', COMPRESSIONS)
-def test_what_was_written_before_the_disk_was_full_comes_back(tmp_path, small_disk, compression):
-    path = tmp_path / 'run.mcap'
-    form = FileForm(compression, chunk_size_bytes=5000)
-    small_disk(20_000)
-    recorder = Recorder(path, [Channel('/n', FLOAT64, Qos(1))], form=form)
-    taken = 0
-    while recorder.put('/n', taken, cdr.pack_float64(taken), wait=True):
-        taken += 1
-    recorder.close()
-    small_disk(10**9)
-    assert isinstance(recorder.error, OSError)
-    with pytest.raises(RecordingError, match='stickslip recover'):
-        Recording(path)
-    recover_file(path, tmp_path / 'output.mcap')
-    values = Recording(tmp_path / 'output.mcap').series('n').value.tolist()
-    assert values == list(range(len(values)))
-    assert len(values) >= recorder.written - 2 * 5000 // 43
-    assert Opcode.CHUNK in path.read_bytes()
 
 
 @pytest.fixture
@@ -465,11 +424,6 @@ def test_the_directory_in_which_one_is_may_be_the_bag(cut_bag: Path, monkeypatch
     assert written == cut_bag.with_name('run.recovered')
 
 
-def test_the_root_of_all_directories_is_no_bag():
-    with pytest.raises(RecordingError, match=r'^/: it is not a bag; name the directory of a bag$'):
-        recover(Path('/'))
-
-
 def test_the_recovered_bag_opens_in_rosbags(cut_bag: Path):
     _, written = recover(cut_bag)
     names = [f'run.recovered_{number}.mcap' for number in range(4)]
@@ -506,14 +460,6 @@ def test_the_copy_goes_where_it_is_wanted(cut_bag: Path, tmp_path: Path):
     _, written = recover(cut_bag, tmp_path / 'where')
     assert written == tmp_path / 'where'
     assert len(Recording(written).files) == 4
-
-
-def test_a_copy_that_exists_is_not_overwritten(cut_bag: Path):
-    recover(cut_bag)
-    before = content_of(cut_bag.with_name('run.recovered'))
-    with pytest.raises(RecordingError, match='exists and is not overwritten'):
-        recover(cut_bag)
-    assert content_of(cut_bag.with_name('run.recovered')) == before
 
 
 @pytest.mark.parametrize('name', ['missing', 'missing.mcap'])

@@ -29,7 +29,8 @@ from stickslip_ros.interface.requests import pack_command, pack_request, receive
 from stickslip_ros.interface.topics import COMMAND_TOPICS
 from stickslip_ros.message_types import FLOAT64, STRING
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.recording.reader import Recording, compare_data, data_digest
+from stickslip_ros.recording.differences import compare_data, data_digest
+from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.requests import recorded_requests
 from stickslip_ros.recording.run import RunWriter

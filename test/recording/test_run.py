@@ -149,17 +149,6 @@ def test_no_part_begins_while_the_queue_is_full(tmp_path: Path, monkeypatch: pyt
     assert saved == [30 * BLOCK_NS]
 
 
-def record_and_delete(path: Path) -> None:
-    with RunWriter(path, Parameters(), wait=True) as writer:
-        ReportingBench(Parameters(), writer=writer).update(BLOCK_NS)
-        path.unlink()
-
-
-def test_a_file_that_was_deleted_is_refused_at_the_end_of_its_context(tmp_path: Path):
-    with pytest.raises(RecordingError, match='deleted, moved or replaced'):
-        record_and_delete(tmp_path / 'run.mcap')
-
-
 @pytest.fixture(scope='module')
 def in_parts(tmp_path_factory: pytest.TempPathFactory) -> Recording:
     """Record 0.1 s in parts of many chunks."""

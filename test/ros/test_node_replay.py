@@ -15,7 +15,8 @@ from test_rosbag2 import PLAN, record_bag
 
 from stickslip_ros.interface.topics import COMMAND_TOPICS
 from stickslip_ros.lab.runs.replay import replay
-from stickslip_ros.recording.reader import Recording, compare_data
+from stickslip_ros.recording.differences import compare_data
+from stickslip_ros.recording.reader import Recording
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
 from stickslip_ros.testing import LockstepClient
 

@@ -56,4 +56,5 @@ def _recover_parts(recovery: Recovery) -> Iterator[Section | str]:
     if losses := [(each.offset, each.size_bytes, each.problem) for each in recovery.losses]:
         title = f'lost: {recovery.lost_bytes} of {recovery.size_bytes} bytes'
         yield Section(title, losses, ('at byte', 'bytes', 'problem'))
-    yield from recovery.notes
+    if recovery.counted is not None:
+        yield f'its statistics count {recovery.counted} messages'

@@ -26,8 +26,9 @@ from stickslip_ros.lab.measurements.vocabulary import OVER_TIME
 from stickslip_ros.lab.runs.batch import Progress
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import stop_if_asked
+from stickslip_ros.recording.differences import Difference, compare_data, data_digest
 from stickslip_ros.recording.gaps import gaps_of
-from stickslip_ros.recording.reader import Difference, Recording, compare_data, data_digest
+from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.requests import channels_of, recorded_requests
 from stickslip_ros.recording.run import ReportingBench, RunWriter
 from stickslip_ros.recording.run_file import CHECKPOINT_FILE, RUN_RECORD, SOURCES, TOPICS_RECORD

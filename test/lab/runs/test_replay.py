@@ -22,7 +22,8 @@ from stickslip_ros.interface.topics import recorded_channels
 from stickslip_ros.lab.measurements.table_options import TableOptions
 from stickslip_ros.lab.runs.replay import DriveInput, read_drive_input, replay, replay_input
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.recording.reader import Recording, compare_data
+from stickslip_ros.recording.differences import compare_data
+from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.run import ReportingBench, RunWriter
 

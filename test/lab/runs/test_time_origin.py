@@ -28,7 +28,8 @@ from stickslip_ros.lab.measurements.run_figure import plot_run
 from stickslip_ros.lab.runs.replay import replay
 from stickslip_ros.message_types import FLOAT64, JOINT_STATE, POINT_STAMPED, STRING
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.recording.reader import Recording, compare_data
+from stickslip_ros.recording.differences import compare_data
+from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.requests import recorded_requests
 from stickslip_ros.recording.run import ReportingBench, RunWriter
