@@ -21,6 +21,7 @@ from stickslip_ros.instrument.closed_loop import Observation, Outcome
 from stickslip_ros.instrument.commands import COMMANDS, Accepted, Request, check_request
 from stickslip_ros.instrument.motion import Motion
 from stickslip_ros.instrument.reports import (
+    FIRST_READING,
     Event,
     Identity,
     Output,
@@ -131,6 +132,9 @@ class Bench:
         self._block_ns, self._sample_ns = parameters.block_ns, parameters.sample_ns
         self.stand = SimulatedStand(parameters)
         self.sensing = Sensing(parameters)
+        sim = parameters.sim
+        tells_blocks = self.sensing.may_alarm or sim.publish_truth or sim.publish_clock
+        self._told_ns = self._block_ns if tells_blocks else parameters.trace_period_ns
         self.motion = Motion(parameters, self._report)
         self._requests = 0
         self._preloading: Identity | None = None
@@ -253,7 +257,7 @@ class Bench:
         first_cycle = self._start_wave()
         trace = self.stand.advance(self.motion.wave, samples)
         self.time_ns = until_ns
-        [readings] = self.sensing.read_blocks(trace, until_ns, self.faults)
+        readings = self.sensing.read(trace, until_ns, self.faults)
         self._note(readings)
         motion = self.motion
         if self.stand.held_because:
@@ -269,29 +273,31 @@ class Bench:
 
     def update_blocks(self, blocks: int) -> list[Output]:
         """
-        Advance by blocks, with the outputs of ``update`` except their ramps.
+        Advance by blocks; return their outputs, without ramps.
 
-        Nothing can end within them, or it is only one.
+        It is only one block if something can end within more. An output holds the blocks up to the
+        end of a trace period, or one if its status, truth or clock is told.
 
         """
         if blocks == 1 or not self._is_undisturbed(blocks * self._block_ns * NANO):
             return [self.update(self.time_ns + self._block_ns)]
-        samples = self._block_ns // self._sample_ns
-        trace = self.stand.advance(self.motion.wave, blocks * samples)
+        trace = self.stand.advance(self.motion.wave, blocks * self._block_ns // self._sample_ns)
         outputs: list[Output] = []
-        at_once = 1 if self.sensing.may_alarm else blocks
-        for first in range(0, len(trace), at_once * samples):
-            self.time_ns += at_once * self._block_ns
-            part = trace[first : first + at_once * samples]
-            read = self.sensing.read_blocks(part, self.time_ns, self.faults, at_once)
-            status = self.status
-            outputs += [Output(each, (), status, NO_RAMPS) for each in read]
-        self._note(outputs[-1].readings)
+        while len(trace):
+            samples = (self._told_ns - self.time_ns % self._told_ns) // self._sample_ns
+            part, trace = trace[:samples], trace[samples:]
+            self.time_ns += len(part) * self._sample_ns
+            readings = self.sensing.read(part, self.time_ns, self.faults)
+            outputs.append(Output(readings, (), self.status, NO_RAMPS))
+        self._note(readings)
         return outputs
 
     def _is_undisturbed(self, duration_s: float) -> bool:
         """Start a new wave; return whether no command can take effect or end in a duration."""
-        if self._delayed or self._events or not self.stand.is_preloaded:
+        told = self._last_status
+        if self._delayed or self._events or self.status is not told:
+            return False
+        if not self.stand.is_preloaded:
             return False
         if self._preloading is not None or self.plant.delayed:  # which may hold the voltage
             return False
@@ -303,7 +309,7 @@ class Bench:
 
     def _note(self, readings: Readings) -> None:
         """Keep the last readings for events."""
-        position_m, force_n = readings.position_m, readings.force_n
+        position_m, force_n = readings.trace[-1, FIRST_READING : FIRST_READING + 2].tolist()
         self._read = _if_finite(position_m), _if_finite(force_n)
         self.sensing.reading_m = self._read[0]
 

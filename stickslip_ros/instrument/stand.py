@@ -33,6 +33,11 @@ from stickslip_ros.units import NANO
 NO_RAMPS = np.zeros((0, 3))
 
 
+def is_other_drive(before: Parameters, after: Parameters) -> bool:
+    """Return whether friction, mass or damping differ, which change the drive itself."""
+    return (before.contact, before.runner) != (after.contact, after.runner)
+
+
 class SimulatedStand:
     """Plant and state of the drive, its load and its preload."""
 
@@ -128,7 +133,7 @@ class SimulatedStand:
         is_other_contact = before.contact != parameters.contact
         if is_other_contact:
             switch_all_to_springs(self.plants, self.states)
-        if is_other_contact or before.runner != parameters.runner:
+        if is_other_drive(before, parameters):
             mass_kg, speed = self.plants[0].mass_kg, self.states[0].velocity_m_per_s
             self._rebuild_plant(is_divided=self.is_divided)
             added_kg = self.plants[0].mass_kg - mass_kg
