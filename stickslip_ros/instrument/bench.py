@@ -144,6 +144,8 @@ class Bench:
         self._last_refused = False
         self._read: tuple[float | None, float | None] = (None, None)
         self._last_bits, self._last_status = 0, Status(0)
+        # Whether no update has told of the last request; until when nothing takes effect or ends.
+        self._has_news, self._calm_until_ns = True, 0
         self.apply_faults(self.faults)
 
     def __repr__(self) -> str:
@@ -268,6 +270,7 @@ class Bench:
         if self._preloading is not None and self.stand.is_preloaded:
             self._end_preloading(Result.DONE)
         events, self._events = tuple(self._events), []
+        self._calm_until_ns, self._has_news = until_ns, False
         ramps = self.stand.ramps_since(first_cycle)
         return Output(readings, events, self.status, ramps)
 
@@ -279,7 +282,7 @@ class Bench:
         end of a trace period, or one if its status, truth or clock is told.
 
         """
-        if blocks == 1 or not self._is_undisturbed(blocks * self._block_ns * NANO):
+        if not self._is_calm_until(self.time_ns + blocks * self._block_ns):
             return [self.update(self.time_ns + self._block_ns)]
         trace = self.stand.advance(self.motion.wave, blocks * self._block_ns // self._sample_ns)
         outputs: list[Output] = []
@@ -288,24 +291,27 @@ class Bench:
             part, trace = trace[:samples], trace[samples:]
             self.time_ns += len(part) * self._sample_ns
             readings = self.sensing.read(part, self.time_ns, self.faults)
-            outputs.append(Output(readings, (), self.status, NO_RAMPS))
+            status = self.status if self.sensing.may_alarm else self._last_status
+            outputs.append(Output(readings, (), status, NO_RAMPS))
         self._note(readings)
         return outputs
 
-    def _is_undisturbed(self, duration_s: float) -> bool:
-        """Start a new wave; return whether no command can take effect or end in a duration."""
-        told = self._last_status
-        if self._delayed or self._events or self.status is not told:
+    def _is_calm_until(self, end_ns: int) -> bool:
+        """Start a new wave; return whether no command takes effect or ends up to a time."""
+        motion = self.motion
+        if self._calm_until_ns >= end_ns:
+            return True
+        if self._has_news or self._delayed or (motion.is_running and motion.may_end_early):
             return False
-        if not self.stand.is_preloaded:
-            return False
-        if self._preloading is not None or self.plant.delayed:  # which may hold the voltage
+        if self._preloading is not None or self.stand.may_change:
             return False
         self._start_wave()
-        motion = self.motion
-        wave = motion.wave
-        left_s = (wave.cycles - self.stand.cycle - 1) * (wave.period_s - wave.lead_s)
-        return not motion.is_running or (left_s > duration_s and not motion.may_end_early)
+        self._calm_until_ns = _TIME_MAX_NS
+        if motion.is_running:
+            wave = motion.wave
+            left_s = (wave.cycles - self.stand.cycle - 1) * (wave.period_s - wave.lead_s)
+            self._calm_until_ns = self.time_ns + int(left_s / NANO) - self._block_ns
+        return self._calm_until_ns >= end_ns
 
     def _note(self, readings: Readings) -> None:
         """Keep the last readings for events."""
@@ -315,6 +321,7 @@ class Bench:
 
     def accept(self, request: Request) -> None:
         """Carry out a request now; its event comes with the next update."""
+        self._calm_until_ns, self._has_news = self.time_ns, True
         self._requests += 1
         delay_ns = to_nanoseconds(self.faults.command_delay)
         command = COMMANDS.get(request.name)

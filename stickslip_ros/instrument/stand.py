@@ -86,6 +86,11 @@ class SimulatedStand:
     def is_preloaded(self) -> bool:
         return bool(self._preload.item() == self.wanted_n)
 
+    @property
+    def may_change(self) -> bool:
+        """Whether its preload changes, or its voltage may be held."""
+        return not self.is_preloaded or bool(self.plants['delayed'].item())
+
     def reset(self) -> None:
         """Return to the state at the start, without faults."""
         stand = self.parameters.stand

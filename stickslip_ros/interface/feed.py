@@ -3,6 +3,7 @@
 
 """Packs the bench's output once: the same bytes go to a topic and to a file."""
 
+import math
 from collections.abc import Callable, Container, Iterator
 from typing import NamedTuple
 
@@ -114,7 +115,8 @@ class Feed:
         heard = set(filter(is_heard, due))
         for event in output.events if 'event' in heard else ():
             yield pack_event(event, time_origin_ns)
-        yield from self._pack_blocks(readings, time_origin_ns, heard)
+        if heard or self._tells_truth or end_ns >= self._joint_due_ns:
+            yield from self._pack_blocks(readings, time_origin_ns, heard)
         self.pending.append(readings.trace)
         if 'voltage' in heard:
             volts = readings.voltage_v, 0.0, 0.0
@@ -135,24 +137,31 @@ class Feed:
     ) -> Iterator[Packed]:
         """Yield the numbers at the end of each block: readings, true values, joint."""
         sensors = [each for each in self._sensors if each.key in heard]
-        trace, block_ns, period_ns = readings.trace, self._block_ns, self._joint_period_ns
-        blocks = max(1, len(trace) // self._samples)  # more may have gone together
-        ends_ns = [readings.time_ns - k * block_ns for k in reversed(range(blocks))]
-        joints_ns = [each for each in ends_ns if period_ns and each % period_ns < block_ns]
-        for time_ns in ends_ns if sensors or self._tells_truth else joints_ns:
-            after = (readings.time_ns - time_ns) // block_ns
-            last = trace[-1 - after * self._samples].tolist()
+        end_ns, block_ns = readings.time_ns, self._block_ns
+        blocks = max(1, len(readings.trace) // self._samples)  # more may have gone together
+        for time_ns in range(end_ns - (blocks - 1) * block_ns, end_ns + 1, block_ns):
+            has_joint = time_ns >= self._joint_due_ns
+            if not (sensors or self._tells_truth or has_joint):
+                continue
+            after = (end_ns - time_ns) // block_ns
+            last = readings.trace[-1 - after * self._samples].tolist()
             stamp_ns = time_origin_ns + time_ns
             for each in sensors:
                 yield Packed(each.key, time_ns, each.pack(stamp_ns, last[each.column]))
             for each in self._sensors if self._tells_truth else ():
                 packed = each.pack(stamp_ns, readings.truth[each.sees])
                 yield Packed(f'truth/{each.key}', time_ns, packed)
-            if time_ns in joints_ns:
+            if has_joint:
                 joint = self._joint_after(time_ns, *last[FIRST_READING : FIRST_READING + 2])
                 if 'joint_states' in heard:
                     message = JointMessage(stamp_ns, self._stage, (self._joint_name,), *joint)
                     yield Packed('joint_states', time_ns, pack_joints(message))
+
+    @property
+    def _joint_due_ns(self) -> float:
+        """Time of the next message of the joint; inf if there is none."""
+        period_ns = self._joint_period_ns
+        return (self.joint[0] // period_ns + 1) * period_ns if period_ns else math.inf
 
     def _joint_after(
         self, time_ns: int, position_m: float, force_n: float
