@@ -285,10 +285,11 @@ class Bench:
         if not self._is_calm_until(self.time_ns + blocks * self._block_ns):
             return [self.update(self.time_ns + self._block_ns)]
         trace = self.stand.advance(self.motion.wave, blocks * self._block_ns // self._sample_ns)
-        outputs: list[Output] = []
-        while len(trace):
-            samples = (self._told_ns - self.time_ns % self._told_ns) // self._sample_ns
-            part, trace = trace[:samples], trace[samples:]
+        outputs, first = list[Output](), 0
+        while first < len(trace):
+            left_ns = self._told_ns - self.time_ns % self._told_ns
+            part = trace[first : first + left_ns // self._sample_ns]
+            first += len(part)
             self.time_ns += len(part) * self._sample_ns
             readings = self.sensing.read(part, self.time_ns, self.faults)
             status = self.status if self.sensing.may_alarm else self._last_status

@@ -87,7 +87,7 @@ class Feed:
         self._joint_name = parameters.sim.joint_name
         rate_hz = parameters.sim.joint_states_rate
         self._joint_period_ns = round(NS_PER_S / rate_hz) if rate_hz else 0
-        self._keys = [each.key for each in self._sensors] + ['joint_states'] * bool(rate_hz)
+        self._keys = (*(each.key for each in self._sensors), *('joint_states',) * bool(rate_hz))
         self._block_ns = parameters.block_ns
         self._samples = parameters.block_ns // parameters.sample_ns
         self.pending: list[Array] = []  # blocks of the trace that no message has held yet
@@ -111,7 +111,7 @@ class Feed:
         """
         readings, end_ns = output.readings, output.readings.time_ns
         ends_period = end_ns % self._period_ns == 0
-        due = (*self._keys, *('event',) * bool(output.events), *_PERIODIC * ends_period)
+        due = self._keys + _PERIODIC * ends_period + ('event',) * bool(output.events)
         heard = set(filter(is_heard, due))
         for event in output.events if 'event' in heard else ():
             yield pack_event(event, time_origin_ns)
