@@ -42,6 +42,7 @@ class Interferometer(
     """Counts fringes: it knows no absolute position, and a lost beam stays lost until zeroed."""
 
     is_referenced: bool  # Whether the zero was set
+    _last_m: Array  # Readings of the last block
     KIND = sensor_kind(
         {
             'truth_m': FLOAT,  # True position at the last sample; NaN before the first
