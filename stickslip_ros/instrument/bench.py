@@ -180,11 +180,6 @@ class Bench:
         """Energy balance since the start or the last reset."""
         return take_ledger(self.stand.plants, self.stand.states)
 
-    @property
-    def passes_made(self) -> int:
-        """Passes of the loops over time, as a measure of the computing cost."""
-        return int(self.state['passes_made'])
-
     def save(self, attached: Mapping[str, Any] | None = None) -> bytes:
         """
         Return a checkpoint: the exact state of the bench, and its parameters.
