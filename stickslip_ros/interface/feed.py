@@ -62,8 +62,8 @@ class _Scalar(NamedTuple):
     column: int  # of its readings in a trace
     sees: int  # column of its true values
 
-    def pack(self, stamp_ns: int, value: float) -> bytes:
-        return pack_stamp(stamp_ns) + self.frame + pack_number(value) + self.zeros
+    def pack(self, stamp: bytes, value: float) -> bytes:
+        return stamp + self.frame + pack_number(value) + self.zeros
 
 
 class Feed:
@@ -146,10 +146,11 @@ class Feed:
             after = (end_ns - time_ns) // block_ns
             last = readings.trace[-1 - after * self._samples].tolist()
             stamp_ns = time_origin_ns + time_ns
+            stamp = pack_stamp(stamp_ns)
             for each in sensors:
-                yield Packed(each.key, time_ns, each.pack(stamp_ns, last[each.column]))
+                yield Packed(each.key, time_ns, each.pack(stamp, last[each.column]))
             for each in self._sensors if self._tells_truth else ():
-                packed = each.pack(stamp_ns, readings.truth[each.sees])
+                packed = each.pack(stamp, readings.truth[each.sees])
                 yield Packed(f'truth/{each.key}', time_ns, packed)
             if has_joint:
                 joint = self._joint_after(time_ns, *last[FIRST_READING : FIRST_READING + 2])
