@@ -98,7 +98,7 @@ def test_refused_requests_change_neither_motion_nor_noise(reference):
 )
 def test_blocks_that_are_advanced_at_once_give_the_same_messages_and_state(stand, most):
     parameters = Parameters().updated(stand)
-    told: list[list[Packed]] = [], []
+    told: tuple[list[Packed], list[Packed]] = [], []
     each, at_once = (ReportingBench(parameters, list_of.append) for list_of in told)
     longest = 0
     for requests in ([sawtooth(300.0, 730.0, 20)], [load(0.1)], [Request('voltage', (99.0,))]):
