@@ -24,6 +24,7 @@ from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import FAULT, LIVE, Request
 from stickslip_ros.instrument.compilation import KERNELS, progress_reporter
 from stickslip_ros.instrument.reports import Event
+from stickslip_ros.instrument.stand import is_other_drive
 from stickslip_ros.interface.cdr import pack_string, pack_uint32
 from stickslip_ros.interface.channels import Channel
 from stickslip_ros.interface.feed import Packed
@@ -311,12 +312,13 @@ class StickSlipDrive(CheckedNode, GuardedNode, LifecycleNode):
         if session is None:
             return
         faults, others = live_settings(changes)
-        if self._active is None:  # another friction, mass or damping builds the drive anew
-            others = tuple(e for e in others if not e[0].startswith(('contact.', 'runner.')))
+        changed = session.parameters.updated(dict(others))
+        # Of a drive that does not run, another friction, mass or damping builds it anew.
+        are_live = self._active or not is_other_drive(session.parameters, changed)
         if faults and not self._is_putting_back:
             session.submit(Request(FAULT, settings=faults), AT_ONCE)
-        if others:
-            session.parameters = session.parameters.updated(dict(others))
+        if others and are_live:
+            session.parameters = changed
             session.submit(Request(LIVE, settings=others), AT_ONCE)
 
     def _clear_faults(self, session: Session, _: Any) -> str:
