@@ -32,10 +32,9 @@ SAMPLES = 256  # samples of a traced cycle
 class SteadyCycle:
     """Means over the last window of a steady wave, and the state to continue from."""
 
-    speed_m_per_s: float  # in the wanted direction
+    speed_m_per_s: float
     position_m: float  # of the runner
     work_j: float  # of the feet in a cycle
-    sense: float  # the wanted direction: +1 or -1
     drive: tuple[Record, Record, Wave, float]  # plants and states, wave, load along +x (N)
 
     @property
@@ -48,7 +47,7 @@ class SteadyCycle:
         """Force in the load cell at the mean position, less that at the mean foot position."""
         foot_m, plant = self.trace()[:, FOOT], self.drive[0][0]
         feet_m = float((foot_m[1:] + foot_m[:-1]).mean()) / 2.0
-        return self.sense * (force_at_n(plant, self.position_m) - force_at_n(plant, feet_m))
+        return force_at_n(plant, self.position_m) - force_at_n(plant, feet_m)
 
     @property
     def vibration_m_per_s(self) -> float:
@@ -67,23 +66,19 @@ class SteadyCycle:
 
 
 def measure(
-    parameters: Parameters,
-    rows: Array,
-    load_n: float = 0.0,
-    sense: float = 1.0,
-    change: float = CHANGE,
+    parameters: Parameters, rows: Array, load_n: float = 0.0, change: float = CHANGE
 ) -> Course[SteadyCycle]:
     """
     Run a wave from rest until the means change by less than ``change``, at most 400 cycles.
 
-    The rows are those of ``playable``; the load acts against the direction ``sense``.
+    The rows are those of ``playable``; the load acts along -x.
 
     """
     parameters = parameters.updated({'amplifier.voltage_initial': float(rows[0, 1])})
     # Travelling roughness is stored in the plant, which must not be shared.
     plants = (plant_of if parameters.contact.travel else _kept_plant)(parameters)
     states = state_at_rest(plants, parameters.stand.preload)
-    wave, load_n = table(rows, 0), -sense * load_n
+    wave, load_n = table(rows, 0), -load_n
     start_clock(states)
     is_free = parameters.load_cell.contact == 'absent'
     mean_m, cycles, steady = 0.0, 0, False
@@ -96,6 +91,6 @@ def measure(
         mean_m = step_m if is_free else position_m
         steady = abs(mean_m - before_m) <= max(change * abs(mean_m), RESOLUTION_M)
         cycles += _WINDOW
-    work_j, speed_m_per_s = states['sums']['feet_work_j'].item(), sense * step_m / wave.period_s
+    work_j, speed_m_per_s = states['sums']['feet_work_j'].item(), step_m / wave.period_s
     drive, work_j = (plants, states, wave, load_n), (float(work_j) - before_j) / _WINDOW
-    return SteadyCycle(speed_m_per_s, position_m, work_j, sense, drive)
+    return SteadyCycle(speed_m_per_s, position_m, work_j, drive)
