@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from pandas import DataFrame
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.build import friction_limit_n
@@ -25,7 +26,7 @@ from stickslip_ros.lab.figures.plotting import (
     label_end,
 )
 from stickslip_ros.lab.measurements.sweep_table import Row
-from stickslip_ros.lab.paper.figure import PaperFigure, RowRuns, Table, assumed, surface
+from stickslip_ros.lab.paper.figure import PaperFigure, RowRuns, assumed, surface
 from stickslip_ros.lab.runs.courses import Course
 from stickslip_ros.lab.runs.sawtooth_run import drive_course
 from stickslip_ros.lab.runs.zero_amplitude import ONSET_SHARE, onset_course
@@ -126,11 +127,11 @@ def _force_row(parameters: Parameters, amplitude_m: float) -> Course[Row]:
     }
 
 
-def _draw_forces(table: Table, figure: Figure) -> None:
+def _draw_forces(table: DataFrame, figure: Figure) -> None:
     axes = figure.subplots()
-    for preload_n, rows in table.by_preload():
-        amplitudes_nm = rows.column('amplitude_m') * NM
-        forces_mn = rows.column('force_mean_n') * MN
+    for preload_n, rows in table.groupby('preload_n', sort=False):
+        amplitudes_nm = rows['amplitude_m'].to_numpy() * NM
+        forces_mn = rows['force_mean_n'].to_numpy() * MN
         how = preload_style(preload_n)
         [line] = axes.plot(amplitudes_nm, forces_mn, label=f'{preload_n:g} N', **how)
         label_end(axes, line, f'{forces_mn[-1]:.0f} mN')
@@ -194,14 +195,13 @@ def _presliding_row(parameters: Parameters) -> Course[Row]:
     }
 
 
-def _draw_presliding(table: Table, figure: Figure) -> None:
+def _draw_presliding(table: DataFrame, figure: Figure) -> None:
     panels = figure.subplots(1, len(PROFILES), sharey=True)
     for axes, profile in zip(panels, PROFILES, strict=True):
-        rows = table.where(profile=profile)
-        preloads_n = rows.column('preload_n')
+        rows = table[table['profile'] == profile]
         for name, (colour, marker, line, label) in _CURVES.items():
-            values_nm = rows.column(name) * NM
-            axes.plot(preloads_n, values_nm, colour, marker=marker, linestyle=line, label=label)
+            points = rows['preload_n'].to_numpy(), rows[name].to_numpy() * NM
+            axes.plot(*points, colour, marker=marker, linestyle=line, label=label)
         axes.set(title=profile, xlabel='preload (N)', xlim=(0.0, None), ylim=(0.0, None))
     panels[0].set_ylabel('displacement (nm)')
     panels[0].legend(loc='upper left')
