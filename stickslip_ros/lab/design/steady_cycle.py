@@ -4,18 +4,16 @@
 """The steady response of a stand to a periodic wave, without sensors."""
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN, observe_samples
-from stickslip_ros.drive.build import plant_of, start_clock, state_at_rest
-from stickslip_ros.drive.long_step import LANES
+from stickslip_ros.drive.build import start_clock, state_at_rest
 from stickslip_ros.drive.records import FOOT, FORCE, POSITION, TIME, Wave
 from stickslip_ros.drive.waveform import table
 from stickslip_ros.kernels.record import Record
-from stickslip_ros.lab.runs.courses import Course, cycles_of
+from stickslip_ros.lab.runs.courses import Course, cycles_of, shared_plant
 from stickslip_ros.lab.runs.sawtooth_run import force_at_n
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import stop_if_asked
@@ -24,7 +22,6 @@ _WINDOW = 20  # cycles of a mean; steady if two successive means agree
 _CYCLES_MAX = 400  # cycles after which an unsteady drive is measured
 CHANGE = 1e-3  # largest relative change of a steady mean
 RESOLUTION_M = 1e-11  # negligible change of mean position or step, m
-_kept_plant = lru_cache(maxsize=LANES)(plant_of)  # shared by waves and loads; read-only
 SAMPLES = 256  # samples of a traced cycle
 
 
@@ -75,8 +72,7 @@ def measure(
 
     """
     parameters = parameters.updated({'amplifier.voltage_initial': float(rows[0, 1])})
-    # Travelling roughness is stored in the plant, which must not be shared.
-    plants = (plant_of if parameters.contact.travel else _kept_plant)(parameters)
+    plants = shared_plant(parameters)
     states = state_at_rest(plants, parameters.stand.preload)
     wave, load_n = table(rows, 0), -load_n
     start_clock(states)
