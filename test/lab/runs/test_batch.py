@@ -6,7 +6,6 @@
 import dataclasses
 import json
 import re
-import struct
 import sys
 import threading
 from collections.abc import Iterator
@@ -14,8 +13,6 @@ from functools import partial
 
 import pytest
 from distributed import Client, LocalCluster
-from hypothesis import given
-from hypothesis import strategies as st
 from waiting import GIVE_UP_S
 
 import stickslip_ros
@@ -201,18 +198,6 @@ def test_a_case_that_is_refused_ends_the_batch_and_loses_nothing(tmp_path):
 def test_a_number_of_workers_has_limits(workers):
     with pytest.raises(OutOfRange, match=f'number of workers {workers} is not from 0 to 1024'):
         run_batch(third, CASES, workers=workers)
-
-
-@given(st.floats(allow_nan=False), st.integers(), st.booleans(), st.text())
-def test_values_survive_the_journal_to_the_bit(tmp_path, number, whole, flag, text):
-    row = {'number': number, 'whole': whole, 'flag': flag, 'text': text}
-    with Journal(tmp_path / 'j', *STUDY, fresh=True) as journal:
-        journal.append(0, row)
-    with Journal(tmp_path / 'j', *STUDY) as journal:
-        back = journal.rows[0]
-    assert back == row
-    assert [type(value) for value in back.values()] == [float, int, bool, str]
-    assert struct.pack('d', back['number']) == struct.pack('d', number)
 
 
 def test_a_journal_cut_at_any_byte_goes_on_from_the_last_whole_line(tmp_path):
