@@ -6,7 +6,6 @@
 import math
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -46,7 +45,7 @@ ZERO_STEP_S = 1e-5  # time step for 0-amplitudes; a tenth of it changes none by 
 PRELOAD_MIN_N, PRELOAD_MAX_N = 0.1, 1.0
 PROFILES = ('rough', 'smooth')
 _DRAWN_N = dict.fromkeys((*PRELOADS_N, *FIG2_PRELOADS_N))
-_STYLES = {preload_n: number for number, preload_n in enumerate(_DRAWN_N)}
+_STYLES = {preload_n: number for number, preload_n in enumerate(_DRAWN_N)}  # of all figures
 _CURVES = {
     'max_presliding_upper_m': (GREY, '', '--', '$u_{x,max}$ of an upper contact, $F_{n1}$'),
     'max_presliding_lower_m': (BLACK, '', '-', '$u_{x,max}$ of a lower contact, $F_{n2}$'),
@@ -63,11 +62,6 @@ def stand_at(
     """Return a stand at a constant preload, with changes."""
     preload = {'stand.preload': preload_n, 'stand.preload_end': 0.0}
     return parameters.updated({**preload, **(changes or {})})
-
-
-def preload_style(preload_n: float) -> dict[str, Any]:
-    """Return the ``plot`` style of a preload, the same in every figure."""
-    return curve_style(_STYLES[preload_n])
 
 
 def max_presliding_m(parameters: Parameters) -> tuple[float, float]:
@@ -129,10 +123,11 @@ def _force_row(parameters: Parameters, amplitude_m: float) -> Course[Row]:
 
 def _draw_forces(table: DataFrame, figure: Figure) -> None:
     axes = figure.subplots()
-    for preload_n, rows in table.groupby('preload_n', sort=False):
+    for preload_n in table['preload_n'].unique().tolist():
+        rows = table[table['preload_n'] == preload_n]
         amplitudes_nm = rows['amplitude_m'].to_numpy() * NM
         forces_mn = rows['force_mean_n'].to_numpy() * MN
-        how = preload_style(preload_n)
+        how = curve_style(_STYLES[preload_n])
         [line] = axes.plot(amplitudes_nm, forces_mn, label=f'{preload_n:g} N', **how)
         label_end(axes, line, f'{forces_mn[-1]:.0f} mN')
     axes.set(xlabel='actuation amplitude (nm)', xlim=(0.0, AMPLITUDE_MAX_M * NM))
