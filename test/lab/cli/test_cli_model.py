@@ -104,7 +104,6 @@ def test_it_writes_a_wave_that_simulate_plays_with_the_same_force(capsys: Any, t
     told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)  # no NaN
     assert told['file'] == str(wave)
     assert set(told['shapes']) > {'sawtooth', 'freeze-and-kick', 'spline', 'sawtooth, plain'}
-    assert not list(wave.parent.glob('*.journal'))
     assert main(['simulate', '--waveform', str(wave), '--json']) == 0
     played = json.loads(capsys.readouterr().out)
     best = told['shapes'][told['best']]
@@ -121,7 +120,7 @@ def test_what_it_finds_is_a_table_with_the_command_that_plays_it(capsys: Any, tm
     assert f'simulate --waveform {wave}' in shown
 
 
-def test_a_stopped_search_writes_its_best_wave_and_goes_on(capsys, tmp_path, monkeypatch):
+def test_a_stopped_search_writes_its_best_wave(capsys, tmp_path, monkeypatch):
     wave = tmp_path / 'wave.csv'
     words = ['optimise', 'speed', *SHORT, '-o', str(wave)]
     looks: list[int] = []
@@ -131,15 +130,10 @@ def test_a_stopped_search_writes_its_best_wave_and_goes_on(capsys, tmp_path, mon
         if len(looks) > 1:
             raise KeyboardInterrupt
 
-    with monkeypatch.context() as patch:
-        patch.setattr(batch, 'stop_if_asked', stop_after_a_while)
-        assert main(words) == 130
+    monkeypatch.setattr(batch, 'stop_if_asked', stop_after_a_while)
+    assert main(words) == 130
     assert 'best wave so far in' in capsys.readouterr().err
     assert wave.read_text().startswith('time_s,voltage_v\n0.0,0.0\n')
-    assert main([*words, '--json']) == 0
-    resumed = json.loads(capsys.readouterr().out)
-    assert main([*words, '--json']) == 0
-    assert json.loads(capsys.readouterr().out) == resumed
 
 
 def test_a_wave_is_played_as_it_was_judged():

@@ -218,7 +218,7 @@ def test_one_spelling_of_an_option_is_one_thing():
         ('fit', Free, ('start', 'known')),
         ('compare', CompareOptions, tuple(signature(CompareOptions).parameters)),
         ('optimise', WaveSearch, ('knots', 'evaluations', 'seed')),
-        ('optimise', WaveGoal, ('load_n', 'speed_m_per_s', 'backwards')),
+        ('optimise', WaveGoal, ('load_n', 'speed_m_per_s')),
     ],
 )
 def test_an_option_has_the_default_and_the_words_of_its_argument_or_field(verb, owner, names):
