@@ -10,7 +10,6 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import islice
 from threading import RLock
 from time import monotonic
 from typing import Any, Protocol
@@ -41,8 +40,14 @@ from stickslip_ros.lab.panel.curves import (
 )
 from stickslip_ros.lab.panel.settings import SettingSources
 from stickslip_ros.lab.panel.twin_view import TwinView
-from stickslip_ros.parameters import SENSORS, TRUTH, Parameters, dump_yaml, spec_of, specs
-from stickslip_ros.units import MICRO, MILLI
+from stickslip_ros.parameters import (
+    SENSORS,
+    TRUTH,
+    Parameters,
+    differ_when_built,
+    dump_yaml,
+    specs,
+)
 
 EVENTS_SHOWN = 60
 FIGURE_S = 0.04  # time over which the large figures are averaged, s
@@ -52,7 +57,6 @@ SCOPE_CYCLES, HISTORY_SPANS_S = (1, 2, 3, 5, 10), (2, 5, 10, 60)
 """Choices of cycles of the scope, and of seconds of the history."""
 ACTIVE = 'active'
 _ERROR = 2  # level of diagnostics from which the drive is late
-_TIMES = ((1.0, 's'), (MILLI, 'ms'), (MICRO, 'us'))  # s, and the displayed unit
 PARTS = ('time', 'recorder', 'faults')  # parts of the diagnostics that the page shows
 FEET, RANGE = 'feet.total', 'amplifier.range'  # number of feet, range in V, beside parameters
 PANEL = 'panel'
@@ -65,8 +69,7 @@ CONTROLS = {
     *(name for name, spec in specs().items() if spec.live),
 }
 """Controls with a place for notes; PANEL takes all other notes."""
-NOTE_MAX, VALUES_MAX = 1000, 100
-"""Characters of a note, or of a text of the diagnostics; and values of a part of them."""
+NOTE_MAX = 1000  # characters
 SUCCESSES = {'DONE', 'ABORTED'}  # results of commands without an error
 
 
@@ -113,19 +116,12 @@ def saved(stand: Parameters, heading: str) -> str:
     return dump_yaml(stand, f'{heading} SI units.\n\n  stickslip drive --params FILE')
 
 
-def short_time(time_s: float) -> str:
-    """Return a time with two digits, in s, ms or us."""
-    factor, unit = next((each for each in _TIMES if time_s >= each[0]), _TIMES[-1])
-    return f'{float(f"{time_s / factor:.2g}"):g} {unit}'
-
-
 @dataclass
 class View:
     """Settings of the scope, chosen on the page."""
 
     cycles: int = 3  # one of SCOPE_CYCLES
     span_s: int = 10  # one of HISTORY_SPANS_S
-    triggers: bool = True  # whether the scope waits for falls
 
     def choose(self, wish: Mapping[str, Any]) -> None:
         """Apply the valid choices; ignore others."""
@@ -133,8 +129,6 @@ class View:
             self.cycles = int(wish['cycles'])
         if wish.get('span_s') in HISTORY_SPANS_S:
             self.span_s = int(wish['span_s'])
-        if isinstance(wish.get('triggers'), bool):
-            self.triggers = wish['triggers']
 
 
 def packed_frame(
@@ -144,7 +138,7 @@ def packed_frame(
     header: dict[str, Any] = {'time_s': time_s, 'span_s': view.span_s, 'scope': None}
     header['figures'] = _figures(samples)
     curves = history.curves(time_s, view.span_s)
-    picture = scope.picture(samples, view.cycles, triggers=view.triggers)
+    picture = scope.picture(samples, view.cycles)
     if picture is not None:
         header['scope'] = picture._asdict()
         curves |= header['scope'].pop('curves')
@@ -270,16 +264,12 @@ class Model:
         """Take the diagnostics of a part that the page shows."""
         with self._lock:
             if part in PARTS:
-                text, few = message[:NOTE_MAX], islice(values.items(), VALUES_MAX)
-                told = {name: value[:NOTE_MAX] for name, value in few}
-                with suppress(KeyError, ValueError):
-                    told['lateness'] = short_time(MICRO * float(values['lateness_p99_us']))
-                self._parts[part] = {'level': level, 'message': text, 'values': told}
+                self._parts[part] = {'level': level, 'message': message, 'values': dict(values)}
 
-    def take_parameters(self, values: Mapping[str, Any], shown: Sequence[str]) -> None:
-        """Take the values of all parameters; keep the shown ones."""
+    def take_parameters(self, values: Mapping[str, Any]) -> None:
+        """Take the values of all parameters."""
         with self._lock:
-            self._parameters.update({name: values[name] for name in shown if name in values})
+            self._parameters |= values
             with suppress(StickSlipError):  # from a drive of another version
                 stand, before = Parameters().updated(values), self._stand
                 self._stand = stand
@@ -287,10 +277,7 @@ class Model:
                 self._parameters[RANGE] = stand.amplifier.range_v
                 if before is None:
                     self._sources.recognise(stand)
-                elif any(
-                    not spec_of(name).live
-                    for name, _ in before.flat().items() - stand.flat().items()
-                ):
+                elif differ_when_built(before, stand):
                     for command in COMMANDS:  # judged by limits that are gone
                         self._notes.pop(command, None)
                 self._changed = self._sources.changed(stand)
@@ -320,13 +307,13 @@ class Model:
             values['paused'] = str(is_paused).lower()
             self._heard_s = monotonic()
 
-    def note(self, control: str, text: str, *, bad: bool = False, unsent: bool = False) -> None:
-        """Keep a note for a control, else for the panel; an unsent command can be sent again."""
+    def note(self, control: str, text: str, *, bad: bool = False) -> None:
+        """Keep a note for a control, else for the panel."""
         with self._lock:
             self._notes_taken += 1
             place = control if control in CONTROLS else PANEL
-            note = {'text': text[:NOTE_MAX], 'bad': bad, 'unsent': unsent}
-            self._notes[place] = note | {'number': self._notes_taken}
+            note = {'text': text[:NOTE_MAX], 'bad': bad, 'number': self._notes_taken}
+            self._notes[place] = note
 
     def state(self) -> dict[str, Any]:
         """Return the slowly changing state for the page."""

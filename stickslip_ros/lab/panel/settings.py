@@ -4,7 +4,8 @@
 """Parameters as the page shows them and people type them, and the source of each value."""
 
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -63,17 +64,24 @@ def read_settings(values: object) -> tuple[dict[str, Any], dict[str, str]]:
     return wanted, {name: str(source)[:SOURCE_MAX] for name, (_, source) in values.items()}
 
 
+@contextmanager
+def uploaded(content: bytes, suffix: str) -> Iterator[Path]:
+    """Give a file with an uploaded content; refusals do not show its path."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, f'upload{suffix}')
+        path.write_bytes(content)
+        try:
+            yield path
+        except StickSlipError as error:
+            raise StickSlipError(str(error).replace(f'{path}: ', '')) from None
+
+
 def read_parameter_file(content: bytes, name: str) -> dict[str, str]:
     """Return all values of an uploaded parameter file, or of a stage, as texts of fields."""
-    try:
-        if not content:
-            return shown_values(load_yaml(stage_file(name)))
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder, 'parameters.yaml')
-            path.write_bytes(content)
-            return shown_values(load_yaml(path))
-    except StickSlipError as error:
-        raise StickSlipError(str(error).replace(f'{path}: ' if content else '', '')) from None
+    if not content:
+        return shown_values(load_yaml(stage_file(name)))
+    with uploaded(content, '.yaml') as path:
+        return shown_values(load_yaml(path))
 
 
 def shown_values(parameters: Parameters) -> dict[str, str]:

@@ -159,7 +159,7 @@ def test_the_drive_does_what_the_page_commands_and_the_page_shows_it(
     expect(lamp(page, 'REFUSED')).to_be_visible()
     page.locator('#position-x').fill('far')
     send(page, 'Send position', 'position')
-    expect(note(page, 'position')).to_contain_text("'far' is not a number; give nanometres")
+    expect(note(page, 'position')).to_contain_text("'far' is not a number; give a number in nm")
 
     operator = operate()
     operator.wait_for_drive()

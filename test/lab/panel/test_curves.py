@@ -238,14 +238,6 @@ def test_what_trembles_at_rest_is_no_sawtooth_and_a_small_one_after_it_is(swing_
     assert scope.picture(np.concatenate([moving, small]), 3).period_s == pytest.approx(5e-3)
 
 
-def test_without_trigger_the_newest_samples_are_shown():
-    samples, scope = sawtooth_samples(0.2), Scope()
-    assert scope.picture(samples, 3).period_s > 0.0
-    free = scope.picture(samples, 3, triggers=False)
-    assert (free.start_s, free.end_s) == pytest.approx((-3e-3, 0.0), rel=1e-6)
-    assert free.at_s == samples[-1, 0]
-
-
 def test_nothing_gives_no_picture():
     assert Scope().picture(np.empty((0, 5)), 3) is None
     assert BinHistory().curves(1.0, 10.0) == {}

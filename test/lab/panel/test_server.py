@@ -93,12 +93,6 @@ def test_the_page_and_its_files_are_served_and_nothing_beside(port: int):
         assert status_of(port, path)[0] in {403, 404}
 
 
-def test_a_path_that_no_file_can_have_is_refused_without_a_traceback(port, caplog):
-    for path in ('/%00', '/panel.js%00', '/../%00', '/socket/%00', '/%ff', '/%ed%a0%80'):
-        assert status_of(port, path)[0] == 400
-    assert not [record for record in caplog.records if record.exc_info]
-
-
 def test_the_drawing_of_the_stand_is_served_as_soon_as_there_is_one(source: Told, port: int):
     assert status_of(port, '/stand.svg')[0] == 404
     source.drawn = '<svg/>'
@@ -141,7 +135,7 @@ def test_the_page_may_load_from_here_only_and_stand_in_no_frame(port: int):
     _, answer = status_of(port)
     policy = answer.headers['Content-Security-Policy']
     assert "default-src 'none'" in policy
-    assert "frame-ancestors 'self'" in policy
+    assert "frame-ancestors 'none'" in policy
     assert 'unsafe' not in policy
     assert answer.headers['Cross-Origin-Resource-Policy'] == 'same-origin'
 
@@ -190,29 +184,7 @@ def test_a_socket_without_an_origin_or_with_a_foreign_one_is_refused(port, sourc
     assert status_of(port, '/socket', **upgrade, **own)[0] == 101
 
 
-HOSTILE: tuple[str | bytes, ...] = (
-    '[' * 100_000,
-    '{"do":' * 100_000,
-    '[' * 100_000 + ']' * 100_000,
-    f'{{"do":{"9" * 5000}',
-    b'\xff\xfe\x00',
-    '\0',
-)
-
-
-def test_a_whole_number_that_is_no_float_comes_as_infinite(port: int, source: Told):
-    async def talk() -> None:
-        page = await connect(port, Origin=f'http://127.0.0.1:{port}')
-        for digits in (300, 400, 5000):
-            await page.write_message(f'{{"do": 1{"0" * digits}}}')
-        while await dealt_with(page) and len(source.wishes) < 4:
-            pass
-        page.close()
-        while await page.read_message() is not None:
-            pass
-
-    asyncio.run(asyncio.wait_for(talk(), GIVE_UP_S))
-    assert [wish['do'] for wish in source.wishes[1:]] == [10**300, math.inf, math.inf]
+ODD: tuple[str | bytes, ...] = ('{', '[]', '7', '[' * 100_000, b'\xff\xfe\x00', '\0')
 
 
 def test_a_page_is_told_and_its_wishes_are_done(port: int, source: Told):
@@ -222,7 +194,7 @@ def test_a_page_is_told_and_its_wishes_are_done(port: int, source: Told):
         assert json.loads(heard[0]) == {'sheet': {'kind': 'drive'}}
         assert 'state' in json.loads(heard[1])
         assert heard[2] == b'frame'
-        for message in ('{', '[]', '7', *HOSTILE, '{"do": "service", "name": "stop"}'):
+        for message in (*ODD, '{"do": "service", "name": "stop"}'):
             await page.write_message(message, binary=isinstance(message, bytes))
         while await dealt_with(page) and len(source.wishes) < 2:
             pass

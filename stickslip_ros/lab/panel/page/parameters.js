@@ -4,7 +4,7 @@
 // The card of all parameters, from their declarations; what somebody types waits here for Apply.
 
 import { button, ends, fileButton, grey, inRow, make, note, resolved, whenStateComes } from "./fields.js";
-import { wish } from "./socket.js";
+import { ask, wish } from "./socket.js";
 
 const NAME = "parameters", NOTE = "settings"; // of addresses; of the wish and its note
 const YOU = "set by you";
@@ -72,8 +72,7 @@ export function addParameters(card, { parameters, stages }) {
   }
 
   async function read(name, body) {
-    const told = await fetch(`${NAME}?name=${encodeURIComponent(name)}`, { method: "POST", body }).then((answer) => answer.json())
-      .catch(() => ({ refused: "the panel did not take the file; it takes 8 MB at most" }));
+    const told = await ask(NAME, name, body);
     for (const [each, text] of Object.entries(told.read ?? {})) keep(each, text, body ? `of ${name}` : `of stage ${name}`);
     problem = told.refused ? `${name}: ${told.refused}` : "";
     showAll();
