@@ -435,7 +435,6 @@ WISHES = {
     'bode --figure bode.gif': "kind of picture '.gif' is not known",
     'bode -o bode.txt': 'bode.txt',
     'bode --set contact.law=dahl': 'contact.law',
-    'command stop --timeout -1': '--timeout -1 s is not above 0 s; give the longest time for',
     'compare points.csv points.csv --set contact.friction=0.2': 'is without effect on files; ',
     'compare points.csv model --shift nan': "--shift 'nan' is not a number in us, ms or s",
     'compare points.csv model --set amplifier.voltage_max=100': 'm is above the 5.33333e-08 m',
