@@ -30,7 +30,7 @@ from stickslip_ros.interface.requests import BY_TOPIC, typed_numbers
 from stickslip_ros.interface.topics import SERVICES, Topic
 from stickslip_ros.lab.panel.controls import read_numbers, read_parameter
 from stickslip_ros.lab.panel.model import ACTIVE, APPLY, PANEL, Model
-from stickslip_ros.lab.panel.settings import YOU, read_settings
+from stickslip_ros.lab.panel.settings import read_settings
 from stickslip_ros.message_types import FLOAT64_ARRAY
 from stickslip_ros.parameters import NODE_NAME, spec_of, specs
 from stickslip_ros.ros.client import DriveClient, command_topic, drives_of, open_context, stamp_ns
@@ -336,7 +336,6 @@ class Link:
     def _set(self, wish: Mapping[str, Any]) -> None:
         """Set a live parameter."""
         name, value = read_parameter(wish.get('name'), wish.get('value'))
-        self.model.begin_change({name: value}, {name: YOU})
 
         def take(answer: Any) -> None:
             [result] = answer.results
@@ -346,9 +345,8 @@ class Link:
         self._ask(name, 'set_parameters', request, take)
 
     def _apply(self, wish: Mapping[str, Any]) -> None:
-        wanted, sources = read_settings(wish.get('values'))
-        before = self.model.stand.flat()
-        self.model.begin_change(wanted, sources)
+        wanted, before = read_settings(wish.get('values')), self.model.stand.flat()
+        self.model.stand.updated(wanted)  # refuses values that do not fit together
         self._go_on(self._changes(wanted, {name: before[name] for name in wanted}), None)
 
     def _changes(

@@ -38,7 +38,7 @@ from stickslip_ros.lab.panel.curves import (
     table_of,
     table_within,
 )
-from stickslip_ros.lab.panel.settings import SettingSources
+from stickslip_ros.lab.panel.settings import changed_values
 from stickslip_ros.lab.panel.twin_view import TwinView
 from stickslip_ros.parameters import (
     SENSORS,
@@ -200,8 +200,7 @@ class Model:
             self._parts: dict[str, Any] = {}
             self._parameters: dict[str, Any] = {}
             self._stand: Parameters | None = None
-            self._sources = SettingSources()
-            self._changed: dict[str, tuple[str, str]] = {}
+            self._changed: dict[str, str] = {}
             self._twin = TwinView()
             self._notes: dict[str, Any] = {}
             self._notes_taken = 0
@@ -275,19 +274,10 @@ class Model:
                 self._stand = stand
                 self._parameters[FEET] = stand.feet.total
                 self._parameters[RANGE] = stand.amplifier.range_v
-                if before is None:
-                    self._sources.recognise(stand)
-                elif differ_when_built(before, stand):
+                if before is not None and differ_when_built(before, stand):
                     for command in COMMANDS:  # judged by limits that are gone
                         self._notes.pop(command, None)
-                self._changed = self._sources.changed(stand)
-
-    def begin_change(self, values: Mapping[str, Any], sources: Mapping[str, str]) -> None:
-        """Check new values with the known ones before the drive gets them; keep their sources."""
-        with self._lock:
-            if self._stand is not None:
-                self._stand.updated(values)
-            self._sources.note(values, sources)
+                self._changed = changed_values(stand)
 
     @property
     def stand(self) -> Parameters:

@@ -284,4 +284,4 @@ def test_nothing_but_a_live_parameter_can_be_set_at_once(name: Any, value: Any):
 def test_the_page_names_no_file_or_folder_of_a_drive():
     for name in ('record.directory', 'fault.schedule', 'sim.checkpoint'):
         with pytest.raises(StickSlipError, match='start the drive with it'):
-            read_settings({name: ['/etc/passwd', 'page']})
+            read_settings({name: '/etc/passwd'})

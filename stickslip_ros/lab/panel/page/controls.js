@@ -302,7 +302,7 @@ function fold(text, about, fields) {
 }
 
 /** Return the field of a parameter that changes while the drive runs. */
-function liveField(name, presentOf = ({ changed }) => changed[name]?.[0] ?? sheet.parameters[name].default) {
+function liveField(name, presentOf = ({ changed }) => changed[name] ?? sheet.parameters[name].default) {
   const parameter = sheet.parameters[name], isSwitch = parameter.kind === "bool";
   const field = make(parameter.choices.length && !isSwitch ? "select" : "input", "", parameter.text);
   const label = make("label", name.replace(/.*\./, "").replaceAll("_", " "), parameter.text), unit = make("span", parameter.unit);
