@@ -95,7 +95,7 @@ def test_it_plays_at_the_chosen_speed_to_the_end_and_again(recording, clock, spe
     assert time_of(player) == start_s
 
 
-@pytest.mark.parametrize('time_s', [-5.0, 1e9, None, 'x', float('nan'), float('inf')])
+@pytest.mark.parametrize('time_s', [-5.0, 1e9, None, float('nan')])
 def test_a_place_outside_of_the_run_is_its_end_and_none_is_passed_over(recording, clock, time_s):
     player = Player(recording)
     whole, first = player.overview(), player.state()['player']['speed']
@@ -149,7 +149,7 @@ def test_a_text_that_is_no_event_does_not_end_the_player(tmp_path: Path):
     assert player.frame() is not None
 
 
-@pytest.mark.parametrize('length_s', [0.0, 2e-3, 0.3, 70.0, 3000.0, 1e6])
+@pytest.mark.parametrize('length_s', [0.0, 0.3, 3000.0, 1e6])
 def test_a_run_is_played_in_about_ten_seconds_at_first(tmp_path: Path, length_s: float):
     path = tmp_path / 'run.mcap'
     with Recorder(path, [Channel('/position', POINT_STAMPED, Qos(1))]) as recorder:
