@@ -240,16 +240,7 @@ def test_help_tells_the_numbers_of_the_package(capsys: Any):
 def test_units_are_exact_to_the_last_bit_also_behind_a_blank(capsys: Any):
     told = []
     for words in (
-        [
-            '--amplitude',
-            '60',
-            'nm',
-            '--preload',
-            '250mN',
-            '--slew',
-            '150V/us',
-            '--frequency=-1kHz',
-        ],
+        '--amplitude 60 nm --preload 250mN --slew 150V/us --frequency=-1kHz',
         '--amplitude 60e-9 --preload 0.25 --slew 150e6 --frequency -1000',
     ):
         assert main(['simulate', *words.split(), '--steps', '3', '--json']) == 0
