@@ -9,7 +9,6 @@ from queue import SimpleQueue
 from threading import Thread
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PointStamped
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
@@ -34,7 +33,6 @@ from stickslip_ros.lab.panel.settings import read_settings
 from stickslip_ros.message_types import FLOAT64_ARRAY
 from stickslip_ros.parameters import NODE_NAME, spec_of, specs
 from stickslip_ros.ros.client import DriveClient, command_topic, drives_of, open_context, stamp_ns
-from stickslip_ros.ros.diagnostics import verdict
 from stickslip_ros.ros.executable import (
     SPIN_S,
     end_node,
@@ -104,7 +102,6 @@ class Link:
         self._executor.add_node(self._node)
         self.model = Model(f'/{namespace.strip("/")}/{name or NODE_NAME}'.replace('//', '/'))
         self._node.guard.tell = partial(self.model.note, PANEL, bad=True)
-        self._diagnostics = self._node.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._node.create_subscription(ParameterEvent, '/parameter_events', self._heed, 100)
         self._asks_why: Callable[[str], None] | None = None  # of a drive that did not activate
         self.state, self.frame = self.model.state, self.model.frame
@@ -154,16 +151,6 @@ class Link:
         """Show an unexpected error on the page."""
         self.model.note(PANEL, f'{type(error).__name__}: {error}', bad=True)
 
-    def _report(self) -> None:
-        """Publish the diagnostics of the panel itself."""
-        node, guard = self._node, self._node.guard
-        guard.begin_report()
-        name = node.get_fully_qualified_name()
-        status = verdict(name, 'messages', guard.news(), 'heard', guard.values())
-        array = DiagnosticArray(status=[status])
-        array.header.stamp = node.get_clock().now().to_msg()
-        self._diagnostics.publish(array)
-
     # --- graph and state
 
     def _attached(self, name: str) -> DriveClient:
@@ -204,7 +191,7 @@ class Link:
                 self._choose_drive({'drive': near[0]})
         self.model.is_there = self._services['get_state'].service_is_ready()
         self._ask_state()
-        self._report()
+        self._node.guard.begin_report()
 
     def _ask_state(self) -> None:
         """Request the state of the drive, again if it does not answer."""

@@ -76,29 +76,21 @@ SUCCESSES = {'DONE', 'ABORTED'}  # results of commands without an error
 class Source(Protocol):
     """The source of a page: a live drive or a recorded run."""
 
-    def state(self) -> dict[str, Any]:
-        """Return the slowly changing state for the page."""
+    def state(self) -> dict[str, Any]: ...
 
-    def frame(self) -> bytes | None:
-        """Return the next picture for the page; None if it has not changed."""
+    def frame(self) -> bytes | None: ...
 
-    def twin_frame(self) -> bytes | None:
-        """Return the next picture of the twin; None if it has not changed."""
+    def twin_frame(self) -> bytes | None: ...
 
-    def do(self, wish: Mapping[str, Any]) -> None:
-        """Carry out an action of the page."""
+    def do(self, wish: Mapping[str, Any]) -> None: ...
 
-    def drawing(self) -> str:
-        """Return the stand in its last cycles as SVG; empty if it is not known."""
+    def drawing(self) -> str: ...
 
-    def settings(self) -> str:
-        """Return the parameters of the stand as a file; empty if they are not known."""
+    def settings(self) -> str: ...
 
-    def table(self, plot: str, origin_s: float, start_s: float, end_s: float) -> str:
-        """Return the samples of a plot between two times after its origin as CSV."""
+    def table(self, plot: str, origin_s: float, start_s: float, end_s: float) -> str: ...
 
-    def close(self) -> None:
-        """Close the source."""
+    def close(self) -> None: ...
 
 
 def drawing_of(stand: Parameters, samples: Array) -> str:

@@ -195,12 +195,3 @@ def test_a_recording_carries_its_experiment_and_is_compared_with_it(folder, caps
     assert attached == ('text/csv', MEASURED.encode())
     assert main(['compare', 'run.mcap', '--json']) == 0
     assert 'run.mcap experiment.csv' in capsys.readouterr().out
-
-
-def test_a_measured_voltage_on_a_runner_that_the_load_cell_holds_is_said(folder, capsys):
-    held = 'the runner is fixed to the load cell'
-    assert main(['replay', 'measured.csv', '-o', 'held.mcap']) == 0
-    assert held in capsys.readouterr().out
-    free = ['--set', 'load_cell.contact=absent']
-    assert main(['replay', 'measured.csv', '-o', 'free.mcap', *free]) == 0
-    assert held not in capsys.readouterr().out

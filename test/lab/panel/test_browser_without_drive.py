@@ -385,8 +385,9 @@ def test_faults_come_by_switch_and_go(drive: Told, page: Page):
     assert drive.wish() == {'do': 'set', 'name': 'fault.interferometer', 'value': 'dropout'}
     stuck.check()
     assert drive.wish() == {'do': 'set', 'name': 'fault.runner_stuck', 'value': 'true'}
-    present = {'interferometer': 'dropout', 'runner_stuck': 'True'}
-    drive.take_part('faults', 1, 'interferometer, runner_stuck', present)
+    present = {'fault.interferometer': 'dropout', 'fault.runner_stuck': True}
+    drive.take_part('faults', 1, 'interferometer, runner_stuck', {})
+    drive.take_parameters(present)
     drive.take_status(Status.FAULT)
     drive.rest(position=np.nan)
     expect(page.locator('#parts .bad')).to_have_text('interferometer, runner_stuck')
@@ -404,7 +405,8 @@ def test_faults_come_by_switch_and_go(drive: Told, page: Page):
     expect(note(page, 'fault.dead_foot')).to_have_text('9 is above the number of feet, 3')
     press(page, 'Clear faults')
     assert drive.wish() == service('clear_faults')
-    drive.take_part('faults', 0, 'none', {})  # each has its default
+    drive.take_part('faults', 0, 'none', {})
+    drive.take_parameters({name: spec.default for name, spec in specs().items()})
     drive.take_status(0)
     expect(lamp(page, 'FAULT')).to_have_count(0)
     expect(sensor).to_have_value('none')
