@@ -171,21 +171,10 @@ function slider(command, number, send) {
   return made;
 }
 
-/**
- * Have a button repeat something as long as it, or its key, is held, and end it then.
- * A busy page repeats it before it shows a picture: its timers are late.
- */
+/** Have a button repeat something as long as it, or its key, is held, and end it then. */
 function holds(made, key, repeat, end) {
-  let timer = 0, sent_ms = 0, share_ms = 0;
-  const go = () => {
-    sent_ms = performance.now();
-    repeat();
-  };
-  const renew = () => {
-    if (timer && made.matches(":disabled")) release();
-    else if (timer && performance.now() >= sent_ms + share_ms / 2) go();
-  };
-  whenPictureComes(renew);
+  let timer = 0;
+  const renew = () => (made.matches(":disabled") ? release() : repeat());
   made.classList.add("hold");
   const release = () => {
     if (!timer) return;
@@ -196,10 +185,9 @@ function holds(made, key, repeat, end) {
   };
   const press = () => {
     if (timer || made.matches(":disabled")) return;
-    share_ms = (1e3 * (resolved("jog.timeout") || 0.5)) / JOG_SHARE;
-    timer = setInterval(renew, share_ms);
+    timer = setInterval(renew, (1e3 * (resolved("jog.timeout") || 0.5)) / JOG_SHARE);
     made.classList.add("held");
-    go();
+    repeat();
   };
   const isPress = (event) => event.key === " " || event.key === "Enter";
   made.onpointerdown = (event) => {
