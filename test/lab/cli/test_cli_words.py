@@ -20,7 +20,7 @@ import yaml
 from processes import run_process
 
 import stickslip_ros
-from stickslip_ros import CompareOptions, FitOptions, Free, simulate, sweep, zero_amplitude
+from stickslip_ros import FitOptions, Free, simulate
 from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.lab.cli.bode import POINTS
 from stickslip_ros.lab.cli.chosen import chosen_for
@@ -29,7 +29,6 @@ from stickslip_ros.lab.cli.main import build_parser, main
 from stickslip_ros.lab.cli.verbs import VERBS
 from stickslip_ros.lab.comparison.by_amplitude import MODEL
 from stickslip_ros.lab.design.objectives import WaveGoal
-from stickslip_ros.lab.design.search import WaveSearch
 from stickslip_ros.lab.fitting.free import FITTED
 from stickslip_ros.lab.paper.make import FIGURES
 from stickslip_ros.lab.runs.sawtooth_run import STEADY_STEPS_MAX
@@ -183,12 +182,8 @@ def test_one_spelling_of_an_option_is_one_thing():
     ('verb', 'owner', 'names'),
     [
         ('simulate', simulate, ('amplitude_m', 'voltage_v', 'frequency_hz', 'steps')),
-        ('sweep', sweep, ('steps',)),
-        ('zero-amplitude', zero_amplitude, ('frequency_hz', 'steps')),
         ('fit', FitOptions, tuple({*signature(FitOptions).parameters} - {'start_s'})),
         ('fit', Free, ('start', 'known')),
-        ('compare', CompareOptions, tuple({*signature(CompareOptions).parameters} - {'outliers'})),
-        ('optimise', WaveSearch, ('knots', 'evaluations', 'seed')),
         ('optimise', WaveGoal, ('load_n', 'speed_m_per_s', 'backwards')),
     ],
 )

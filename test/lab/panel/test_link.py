@@ -275,7 +275,7 @@ def test_lines_are_services_too_and_have_units_with_blanks_and_commas(
     assert not note(link.state(), 'script')['bad']
 
 
-HOSTILE = (
+HOSTILE: tuple[dict[str, Any], ...] = (
     {},
     {'do': 'line', 'text': ['steps', 3]},
     {'do': 'line', 'name': 'script', 'text': 'steps 3000000000'},
