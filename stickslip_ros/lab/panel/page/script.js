@@ -57,7 +57,7 @@ export function addScript(made) {
     greyAll();
   };
   const begin = async ([number, text]) => {
-    const [name, ...words] = text.split(/\s+/), isWait = name === "wait", begun = now();
+    const [name, ...words] = text.split(/\s+/), isWait = name === "wait", from_s = now();
     const mine = waiting = { number, text, name, until: isWait ? Infinity : null, noted: refused().number, begun: newest.time_s };
     know();
     show(`line ${number}: ${text}`);
@@ -65,7 +65,7 @@ export function addScript(made) {
     const told = await ask("number", `${NAME} wait s`, words.join(" "));
     if (waiting !== mine) return; // ended meanwhile
     if (told.refused) fail(told.refused);
-    else waiting.until = begun + told.read;
+    else waiting.until = from_s + told.read;
   };
   const end = (text, isBad = false) => {
     steps = [];
