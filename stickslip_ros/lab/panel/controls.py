@@ -31,7 +31,7 @@ from stickslip_ros.recording.layout import STORAGES
 from stickslip_ros.units import display_unit, parse_quantity
 
 
-class Field(NamedTuple):
+class NumberField(NamedTuple):
     """Limits, first value and text of a number: numbers, or parameters that hold them."""
 
     low: float | str | None = None
@@ -49,7 +49,7 @@ class Control(NamedTuple):
     beside: tuple[str, ...] = ()  # live parameters next to it
 
 
-SHOWN = {
+SPECIAL = {
     'voltage': Control('slide'),
     'jog': Control('hold', 'frequency', 'of {step.amplitude} V; keys ← →'),
     'waveform': Control('wave'),
@@ -62,23 +62,23 @@ SHOWN = {
     'position': Control(beside=('closed_loop.velocity', 'limits.soft_min', 'limits.soft_max')),
 }
 """Commands that are more than a form."""
-_AMPLITUDE = Field(0.0, RANGE, 'step.amplitude')
-_FREQUENCY = Field(0.0, 'amplifier.frequency_max', 'step.frequency')
-_ENDLESS = Field(0, words='0: until stopped')
-FIELDS = {
-    ('voltage', 'voltage'): Field('amplifier.voltage_min', 'amplifier.voltage_max'),
+_AMPLITUDE = NumberField(0.0, RANGE, 'step.amplitude')
+_FREQUENCY = NumberField(0.0, 'amplifier.frequency_max', 'step.frequency')
+_ENDLESS = NumberField(0, words='0: until stopped')
+NUMBER_FIELDS = {
+    ('voltage', 'voltage'): NumberField('amplifier.voltage_min', 'amplifier.voltage_max'),
     ('sawtooth', 'amplitude'): _AMPLITUDE,
     ('sawtooth', 'frequency'): _FREQUENCY,
     ('sawtooth', 'steps'): _ENDLESS,
-    ('steps', 'steps'): Field(0, start=10),
+    ('steps', 'steps'): NumberField(0, start=10),
     ('waveform', 'amplitude'): _AMPLITUDE,
     ('waveform', 'frequency'): _FREQUENCY,
     ('waveform', 'cycles'): _ENDLESS,
     ('jog', 'frequency'): _FREQUENCY._replace(start=200.0),
-    ('position', 'x'): Field(*TRAVEL, 1e-6),
-    ('position', 'step'): Field(start=1e-7, words='nm, relative'),
-    ('load', 'force.x'): Field('-stand.load_limit', 'stand.load_limit'),
-    ('preload', 'preload'): Field(0.0, 'stand.preload_limit', 'stand.preload'),
+    ('position', 'x'): NumberField(*TRAVEL, 1e-6),
+    ('position', 'step'): NumberField(start=1e-7, words='nm, relative'),
+    ('load', 'force.x'): NumberField('-stand.load_limit', 'stand.load_limit'),
+    ('preload', 'preload'): NumberField(0.0, 'stand.preload_limit', 'stand.preload'),
 }
 """Fields of the numbers of commands."""
 ALARMS = (
@@ -207,8 +207,8 @@ def _command(topic: Topic) -> Mapping[str, Any]:
     return {
         'name': name,
         'text': topic.text,
-        **SHOWN.get(name, Control())._asdict(),
-        'step': _number(name, 'step m') if (name, 'step') in FIELDS else None,
+        **SPECIAL.get(name, Control())._asdict(),
+        'step': _number(name, 'step m') if (name, 'step') in NUMBER_FIELDS else None,
         'numbers': [_number(name, each) for each in topic.numbers[: 1 if is_vector else None]],
         'wave': wave if topic.is_table else None,
     }
@@ -218,7 +218,7 @@ def _number(command: str, label: str) -> dict[str, Any]:
     """Return the field of a number, from its name and unit."""
     name, _, unit = label.partition(' ')
     factor, shown = display_unit(unit)
-    field = FIELDS.get((command, name), Field())
+    field = NUMBER_FIELDS.get((command, name), NumberField())
     return {'name': name, 'label': label, 'unit': shown, 'factor': factor, **field._asdict()}
 
 

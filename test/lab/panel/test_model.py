@@ -16,7 +16,7 @@ from stickslip_ros.instrument.commands import COMMANDS as COMMAND_ROWS
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.interface.topics import SERVICES
 from stickslip_ros.lab.panel import model as panel_model
-from stickslip_ros.lab.panel.controls import FIELDS, read_parameter, sheet
+from stickslip_ros.lab.panel.controls import NUMBER_FIELDS, read_parameter, sheet
 from stickslip_ros.lab.panel.model import PANEL, RANGE, Model
 from stickslip_ros.lab.panel.settings import read_settings
 from stickslip_ros.parameters import Parameters, is_fault, spec_of, specs
@@ -236,7 +236,7 @@ def test_every_command_service_fault_and_bit_has_a_control_by_itself():
 def test_limits_and_first_values_name_parameters_that_there_are():
     named = {
         str(each).removeprefix('-')
-        for field in FIELDS.values()
+        for field in NUMBER_FIELDS.values()
         for each in (field.low, field.high, field.start)
         if isinstance(each, str)
     }
