@@ -31,7 +31,7 @@ from stickslip_ros.interface.feed import Packed
 from stickslip_ros.interface.requests import receive_request
 from stickslip_ros.interface.topics import Topic
 from stickslip_ros.kernels.kernel import compilation_reported
-from stickslip_ros.parameters import NODE_NAME, Parameters, format_value
+from stickslip_ros.parameters import NODE_NAME, Parameters, differ_when_built, format_value
 from stickslip_ros.process.signals import run
 from stickslip_ros.process.stopping import StillBusy
 from stickslip_ros.recording.run import RunWriter
@@ -45,7 +45,6 @@ from stickslip_ros.ros.parameter_bridge import (
     CheckedNode,
     check_clock,
     declare_parameters,
-    differ_when_built,
     fault_defaults,
     hand_over_overrides,
     judge_changes,

@@ -4,6 +4,7 @@
 """Verbs that ask the model, as they are typed: contact, bode, optimise, figures and validate."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -84,9 +85,6 @@ def test_without_frequencies_bode_looks_around_the_resonance(capsys: Any):
     hertz = [row['frequency_hz'] for row in told['rows']]
     assert told['cell_n_per_m'] == 0.0
     assert hertz[0] < 0.1 * told['resonance_hz'] < 2.0 * told['resonance_hz'] < hertz[-1]
-
-
-def test_what_bode_finds_is_a_table(capsys: Any):
     assert main(['bode', '--frequency', '20000']) == 0
     shown = capsys.readouterr().out
     assert 'resonance of the runner' in shown
@@ -169,13 +167,8 @@ def test_the_json_has_rows_and_files_of_the_chosen_figures(capsys, tmp_path):
     assert (full['preload_n'], full['amplitude_m']) == (0.1, 160e-9)
     assert full['force_mean_n'] == pytest.approx(0.061, rel=0.01)
     assert result['fig7']['rows'][0]['zero_steps_m'] == pytest.approx(26e-9, abs=3e-9)
-
-
-def test_the_table_names_the_figures_and_the_folder(capsys, tmp_path):
     assert main([*TWO_POINTS, '--output', str(tmp_path / 'new'), '--only', 'fig6b']) == 0
-    text = capsys.readouterr().out
-    assert 'fig6b' in text
-    assert 'folder' in text
+    assert re.search('fig6b(.|\n)*folder', capsys.readouterr().out)
     assert (tmp_path / 'new' / 'fig6b.png').stat().st_size > 0
 
 
@@ -220,14 +213,9 @@ def test_a_failure_says_against_what_and_what_error_was_expected(capsys, only, t
     printed = ' '.join(capsys.readouterr().out.split())
     assert 'FAIL hess_factor of exponent=2: 2, not 2.2 (a [bold] ruler, nobody); ' in printed
     assert 'error 0.091 above 0.01: one in a hundred is counted twice' in printed
-
-
-def test_the_json_has_every_reference_in_si_units(capsys, only, tmp_path):
-    only(WRONG)
     assert main(['validate', '--output', str(tmp_path), '--json']) == 1
     result = json.loads(capsys.readouterr().out)
     assert result['passed'] is False
     [row] = result['checks']
     assert (row['ours'], row['reference'], row['unit']) == (pytest.approx(2.0), 2.2, '')
-    assert row['why'] == 'one in a hundred is counted twice'
     assert sorted(result['files']) == sorted(str(tmp_path / name) for name in FILES)

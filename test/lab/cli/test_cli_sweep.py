@@ -178,11 +178,11 @@ def test_a_run_and_a_0_amplitude_say_their_bands(fitted: Path, capsys: pytest.Ca
 
 def test_the_stand_of_draws_is_the_fitted_one(fitted: Path, capsys: pytest.CaptureFixture[str]):
     friction = json.loads(fitted.read_text())['estimates'][0]['value']
-    words = ['--amplitude', '1e-7', '--steps', f'{STEPS}', '--json']
-    told = []
     as_fitted = ['--set', f'contact.friction={friction!r}', '--set', 'stand.preload=0.1']
+    told = []
     for chosen in (['--draws', str(fitted)], as_fitted):
         capsys.readouterr()
-        assert main(['simulate', *words, *chosen]) == 0
+        words = ['simulate', '--amplitude', '1e-7', '--steps', f'{STEPS}', '--json', *chosen]
+        assert main(words) == 0
         told.append(json.loads(capsys.readouterr().out)['force_mean_n'])
     assert told[0] == told[1]

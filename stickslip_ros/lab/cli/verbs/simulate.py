@@ -92,7 +92,7 @@ SIMULATE = (
         BOTH_WAYS,
         NO_LOAD_CELL,
         DRAWS,
-        output('.csv, .parquet or a folder of .parquet to write; needed'),
+        output('.csv, .parquet or a folder of .parquet to write', required=True),
         option(
             '--part', 'of a folder, make only the third of 20 files, as 3/20', metavar='N/COUNT'
         ),
@@ -128,7 +128,7 @@ SIMULATE = (
         option('--preload', 'stand.preload, or its limits', metavar='LOW:HIGH'),
         *options_of('design.search.WaveSearch', 'knots', 'evaluations', 'seed'),
         DRAWS,
-        output('.csv of the wave; needed'),
+        output('.csv of the wave', required=True),
         RUNNERS,
         *PARAMETERS,
     ),
@@ -153,7 +153,6 @@ SIMULATE = (
         'Compile the kernels of the drive and keep them on the disk, as part of an installation. '
         'Kernels compiled by root serve all users of the machine. Exit status 1: no folder can '
         'keep them.',
-        flag_option('--timings', 'print the number of kernels and the time'),
         reports_compilation=True,
     ),
 )
