@@ -7,9 +7,10 @@ import argparse
 import sys
 from collections.abc import Callable
 from inspect import signature
+from pathlib import Path
 from typing import Any
 
-from stickslip_ros.errors import OutOfRange, printable
+from stickslip_ros.errors import OutOfRange, StickSlipError, printable
 from stickslip_ros.files import prepare_output
 from stickslip_ros.parameters import Parameters, load_ranges, load_values, parse_assignments
 from stickslip_ros.parameters.typed import to_si_list
@@ -64,6 +65,13 @@ def chosen_for(owner: Callable[..., Any], arguments: argparse.Namespace) -> dict
     """Return the arguments of a function, or fields of a record, given on a command line."""
     typed = {name: getattr(arguments, name, None) for name in signature(owner).parameters}
     return {name: value for name, value in typed.items() if value is not None}
+
+
+def asked_output(arguments: argparse.Namespace) -> Path:
+    """Return the file to write, which is missed after the checks of all other options."""
+    if arguments.output is None:
+        raise StickSlipError(f'-o FILE is missing; stickslip {arguments.verb.name} writes a file')
+    return Path(arguments.output)
 
 
 def chosen_look(arguments: argparse.Namespace) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,15 +24,16 @@ from stickslip_ros.kernels.kernel import compilation_reported
 from stickslip_ros.lab.cli.chosen import chosen_parameters
 from stickslip_ros.lab.cli.printing import CHECK_FAILED, Answer
 from stickslip_ros.lab.measurements.run_figure import plot_run
-from stickslip_ros.parameters import Parameters, dump_yaml
+from stickslip_ros.parameters import NODE_NAME, Parameters, dump_yaml
 from stickslip_ros.process.children import bound_to_parent
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.series import Series
+from stickslip_ros.ros.diagnostics import STAMPS_OFF_MAX_S
 from stickslip_ros.ros.executable import stay_on_this_host
 from stickslip_ros.sections import Section, report_field, rows_of
 from stickslip_ros.testing import Operator, open_context, reserve_domain
-from stickslip_ros.units import NANO
+from stickslip_ros.units import MICRO, NANO
 
 FREE_HZ, FREE_STEPS = 100.0, 8
 """Slow steps of the free runner: its ringing decays within each."""
@@ -58,6 +59,7 @@ class DemoSummary:
     free_step_m: float = report_field('step of the free runner', '.2f')
     force_n: float = report_field('force against the load cell', '.2f')  # mean over the last steps
     loaded_force_n: float = report_field('force under a load that pulls back', '.2f')  # the same
+    behind_s: float  # largest lag of simulated time behind the clock, made up or given up
     dropped: int = report_field('messages dropped by the recorder', '.0f')
     exit_status: int = report_field('node ended with status', '.0f')  # after SIGINT
     recording: str
@@ -66,6 +68,15 @@ class DemoSummary:
     def passed(self) -> bool:
         """Whether all steps were made, nothing was dropped, and the node ended cleanly."""
         return self.steps == _STEPS and self.dropped == 0 and self.exit_status == 0
+
+    @property
+    def verdict(self) -> str:
+        if not self.passed:
+            return 'the demo failed: check steps, dropped messages and status above'
+        if self.behind_s > STAMPS_OFF_MAX_S:
+            fell = f'simulated time fell {self.behind_s:.2g} s behind the clock'
+            return f'this machine was too busy for real time: {fell}; no step is left out'
+        return f'simulated time kept up with the clock; its largest lag was {self.behind_s:.2g} s'
 
 
 def demo_verb(arguments: argparse.Namespace) -> Answer:
@@ -83,9 +94,7 @@ def demo_verb(arguments: argparse.Namespace) -> Answer:
     say('drawing its recording')
     plot_run(Recording(summary.recording), picture, title=title, with_steps=True)
     shown = Section('The drive, commanded over topics', rows_of(summary))
-    files = f'recording {summary.recording}\npicture   {picture}'
-    if not summary.passed:
-        files += '\n\nthe demo failed: check steps, dropped messages and status above'
+    files = f'recording {summary.recording}\npicture   {picture}\n\n{summary.verdict}'
     return Answer(summary, [shown, files], 0 if summary.passed else CHECK_FAILED)
 
 
@@ -128,9 +137,11 @@ def _run_demo(parameters: Parameters, folder: Path, say: Callable[[str], None]) 
             raise StickSlipError(f'the drive does not record: {answer.message}')
         bursts = _command(operator, parameters, range_v)
         operator.switch('set_recording', wanted=False)
+        reports = len(operator.diagnostics)
+        operator.spin_until(lambda: len(operator.diagnostics) > reports, 'diagnostics')
         process.send_signal(signal.SIGINT)
         exit_status = process.wait(END_TIMEOUT_S)
-    return _summarise(bursts, Recording(file), exit_status)
+    return _summarise(operator, bursts, Recording(file), exit_status)
 
 
 def await_start(operator: Operator, process: 'subprocess.Popen[bytes]') -> None:
@@ -213,9 +224,11 @@ def _staircase(low_v: float, height_v: float) -> list[float]:
 
 
 def _summarise(
-    bursts: list[dict[str, Any]], recording: Recording, exit_status: int
+    operator: Operator, bursts: list[dict[str, Any]], recording: Recording, exit_status: int
 ) -> DemoSummary:
     position, force = recording.series('position'), recording.series('force')
+    title = f'{NODE_NAME}: time'
+    reports = [part[title] for part in operator.diagnostics if title in part]
     free, push, loaded, _ = bursts
     # At the middles of the second and of the last ramp the ringing is over, and delays are equal.
     middle_s, way_s = free['time_ns'] * NANO - 0.5 / FREE_HZ, (FREE_STEPS - 2) / FREE_HZ
@@ -225,10 +238,17 @@ def _summarise(
         free_step_m=float(np.diff(places_m)[0]) / (FREE_STEPS - 2),
         force_n=_last(force, push),
         loaded_force_n=_last(force, loaded),
+        behind_s=max(largest_lag_s(each) for each in reports),
         dropped=sum(channel.gaps or 0 for channel in recording.channels),
         exit_status=exit_status,
         recording=str(recording.path),
     )
+
+
+def largest_lag_s(report: Mapping[str, str]) -> float:
+    """Return the largest lag in a report, s; its lateness is NaN without ticks."""
+    lags_s = float(report['lag_s']), float(report['behind_s'])
+    return max(*lags_s, MICRO * float(report['lateness_max_us']))
 
 
 def _last(force: Series, burst: dict[str, Any]) -> float:

@@ -12,7 +12,7 @@ from typing import Any
 from stickslip_ros.errors import RecordingError, WrongKind
 from stickslip_ros.extras import require_lab
 from stickslip_ros.files import prepare_output
-from stickslip_ros.lab.cli.chosen import chosen_draws, chosen_for, chosen_parameters
+from stickslip_ros.lab.cli.chosen import asked_output, chosen_draws, chosen_for, chosen_parameters
 from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.design.objectives import COST_MAX, OBJECTIVES, WaveGoal, cell_of
 from stickslip_ros.lab.design.search import SearchResult, SearchStopped, WaveSearch, optimise
@@ -30,7 +30,7 @@ JUDGES = 8  # draws of a fit over which a wave is averaged
 def optimise_verb(arguments: argparse.Namespace) -> Answer:
     """Search the best wave, and write it."""
     require_lab('stickslip optimise')
-    search, path = chosen_search(arguments), arguments.output
+    search, path = chosen_search(arguments), asked_output(arguments)
     if path.suffix != '.csv':
         raise RecordingError(path, 'is not a .csv file', 'end its name so')
     prepare_output(path)

@@ -16,7 +16,7 @@ from stickslip_ros.interface.topics import (
     TRAJECTORY_ACTION,
     Topic,
 )
-from stickslip_ros.lab.cli.chosen import chosen_parameters
+from stickslip_ros.lab.cli.chosen import asked_output, chosen_parameters
 from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.drawing.picture import draw_stand
 from stickslip_ros.lab.drawing.urdf import robot_description
@@ -53,7 +53,7 @@ def interface_verb(_: argparse.Namespace) -> Answer:
 
 def draw_verb(arguments: argparse.Namespace) -> Answer:
     """Write the drawing of a stand as SVG, or its bodies as URDF."""
-    parameters, path = chosen_parameters(arguments), arguments.output
+    parameters, path = chosen_parameters(arguments), asked_output(arguments)
     if path.suffix not in {'.svg', '.urdf'}:
         raise UnknownName('kind of drawing', path.suffix, 'use .svg or .urdf')
     prepare_output(path)

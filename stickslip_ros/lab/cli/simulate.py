@@ -13,7 +13,7 @@ import numpy as np
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import RecordingError, StickSlipError, WrongKind
 from stickslip_ros.files import RUN_ENDINGS, prepare_output
-from stickslip_ros.lab.cli.chosen import chosen_draws, chosen_for, chosen_parameters
+from stickslip_ros.lab.cli.chosen import asked_output, chosen_draws, chosen_for, chosen_parameters
 from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.measurements.run_result import SawtoothRun
 from stickslip_ros.lab.measurements.sweep_table import (
@@ -125,7 +125,7 @@ def sweep_verb(arguments: argparse.Namespace) -> Answer:
         amplitudes_m=parse_floats('amplitude', arguments.amplitude, AMPLITUDE_SPEC),
         **chosen_for(Sweep, arguments),
     )
-    path = arguments.output
+    path = asked_output(arguments)
     is_table = path.name.endswith((CSV, PARQUET))
     is_folder = not is_table and (path.is_dir() or not path.suffix)
     return _parts(sweep, arguments) if is_folder else _table(sweep, arguments)

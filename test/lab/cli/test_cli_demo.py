@@ -7,6 +7,7 @@ import json
 import os
 import re
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ import numpy as np
 import pytest
 from processes import run_process
 
+from stickslip_ros.lab.cli.demo import DemoSummary, largest_lag_s
 from stickslip_ros.lab.measurements.recorded import timed_messages
 from stickslip_ros.lab.measurements.recorded_run import Run
 from stickslip_ros.lab.runs.replay import replay
@@ -64,6 +66,34 @@ def test_its_summary_says_what_the_drive_did_and_that_nothing_was_dropped(demo: 
 
 BUSY = re.compile(r' s late|a lag of .* is made up|real-time factor')
 """Lines of a drive on a host that is too busy for real time."""
+KEPT_UP = 'simulated time kept up with the clock'
+FELL = 'this machine was too busy for real time: simulated time fell 1.2 s behind the clock'
+
+
+@pytest.mark.parametrize(
+    ('changes', 'verdict'),
+    [
+        ({'behind_s': 0.0}, f'{KEPT_UP}; its largest lag was 0 s'),
+        ({'behind_s': 0.49}, f'{KEPT_UP}; its largest lag was 0.49 s'),
+        ({'behind_s': 1.23}, f'{FELL}; no step is left out'),
+        ({'dropped': 1}, 'the demo failed: check steps, dropped messages and status above'),
+    ],
+)
+def test_a_verdict_says_whether_simulated_time_kept_up(demo, changes, verdict):
+    told = DemoSummary(**json.loads(demo[0].stdout))
+    assert replace(told, **changes).verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ('report', 'lag_s'),
+    [
+        ({'lag_s': '1.5', 'lateness_max_us': '3.0', 'behind_s': '0.0'}, 1.5),
+        ({'lag_s': '0.0', 'lateness_max_us': '1500000.0', 'behind_s': '0.0'}, 1.5),
+        ({'lag_s': '0.0', 'lateness_max_us': 'nan', 'behind_s': '61.0'}, 61.0),
+    ],
+)
+def test_a_lag_counts_whether_it_is_present_made_up_or_given_up(report, lag_s):
+    assert largest_lag_s(report) == lag_s
 
 
 def test_it_writes_a_recording_with_its_parameters(demo: tuple[Any, Path]):

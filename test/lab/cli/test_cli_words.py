@@ -147,8 +147,8 @@ def test_version(capsys: Any):
         (['sweep', '--amplitude', '60,5nm', '-o', 'x.csv'], 'with a decimal point, 60.5nm'),
         (['sweep', '--amplitude', '1:160,5nm:3', '-o', 'x.csv'], 'write 160.5nm'),
         (['figures', '--points', '1e0', '--only', 'fig7'], 'points 1 is below 2'),
-        (['sweep', '--amplitude', '60', '-o', 'x.csv'], 'did you mean 60 nm?'),
-        (['draw', '--stage', 'nothing', '-o', 'x.svg'], "stage 'nothing' is not known"),
+        (['sweep', '--amplitude', '60'], 'did you mean 60 nm?'),
+        (['draw', '--stage', 'nothing'], "stage 'nothing' is not known"),
     ],
 )
 def test_an_unknown_command_line_ends_in_a_line_with_what_may_be_meant(capsys, words, said):

@@ -134,7 +134,7 @@ DATA = (
         'draw the stand',
         'Draw a stand to scale, as SVG, or write its frames and bodies as URDF for RViz and other '
         'programs. docs/examples/film.py draws a recording as a film.',
-        output('.svg or .urdf to write', required=True),
+        output('.svg or .urdf to write; needed'),
         *PARAMETERS,
         module='reference',
     ),
@@ -144,7 +144,7 @@ DATA = (
         'Write the trace of a recording, or else its topics, as a table with a row for each time '
         'and units in the column names; of tables what was read.',
         file(f'{RECORDING}; or tables', nargs='+'),
-        output('.csv, .parquet or .xlsx to write', required=True),
+        output('.csv, .parquet or .xlsx to write; needed'),
         flag_option(
             '--readings', 'write position, force and voltage of the topics, not the trace'
         ),

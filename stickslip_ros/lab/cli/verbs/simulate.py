@@ -92,7 +92,7 @@ SIMULATE = (
         BOTH_WAYS,
         NO_LOAD_CELL,
         DRAWS,
-        output('.csv, .parquet or a folder of .parquet to write', required=True),
+        output('.csv, .parquet or a folder of .parquet to write; needed'),
         option(
             '--part', 'of a folder, make only the third of 20 files, as 3/20', metavar='N/COUNT'
         ),
@@ -128,7 +128,7 @@ SIMULATE = (
         option('--preload', 'stand.preload, or its limits', metavar='LOW:HIGH'),
         *options_of('design.search.WaveSearch', 'knots', 'evaluations', 'seed'),
         DRAWS,
-        output('.csv of the wave', required=True),
+        output('.csv of the wave; needed'),
         RUNNERS,
         *PARAMETERS,
     ),
