@@ -3,11 +3,15 @@
 
 """Every verb as a process: stopped by a signal it ends in one line, and streams may be closed."""
 
+import fcntl
 import os
+import pty
 import signal
 import subprocess
 import sys
+import termios
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -165,6 +169,37 @@ def test_a_stopped_verb_ends_in_one_line_and_leaves_whole_files(place, folder, r
         kept = len(file.read_text(encoding='utf-8').splitlines()) - 1
         assert f'stopped after {kept} of' in last
         assert str(file.name) in last
+
+
+def in_its_terminal() -> None:
+    fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+
+
+@pytest.mark.usefixtures('compiled_kernels')
+def test_a_verb_whose_terminal_is_closed_ends_at_once_and_leaves_whole_files(tmp_path: Path):
+    terminal, own_end = pty.openpty()
+    with start_process(
+        [STICKSLIP, *SIMULATE],
+        cwd=tmp_path,
+        stdin=own_end,
+        stdout=own_end,
+        stderr=own_end,
+        start_new_session=True,
+        preexec_fn=in_its_terminal,
+    ) as process:
+        os.close(own_end)
+        os.set_blocking(terminal, False)
+
+        def is_under_way() -> bool:
+            with suppress(OSError):
+                os.read(terminal, 1 << 16)
+            return has_written('run.mcap', 300_000)(process.pid, tmp_path)
+
+        wait_until(is_under_way, 'a recording', progress=progress_of(process))
+        os.close(terminal)
+        finish(process)
+        assert process.returncode == 130
+    assert CLOSING_RECORD in Recording(tmp_path / 'run.mcap').metadata
 
 
 @pytest.mark.parametrize('verb', ['parameters', 'drive'])
