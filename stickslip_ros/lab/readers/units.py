@@ -9,7 +9,7 @@ from contextlib import suppress
 from functools import cache
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.extras import load_extra
+from stickslip_ros.extras import MissingExtra, load_extra
 from stickslip_ros.units import power_of_ten
 
 SI_UNITS = ('s', 'm', 'N', 'V', 'Hz')
@@ -61,8 +61,10 @@ def in_si(values: Array, factor: float) -> Array:
 
 
 def unit_of_any(text: str) -> bool:
-    """Return whether a text is a unit of a measured quantity."""
-    return any(factor_of(text, unit) for unit in (*SI_UNITS, 'm/s'))
+    """Return whether a text is a unit of a measured quantity; without pint, one known here."""
+    with suppress(MissingExtra):
+        return any(factor_of(text, unit) for unit in (*SI_UNITS, 'm/s'))
+    return False
 
 
 def split_unit(header: str) -> tuple[str, str]:

@@ -176,6 +176,16 @@ def test_a_run_and_a_0_amplitude_say_their_bands(fitted: Path, capsys: pytest.Ca
     assert '20 draws of' in capsys.readouterr().out
 
 
+def test_a_value_that_draws_vary_is_refused_since_it_would_have_no_band(fitted, tmp_path, capsys):
+    stand = tmp_path / 'fitted.yaml'
+    stand.write_text('/**: {ros__parameters: {contact.friction: 0.2}}')
+    for given in (['--params', str(stand)], ['--set', 'contact.friction=0.2']):
+        words = ['simulate', '--amplitude', '1e-7', '--steps', '5', '--draws', str(fitted)]
+        assert main([*words, *given]) == 2
+        assert 'contact.friction is given, but varies in the draws' in capsys.readouterr().err
+    assert main([*words, '--set', 'runner.damping=50']) == 0
+
+
 def test_the_stand_of_draws_is_the_fitted_one(fitted: Path, capsys: pytest.CaptureFixture[str]):
     friction = json.loads(fitted.read_text())['estimates'][0]['value']
     as_fitted = ['--set', f'contact.friction={friction!r}', '--set', 'stand.preload=0.1']
