@@ -162,7 +162,7 @@ def look_ahead(plant: Record, state: Record, stride: Record) -> None:
 
 @kernel
 def drag_along(plant: Record, stride: Record) -> None:
-    """Compute the contact force on a runner at rest that feet and frame cause, and its rates."""
+    """Compute the contact force of feet and frame on a runner at rest, and its rates."""
     tangent, driven, pulled, sway = stride.tangent, stride.driven, stride.pulled, stride.sway
     stride.drive.speed = driven * pulled.speed + tangent * sway.speed
     stride.drive.speeding = driven * pulled.speeding + tangent * sway.speeding
