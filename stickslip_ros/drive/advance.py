@@ -79,8 +79,8 @@ PASSES_MIN = 100_000
 PASSES_PER_STEP = 1_000
 """Passes added for each longest step in the duration."""
 PASSES_PER_CROSSING = 50
-"""Passes added for each sim.dt/CROSSING_S of the presliding range that the feet may cross; 1.3 were
-needed."""
+"""Passes added for each sim.dt/CROSSING_S of the presliding range that the feet may cross; at most
+1.3 were needed."""
 CROSSING_PASSES_MAX = 1e8
 """Limit of these passes: a drive whose clock stands still gives up within seconds."""
 PASSES_PER_ROW = 4

@@ -47,8 +47,8 @@ def kinds_of(contact: ContactParameters, feet: FeetParameters) -> list[FootGroup
     """Join equal neighbouring feet to one kind; on rough lines each foot is a kind."""
     if contact.profile == 'rough_line':
         return [each._replace(feet=1) for each in feet.groups for _ in range(each.feet)]
-    alike = groupby(feet.groups, key=lambda each: each._replace(feet=0))
-    return [kind._replace(feet=sum(each.feet for each in own)) for kind, own in alike]
+    kinds = groupby(feet.groups, key=lambda each: each._replace(feet=0))
+    return [kind._replace(feet=sum(each.feet for each in groups)) for kind, groups in kinds]
 
 
 def driven_feet(parameters: Parameters) -> int:
