@@ -129,7 +129,7 @@ def rough_line(spectrum: Spectrum, length_m: float, points: int, seed: int) -> A
 
 
 def line_power(spectrum: Spectrum, length_m: float, points: int) -> Array:
-    """Return the squares of B_1D of `rough_line`, m^2; OutOfRange like there."""
+    """Return the squares of B_1D of `rough_line`, m^2; raises OutOfRange like `rough_line`."""
     spectrum.check_grid(length_m, points)
     power = spectrum.density_1d(wave_numbers(length_m, points))
     power[(points + 1) // 2 :] = 0.0
