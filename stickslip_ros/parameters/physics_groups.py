@@ -63,13 +63,13 @@ class ContactParameters(Checked):
         'rough line: highest wave number; default: waves of 63 nm, eight springs long',
         (1e-2, 1e10))
     line_seed: int = count(
-        1, 'rough line: seed of the first foot; each next adds 1', (0, 2**31 - 1))
+        1, 'rough line: seed of the first foot; each further foot adds 1', (0, 2**31 - 1))
     travel: float = quantity(
         0.0, '', 'rough line: share of the mean square roughness on the runner, travelling with '
         'it; the surfaces of the paper suggest 1', (0.0, 1.0))
     friction: float = quantity(
         0.3, '', 'friction coefficient mu', (1e-3, 10.0), TABLE_1,
-        cause='dirt, moisture or wear; a constant load, as of a tilted rail, acts alike',
+        cause='dirt, moisture or wear; a constant load, as of a tilted rail, has the same effect',
         live=True)
     friction_rate: float = quantity(
         0.0, '', 'a: growth of friction per e-fold of the sliding velocity', (0.0, 0.1),
@@ -98,7 +98,7 @@ class ContactParameters(Checked):
     loss_factor: float = quantity(
         0.0, '', 'loss factor of sticking contacts; a stuck runner rings down with half of it as '
         'damping ratio; about 0.1 measured elsewhere', (0.0, 1.0), typical=0.1, from_zero=True,
-        alike='runner.damping')
+        substitute='runner.damping')
 
     def check_together(self) -> None:
         """Refuse roughness, ageing or loss without effect, and a friction that is not positive."""
@@ -164,7 +164,7 @@ class StandParameters(Checked):
         2.0, 'N', 'largest preload that a command may ask for', (1e-3, 100.0))
     load: float = opposing(
         0.0, 'N',
-        'constant external force on the runner, beside that of a command: the weight of a z axis',
+        'constant external force on the runner, plus that of a command: the weight of a z axis',
         (-1000.0, 1000.0))
     load_limit: float = quantity(
         10.0, 'N', 'largest external force that a command may ask for', (0.0, 1000.0))
@@ -221,14 +221,14 @@ class FeetParameters(Checked):
         least=1e3)
     gain: tuple[float, ...] = quantity(
         (1.0, 1.0), '',
-        'displacement per that of actuator.gain; 0: a guide at rest; below 0: against the others',
+        'displacement relative to actuator.gain; 0: a guide at rest; below 0: against the others',
         (-10.0, 10.0))
     delay: tuple[float, ...] = quantity(
         (0.0, 0.0), 's', "delay of the group's voltage, for feet that fall one after another",
         (0.0, 0.05), least=1e-6)
     guide_friction: float = opposing(
         0.0, 'N',
-        'dry friction of a guide at rest, one more contact, whatever the preload is; 0: none',
+        'dry friction of a guide at rest, an extra contact, at any preload; 0: none',
         (0.0, 100.0), typical=0.005, from_zero=True, cause='dirt or wear in the guide')
 
     def check_together(self) -> None:
