@@ -402,7 +402,7 @@ def friction_limit_n(parameters: Parameters) -> float:
 
 
 def _law_of(number: int, law: FrictionLawParameters, contacts: Sequence[Presliding]) -> Record:
-    """Return the friction law; a bristle stiffness of 0 means that of the sticking contacts."""
+    """Return the friction law; bristles of stiffness 0 get that of the sticking contacts."""
     stick_n_per_m = sum(contact.stick_stiffness_n_per_m for contact in contacts)
     return record(
         LAW,

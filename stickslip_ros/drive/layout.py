@@ -73,7 +73,7 @@ def motion_of(each: FootGroup) -> FeetMotion:
 
 
 def ratios_of(parameters: Parameters) -> Array:
-    """Return the displacement of each foot per that of the nominal foot, shape (feet,)."""
+    """Return the displacement of each foot relative to the nominal foot, shape (feet,)."""
     kinds = kinds_of(parameters.contact, parameters.feet)
     gains = np.repeat([each.gain for each in kinds], [each.feet for each in kinds])
     tolerance = parameters.actuator.gain_tolerance

@@ -61,7 +61,7 @@ def book_loss(plant: Record, state: Record, stride: Record) -> None:
     """
     Add the energy lost, and the work of the feet against the viscous forces.
 
-    The rates are those of a parabola through the elastic forces, by Simpson's rule.
+    A parabola through the elastic forces gives their rates, for Simpson's rule.
 
     """
     h_s, runner, centre, sums = stride.lasts_s, stride.runner, stride.centre, state.sums

@@ -115,7 +115,7 @@ PLANT = kind(
     plain=FLAG,  # Whether the contacts follow the contact model and lose nothing by sticking
     stuck=FLAG,  # Whether the runner is stuck
     load_n=FLOAT,  # Constant external load
-    # Whether contacts move separately, and their number; whether each foot is one of them
+    # Whether contacts move separately, and their number; whether each foot is a contact
     separate=FLAG,
     moved=COUNT,
     divided=FLAG,
