@@ -196,7 +196,7 @@ def _sweep(curve: Record, turns: Array, depth: int, allowance_n: float) -> int:
     Drop pairs of inner turning points while the force errors stay within the allowance.
 
     Without the points j and j+1 the branches j-1 and j+2 are joined. Virgin forces give the change
-    of the force on the latter. A pair is dropped only if this change, and the sum of all changes
+    of the force on branch j+2. A pair is dropped only if this change, and the sum of all changes
     so far, are within the allowance.
 
     """

@@ -112,7 +112,7 @@ def stick_stiffness(contact: Record, state: Record) -> float:
     friction, compliance = bank.friction[0], bank.compliance[0]
     normal_n_per_m = 0.0
     for group in range(bank.groups):
-        # G*/E* of the group per that of the first, which is exactly 1 for feet of one material.
+        # G*/E* of the group relative to the first group, exactly 1 for feet of one material.
         softness = (bank.friction[group] * compliance) / (friction * bank.compliance[group])
         normal_n_per_m += softness * bank.slope_n_per_m[state.springs.last[group]]
     return normal_n_per_m * friction / compliance

@@ -294,7 +294,7 @@ def tabulate_feet(
         counts[j] = 0.0
     for foot in range(first, last):
         depth_m, compliance = track.depths_m[foot], bank.compliance[foot]
-        # Stiffness of a spring per that of the first foot, which is exactly 1 for one material.
+        # Stiffness of a spring relative to the first foot, exactly 1 for one material.
         own = track.normal_n_per_m[foot] * bank.friction[foot] * bank.compliance[first]
         own /= track.normal_n_per_m[first] * bank.friction[first] * compliance
         for i in range(track.touch[foot]):
