@@ -23,7 +23,7 @@ RecordKind: TypeAlias = Any
 Record: TypeAlias = Any
 """A record of some kind."""
 FieldType: TypeAlias = Any
-"""Type of a field: FLOAT, COUNT, FLAG or a kind, or a pair of such a type and an array's shape."""
+"""Type of a field: FLOAT, COUNT, FLAG or a kind; for an array a pair of type and shape."""
 
 
 class _Fields(np.void):
