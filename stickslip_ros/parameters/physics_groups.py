@@ -186,11 +186,11 @@ class FootGroup(NamedTuple):
     young_pa: float
     gain: float
     delay_s: float
-    friction_n: float = 0.0  # friction limit beside that of preload and weight
+    friction_n: float = 0.0  # friction limit in addition to that of preload and weight
 
 
 _FOR_ALL = {'gain': 1.0, **dict.fromkeys(('weight', 'radius', 'friction', 'young', 'delay'), 0.0)}
-"""Values of groups for which none is given, if there are not as many groups as in the paper."""
+"""Values of all groups where no values are given and feet.count has another length than here."""
 
 
 @dataclass(frozen=True)
@@ -248,7 +248,7 @@ class FeetParameters(Checked):
             self.__dict__[name] = values * (groups if len(values) == 1 else 1)
         if self.total > FEET_MAX:
             limit = f'above {FEET_MAX} feet together'
-            limit += ', of which feet.guide_friction is one' * bool(self.guide_friction)
+            limit += ', with one for feet.guide_friction' * bool(self.guide_friction)
             raise OutOfRange('feet.count', list(self.count), '', limit, 'lower it')
 
     def check_foot(self, name: str, foot: int) -> None:
@@ -271,7 +271,7 @@ class FeetParameters(Checked):
 
 @dataclass(frozen=True)
 class FrameParameters(Checked):
-    """The frame as a mass on a spring: it carries the feet, and the table everything else."""
+    """The frame as a mass on a spring; it carries the feet only, the table all other parts."""
 
     mass: float = opposing(
         0.0, 'kg', 'mass of the frame with its feet; 0: rigid frame', (0.0, 1e3),

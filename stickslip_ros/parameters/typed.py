@@ -20,7 +20,7 @@ MEANT = {
     'V/s': ('V/us', 'V/ms'),
     'Pa': ('GPa', 'MPa'),
 }
-"""By SI unit: units of which a number out of range may be meant."""
+"""Other units that a number out of range may have, by SI unit."""
 
 EXAMPLES = {
     '': '0.5 or 60e-9',
