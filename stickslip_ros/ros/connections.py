@@ -66,7 +66,7 @@ class Connections:
         self._offered: dict[str, Any] = {ALWAYS: self._open(always, Parameters())}
 
     def fit(self, parameters: Parameters) -> bool:
-        """Return whether the offered topics are those of these parameters."""
+        """Return whether exactly the topics of these parameters are offered."""
         return {t.key for t in TOPICS if t.exists(parameters)} == self._offered.keys()
 
     def offer(self, parameters: Parameters) -> None:

@@ -38,7 +38,7 @@ def descriptor_of(spec: Spec) -> ParameterDescriptor:
         descriptor.additional_constraints = f'one of {", ".join(spec.choices)}'
     if spec.minimum is None or spec.maximum is None:
         return descriptor
-    if spec.is_array:  # the ranges of a descriptor are those of one number
+    if spec.is_array:  # the ranges of a descriptor hold for single numbers
         descriptor.additional_constraints = f'each {spec.minimum:g} to {spec.maximum:g}'
         return descriptor
     if spec.kind is int:
