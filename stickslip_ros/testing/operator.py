@@ -140,7 +140,7 @@ class Operator(DriveClient):
         Handle messages until a condition holds; it is tested after every message.
 
         Raises StickSlipError if simulated time has stood still for ``timeout_s`` of wall-clock
-        time, or if that much of both has passed without the condition; ``what`` names it.
+        time, or if ``timeout_s`` of both passed without the condition, which ``what`` names.
 
         """
         start_s = since_s = time.monotonic()

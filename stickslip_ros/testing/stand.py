@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A drive beside a test, in a separate ROS domain, and an operator who commands it."""
+"""A drive for a test, in a separate ROS domain, and an operator that commands it."""
 
 import gc
 import os
