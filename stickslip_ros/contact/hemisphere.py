@@ -70,7 +70,7 @@ def profile_of(contact: ContactParameters, index: int = 0) -> Profile:
     """
     Return the profile that ``contact.profile`` names; the seed of a rough line adds ``index``.
 
-    Raises OutOfRange if a rough line is asked for whose grid does not resolve its cut-offs.
+    Raises OutOfRange if the grid of a rough line does not resolve its cut-offs.
 
     """
     if contact.profile == 'smooth':
@@ -88,7 +88,7 @@ def profile_of(contact: ContactParameters, index: int = 0) -> Profile:
 
 
 def spectrum_of(contact: ContactParameters) -> Spectrum:
-    """Return the power spectrum of the roughness; OutOfRange if it is not possible."""
+    """Return the power spectrum of the roughness; raises OutOfRange if it is impossible."""
     return Spectrum(contact.hurst, contact.rms_height, contact.cutoff_lower, contact.cutoff_upper)
 
 
@@ -96,7 +96,7 @@ def lines_of(contact: ContactParameters, feet: tuple[ContactParameters, ...] = (
     """
     Return the lines under the feet for travelling roughness, read-only.
 
-    ``feet`` are the contacts of the first feet; those of the others are ``contact``.
+    ``feet`` are the contacts of the first feet; all others have ``contact``.
 
     """
     from stickslip_ros.contact.travel import track_of  # noqa: PLC0415 - numba is imported by it

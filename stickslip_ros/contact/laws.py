@@ -23,8 +23,8 @@ from stickslip_ros.parameters import LAWS
 
 MDR, COULOMB, DAHL, LUGRE, EPM = range(len(LAWS))
 SHORT_WAY = 0.25
-"""Longest way of bristles, per g, over which they decay by a fraction: an exponential costs more
-than the rest of a law."""
+"""Longest way of bristles, relative to g, for which Pade's fraction replaces the exponential: that
+costs more than the rest of a law."""
 
 LAW = kind(
     number=COUNT,  # MDR, COULOMB, DAHL, LUGRE or EPM
@@ -50,7 +50,7 @@ def steady_deflection(law: Record, coulomb_n: float, v_m_per_s: float) -> float:
 
 @kernel
 def plastic_share(law: Record, bent: float) -> float:
-    """Return alpha at z sgn(v)/g: 0 of elastic, 1 of sliding bristles; always 1 except in EPM."""
+    """Return alpha at z sgn(v)/g: 0 if bristles are elastic, 1 if they slide; 1 except in EPM."""
     if law.number != EPM:
         return 1.0
     place = (bent - law.breakaway_ratio) * (1.0 / (1.0 - law.breakaway_ratio))
@@ -78,7 +78,7 @@ def follow_plastic_share(law: Record, bent: float, way: float) -> tuple[float, f
 
 @kernel
 def decay_over(way: float) -> float:
-    """Return exp(-way) of a way >= 0; by Pade's fraction, to 6e-10, if it is short."""
+    """Return exp(-way) of a way >= 0; for short ways by Pade's fraction, to 6e-10."""
     if way > SHORT_WAY:
         return math.exp(-way)
     even, odd = 120.0 + 12.0 * way * way, way * (60.0 + way * way)

@@ -67,7 +67,7 @@ class Indentation:
 
     normal_force_n: float  # F_n, N
     depth_m: float  # indentation d = g(a), m (Eq. 25)
-    radius_m: float  # contact radius a, m; half the length in contact where there are many patches
+    radius_m: float  # contact radius a, m; half the length in contact if there are many patches
 
 
 def normal_force(profile: Profile, elasticity: Elasticity, depth_m: Array | float) -> Array:

@@ -24,7 +24,7 @@ from stickslip_ros.kernels.kernel import kernel
 from stickslip_ros.kernels.record import COUNT, FLOAT, Record, RecordKind, kind, record
 
 CAPACITY = 1024
-"""Turning points that a stack holds; `push_turn` guards it: it forgets pairs before."""
+"""Turning points that a stack holds; `push_turn` forgets pairs before it overflows."""
 FORGET_START = 1e-12
 """First force error allowed for a forgotten pair, relative to the maximal force; then fourfold."""
 
@@ -162,7 +162,7 @@ def close_loop(curve: Record, memory: Record) -> None:
     depth = memory.depth
     loop_j = branch_loss(curve, depth, loop_length(memory.turns, depth))
     memory.lost_j = memory.lost_j + loop_j - memory.base_j
-    # Both ends of a closed loop are forgotten: the force goes on as if it had not been.
+    # Both ends of a closed loop are forgotten: the force continues as without the loop.
     resume_branch(curve, memory, max(depth - 2, 0))
 
 
@@ -184,7 +184,7 @@ def forget_pairs(curve: Record, memory: Record) -> None:
     while depth > half and allowance_n < math.inf:
         depth = _sweep(curve, turns, depth, allowance_n)
         allowance_n *= 4.0
-    depth = min(depth, half)  # of forces that are no numbers nothing is forgotten
+    depth = min(depth, half)  # with NaN forces nothing is forgotten
     memory.force_n = memory.force_n + turns[depth, TURN_ERROR] - turns[memory.depth, TURN_ERROR]
     memory.depth = depth
     memory.error_n = max(memory.error_n, 2.0 * allowance_n / 4.0)
@@ -196,7 +196,7 @@ def _sweep(curve: Record, turns: Array, depth: int, allowance_n: float) -> int:
     Drop pairs of inner turning points while the force errors stay within the allowance.
 
     Without the points j and j+1 the branches j-1 and j+2 are joined. Virgin forces give the change
-    of the force on the latter. A pair is dropped only if this change, and the sum of all changes
+    of the force on branch j+2. A pair is dropped only if this change, and the sum of all changes
     so far, are within the allowance.
 
     """
@@ -328,7 +328,7 @@ def stored_energy(curve: Record, memory: Record) -> float:
 def _energy_between(
     curve: Record, inner_m: float, outer_m: float, slope: float, shift_m: float
 ) -> float:
-    """Return the energy of the elements inner < w < outer of elongation slope w + shift, J."""
+    """Return the energy of the elements inner < w < outer with elongation slope w + shift, J."""
     moments = _moments(curve, outer_m)
     inner = _moments(curve, inner_m)
     return 0.5 * (

@@ -112,7 +112,7 @@ def stick_stiffness(contact: Record, state: Record) -> float:
     friction, compliance = bank.friction[0], bank.compliance[0]
     normal_n_per_m = 0.0
     for group in range(bank.groups):
-        # G*/E* of the group per that of the first, which is exactly 1 for feet of one stuff.
+        # G*/E* of the group relative to the first group, exactly 1 for feet of one material.
         softness = (bank.friction[group] * compliance) / (friction * bank.compliance[group])
         normal_n_per_m += softness * bank.slope_n_per_m[state.springs.last[group]]
     return normal_n_per_m * friction / compliance
@@ -158,8 +158,8 @@ def _react_by_springs(
         force_n, lost_j = move_springs(contact.bank, state.springs, du_m, before_n, preload_n)
     lost_j += memory.lost_j
     slips = abs(force_n) >= (1.0 - SLIP_SLACK) * friction_limit(contact.bank, preload_n)
-    # In full slip each spring is at its limit, which one turning point says as well; turning
-    # points hold at constant preload and friction only.
+    # In full slip each spring is at its limit, so one turning point describes all of them, but
+    # only at constant preload and friction.
     state.on_springs = not slips or preload_n != contact.preload_n or ageing.on
     if state.on_springs:
         set_memory(memory, u_m, force_n, memory.sense, lost_j, 0.0)

@@ -93,14 +93,14 @@ class Spectrum:
         first, last = 2.0 * math.pi / length_m, math.pi * points / length_m
         lower, upper = self.lower_cutoff_per_m, self.upper_cutoff_per_m
         if lower < first * (1.0 - _ROUNDING):
-            limit = f'below {first:.6g} rad/m, the one wave in the length of {length_m:.6g} m'
+            limit = f'below {first:.6g} rad/m, one wave in the length of {length_m:.6g} m'
             raise OutOfRange('lower cut-off', lower, 'rad/m', limit, 'raise it or the length')
         if upper > last * (1.0 + _ROUNDING):
             limit = f'above {last:.6g} rad/m, two of the {points} points per wave'
             raise OutOfRange('upper cut-off', upper, 'rad/m', limit, 'lower it or add points')
         waves = wave_numbers(length_m, points)[: (points + 1) // 2]
         if np.count_nonzero(self._contains(waves)) < WAVES_MIN:
-            limit = f'too near the lower one, {lower:.6g} rad/m: no {WAVES_MIN} waves of the grid'
+            limit = f'less than {WAVES_MIN} grid waves above the lower one, {lower:.6g} rad/m'
             hint = 'raise it or lengthen the grid'
             raise OutOfRange('upper cut-off', upper, 'rad/m', limit, hint)
 
@@ -129,7 +129,7 @@ def rough_line(spectrum: Spectrum, length_m: float, points: int, seed: int) -> A
 
 
 def line_power(spectrum: Spectrum, length_m: float, points: int) -> Array:
-    """Return the squares of B_1D of `rough_line`, m^2; OutOfRange like there."""
+    """Return the squares of B_1D of `rough_line`, m^2; raises OutOfRange like `rough_line`."""
     spectrum.check_grid(length_m, points)
     power = spectrum.density_1d(wave_numbers(length_m, points))
     power[(points + 1) // 2 :] = 0.0

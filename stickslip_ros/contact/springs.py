@@ -34,7 +34,7 @@ from stickslip_ros.parameters import FEET_MAX
 
 SPRINGS_IN_ALL = 128
 """Springs of all groups together; with this number a changing preload runs in real time.
-`_kept_bank` guards it: it divides them among the groups."""
+`_kept_bank` divides them among the groups."""
 GROUPS_MAX = FEET_MAX  # guarded by `FeetParameters.check_together`
 SLIP_SLACK = 1e-12
 """Rounding of a sum of slipping springs, relative to the limit."""
@@ -43,7 +43,7 @@ SPRINGS = 64
 """Springs per group of equal contacts. The force then agrees with the continuum to BANK_ERROR of
 its maximum, from a twentieth of the largest preload on."""
 BANK_ERROR = 2.5e-3
-"""Error with SPRINGS springs; with 21 springs, for each of six different rough lines, 1.5e-2."""
+"""Error with SPRINGS springs; it is 1.5e-2 with 21 springs, as for six different rough lines."""
 GRADING = 2.0
 """Power with which class boundaries grow, so classes are fine for small preloads."""
 CLASSES_KEPT = 32
@@ -106,7 +106,7 @@ class Group(NamedTuple):
 
 def spring_bank(groups: Sequence[Group], preload_max_n: float, springs: int = SPRINGS) -> Record:
     """
-    Choose the springs of a drive for preloads up to the largest, a number for each group.
+    Choose a number of springs for each group of a drive, for preloads up to the largest.
 
     A record of BANK has room for SPRINGS_IN_ALL.
 
@@ -317,7 +317,7 @@ def slide_springs(
             if not old_m > bank.heights_m[i]:
                 springs.ages_s[i] = 0.0
             youngest_s = min(youngest_s, springs.ages_s[i])
-        # A force that sticks in the youngest contact sticks in each: no logarithm for these.
+        # A force that sticks in the youngest contact sticks in each and needs no logarithm.
         all_stick = ratio_at_rest(ageing, youngest_s + dt_s)
         for i in own:
             limit_n = bank.limit_n_per_m[i] * max(new_m - bank.heights_m[i], 0.0)
@@ -340,7 +340,7 @@ def move_group(
     """
     Move against the springs of a group, up to the highest pressed one, while its depth changes.
 
-    It has no sums, so a processor does several springs at a time.
+    The loop has no sums, so a processor computes several springs at a time.
 
     """
     heights_m, limit_n_per_m = bank.heights_m[own], bank.limit_n_per_m[own]

@@ -37,8 +37,8 @@ RING = TILES * TILE
 WINDOW_MAX = RING - TILE
 """Springs of the widest window; `track_of` guards it, and with it RING and TILES."""
 WAVES = 384
-"""Largest number of waves of the line; at long wavelengths it has those of `rough_line`.
-`waves_of_line` guards it: it makes no more bins."""
+"""Largest number of waves of the line; its long waves are those of `rough_line`. `waves_of_line`
+makes no more bins."""
 _STREAM = 41
 """Number of the random stream of the waves."""
 WIDE = 6.0
@@ -51,7 +51,7 @@ NO_PLACE = -(1 << 62)
 _REACH = 1.1
 """Height up to which springs are collected first, relative to the previous depth."""
 PASSES = 100
-"""Most of Newton's steps to a depth; they end when the springs in contact stay, after about 5."""
+"""Most of Newton's steps to a depth; they end, after about 5, when the touching springs stay."""
 
 AMPLITUDE, ANGLE, COSINE, SINE = range(4)
 """Columns of ``waves``: amplitude, m; phase from spring to spring, rad; its cosine and sine."""
@@ -278,7 +278,7 @@ def tabulate_feet(
     """
     Tabulate the virgin curve of the feet from ``first`` to before ``last`` at a place of windows.
 
-    ``bank`` is that of all feet, for load shares and friction; the place is the displacement of
+    ``bank`` has the load shares and the friction of all feet; the place is the displacement of
     the runner, in springs.
 
     """
@@ -294,7 +294,7 @@ def tabulate_feet(
         counts[j] = 0.0
     for foot in range(first, last):
         depth_m, compliance = track.depths_m[foot], bank.compliance[foot]
-        # Stiffness of a spring per that of the first foot, which is exactly 1 for one stuff.
+        # Stiffness of a spring relative to the first foot, exactly 1 for one material.
         own = track.normal_n_per_m[foot] * bank.friction[foot] * bank.compliance[first]
         own /= track.normal_n_per_m[first] * bank.friction[first] * compliance
         for i in range(track.touch[foot]):

@@ -24,12 +24,12 @@ from stickslip_ros.kernels.kernel import entry_point, kernel
 from stickslip_ros.kernels.record import FLOAT, Record, kind, records
 
 CELLS = 4096
-"""Cells of a table; `virgin_force` and its siblings guard it."""
+"""Cells of a table; `virgin_force` and its derivatives check their index."""
 TABLE_ERROR = 1.2e-6
 """Largest error of the force in a table, relative to the maximal force; worst for smooth spheres,
 whose stiffness falls to zero like a square root."""
 STIFFNESSES_KEPT = 8
-"""Contacts whose stiffness is kept for tables of their own."""
+"""Number of contacts whose stiffness is kept for separate tables."""
 CELL_STARTS: Array = np.arange(CELLS) / CELLS
 """Starts of the cells, relative to the limit."""
 
@@ -62,11 +62,11 @@ def tabulate(contacts: Sequence[Presliding]) -> Record:
 
 def tabulate_each(contacts: Sequence[Presliding]) -> list[Record]:
     """
-    Return the virgin curves of single contacts, whose sum is ``tabulate`` of all of them.
+    Return the virgin curves of single contacts; their sum is ``tabulate`` of all contacts.
 
     Identical objects share a curve. The tables have the grid and the scale of the common table.
-    The limit of each is that of the contact that slips last; a contact that slips earlier has a
-    flat table from there on.
+    All curves end at the limit of the contact that slips last; a contact that slips earlier has a
+    flat table from its own limit on.
 
     """
     _, each, scale, cell_m = _stiffnesses(contacts)
@@ -76,10 +76,10 @@ def tabulate_each(contacts: Sequence[Presliding]) -> list[Record]:
 
 def _stiffnesses(contacts: Sequence[Presliding]) -> tuple[Array, dict[int, Array], float, float]:
     """
-    Return what the tables of contacts share.
+    Return the data that the tables of contacts share.
 
-    Stiffness at the nodes, N/m, of all contacts together and of each by its id; scale factor for a
-    force of full slip of exactly sum(mu F_n); width of a cell, m.
+    Stiffness at the nodes, N/m, of all contacts together and of each by its id; scale factor by
+    which full slip has exactly the force sum(mu F_n); width of a cell, m.
 
     """
     limit_m = max(contact.max_displacement_m for contact in contacts)

@@ -34,8 +34,8 @@ def move_actuator(
     """
     Move amplifier and piezo in a step; return voltage, V, and displacement of the foot, m.
 
-    The way of the foot is a parabola through start, middle and end, with the returned velocity,
-    m/s, at the start and acceleration, m/s^2.
+    Also return velocity at the start, m/s, and acceleration, m/s^2, of a foot on a parabola
+    through start, middle and end.
 
     """
     half_s = pace.half_s

@@ -10,8 +10,8 @@ rounded voltage, a nonlinear piezo, feet that differ, a stuck runner, a changing
 Coulomb's law need short steps, many of them in the presliding range. Their length follows from
 the highest possible speed of the feet, so no step is repeated.
 
-Passes of loops over time are counted. Every stretch and step must move the clock; if one does not,
-the loops still end, and the drive fails with the state that led there.
+Passes of the time loops are counted. Every stretch and step must move the clock; if the clock
+stands still, the loops end anyway, and the drive fails with its state.
 
 """
 
@@ -61,13 +61,12 @@ CROSSING_S = 4e-5
 """Feet after a low-pass or with a resonance move at most sim.dt/CROSSING_S of the presliding range
 in a step: an eighth of it at the default of 5 us."""
 CROSSING_STEPS_MIN = 2.0
-"""Least number of steps in which such feet cross the presliding range."""
+"""Least number of steps in which these feet cross the presliding range."""
 SETTLING, RINGING = 1.0, 4.5
-"""Length of a step in which the feet move on a parabola, per share of the presliding range that a
-step may cross: in time constants of the low-pass, and in inverse angular frequencies of the
-resonance."""
+"""Longest step in which the feet move on a parabola, per allowed share of the presliding range: in
+time constants of the low-pass, and in inverse angular frequencies of the resonance."""
 LANES_MIN = 4
-"""Least number of drives for which lanes are faster, though some stay empty."""
+"""Least number of drives for which lanes are faster, even with empty lanes."""
 RATE_REFINEMENT = 2
 """Factor by which steps are shorter if friction depends on velocity; energy balances to 2e-4."""
 GAP_SHARE = 0.03
@@ -76,21 +75,21 @@ share of the presliding range: after a fall the friction drops within nanosecond
 BURST = 4
 """Steps of one length before the next length is chosen."""
 PASSES_MIN = 100_000
-"""Passes allowed for any time, however short; the longest falls need a hundredth of that."""
+"""Passes allowed for the shortest duration; the longest falls need a hundredth of them."""
 PASSES_PER_STEP = 1_000
-"""Further passes allowed for each of the longest steps in a time."""
+"""Passes added for each longest step in the duration."""
 PASSES_PER_CROSSING = 50
-"""Further passes allowed for each presliding range and each sim.dt/CROSSING_S of it that the
-feet may cross; 1.3 were needed."""
+"""Passes added for each sim.dt/CROSSING_S of the presliding range that the feet may cross; at most
+1.3 were needed."""
 CROSSING_PASSES_MAX = 1e8
-"""Most of these: a drive whose time stands still gives up within seconds."""
+"""Limit of these passes: a drive whose clock stands still gives up within seconds."""
 PASSES_PER_ROW = 4
-"""Further passes allowed for each row of a waveform's table, and for each corner that a delayed
-actuator may meet; 2 are needed."""
+"""Passes added for each row of a waveform's table, and for each corner that a delayed actuator may
+meet; 2 are needed."""
 
 
 class VoltageHeld(StickSlipError):
-    """The memory of feet with a delay was full: the motion is right under a held voltage."""
+    """The memory of delayed feet was full: the motion is right, but under a held voltage."""
 
 
 @entry_point
@@ -123,7 +122,7 @@ def observe_long(
 
 @entry_point
 def observe_together(drives: tuple[Any, ...]) -> None:
-    """Advance LANES drives, tuples of arguments of ``observe``; a negative sample time: none."""
+    """Advance LANES drives, tuples of ``observe``'s arguments; negative sample times are idle."""
     _observe(all_lanes(), drives, True)
 
 
@@ -135,7 +134,7 @@ def observe_long_together(drives: tuple[Any, ...]) -> None:
 
 @kernel
 def _observe(lanes: Record, drives: tuple[Any, ...], plain: bool) -> None:
-    """Advance the drives in long steps; the code of ``plain`` ones has no loss or rival law."""
+    """Advance the drives in long steps; ``plain`` omits the code of losses and rival laws."""
     active = 0
     for i in range(len(lanes.h_s)):
         plants, states, _, load_n, sample_s, _, _ = drives[i]
@@ -148,7 +147,7 @@ def _observe(lanes: Record, drives: tuple[Any, ...], plain: bool) -> None:
             if lanes.runs[i] and (lanes.left_s[i] <= 0.0 or lanes.passes_left[i] < 0):
                 lanes.runs[i] = _next_stretch(lanes, i, drives[i])
                 active -= 1 - lanes.runs[i]
-        # Ended lanes stay in: the loops have a fixed length, and `runs` skips their tables.
+        # Finished lanes stay: the loops have a fixed length, and `runs` skips their tables.
         long_steps(lanes, drives, plain)
 
 
@@ -331,7 +330,7 @@ def take_short_steps(
         pace = pace_of(plant, state, dt_s)
         from_v = clamp(plant, input_v)
         for i in range(1, steps + 1):
-            # From the start of the burst: added step by step, the rounding would move the corner.
+            # Count from the start of the burst: summed steps would move the corner by rounding.
             to_v = clamp(plant, input_v + rate_v_per_s * (i * dt_s))
             at_s = stretch_s - before_s + (i - 1) * dt_s
             step(plant, state, from_v, to_v, load_n, pace, at_s)
@@ -470,7 +469,7 @@ def check_motion(states: Record, load_n: float) -> None:
     """
     Raise StickSlipError with the state of a drive that has failed or whose motion is not finite.
 
-    Raises VoltageHeld if feet with a delay have no room for a corner: the voltage was held since.
+    Raises VoltageHeld if the memory of delayed feet was full, so that the voltage was held.
 
     """
     if states['passes_left'].item() < 0:

@@ -21,7 +21,7 @@ from stickslip_ros.kernels.record import Record
 SETTLED_V = 1e-9
 """Gap that counts as rounding; it moves the foot by half an attometre."""
 FALL_SHARE = 0.01
-"""Remaining share of the rise at which a fall after a converter or a low-pass is over."""
+"""A fall after a converter or a low-pass is over when this share of the rise remains."""
 AIM = 0.999
 """Share of this gap at which the stretch ends, so rounding cannot hide the end of the fall."""
 AIM_OF_CONVERTER = 0.5
@@ -47,7 +47,7 @@ class Stretch(NamedTuple):
 
 @kernel
 def stretch_ahead(plant: Record, wave: Wave, clock: Record, output_v: float, row: int) -> Stretch:
-    """Return the output before the low-pass, now at a voltage, up to its next corner."""
+    """Return the output before the low-pass, from its present voltage to its next corner."""
     target_v, slope_v_per_s, corner_s = wanted(plant, wave, clock, row)
     start_v, rate_v_per_s, caught_s = follow(
         plant, output_v, target_v, slope_v_per_s, clock.ramp_s
@@ -112,7 +112,7 @@ def follow(
     """
     Return voltage (V) and rate (V/s) of the output, and the time until the rate changes (s).
 
-    The output is that before the low-pass. The clock is the time since the start of the ramp: a
+    The output is taken before the low-pass. The clock is the time since the start of the ramp: a
     voltage that would be reached before the clock moves counts as reached.
 
     """
@@ -142,7 +142,7 @@ def low_pass(
 def time_to_settle(
     plant: Record, wave: Wave, output_v: float, input_v: float, rate_v_per_s: float
 ) -> float:
-    """Return the time until a fall after the low-pass is over, s; inf if over. Linear input."""
+    """Return the time to the end of a fall after the low-pass under linear input, s; inf: over."""
     tau_s = plant.amplifier.tau_s
     if tau_s == 0.0:
         return math.inf
@@ -168,7 +168,7 @@ def is_fall_over(
 
 @kernel
 def fall_gap(plant: Record, wave: Wave) -> float:
-    """Return the distance from its end at which a fall counts as over, V."""
+    """Return the remaining voltage at which a fall counts as over, V."""
     return max(FALL_SHARE * abs(wave.rise_v), plant.amplifier.resolution_v)
 
 
@@ -184,7 +184,7 @@ def corners_within(
     """
     Return the largest number of corners of the output in any ``lasts_s`` of a wave.
 
-    A level of the converter has two, where it is left and where the next is reached.
+    A level of the converter has two corners: its end and the start of the next level.
 
     """
     ramp = np.array(((0.0, wave.start_v), (wave.period_s, wave.start_v + wave.rise_v)))

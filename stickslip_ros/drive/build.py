@@ -54,26 +54,26 @@ PHASE_MAX = 1.1
 """Largest product of step and angular frequency, or damping rate. The steps are series in both;
 up to this limit the energy balances to a few 1e-3."""
 TRAVEL_MARGIN = 0.7
-"""Factor of the longest step for travelling roughness, which allows for twice the stiffness."""
+"""Factor on the longest step for travelling roughness: it allows for twice the stiffness."""
 TREAD_CYCLES = 0.75
 """Cycles of the piezo's resonance in which a level of the converter still excites it."""
 LOW_TREAD = 4e-3
-"""Most that a level moves the feet, per the presliding range, where shorter levels than a step
-are a straight line: it errs by about that share."""
+"""Largest motion of the feet per level, as a share of the presliding range, for which levels
+shorter than a step become a straight line; the error is about that share."""
 TREADS_PER_STEP = 8
-"""Most levels in the longest step, however high they or the resonance are."""
+"""Most levels in the longest step, for any level and any resonance."""
 RANGES_SPREAD = 2.0
-"""Largest presliding range that limits the steps, per the smallest of feet that move as one; 1.6
-for the smooth contacts of the paper."""
+"""Largest presliding range that limits the steps, relative to the smallest range of feet that move
+as one; 1.6 for the smooth contacts of the paper."""
 LAW_REFINEMENT = 4
 """Factor by which steps are shorter under a rival law that depends on velocity."""
 LITTLE_FRICTION = 0.1
-"""Friction limit of feet that move alike, per the mean of all such feet; those with less limit the
-steps in proportion less, since their errors count less."""
+"""Friction limit of feet of equal motion, relative to the mean over all motions; feet below it
+allow proportionally longer steps, since their errors count less."""
 FALLS_APART = 2.0
-"""Falls of a cycle up to which steps are as short as in a fall of all feet. Each of n falls moves
-an n-th of the friction, so its errors count less: with 12 delays the position errs by 6e-6 (4e-6
-with short steps; two delays: 4e-6), near the 0-amplitude by 3e-5 (2e-5; 2e-5)."""
+"""With more falls in a cycle the steps are longer. Each of n falls moves an n-th of the friction,
+so its errors count less: with 12 delays the position errs by 6e-6 (4e-6 with short steps; two
+delays: 4e-6), near the 0-amplitude by 3e-5 (2e-5; 2e-5)."""
 TREADS_KEPT = 8
 MODELS_KEPT = 64
 """Contact models kept for the next drive; a sweep over amplitudes needs one for each preload."""
@@ -85,7 +85,7 @@ def plant_of(parameters: Parameters) -> Record:
 
     Raises OutOfRange if frame, load button, stacks or feet that move differently are set under
     Coulomb's law, which does not define how contacts share a load; if the frame is not heavier
-    than its feet; if travelling roughness has feet of equal motion that are no neighbours.
+    than its feet; if travelling roughness has feet of equal motion that are not neighbours.
 
     """
     _refuse_under_coulomb(parameters)
@@ -225,7 +225,7 @@ def loss_of(parameters: Parameters, plant: Record) -> float:
     contact, loss_factor = parameters.contact, parameters.contact.loss_factor
     if not loss_factor:
         return 0.0
-    # Not that of the tabulated curve, in whose first cell a foot of little friction slips already.
+    # Not from the tabulated curve: in its first cell a foot of little friction already slips.
     preload_n, weight_n = float(plant.contacts[ALL].preload_n), layout.weight_of(parameters)
     contacts = layout.contacts_at(contact, parameters.feet, preload_n, weight_n)
     contact_n_per_m = sum(each.stick_stiffness_n_per_m for each in contacts)
@@ -371,7 +371,7 @@ def _kept_bank(
     preload_max_n: float,
     motion: layout.FeetMotion | None,
 ) -> Record:
-    """Return the springs of the contacts with a motion, or of all, a record of BANK, read-only."""
+    """Return the springs of the contacts with a motion, or of all if None: a read-only BANK."""
     kinds, groups = layout.kinds_of(contact, feet), layout.groups_of(contact, feet, weight_n)
     own = [
         g
@@ -402,7 +402,7 @@ def friction_limit_n(parameters: Parameters) -> float:
 
 
 def _law_of(number: int, law: FrictionLawParameters, contacts: Sequence[Presliding]) -> Record:
-    """Return the friction law; a bristle stiffness of 0 means that of the sticking contacts."""
+    """Return the friction law; bristles of stiffness 0 get that of the sticking contacts."""
     stick_n_per_m = sum(contact.stick_stiffness_n_per_m for contact in contacts)
     return record(
         LAW,
@@ -419,7 +419,7 @@ def _law_of(number: int, law: FrictionLawParameters, contacts: Sequence[Preslidi
 def _separate_motions(
     plant: Record, parameters: Parameters, motions: dict[layout.FeetMotion, list[int]]
 ) -> None:
-    """Give feet of equal motion a contact together, and delays an actuator each."""
+    """Give each group of feet of equal motion a joint contact, and each delay an actuator."""
     contact, feet, weight_n = parameters.contact, parameters.feet, layout.weight_of(parameters)
     order = [kind for own in motions.values() for kind in own]
     if contact.travel and order != sorted(order):
@@ -443,7 +443,7 @@ def _separate_motions(
 
 
 def _limit_of(group: Group, preload_n: float, friction: float) -> float:
-    """Return the friction limit of a foot of a group at a preload, per ``friction``, N."""
+    """Return the friction limit of a foot at a preload, divided by ``friction``, N."""
     return group.friction / friction * (group.share * preload_n + group.weight_n)
 
 
@@ -470,7 +470,7 @@ def separate_feet(plants: Record, parameters: Parameters) -> None:
 
 
 def divide_feet(plants: Record, states: Record, parameters: Parameters) -> None:
-    """Let each foot of a plant go on with a contact of its own, from the present state."""
+    """Give each foot its own contact from the present state on."""
     lost_j, before, state = lost_before_division(plants, states), states.copy(), states[0]
     separate_feet(plants, parameters)
     state.contacts[1:] = 0
@@ -479,7 +479,7 @@ def divide_feet(plants: Record, states: Record, parameters: Parameters) -> None:
 
 
 def _set_contact_of_foot(plant: Record, k: int, group: Group, bank: Record) -> None:
-    """Give a foot its share of the springs of a bank, and of the law of all contacts."""
+    """Give a foot its share of a bank's springs, and of the law of all contacts."""
     own = plant.groups[k]
     row = slice(bank.first[own], bank.first[own + 1])
     plant.contacts[k].bank = bank_of_rows(
@@ -544,7 +544,7 @@ def _range_of(contacts: Sequence[Presliding]) -> float:
 def change_preload(
     plants: Record, states: Record, parameters: Parameters, preload_n: float
 ) -> None:
-    """Start a change of the preload, with springs as the memory of the contacts."""
+    """Start a change of the preload; the springs take over the memory of the contacts."""
     switch_all_to_springs(plants, states)
     set_preload(plants, parameters, preload_n)
 

@@ -4,8 +4,7 @@
 """
 Kernel: the contacts of all feet in a stride.
 
-For the rest of the drive they are one contact against the nominal foot, with the sum of the
-forces.
+The rest of the drive sees one contact against the nominal foot, with the sum of the forces.
 
 """
 
@@ -30,7 +29,7 @@ from stickslip_ros.kernels.record import Record
 
 @kernel
 def look_ahead(plant: Record, state: Record, stride: Record) -> None:
-    """Compute their stiffness ahead of the runner; shorten the stride to the closing of a loop."""
+    """Compute the stiffness of the contacts ahead; shorten the stride to the closing of a loop."""
     tangent, driven, drag_n, lasts_s, may_turn = 0.0, 0.0, 0.0, stride.longest_s, False
     for k in active_contacts(plant):
         contact, own, foot = plant.contacts[k], state.contacts[k], state.feet[k]
@@ -59,7 +58,7 @@ def look_ahead(plant: Record, state: Record, stride: Record) -> None:
 
 @noinline_kernel
 def _look_at_delayed(plant: Record, state: Record, stride: Record) -> None:
-    """Part the force and the pull of delayed feet from those of feet that follow at once."""
+    """Separate the force and the pull of delayed feet from those of the other feet."""
     pulled = stride.pulled
     stride.driven, stride.before_w = 1.0, 0.0
     pulled.speed = pulled.speeding = 0.0
@@ -94,7 +93,7 @@ def cut(plant: Record, state: Record, stride: Record) -> None:
 
 @kernel
 def pass_middle(plant: Record, state: Record, stride: Record) -> None:
-    """Evaluate their forces in the middle."""
+    """Evaluate the forces of the contacts in the middle."""
     middle_m, frame_m = stride.runner.middle_m, stride.frame_middle_m
     stride.middle_drag_n = move_contacts(
         plant, state, stride, middle_m, frame_m, 0.5 * stride.lasts_s
@@ -104,7 +103,7 @@ def pass_middle(plant: Record, state: Record, stride: Record) -> None:
 
 @kernel
 def arrive(plant: Record, state: Record, stride: Record) -> None:
-    """Move them to the end, and add the work of the feet by Simpson's rule."""
+    """Move the contacts to the end, and add the work of the feet by Simpson's rule."""
     h_s, path, end_m = stride.lasts_s, stride.path, stride.runner.end_m
     end_drag_n = move_contacts(plant, state, stride, end_m, stride.frame_end_m, h_s)
     last = path.speed + h_s * path.speeding

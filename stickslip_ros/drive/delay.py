@@ -18,7 +18,7 @@ from stickslip_ros.kernels.kernel import kernel, noinline_kernel
 from stickslip_ros.kernels.record import Record
 
 PIECE_OVER_S = 1e-15
-"""Remaining time of a piece that counts as none."""
+"""Remaining time of a piece that counts as 0."""
 PIECE_MAX_S = 1.0
 """Length from which a piece ends, so that sums of times lose no digits in a long hold."""
 

@@ -61,8 +61,8 @@ def divide_among_feet(plants: Record, states: Record, befores: Record, lost_j: f
 
     Notes
     -----
-    All feet of a contact have shared one displacement, so each has the same turning points. With
-    them its own virgin curve gives the force of a foot.
+    The feet of a contact have shared one displacement, so they have the same turning points. The
+    force of a foot follows from these and from its own virgin curve.
 
     """
     plant, state, before = plants[0], states[0], befores[0]

@@ -26,9 +26,9 @@ def apply_faults(
     """
     Set the present faults of a drive, and end all others.
 
-    A dead foot, from 1 in the order of the groups, stays in place, and moves on from there when
-    the fault ends; 0: none. A runner that gets stuck loses its kinetic energy. Without power
-    the voltage goes to the lowest.
+    A dead foot, counted from 1 in the order of the groups, stays in place, and moves on from there
+    when the fault ends; 0: none. A runner that gets stuck loses its kinetic energy. Without power
+    the voltage falls to the lowest.
 
     Raises OutOfRange if a foot dies under Coulomb's law, which does not define how feet share the
     load.
@@ -50,7 +50,7 @@ def apply_faults(
 def change_dead_foot(
     plants: Record, states: Record, parameters: Parameters, dead_foot: int
 ) -> None:
-    """Stop a foot, from 1, or none, 0; the foot that was dead moves on from its place."""
+    """Stop a foot, counted from 1, or none with 0; release the previously dead foot."""
     plant, state = plants[0], states[0]
     if plant.contacts[ALL].law.number == COULOMB:
         hint = 'take another contact.law'

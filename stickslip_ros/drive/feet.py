@@ -23,7 +23,7 @@ def ratio_of(plant: Record, k: int) -> float:
 
 @kernel
 def in_mean(plant: Record, k: int, value: float) -> float:
-    """Return the part of a value of a contact's feet in the mean over all driven feet."""
+    """Return the contribution of a contact's feet to the mean of a value over all driven feet."""
     if is_guide(plant, k):
         return 0.0
     return value if k == ALL else value * plant.counts[k] / plant.driven
@@ -43,7 +43,7 @@ def nominal_place(plant: Record, state: Record, k: int) -> float:
 
 @kernel
 def nominal_way(plant: Record, state: Record, stride: Record, k: int) -> tuple[float, float]:
-    """Return velocity, m/s, and acceleration, m/s^2, of that foot in the present stride."""
+    """Return velocity, m/s, and acceleration, m/s^2, of the nominal foot in this stride."""
     if plant.lates[k]:
         late = state.late[plant.lates[k] - 1]
         return late.speed, late.speeding

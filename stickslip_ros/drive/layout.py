@@ -27,7 +27,7 @@ from stickslip_ros.parameters import ContactParameters, FeetParameters, FootGrou
 FEET_STREAM = 40
 """Number of the random stream of the gains; sensors have others."""
 KINDS_KEPT = 64
-"""Contacts of feet of another radius or stuff that are kept for the next drive."""
+"""Number of contacts of another radius or material that are kept for the next drive."""
 STANDARD_GRAVITY_M_PER_S2 = 9.80665
 NO_LAW_OF_SHARES = "refused under Coulomb's law, which does not define how bodies share a load"
 
@@ -44,15 +44,15 @@ COMMON_MOTION = FeetMotion(1.0, 0.0)
 
 
 def kinds_of(contact: ContactParameters, feet: FeetParameters) -> list[FootGroup]:
-    """Return equal neighbours as one kind with their number; on rough lines each foot differs."""
+    """Join equal neighbouring feet to one kind; on rough lines each foot is a kind."""
     if contact.profile == 'rough_line':
         return [each._replace(feet=1) for each in feet.groups for _ in range(each.feet)]
-    alike = groupby(feet.groups, key=lambda each: each._replace(feet=0))
-    return [kind._replace(feet=sum(each.feet for each in own)) for kind, own in alike]
+    kinds = groupby(feet.groups, key=lambda each: each._replace(feet=0))
+    return [kind._replace(feet=sum(each.feet for each in groups)) for kind, groups in kinds]
 
 
 def driven_feet(parameters: Parameters) -> int:
-    """Return the number of feet that are no guides."""
+    """Return the number of feet that are not guides."""
     return sum(each.feet for each in parameters.feet.groups if each.gain)
 
 
@@ -73,7 +73,7 @@ def motion_of(each: FootGroup) -> FeetMotion:
 
 
 def ratios_of(parameters: Parameters) -> Array:
-    """Return the displacement of each foot per that of the nominal foot, shape (feet,)."""
+    """Return the displacement of each foot relative to the nominal foot, shape (feet,)."""
     kinds = kinds_of(parameters.contact, parameters.feet)
     gains = np.repeat([each.gain for each in kinds], [each.feet for each in kinds])
     tolerance = parameters.actuator.gain_tolerance

@@ -17,8 +17,8 @@ from stickslip_ros.kernels.record import Record
 class EnergyLedger(NamedTuple):
     """Energy of the drive since its start, J."""
 
-    feet_work_j: float  # Work of the feet and of the external load
-    load_work_j: float  # and the kinetic energy of a mass that was added in motion
+    feet_work_j: float  # Work of the feet
+    load_work_j: float  # Work of the external load, and kinetic energy of a mass added in motion
     # Kinetic energy of the runner; energy of the load cell and of the contact springs
     kinetic_j: float
     cell_j: float

@@ -39,8 +39,8 @@ from stickslip_ros.kernels.kernel import kernel, on_stack
 from stickslip_ros.kernels.record import COUNT, FLOAT, Record, RecordKind, kind
 
 LANES = 8
-"""Drives computed together: 4 would take the same time, 16 twice the time. `run_in_lanes` guards
-it: it asks for no more at once."""
+"""Drives computed together: 4 would take the same time, 16 twice the time. `run_in_lanes` never
+passes more."""
 _NEWTON_STEPS = 1
 """Newton's steps to a reversal: with three the worst error of 120 cases changes in digit 11."""
 STEP_SLACK = 1e-9
@@ -166,7 +166,7 @@ def look_ahead(lanes: Record, drives: Any, plain: bool) -> None:
     # Loops without a branch or a table are separate: only these are computed four lanes at a time.
     for i in range(len(lanes.h_s)):
         left_s, longest_s = lanes.left_s[i], lanes.longest_s[i]
-        # The last two steps are equal: a short rest would cost as much as a whole step.
+        # The last two steps are equal: a short remainder would cost as much as a whole step.
         h_s = longest_s if left_s >= 2.0 * longest_s else 0.5 * left_s
         lanes.h_s[i] = h_s = h_s if left_s > longest_s * (1.0 + STEP_SLACK) else left_s
         others_n = lanes.load_n[i] - lanes.contact_n[i]
@@ -289,12 +289,12 @@ def arrive(lanes: Record, drives: Any, plain: bool) -> None:
         h_s, y_middle = lanes.h_s[i], lanes.y_middle[i]
         missed_n = lanes.middle_n[i] - lanes.contact_n[i] - lanes.tangent[i] * y_middle
         missed_middle = missed_n * lanes.per_kg[i] + lanes.missed_by_walls[i]
-        # Simpson's rule on what the tangent misses: it is 0 at the start, and a force at the end
-        # has not yet moved anything.
+        # Simpson's rule on the force beyond the tangent: it is 0 at the start, and at the end it
+        # has not moved anything yet.
         y_end = lanes.y_end[i] - 4.0 * SIXTH * h_s * lanes.impulse[i] * missed_middle
         voltage_v = lanes.voltage_v[i] + lanes.rate_v_per_s[i] * h_s
         foot_m = lanes.gain_m_per_v[i] * (voltage_v - lanes.rest_v[i])
-        # From feet and sliding, not from the last position: rounding must not part the three.
+        # From feet and sliding, not from the last position, so rounding cannot separate the three.
         position_m = foot_m + lanes.u_m[i] + y_end
         lanes.missed_middle[i], lanes.y_end[i] = missed_middle, y_end
         lanes.w_middle[i] -= (SIXTH * h_s) * missed_middle
@@ -339,7 +339,7 @@ def arrive(lanes: Record, drives: Any, plain: bool) -> None:
         lanes.foot_m[i], lanes.position_m[i] = lanes.next_foot_m[i], lanes.next_m[i]
         lanes.velocity_m_per_s[i], lanes.contact_n[i] = v_1, end_n
         left_s = lanes.left_s[i]
-        # Exactly 0: a remainder of rounding would be a step that moves no clock.
+        # Exactly 0: a rounding remainder would be a step that does not move the clock.
         lanes.left_s[i] = left_s - h_s if h_s < left_s else 0.0
         lanes.passes_left[i] -= 1
         if not plain:
@@ -351,7 +351,7 @@ def arrive(lanes: Record, drives: Any, plain: bool) -> None:
 
 @kernel
 def _lose_in_middle(lanes: Record, i: int) -> None:
-    """Add the loss by what the tangent misses in the middle, as in `add_loss_in_middle`."""
+    """Add the loss by the force beyond the tangent in the middle, as in `add_loss_in_middle`."""
     missed_n = lanes.middle_n[i] - lanes.contact_n[i] - lanes.tangent[i] * lanes.y_middle[i]
     lost = lanes.loss_s[i] * missed_n * lanes.per_kg[i]
     lanes.w_middle[i] -= lost
@@ -378,7 +378,7 @@ def time_to_turn(
     """
     Return the time of zero sliding velocity, s, or the longest time.
 
-    The velocity is given with its derivatives; the first one decelerates it.
+    The arguments are the velocity and its derivatives; the first derivative decelerates.
 
     """
     time_s = -speed / speeding

@@ -5,9 +5,9 @@
 Kernel: loss in sticking contacts, in short steps.
 
 A contact of elastic force T acts with F = T + tau T'. T' is the stiffness that sticks times the
-velocity of the runner against the feet, and 0 in full slip. In a stride T follows a tangent and
-misses M, which begins as the square of time. tau M' has the momentum tau M; from M in the middle
-and at the end follow its values that Simpson's rule needs.
+velocity of the runner against the feet, and 0 in full slip. In a stride T is a tangent plus a rest
+M, which begins as the square of time. tau M' has the momentum tau M, so M in the middle and at the
+end gives its values for Simpson's rule.
 
 """
 
@@ -61,7 +61,7 @@ def book_loss(plant: Record, state: Record, stride: Record) -> None:
     """
     Add the energy lost, and the work of the feet against the viscous forces.
 
-    The rates are those of a parabola through the elastic forces, by Simpson's rule.
+    A parabola through the elastic forces gives their rates, for Simpson's rule.
 
     """
     h_s, runner, centre, sums = stride.lasts_s, stride.runner, stride.centre, state.sums

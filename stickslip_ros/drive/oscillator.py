@@ -52,7 +52,7 @@ SWING = kind(
     velocity=FLOAT,
     impulse=FLOAT,
     missed=FLOAT,
-    curved=FLOAT,  # Of it, the part of contacts that lose energy
+    curved=FLOAT,  # Part of it by contacts that lose energy
 )
 """A body on a damped spring in a stride."""
 
@@ -129,9 +129,9 @@ def add_at_end(body: Record, missed: float, h_s: float) -> None:
 @kernel
 def add_loss_in_middle(body: Record, curved: float, loss_s: float) -> None:
     """
-    Correct the motion by the loss in the contacts: loss_s times the rate of what they miss.
+    Correct the motion by the loss in the contacts: loss_s times the rate of their missed force.
 
-    That force begins as the square of time. The rate has the momentum of the force itself.
+    The missed force begins as the square of time. Its rate has the momentum of the force itself.
 
     """
     body.curved = curved

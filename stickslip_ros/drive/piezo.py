@@ -6,8 +6,8 @@ Kernel: the piezo, from voltage to displacement of the mean foot.
 
 Hysteresis: plays in parallel with a linear part (Prandtl-Ishlinskii), independent of the rate.
 Creep: first-order elements, one for each decade of time. Resonance: a damped oscillator driven by
-their output. The result is exact for a voltage that is linear in a step; only creep has an error,
-of 1e-5 of itself.
+their output. The result is exact for a voltage that is linear in a step; only creep has a
+relative error, 1e-5.
 
 """
 
@@ -82,7 +82,7 @@ def displace(
     """
     Return the displacement of the mean foot after a step to a voltage, m.
 
-    The voltage lies above its chord by ``bow_v`` in the mean: this drives a resonance too.
+    The mean of the voltage is ``bow_v`` above the mean of its ends, which drives a resonance too.
 
     """
     static_m = hysteresis(plant, memory, voltage_v)

@@ -21,7 +21,7 @@ from stickslip_ros.parameters import FEET_MAX
 ENDLESS = 1 << 62
 """Cycles of a wave that runs until it is replaced."""
 NO_ROWS: Array = np.empty((0, 2))
-"""Table of a wave without a table."""
+"""Empty table, of a wave without a table."""
 ALL = 0
 """Index of all contacts together, which an ideal drive moves as one. Feet that move differently
 are separate contacts with the indices from 1: one for each distinct motion, or one for each foot.
@@ -36,7 +36,7 @@ TIME, VOLTAGE, FOOT, POSITION, FORCE = range(5)
 PLAYS_MAX = 64
 """Most play operators; the bound of ``actuator.plays`` guards it."""
 DECADES = 6
-"""Elements of creep; no parameter chooses it."""
+"""Number of creep elements; fixed."""
 
 AMPLIFIER = kind(
     on=FLAG,  # Whether it has power; without power the voltage goes to the lowest
@@ -110,12 +110,12 @@ PLANT = kind(
     # Whether long steps are exact: equal feet, proportional to a piecewise linear voltage, and a
     # runner that can move
     ideal=FLAG,
-    # Whether all steps are long while no springs hold the history: ideal, not under Coulomb's law
+    # Whether an ideal drive takes only long steps while no springs hold the history
     only_long_steps=FLAG,
     plain=FLAG,  # Whether the contacts follow the contact model and lose nothing by sticking
     stuck=FLAG,  # Whether the runner is stuck
     load_n=FLOAT,  # Constant external load
-    # Whether contacts move separately, and their number; whether each foot is one of them
+    # Whether contacts move separately, and their number; whether each foot is a contact
     separate=FLAG,
     moved=COUNT,
     divided=FLAG,

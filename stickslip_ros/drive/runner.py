@@ -129,7 +129,7 @@ def time_to_wall(
 
 @kernel
 def missed_by_walls(plant: Record, held_n_per_m: float, from_m: float, to_m: float) -> float:
-    """Return the wall force beyond that of the stiffness at the start of a step, N."""
+    """Return the wall force beyond the force of the stiffness at the start of a step, N."""
     grown_n = wall_force(plant, to_m) - wall_force(plant, from_m)
     return grown_n - (held_n_per_m - plant.cell_n_per_m) * (to_m - from_m)
 
@@ -162,7 +162,7 @@ def look_ahead(plant: Record, state: Record, stride: Record) -> None:
 
 @kernel
 def drag_along(plant: Record, stride: Record) -> None:
-    """Compute the contact force on a runner at rest that feet and frame cause, and its rates."""
+    """Compute the contact force of feet and frame on a runner at rest, and its rates."""
     tangent, driven, pulled, sway = stride.tangent, stride.driven, stride.pulled, stride.sway
     stride.drive.speed = driven * pulled.speed + tangent * sway.speed
     stride.drive.speeding = driven * pulled.speeding + tangent * sway.speeding
@@ -200,7 +200,7 @@ def pass_middle(plant: Record, state: Record, stride: Record) -> None:
 
 @kernel
 def missed_acceleration(state: Record, stride: Record, way_m: float, time_s: float) -> float:
-    """Return the acceleration by the contacts beyond that of their stiffness, m/s^2."""
+    """Return the acceleration by the contacts that their stiffness does not give, m/s^2."""
     missed_n = state.contact_n - stride.before_n - stride.tangent * way_m
     missed_n = missed_n + stride.driven * way_after(stride.pulled, time_s)
     return (missed_n + stride.tangent * way_after(stride.sway, time_s)) * stride.per_kg
@@ -208,7 +208,7 @@ def missed_acceleration(state: Record, stride: Record, way_m: float, time_s: flo
 
 @kernel
 def of_walls(plant: Record, state: Record, stride: Record, way_m: float) -> float:
-    """Return the acceleration by the walls beyond that of their stiffness, m/s^2."""
+    """Return the acceleration by the walls that their stiffness does not give, m/s^2."""
     if not plant.walls.exist:
         return 0.0
     start_m = state.position_m

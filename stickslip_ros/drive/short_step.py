@@ -30,12 +30,12 @@ TURN_SLACK_S = 1.1e-4
 it at the default of 5 us. A hundredth of that gives the same errors of realistic stands with 9 %
 more steps."""
 LAW_SLACK = 1.0 / 64.0
-"""Share of it under a rival law, whose bristles may be twice as stiff after a reversal."""
+"""Factor on this way under a rival law: its bristles may be twice as stiff after a reversal."""
 
 
 @kernel
 def pace_of(plant: Record, state: Record, dt_s: float) -> Pace:
-    """Return the constants of steps of a length."""
+    """Return the constants of steps of ``dt_s``."""
     half_s, tau_s = 0.5 * dt_s, plant.amplifier.tau_s
     settling = -math.expm1(-half_s / tau_s) if tau_s > 0.0 else 1.0
     slack_m = (plant.dt_s / TURN_SLACK_S) ** 3 * plant.presliding_m
@@ -98,7 +98,7 @@ def step(
             take_stride(plant, state, stride)
         if plant.delayed:
             delay.pass_stride(plant, state, stride.lasts_s)
-        # Exactly 0: a remainder of rounding would be a stride that moves no clock.
+        # Exactly 0: a rounding remainder would be a stride that does not move the clock.
         left_s = left_s - stride.lasts_s if stride.lasts_s < left_s else 0.0
         speed += stride.lasts_s * speeding
     state.voltage_v, state.foot_m = voltage_v, foot_m

@@ -17,7 +17,7 @@ SLIPPING = 1e-9
 
 @kernel
 def look_ahead(plant: Record, state: Record, stride: Record) -> None:
-    """Move the windows of contacts that turn to the end of their slip."""
+    """Move the window of each contact that turns after a full slip to its present place."""
     if plant.track.on:
         for k in active_contacts(plant):
             _, _, direction = sliding_motion(plant, state, stride, k)

@@ -63,7 +63,7 @@ def table(rows: Array | Sequence[Sequence[float]], cycles: int = 1) -> Wave:
 
 
 def can_be_played(wave: Wave, cycle: int, ramp_s: float) -> bool:
-    """Return whether kernels can play a wave from a file, from a cycle and a time of its clock."""
+    """Return whether kernels can play a loaded wave from a cycle and a time of its clock."""
     times_s = wave.rows[:, TIME]
     is_table = len(times_s) > 1 and times_s[0] == 0.0 and times_s[-1] == wave.period_s
     return bool(

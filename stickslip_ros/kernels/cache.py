@@ -6,10 +6,10 @@ Cache of machine code in trusted folders.
 
 Files of a cache are unpickled, so write access to it means running code as the user. A folder is
 read and written only if it belongs to the user, if others cannot write to it, and if others cannot
-exchange a folder above it; such a folder of root is read too, so a service image can include its
-kernels. On a system without owners of files it must lie below the user's home. Without a trusted
-folder every process compiles its kernels. A kernel with a damaged file, detected by its digest, is
-compiled again.
+exchange a folder above it; a folder that only root can write is read too, so a service image can
+include its kernels. On a system without owners of files the folder must lie below the user's home.
+Without a trusted folder every process compiles its kernels. A digest detects damaged files; their
+kernels are compiled again.
 
 A wheel bundles the entry points, compiled for the processors of PORTABLE_CPU and one version of
 numba. Without entry points for this Python, numba, processor and sources, the first start takes
@@ -63,11 +63,11 @@ class Folders(NamedTuple):
 
     read: tuple[Path, ...]  # trusted folders, in the order of look-up
     write: Path | None  # folder of new kernels; the last of ``read``
-    bundled: Path | None = None  # folder in which a wheel brings some
+    bundled: Path | None = None  # folder of the kernels in a wheel
 
 
 def _is_closed(folder: Path, *others: int) -> bool:
-    """Return whether a folder, no link to one, is of this user or others, who alone can write."""
+    """Return whether this user or one of ``others`` owns a folder, no link, as its only writer."""
     try:
         found = folder.lstat()
     except OSError:
@@ -107,8 +107,8 @@ def _is_fixed(place: Path) -> bool:
     """
     Return whether a folder and its content are safe from exchange by other users.
 
-    Folders above this module are left out, since who can exchange them can exchange the module. A
-    group with the number of the user has this user alone, as programs with a umask of 002 assume.
+    Folders above this module are left out: whoever can exchange them can exchange the module. A
+    group with the user's number is taken for this user alone, as with a umask of 002.
 
     """
     me, shared = _user(), Path(__file__).resolve().parents

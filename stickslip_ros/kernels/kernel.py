@@ -43,7 +43,7 @@ class _Part(JITCodeLibrary):
     """
     Code of a kernel that only kernels call, optimised later, in entry points.
 
-    It has no machine code but the variables in which numba keeps the data of exceptions.
+    Its machine code has only the variables in which numba keeps the data of exceptions.
 
     """
 
@@ -208,7 +208,7 @@ def _compile(
 
 @contextmanager
 def compilation_reported(report: Callable[[int], None]) -> Iterator[None]:
-    """Call ``report`` before each compilation within, with the number of kernels before it."""
+    """Call ``report`` before each compilation in the block, with the number of kernels so far."""
     with event.install_listener('numba:compile', _Counter(report)):
         yield
 

@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 LARGE = 1 << 20
-"""Size of a large record, bytes, of which most is never touched: a plant."""
+"""Size of a large record, bytes: a plant, most of which is never touched."""
 _PRIVATE = {'flags': mmap.MAP_PRIVATE} if hasattr(mmap, 'MAP_PRIVATE') else {}
 FLOAT, COUNT, FLAG = np.float64, np.int64, np.bool_
 RecordKind: TypeAlias = Any
@@ -23,7 +23,7 @@ RecordKind: TypeAlias = Any
 Record: TypeAlias = Any
 """A record of some kind."""
 FieldType: TypeAlias = Any
-"""Type of a field: FLOAT, COUNT, FLAG or a kind, or a pair of such a type and an array's shape."""
+"""Type of a field: FLOAT, COUNT, FLAG or a kind; for an array a pair of type and shape."""
 
 
 class _Fields(np.void):

@@ -40,12 +40,12 @@ def checked_arguments(public: Public) -> Public:
     @wraps(public)
     def call(*given: Any, **named: Any) -> Any:
         shape = len(given), *named
-        if shape not in fitting:  # to bind again takes longer than the rest of a command
+        if shape not in fitting:  # binding again takes longer than the rest of a command
             try:
                 form.bind(*given, **named)
             except TypeError as error:
                 name = public.__qualname__.removesuffix('.__init__')
-                right = _meant(name, form, given, named)
+                right = _suggestion(name, form, given, named)
                 raise WrongUse(f'{name}: {error}; did you mean {right}?') from None
             fitting.add(shape)
         ordered = map(read, chain(places, cycle(places[-1:])), given)
@@ -55,8 +55,8 @@ def checked_arguments(public: Public) -> Public:
     return call  # type: ignore[return-value]
 
 
-def _meant(name: str, form: Signature, given: Sequence[Any], named: Mapping[str, Any]) -> str:
-    """Return the right argument or parameter in place of a wrong one, or all arguments."""
+def _suggestion(name: str, form: Signature, given: Sequence[Any], named: Mapping[str, Any]) -> str:
+    """Suggest an argument or parameter in place of a wrong name, or list all arguments."""
     known = [each for each in form.parameters if each != 'self']
     stand, words = 'parameters', [*known, *PARAMETER_NAMES]
     if name == 'Parameters':
@@ -65,7 +65,7 @@ def _meant(name: str, form: Signature, given: Sequence[Any], named: Mapping[str,
     for word in named.keys() - {*known}:
         bare = word.removesuffix(f'_{unit_of(word).lower()}')
         near = get_close_matches(bare, words, 1, 0.5)
-        if near and '.' in near[0]:  # of groups with the same name the first
+        if near and '.' in near[0]:  # the first group that has the name
             last = near[0].rpartition('.')[2]
             near = [each for each in words if each.rpartition('.')[2] == last]
         if near and near[0] not in known and isinstance(named[word], str | int | float):
@@ -78,7 +78,7 @@ def _meant(name: str, form: Signature, given: Sequence[Any], named: Mapping[str,
 def _reader_of(annotation: Any) -> Any:
     """Return a function of name, value and unit that reads a value; None if every value passes."""
     kinds = _alternatives(annotation)
-    loaded = sys.modules.get('numpy.typing')  # completion does without
+    loaded = sys.modules.get('numpy.typing')  # not loaded for completion
     if loaded and {*kinds} >= {*_alternatives(loaded.ArrayLike)}:
         return _to_numbers
     parts, is_one = get_args(kinds[0]), {*kinds[1:]} <= {NoneType}
@@ -93,7 +93,7 @@ def _reader_of(annotation: Any) -> Any:
 
 
 def _alternatives(annotation: Any) -> tuple[Any, ...]:
-    """Return the types of a union, also of an alias: ArrayLike is either, by numpy's version."""
+    """Return the types of a union or of its alias: ArrayLike is either, by numpy's version."""
     opened = getattr(annotation, '__value__', annotation)
     is_union = get_origin(opened) in {Union, UnionType}
     return sum(map(_alternatives, get_args(opened)), ()) if is_union else (opened,)
@@ -111,7 +111,7 @@ def _to_kind(kinds: tuple[Any, ...], name: str, value: Any, _: str) -> Any:
 
 
 def _to_each(read: Any, is_span: int, name: str, value: Any, unit: str) -> tuple[Any, ...]:
-    """Return values, or the only one, each of which is read; a span has a start and an end."""
+    """Read several values or a single one; a span has a start and an end."""
     is_one = isinstance(value, str | Mapping) or not isinstance(value, Iterable)
     found = tuple(read(name, each, unit) for each in ([value] if is_one else value))
     if is_span and len(found) != 2:
@@ -120,7 +120,7 @@ def _to_each(read: Any, is_span: int, name: str, value: Any, unit: str) -> tuple
 
 
 def _to_numbers(name: str, value: Any, unit: str) -> Any:
-    """Return finite numbers, nested as they are given."""
+    """Return finite numbers with the nesting of the argument."""
     value = value.tolist() if hasattr(value, 'tolist') else value
     if isinstance(value, str | Mapping) or not isinstance(value, Iterable):
         return CONVERTERS[float](name, value, unit)

@@ -42,13 +42,13 @@ class Spec:
     fixed: bool = False  # true if the value is read once, at the start
     live: bool = False  # true if the value may change while the drive runs
     below: str = 'raise it'  # remedy of a value below the minimum
-    # usual value, in ``unit``, of a part that is off by default; 0: a fit does not try it
+    # usual value, in ``unit``, of a part that is off by default; 0: a fit does not try the part
     typical: float = 0.0
     # true if 0 is the limit of small values; else 0 means "none" or "derived"
     from_zero: bool = False
     opposes: bool = False  # true if it opposes a motion, in proportion to a force
-    cause: str = ''  # usual cause of another value: a twin says it, and a fit tries one
-    alike: str = ''  # parameter that acts so much alike that a fit does not try this one too
+    cause: str = ''  # usual cause of another value: a twin reports it, and a fit tries the value
+    substitute: str = ''  # parameter of nearly the same effect, which a fit tries instead
     assumed: float = 0.0  # relative standard error of the value in a fit that does not free it
     # true if a saved state does not depend on it; None: as the others of its group
     resumable: bool | None = None
@@ -61,7 +61,7 @@ class Spec:
         """
         Convert a value, or its text from a command line, to the declared kind, and check it.
 
-        An array is a tuple; a single element, or a text such as ``[2, 4]``, is one as well.
+        An array may be given as a tuple, a single element, or a text such as ``[2, 4]``.
 
         Raises WrongKind if the value is not of the declared kind, or not finite; OutOfRange if it
         is outside the bounds, or not among the choices.
@@ -218,7 +218,7 @@ class Checked:
     """Base of parameter groups: every instance holds allowed values only."""
 
     def __init_subclass__(cls, *, resumable: bool = False) -> None:
-        """Say whether a saved state depends on no parameter of a group, unless it says else."""
+        """Set ``resumable`` for the parameters of a group that do not declare it."""
         cls.resumable = resumable  # type: ignore[attr-defined]
 
     def __post_init__(self) -> None:
@@ -231,8 +231,8 @@ class Checked:
         self.check_together()
 
     def with_checked(self: _Group, values: Mapping[str, object]) -> _Group:
-        """Return a copy with other values, each of which is already checked."""
-        # Not by the class, whose `__post_init__` would check every value again.
+        """Return a copy with other values, which are already checked."""
+        # Without `__init__`, because `__post_init__` would check every value again.
         changed = object.__new__(type(self))
         changed.__dict__.update(self.__dict__, **values)
         changed.check_together()

@@ -34,7 +34,7 @@ class SimParameters(Checked, resumable=True):
         resumable=False)
     wake: float = quantity(
         0.0, 's',
-        'time of a wake-up, whose blocks run in a row, a multiple of sim.block; 0: one block',
+        'time per wake-up, a multiple of sim.block; its blocks run in a row; 0: one block',
         (0.0, 0.1))
     seed: int = count(1, 'seed of all random numbers', (0, 2**31 - 1), resumable=False)
     real_time_factor: float = quantity(

@@ -63,13 +63,13 @@ class ContactParameters(Checked):
         'rough line: highest wave number; default: waves of 63 nm, eight springs long',
         (1e-2, 1e10))
     line_seed: int = count(
-        1, 'rough line: seed of the first foot; each next adds 1', (0, 2**31 - 1))
+        1, 'rough line: seed of the first foot; each further foot adds 1', (0, 2**31 - 1))
     travel: float = quantity(
         0.0, '', 'rough line: share of the mean square roughness on the runner, travelling with '
         'it; the surfaces of the paper suggest 1', (0.0, 1.0))
     friction: float = quantity(
         0.3, '', 'friction coefficient mu', (1e-3, 10.0), TABLE_1,
-        cause='dirt, moisture or wear; a constant load, as of a tilted rail, acts alike',
+        cause='dirt, moisture or wear; a constant load, as of a tilted rail, has the same effect',
         live=True)
     friction_rate: float = quantity(
         0.0, '', 'a: growth of friction per e-fold of the sliding velocity', (0.0, 0.1),
@@ -98,7 +98,7 @@ class ContactParameters(Checked):
     loss_factor: float = quantity(
         0.0, '', 'loss factor of sticking contacts; a stuck runner rings down with half of it as '
         'damping ratio; about 0.1 measured elsewhere', (0.0, 1.0), typical=0.1, from_zero=True,
-        alike='runner.damping')
+        substitute='runner.damping')
 
     def check_together(self) -> None:
         """Refuse roughness, ageing or loss without effect, and a friction that is not positive."""
@@ -164,7 +164,7 @@ class StandParameters(Checked):
         2.0, 'N', 'largest preload that a command may ask for', (1e-3, 100.0))
     load: float = opposing(
         0.0, 'N',
-        'constant external force on the runner, beside that of a command: the weight of a z axis',
+        'constant external force on the runner, plus that of a command: the weight of a z axis',
         (-1000.0, 1000.0))
     load_limit: float = quantity(
         10.0, 'N', 'largest external force that a command may ask for', (0.0, 1000.0))
@@ -186,11 +186,11 @@ class FootGroup(NamedTuple):
     young_pa: float
     gain: float
     delay_s: float
-    friction_n: float = 0.0  # friction limit beside that of preload and weight
+    friction_n: float = 0.0  # friction limit in addition to that of preload and weight
 
 
 _FOR_ALL = {'gain': 1.0, **dict.fromkeys(('weight', 'radius', 'friction', 'young', 'delay'), 0.0)}
-"""Values of groups for which none is given, if there are not as many groups as in the paper."""
+"""Values of all groups where no values are given and feet.count has another length than here."""
 
 
 @dataclass(frozen=True)
@@ -221,14 +221,14 @@ class FeetParameters(Checked):
         least=1e3)
     gain: tuple[float, ...] = quantity(
         (1.0, 1.0), '',
-        'displacement per that of actuator.gain; 0: a guide at rest; below 0: against the others',
+        'displacement relative to actuator.gain; 0: a guide at rest; below 0: against the others',
         (-10.0, 10.0))
     delay: tuple[float, ...] = quantity(
         (0.0, 0.0), 's', "delay of the group's voltage, for feet that fall one after another",
         (0.0, 0.05), least=1e-6)
     guide_friction: float = opposing(
         0.0, 'N',
-        'dry friction of a guide at rest, one more contact, whatever the preload is; 0: none',
+        'dry friction of a guide at rest, an extra contact, at any preload; 0: none',
         (0.0, 100.0), typical=0.005, from_zero=True, cause='dirt or wear in the guide')
 
     def check_together(self) -> None:
@@ -248,7 +248,7 @@ class FeetParameters(Checked):
             self.__dict__[name] = values * (groups if len(values) == 1 else 1)
         if self.total > FEET_MAX:
             limit = f'above {FEET_MAX} feet together'
-            limit += ', of which feet.guide_friction is one' * bool(self.guide_friction)
+            limit += ', with one for feet.guide_friction' * bool(self.guide_friction)
             raise OutOfRange('feet.count', list(self.count), '', limit, 'lower it')
 
     def check_foot(self, name: str, foot: int) -> None:
@@ -271,7 +271,7 @@ class FeetParameters(Checked):
 
 @dataclass(frozen=True)
 class FrameParameters(Checked):
-    """The frame as a mass on a spring: it carries the feet, and the table everything else."""
+    """The frame as a mass on a spring; it carries the feet only, the table all other parts."""
 
     mass: float = opposing(
         0.0, 'kg', 'mass of the frame with its feet; 0: rigid frame', (0.0, 1e3),

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Stages of other layouts than the paper's: files of parameters, found by name."""
+"""Parameter files of stages whose layout differs from the paper's, found by name."""
 
 from pathlib import Path
 

@@ -156,7 +156,7 @@ class Parameters(NotebookView, Checked):
         """
         Return a copy with other values, ``{'stand.preload': 0.25}``; texts are converted.
 
-        An element of an array is ``feet.share[1]``, from 0. A given value has no range any more.
+        An element of an array is ``feet.share[1]``, from 0. A given value loses its range.
 
         Raises
         ------
@@ -182,7 +182,7 @@ class Parameters(NotebookView, Checked):
         return self.with_checked(changes).with_ranges(self.ranges, values)
 
     def with_ranges(self, ranges: Mapping[str, Range], given: Iterable[str] = ()) -> 'Parameters':
-        """Return a copy with ranges of its assumed values, but for those that are given."""
+        """Return a copy with ranges for its assumed values, except those in ``given``."""
         if not ranges and not self.ranges:
             return self
         arrays = {name.partition('[')[0] for name in given}
@@ -272,7 +272,7 @@ def parse_assignments(
 
 
 def _place_in(elements: Sequence[Any], name: str, number: str) -> int:
-    """Return the place of an element, whose name ends with its number."""
+    """Return the index of an element from the end of its name, as ``1]``."""
     places = [f'{place}]' for place in range(len(elements))]
     if number not in places:
         limit = f'not one of its elements, 0 to {len(elements) - 1}'

@@ -20,7 +20,7 @@ MEANT = {
     'V/s': ('V/us', 'V/ms'),
     'Pa': ('GPa', 'MPa'),
 }
-"""By SI unit: units of which a number out of range may be meant."""
+"""Other units that a number out of range may have, by SI unit."""
 
 EXAMPLES = {
     '': '0.5 or 60e-9',
@@ -94,7 +94,7 @@ def to_si_list(name: str, texts: Sequence[str], unit: str, separator: str = ',')
 
 
 def unit_meant(value: float, unit: str, low: float | None, high: float | None) -> str:
-    """Return a question for the unit that brings a value between its bounds; else nothing."""
+    """Suggest a unit that brings a value between its bounds; return '' if there is none."""
     if value <= 0.0 or (low or 0.0) / 2.0 < value < 2.0 * (high or math.inf):
         return ''  # near a bound
     for each in MEANT.get(unit, ()):

@@ -65,7 +65,7 @@ def dump_yaml(parameters: Parameters, heading: str, *, without: Collection[str] 
     """
     Return a ROS parameter file; ``heading`` is the comment at its top, without ``#``.
 
-    Parameters ``without`` a value are left out but for their comment.
+    For the parameters ``without`` a value only the comment is written.
 
     """
     lines = [f'# {line}'.rstrip() for line in heading.splitlines()]
@@ -116,9 +116,9 @@ def load_values(path: Path) -> dict[str, object]:
 
 def load_ranges(*paths: str | Path) -> dict[str, Range]:
     """
-    Return the ranges of assumed values: ROS takes their section for that of another node.
+    Return the ranges of assumed values, from a section that ROS takes for another node's.
 
-    A later file that gives a value takes the range of an earlier one away.
+    A value in a later file removes the range in an earlier one.
 
     """
     return _ranges(_read(paths))
@@ -192,7 +192,7 @@ def _sections(node: object, place: str, origin: str) -> Iterator[tuple[str, obje
 
 
 def _matches(section: str, drive: str = '') -> bool:
-    """Return whether ROS takes a section for a drive; without its name, for one anywhere."""
+    """Return whether a section applies to a drive, or to some drive if no name is given."""
     if not drive:
         return section.rpartition('/')[2] in (NODE_NAME, '*', '**')
     wildcards = {'*': r'/\w+', '**': r'(/\w+)*'}
@@ -222,8 +222,8 @@ def read_yaml(text: str, origin: str, hint: str, limit: Any = budget.YAML_VALUES
     """
     Read a YAML document; messages name its ``origin`` and give the ``hint``.
 
-    Raises RecordingError if it is not YAML, asks for more than its limits, or has a repeated key,
-    a number such as ``1:30`` or an alias, whose line is named.
+    Raises RecordingError if it is not YAML, exceeds its limits, or has a repeated key, a number
+    such as ``1:30`` or an alias; the message names the line.
 
     """
     try:
@@ -239,7 +239,7 @@ def read_yaml(text: str, origin: str, hint: str, limit: Any = budget.YAML_VALUES
 
 
 def check_parameter_file(path: Path) -> None:
-    """Refuse a file on which ROS 2 would work for minutes; it judges the rest."""
+    """Refuse a file that would keep ROS 2 busy for minutes; ROS 2 checks the rest."""
     text = read_text(path, 'check the path', _HINT)
     with suppress(yaml.YAMLError):
         _check_events(text, str(path), budget.PARAMETER_VALUES)

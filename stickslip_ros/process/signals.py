@@ -43,7 +43,7 @@ _has_begun = Event()
 
 
 def begin() -> None:
-    """Mark the start of work that must be closed; before it a signal ends the process at once."""
+    """Mark the start of work that must be closed; until then a signal ends the process at once."""
     _has_begun.set()
 
 
@@ -91,7 +91,7 @@ def run(name: str, work: Callable[[], int], *, is_node: bool) -> int:
 
 
 def _has_streams() -> bool:
-    """Have standard streams that take any text; return whether stdout was open."""
+    """Make the standard streams take any text; return whether stdout was open."""
     was_open = sys.stdout is not None
     for name, number in (('stdin', 0), ('stdout', 1), ('stderr', 2)):
         if getattr(sys, name) is None:

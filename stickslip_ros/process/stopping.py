@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Ctrl-C ends long work between two of its steps, so no step is left half done.
+Let Ctrl-C end long work between two steps, so no step is left half done.
 
 Signals raise no exception: between a kernel and its caller numba would not survive it, and in
 some places Python only prints it. Long work calls ``stop_if_asked`` between its steps instead, in
@@ -38,7 +38,7 @@ def is_stop_requested() -> bool:
 
 @contextmanager
 def wake_on_stop(wake: Callable[[], object]) -> Iterator[None]:
-    """Call ``wake`` if a stop is requested while the code within sleeps."""
+    """Call ``wake`` if a stop is requested while the code in the block sleeps."""
     with _lock:
         _sleepers.append(wake)
     try:

@@ -36,7 +36,7 @@ _MARK_SERVICE = 'step_simulation'
 """A service that only drives have, from their configuration on."""
 
 Commands = Iterable[tuple[str, Any]]
-"""Names of commands, as they follow ``command/``, and their values as for `pack_command`."""
+"""Commands: name after ``command/``, and value as for `pack_command`."""
 
 _COMMANDS = {topic.request: topic for topic in COMMAND_TOPICS}
 _TOPICS = {topic.key: topic for topic in TOPICS}
@@ -45,8 +45,8 @@ _TOPICS = {topic.key: topic for topic in TOPICS}
 def command_topic(name: str, *, but: str = '') -> Topic:
     """Return the topic ``command/NAME``; refuse an unknown name."""
     if name not in _COMMANDS or name == but:
-        known = ', '.join(each for each in _COMMANDS if each != but)
-        raise UnknownName('command', name, f'use {known}')
+        choices = ', '.join(each for each in _COMMANDS if each != but)
+        raise UnknownName('command', name, f'use {choices}')
     return _COMMANDS[name]
 
 
@@ -58,8 +58,8 @@ def stamp_ns(message: Any) -> int:
 
 def drives_of(node: Node, namespace: str = '') -> list[str]:
     """Return the full names of the drives that a node sees, by default of all namespaces."""
-    seen = sorted(node.get_node_names_and_namespaces())
-    names = {f'{place.rstrip("/")}/{name}': (name, place) for name, place in seen}
+    nodes = sorted(node.get_node_names_and_namespaces())
+    names = {f'{place.rstrip("/")}/{name}': (name, place) for name, place in nodes}
     return [
         full
         for full, (name, place) in names.items()
@@ -204,7 +204,7 @@ class DriveClient:
         Subscribe to a topic by its key; with ``raw`` the messages come as bytes.
 
         The queue is as deep as the topic declares, or ``depth``; for a latched topic, 1. With
-        ``best_effort`` a lost message delays none behind it.
+        ``best_effort`` a lost message does not delay later ones.
 
         """
         topic = _TOPICS[key]
@@ -231,7 +231,7 @@ class DriveClient:
         return stamp_ns(message) - int(self.info[TIME_ORIGIN])
 
     def is_connected(self) -> bool:
-        """Return whether each topic that every drive has is connected."""
+        """Return whether all topics that every drive has are connected."""
         heard = (made for topic, made in self._subscriptions if not topic.switches)
         obeyed = (made for name, made in self._publishers.items() if not _COMMANDS[name].switches)
         return all(each.get_publisher_count() for each in heard) and all(
@@ -248,7 +248,7 @@ class DriveClient:
             self.node.destroy_client(client)
 
     def _ends_of(self, topic: Topic) -> tuple[Any, str]:
-        """Return type and name of a topic, as both of its ends have them."""
+        """Return the message type and the full name of a topic."""
         namespace, slash, node_name = self.drive.rpartition('/')
         name = topic.name.replace('~', node_name)
         is_absolute = name.startswith('/')
@@ -261,8 +261,8 @@ class LockstepClient(DriveClient):
 
     The client waits until it is connected, sends the commands of the first block and grants it.
     For every position it then sends the commands that ``on_position`` returns, and grants the
-    time up to the next one. It must be the only one that sends commands and grants, and must
-    begin with the activation of the drive. Spin its node as usual.
+    time up to the next one. It must be the only sender of commands and grants, and must begin
+    with the activation of the drive. Spin its node as usual.
 
     Parameters
     ----------
@@ -313,7 +313,7 @@ class LockstepClient(DriveClient):
         self._timer = node.create_timer(BEGIN_PERIOD_S, self._begin, clock=clock)
 
     def command(self, name: str, value: Any, cycles: int = 1, tag: str = '') -> None:
-        """Send a command as every client does; grants are sent by themselves."""
+        """Send a command; refuse grants, which the client sends by itself."""
         super().command(command_topic(name, but='grant').request, value, cycles, tag)
 
     def is_connected(self) -> bool:

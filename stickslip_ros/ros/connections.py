@@ -61,13 +61,13 @@ class Connections:
         self.unsent: Counter[str] = Counter()
         # Ages of the stamped commands since the last report, s: arrival less stamp.
         self.command_ages_s: list[float] = []
-        # Other nodes with the name of this node, or with publishers of its readings, in words.
+        # Texts on other nodes with the name of this node, or with publishers of its readings.
         self.conflicts: list[str] = []
         [always] = [topic for topic in TOPICS if topic.key == ALWAYS]
         self._offered: dict[str, Any] = {ALWAYS: self._open(always, Parameters())}
 
     def fit(self, parameters: Parameters) -> bool:
-        """Return whether the offered topics are those of these parameters."""
+        """Return whether exactly the topics of these parameters are offered."""
         return {t.key for t in TOPICS if t.exists(parameters)} == self._offered.keys()
 
     def offer(self, parameters: Parameters) -> None:
@@ -83,7 +83,7 @@ class Connections:
         for topic in TOPICS:
             if topic.exists(parameters) and topic.key != ALWAYS:
                 self._offered[topic.key] = self._open(topic, parameters)
-        for name in self._overrides:  # of the names that were given at the start
+        for name in self._overrides:
             if not self._node.has_parameter(name):
                 hint = 'look at the topics and policies in docs/reference/node.md'
                 raise UnknownName('override', name, hint)
@@ -120,13 +120,13 @@ class Connections:
         return bool(publisher.handle.get_subscription_count())
 
     def check_graph(self) -> None:
-        """Look for conflicts of names in the graph, and warn of them."""
+        """Warn of conflicts of names in the graph."""
         node = self._node
         own = (node.get_name(), node.get_namespace())
-        seen = []
+        conflicts = []
         if node.get_node_names_and_namespaces().count(own) > 1:
             name = node.get_fully_qualified_name()
-            seen.append(
+            conflicts.append(
                 f'another node is called {name} too; start one of them with -r __ns:=/other'
             )
         for topic in READINGS:
@@ -138,13 +138,13 @@ class Connections:
                 others = Counter((each.node_name, each.node_namespace) for each in there)
                 others.subtract([own])
                 words = ', '.join(f'{space.rstrip("/")}/{who}' for who, space in others.elements())
-                seen.append(
+                conflicts.append(
                     f'{words} publishes on {name} too; start one of the two in another namespace'
                 )
-        for each in seen:
+        for each in conflicts:
             if each not in self.conflicts:
                 node.get_logger().warning(each)
-        self.conflicts = seen
+        self.conflicts = conflicts
 
     def channels(self, parameters: Parameters) -> dict[str, Channel]:
         """Return the channels of a recording by key: actual names and quality of service."""
@@ -244,7 +244,7 @@ def offer_services(
 
 
 def _ask_bench(name: str, session: Session, request: Any) -> str:
-    """Pass a command to the bench; a switch is its only number."""
+    """Pass a command to the bench; only a switch has a number."""
     values = (float(request.data),) if COMMANDS[name].interface == SET_BOOL else ()
     await_reply(session.submit(Request(name, values), AT_ONCE))
     return ''

@@ -62,9 +62,9 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
         if abs(off_s) > STAMPS_OFF_MAX_S and not session.is_paused:
             where = 'behind' if off_s > 0.0 else 'ahead of'
             off = f"stamps are {abs(off_s):.1f} s {where} the system's time, more than"
-            mend = 'deactivate and activate the node; if this host stays too busy, set'
-            mend += ' sim.real_time_factor to 0.0 (as fast as it goes) in between'
-            problems.append(f'{off} {STAMPS_OFF_MAX_S:g} s; {mend}')
+            remedy = 'deactivate and activate the node; if this host stays too busy, set'
+            remedy += ' sim.real_time_factor to 0.0 (as fast as it goes) in between'
+            problems.append(f'{off} {STAMPS_OFF_MAX_S:g} s; {remedy}')
     if problems:
         before = [] if level == _OK else [message]
         level, message = max(level, _WARN), '; '.join([*before, *problems])
@@ -72,7 +72,7 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
 
 
 def _lateness(report: PaceReport, session: Session) -> tuple[bytes, str]:
-    """Return how late a drive is, as a level with its message."""
+    """Return level and message for the lateness of a drive."""
     wanted, late_s = session.pacer.real_time_factor, _lag_s(report)
     missing_blocks = report.missing_s / session.parameters.sim.block
     if report.real_time_factor < FACTOR_SHARE * wanted and missing_blocks > MISSING_BLOCKS:
@@ -87,17 +87,17 @@ def _lateness(report: PaceReport, session: Session) -> tuple[bytes, str]:
 
 
 class Doubling:
-    """What is news once, and again whenever it has doubled; less than before begins anew."""
+    """Limit reports of an amount to its first value and each doubling; a smaller value resets."""
 
     def __init__(self) -> None:
-        self._told = 0.0
+        self._reported = 0.0
 
-    def is_news(self, amount: float) -> bool:
-        """Return whether to tell the amount; it is told then."""
-        is_new = amount > 0.0 and not self._told <= amount < 2.0 * self._told
-        if is_new or not amount:
-            self._told = amount
-        return is_new
+    def is_due(self, amount: float) -> bool:
+        """Return whether to report the amount, and then count it as reported."""
+        is_due = amount > 0.0 and not self._reported <= amount < 2.0 * self._reported
+        if is_due or not amount:
+            self._reported = amount
+        return is_due
 
 
 def lag_to_log_s(report: PaceReport) -> float:
@@ -107,7 +107,7 @@ def lag_to_log_s(report: PaceReport) -> float:
 
 
 def _lag_s(report: PaceReport) -> float:
-    """Return the lag, s, or if it is short the longest since the last report; 0: given up."""
+    """Return the lag, s; if short, the longest since the last report; 0 if it was given up."""
     is_over = report.lag_s <= STAMPS_OFF_MAX_S < report.lateness_max_s
     return 0.0 if report.given_up_s else report.lateness_max_s if is_over else report.lag_s
 
@@ -130,7 +130,7 @@ def drive_status(name: str, session: Session, guard: Guard) -> DiagnosticStatus:
 
 
 def long_block(session: Session) -> str:
-    """Return a warning if the present block of a drive lasts too long; else nothing."""
+    """Return a warning if the present block of a drive lasts too long, else ''."""
     at_s, busy_s = session.bench.time_ns * NANO, session.busy_s
     if busy_s <= BLOCK_MAX_S:
         return ''
@@ -147,7 +147,7 @@ def connection_status(name: str, connections: Connections, guard: Guard) -> Diag
     """
     Return the status of connections: foreign endpoints, messages that were not sent or got lost.
 
-    The ages of commands begin anew.
+    The ages of commands are cleared.
 
     """
     incompatible, unsent, lost = connections.incompatible, connections.unsent, guard.lost
@@ -219,7 +219,7 @@ def compiling_status(name: str, line: str) -> DiagnosticStatus:
 def verdict(
     name: str, part: str, bad: str, good: str, values: Mapping[str, object]
 ) -> DiagnosticStatus:
-    """Return the status of a part of a node: a warning of what is bad, or else what is good."""
+    """Return the status of a part of a node: a warning with the text ``bad``, or else ``good``."""
     return _status(name, part, _WARN if bad else _OK, bad or good, values)
 
 

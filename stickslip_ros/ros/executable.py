@@ -78,9 +78,9 @@ def _call_guarded(node: Node, service: Service, callback: Any, request: Any, res
     """
     Answer a request; if rclpy raises an error, answer that nothing has succeeded.
 
-    rclpy sets parameters one after the other, so that values which only fit together would be
-    refused, or half of them taken. So all values of a request are tried together first. If that
-    is refused, each value is set or refused by itself.
+    rclpy sets parameters one after the other: it may refuse values that only fit together, or take
+    half of them. So all values of a request are first set together. If that is refused, each
+    value is set or refused by itself.
 
     """
     if isinstance(request, SetParameters.Request) and request.parameters:
@@ -94,7 +94,7 @@ def _call_guarded(node: Node, service: Service, callback: Any, request: Any, res
     except Exception as error:  # noqa: BLE001 - rclpy may raise anything
         node.get_logger().warning(f'{service.srv_name.rpartition("/")[2]} refused: {error}')
         result = SetParametersResult(reason=str(error))
-    if isinstance(request, SetParameters.Request):  # what was set before the bad one stays so
+    if isinstance(request, SetParameters.Request):  # values before the bad one stay set
         done = list(response.results)
         response.results = done + [result] * (len(request.parameters) - len(done))
         return response
@@ -122,7 +122,7 @@ def run_node(name: str, make: Callable[[], Node], arguments: Sequence[str] | Non
             for option, path in pairwise(words):
                 if option == '--params-file':
                     check_parameter_file(Path(path))
-            _refuse_unknown_words(words)  # which reads the files too
+            _refuse_unknown_words(words)  # reads the parameter files too
             rclpy.init(args=words, signal_handler_options=SignalHandlerOptions.NO)
             node = make()
         except (StickSlipError, RuntimeError) as error:  # the base of RCLError
@@ -190,7 +190,7 @@ def end_node(executor: Executor, *nodes: Node) -> None:
 
 def spin(executor: Executor, until: Future, limit_s: float) -> None:
     """
-    Spin until a future is done or a time is over, or an entity is found destroyed.
+    Spin until a future is done, a time is over, or an entity was destroyed.
 
     EventsExecutor keeps the events of an entity that a callback destroys, and then raises
     InvalidHandle (rclpy 7.1.6); SingleThreadedExecutor passes over them.

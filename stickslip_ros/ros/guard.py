@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The guard in front of every subscription: refused and lost messages count, nothing is raised."""
+"""Guard every subscription: count refused and lost messages, and raise nothing."""
 
 import threading
 from collections import Counter, deque
@@ -61,7 +61,7 @@ class Guard:
         self._lines: deque[str] = deque()
         self._log_soon = Summons(node, self._log)
         self._reported = 0
-        self._told: set[str] = set()  # names since the last report
+        self._logged: set[str] = set()  # names since the last report
         self._lock = threading.Lock()
 
     def refuse(self, name: str, error: object) -> None:
@@ -80,8 +80,8 @@ class Guard:
 
     def _note(self, name: str, line: str) -> None:
         with self._lock:
-            is_first = name not in self._told
-            self._told.add(name)
+            is_first = name not in self._logged
+            self._logged.add(name)
         if is_first:
             self._lines.append(line)
             self._log_soon.send()
@@ -93,16 +93,16 @@ class Guard:
     def begin_report(self) -> None:
         """Let the next refusal of each name be logged again."""
         with self._lock:
-            self._told.clear()
+            self._logged.clear()
 
     def news(self, others: int = 0) -> str:
-        """Return the number of unreported refusals in words, with all ``others`` of a drive."""
+        """Return a text on the refusals since the last call, with all ``others`` of a drive."""
         total = self.count + others
         news, self._reported = max(0, total - self._reported), total
         return f'{news} refused since the last report' if news else ''
 
     def values(self) -> dict[str, str]:
-        """Return what the diagnostics say of refused and lost messages."""
+        """Return the values of the diagnostics on refused and lost messages."""
         return {
             'messages_refused': str(self.count),
             'last_refused': self.last,
@@ -127,7 +127,7 @@ class GuardedNode(Node):  # type: ignore[misc]
         raw: bool = False,
         **other: Any,
     ) -> Subscription:
-        """Subscribe; bytes that are no message, errors of ``callback`` and lost messages count."""
+        """Subscribe; count malformed and lost messages, and errors of ``callback``."""
 
         def take(data: bytes, *info: Any) -> None:
             why: object = f'{len(data)} bytes are no {msg_type.__name__}; check their publisher'

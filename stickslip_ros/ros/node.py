@@ -65,7 +65,7 @@ Transition = Callable[[Any, LifecycleState], TransitionCallbackReturn]
 
 
 def logs_failure(transition: Transition) -> Transition:
-    """Log an error in a transition, which rclpy would turn into a failure without a word."""
+    """Log an error in a transition, which rclpy would silently turn into a failure."""
 
     @wraps(transition)
     def run(node: Any, state: LifecycleState) -> TransitionCallbackReturn:
@@ -105,7 +105,7 @@ class StickSlipDrive(CheckedNode, GuardedNode, LifecycleNode):
         self._topics = Connections(self, self._on_message, overrides)
         self._offered_services: list[Service] = []
         self._action: TrajectoryAction | None = None
-        self._trouble = ''  # cause for which the drive does not run, if there is one
+        self._trouble = ''  # reason why the drive does not run, if it does not
         clock = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(DIAGNOSTICS_PERIOD_S, self._publish_diagnostics, clock=clock)
         self._failed = Summons(self, self._leave_active)
@@ -197,7 +197,7 @@ class StickSlipDrive(CheckedNode, GuardedNode, LifecycleNode):
         parameters = read_parameters(self)
         old = self._session
         if old is None or old.failure is not None or differ_when_built(old.parameters, parameters):
-            new = self._build(parameters)  # a refused one leaves the old one as it is
+            new = self._build(parameters)  # if it is refused, the old drive stays
             old = self._session = new
         if not self._topics.fit(parameters):
             self._topics.offer(parameters)
@@ -248,7 +248,7 @@ class StickSlipDrive(CheckedNode, GuardedNode, LifecycleNode):
             self._action = None
 
     def _halt(self) -> bool:
-        """Stop the drive, finish its recording; return whether neither has failed."""
+        """Stop the drive, finish its recording; return whether both have succeeded."""
         session = self._active
         if session is None:
             return True
@@ -286,12 +286,12 @@ class StickSlipDrive(CheckedNode, GuardedNode, LifecycleNode):
             self._action.on_event(event)
 
     def _leave_active(self) -> None:
-        """Leave the active state through its error transition, by the only way rclpy has."""
+        """Leave the active state through its error transition, the only way in rclpy."""
         if self._active is not None and self._active.failure is not None:
             self.trigger_deactivate()
 
     def _on_message(self, topic: Topic, data: bytes) -> None:
-        """Pass a message to the drive; a message without meaning counts as received."""
+        """Pass a message to the drive; an unreadable message counts as received, too."""
         session = self.session
         if topic.request == 'grant':
             session.extend_grant(read_grant(topic, data))
@@ -355,13 +355,13 @@ class StickSlipDrive(CheckedNode, GuardedNode, LifecycleNode):
         if late and session.bench.time_ns != self._logged_block_ns:  # once, while it lasts
             self._logged_block_ns = session.bench.time_ns
             self.get_logger().error(late)
-        if (writer := session.worker.writer) and self._loss_log.is_news(writer.recorder.dropped):
+        if (writer := session.worker.writer) and self._loss_log.is_due(writer.recorder.dropped):
             lost = f'{writer.recorder.path} lacks readings, {writer.recorder.losses}'
             self.get_logger().warning(f'{lost}; record less (record.trace) or free the disk')
         report = session.pacer.report()
         pace = diagnostics.pace_status(name, report, session)
         self._late_s += diagnostics.lag_to_log_s(report)
-        if self._lag_log.is_news(self._late_s):
+        if self._lag_log.is_due(self._late_s):
             self.get_logger().warning(pace.message)
         self._send_diagnostics(
             pace,

@@ -38,7 +38,7 @@ def descriptor_of(spec: Spec) -> ParameterDescriptor:
         descriptor.additional_constraints = f'one of {", ".join(spec.choices)}'
     if spec.minimum is None or spec.maximum is None:
         return descriptor
-    if spec.is_array:  # the ranges of a descriptor are those of one number
+    if spec.is_array:  # the ranges of a descriptor hold for single numbers
         descriptor.additional_constraints = f'each {spec.minimum:g} to {spec.maximum:g}'
         return descriptor
     if spec.kind is int:
@@ -56,8 +56,8 @@ def declare_parameters(node: 'CheckedNode') -> Parameters:
     """
     Declare every parameter of the package on a node; refuse a value that is not allowed.
 
-    The node was made with ``automatically_declare_parameters_from_overrides=True``: so a misspelt
-    name is refused instead of ignored, and a whole number is taken for a decimal one.
+    The node was made with ``automatically_declare_parameters_from_overrides=True``, so misspelt
+    names are refused instead of ignored, and whole numbers are taken for decimal ones.
 
     """
     parameters = Parameters().updated(given_values(node))
@@ -148,7 +148,7 @@ class CheckedNode(Node):  # type: ignore[misc]
     def declare_parameters(
         self, namespace: str, parameters: list[Any], ignore_override: bool = False
     ) -> list[Parameter]:
-        """Declare parameters; refuse an empty array, for which rclpy has no words."""
+        """Declare parameters; refuse an empty array, for which rclpy gives no reason."""
         for name, *rest in parameters:
             if rest and rest[0] is None:
                 self.check(name, None)
@@ -158,8 +158,8 @@ class CheckedNode(Node):  # type: ignore[misc]
         """
         Set the parameters that differ from the present ones; an equal value is no change.
 
-        A live one is always set, which ends a fault of the schedule. ``ros2 param`` sends 1 for
-        1.0 and 1e-8 as a text: both are converted.
+        A live parameter is always set, which ends a fault of the schedule. ``ros2 param`` sends 1
+        for 1.0 and 1e-8 as a text: both are converted.
 
         """
         changes = []

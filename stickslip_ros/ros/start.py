@@ -14,18 +14,18 @@ from stickslip_ros.parameters import describe, format_value, specs
 from stickslip_ros.parameters.stages import stage_file
 from stickslip_ros.process.signals import REFUSED, run
 
-# ruff: noqa: PLC0415 - that is what this module is for
+# ruff: noqa: PLC0415 - late imports are the purpose of this module
 
 HELP = """\
 usage: drive [-h] [--stage STAGE]
              [--ros-args [-p NAME:=VALUE] [--params-file FILE] [-r FROM:=TO] ...]
 
 The virtual stick-slip drive, a lifecycle node that configures and activates itself.
-It runs until Ctrl-C, SIGTERM or SIGHUP (a closed terminal). Exit status: 0 ended so, 2 a parameter
-was refused, 3 closing was cut short.
+It runs until Ctrl-C, SIGTERM or SIGHUP (a closed terminal). Exit status: 0 after these, 2 if a
+parameter was refused, 3 if closing was cut short.
 
   -h, --help           print this and exit
-  --stage STAGE        another kind of stage, a file of config/stages, as clamp
+  --stage STAGE        another kind of stage, a file of config/stages, such as clamp
   -p NAME:=VALUE       a parameter of the list below, in SI units
   --params-file FILE   a ROS parameter file, such as config/realistic.yaml
   -r FROM:=TO          another name, as in: -r __ns:=/left
@@ -46,7 +46,7 @@ def _drive() -> int:
         for each, spec in specs().items():
             sys.stdout.write(f'  {each}:={format_value(spec.default)}\n      {describe(spec)}\n')
         return 0
-    gc.disable()  # until the node is made, see ``run_node``: a seventh of its start
+    gc.disable()  # until the node is made, see ``run_node``: saves a seventh of its start
     try:
         words = with_stage(sys.argv)
         with needs_ros('the drive'):

@@ -42,7 +42,7 @@ CODES = {
 
 
 class TooLate(StickSlipError):
-    """A trajectory whose end is past."""
+    """A trajectory that has already ended."""
 
 
 def installed_types() -> tuple[Any, Any] | None:
@@ -56,7 +56,7 @@ def installed_types() -> tuple[Any, Any] | None:
 
 def read_goal(goal: Any, parameters: Parameters, now_ns: int, time_origin_ns: int) -> Request:
     """
-    Return the command that carries out a goal; ``now`` is simulated time.
+    Return the command that carries out a goal; ``now_ns`` is simulated time.
 
     Raises UnknownName if the goal names another joint than that of the drive; TooLate if its end
     is past; StickSlipError if the goal is malformed, or the drive refuses it.
@@ -187,7 +187,7 @@ class TrajectoryAction:
             self._answer_soon.send()
 
     def stop(self, session: Session) -> None:
-        """Stop the motion before the drive is halted: it would go on at the next activation."""
+        """Stop the motion before a halt; it would continue at the next activation."""
         if self._goals and session.failure is None:
             with suppress(StickSlipError):
                 await_reply(session.submit(Request('stop'), AT_ONCE))
@@ -198,7 +198,7 @@ class TrajectoryAction:
         self._answer_ended()
 
     def close(self) -> None:
-        """Withdraw the action after the executor has sent the results that are due."""
+        """Withdraw the action after the executor has sent the last results."""
         self._is_closing = True
         self._answer_soon.send()
 
@@ -238,7 +238,7 @@ class TrajectoryAction:
             self._ended.append(_aborted(tag, 'cancelled before it had begun'))
             self._answer_soon.send()
             return CancelResponse.ACCEPT
-        if tag == next(reversed(self._goals), ''):  # another is being replaced already
+        if tag == next(reversed(self._goals), ''):  # an older goal is already being replaced
             with suppress(StickSlipError):
                 self._get_session().submit(Request('stop'), AT_ONCE)
         return CancelResponse.ACCEPT

@@ -46,7 +46,7 @@ class Lockstep:
     The work is done on a separate thread, so that a callback which never returns is noticed.
     Inside a process DDS delivers a message before ``publish`` returns: the messages of a block
     wait in the node when the block is over. Commands are counted: the executor of the drive takes
-    them later, and a grant says their number.
+    them later, and a grant states their number.
 
     """
 
@@ -58,7 +58,7 @@ class Lockstep:
             for topic in COMMAND_TOPICS
             if topic.exists(self._session.parameters)
         }
-        self._sent = 0  # commands that the drive gets since the activation of the drive
+        self._sent = 0  # commands to the drive since its activation
         self._doing = ''
         self._is_ending = False
         self.is_stuck = False  # whether a callback has never returned
@@ -88,7 +88,7 @@ class Lockstep:
             raise self._error
 
     def _refuse(self) -> None:
-        """Refuse settings by which the result depends on the wall clock, or time stands still."""
+        """Refuse settings that stop time or make the result depend on the wall clock."""
         node, name = self._node, self._node.get_fully_qualified_name()
         if not self._session.parameters.sim.lockstep:
             raise StickSlipError("the drive has a pace; start it with {'sim.lockstep': True}")
@@ -126,25 +126,25 @@ class Lockstep:
             self._connect()
             self._doing = 'runs callbacks without end'
             self._await_callbacks()
-            more = 0  # than were counted
-            while self._session.bench.time_ns < end_ns and not (more or self._is_ending):
+            extra = 0  # uncounted commands
+            while self._session.bench.time_ns < end_ns and not (extra or self._is_ending):
                 self._doing = 'waits for the next block'
                 until_ns = self._session.bench.time_ns + self._session.parameters.block_ns
                 self._session.extend_grant(Grant(until_ns, self._sent))
                 while not (self._drive.session.await_time(until_ns, WAIT_S) or self._is_ending):
                     pass
-                more = self._session.received - self._sent
+                extra = self._session.received - self._sent
                 self._doing = 'runs callbacks without end'
                 self._await_callbacks()
         except BaseException as error:  # noqa: BLE001 - it is raised where the test waits
             self._error = error
         else:
-            if more > 0:
-                hint = 'let one node publish, by the publish of its publishers'
-                self._error = StickSlipError(f'{more} commands came from elsewhere; {hint}')
-            elif unheard := self._unheard():
-                hint = 'If it is for others, subscribe to it in the test'
-                self._error = StickSlipError(f'{unheard} {hint}')
+            if extra > 0:
+                hint = 'let one node send all of them, by Publisher.publish'
+                self._error = StickSlipError(f'{extra} commands came from elsewhere; {hint}')
+            elif misspelling := self._find_misspelling():
+                hint = 'If the topic is for another node, subscribe to it in the test'
+                self._error = StickSlipError(f'{misspelling} {hint}')
 
     def _connect(self) -> None:
         """
@@ -159,8 +159,8 @@ class Lockstep:
         executor = SingleThreadedExecutor(context=self._node.context)
         executor.add_node(helper)
         try:
-            while (loose := self._loose_end()) and not self._is_ending:
-                self._doing = f'has no other end on {loose} that fits its type and quality'
+            while (name := self._find_unconnected()) and not self._is_ending:
+                self._doing = f'has no other end on {name} that fits its type and quality'
                 executor.spin_once(timeout_sec=WAIT_S)
             before = -1
             while before != self._session.received and not self._is_ending:
@@ -174,31 +174,31 @@ class Lockstep:
         finally:
             end_node(executor, helper)
 
-    def _loose_end(self) -> str:
-        """Return a shared topic or service that is not connected yet."""
-        heard = {each.topic_name for each in self._drive.publishers}
+    def _find_unconnected(self) -> str:
+        """Return a shared topic or service that is not connected yet, or ''."""
+        published = {each.topic_name for each in self._drive.publishers}
         answered = {each.service_name for each in self._drive.services}
         node = self._node
         ends = [
             *((each.topic_name, each.get_subscription_count())
               for each in node.publishers if each.topic_name in self._commands),
             *((each.topic_name, each.get_publisher_count())
-              for each in node.subscriptions if each.topic_name in heard),
+              for each in node.subscriptions if each.topic_name in published),
             *((each.service_name, each.service_is_ready())
               for each in node.clients if each.service_name in answered),
         ]  # fmt: skip
         return next((name for name, is_there in ends if not is_there), '')
 
-    def _unheard(self) -> str:
-        """Return which publisher among the commands is none of them and has no subscriber."""
+    def _find_misspelling(self) -> str:
+        """Return a text on a publisher of an unknown command without subscribers, or ''."""
         place = f'{self._drive.get_namespace().rstrip("/")}/{PREFIX}'
         for each in self._node.publishers:
             name = each.topic_name
-            is_meant = name.startswith(place) and name not in self._commands
-            if is_meant and not each.get_subscription_count():
+            is_unknown = name.startswith(place) and name not in self._commands
+            if is_unknown and not each.get_subscription_count():
                 [near] = get_close_matches(name, self._commands, 1, 0.0)
                 who = self._node.get_fully_qualified_name()
-                return f'nobody hears {name}, on which {who} publishes; did you mean {near}?'
+                return f'{name}, published by {who}, has no subscriber; did you mean {near}?'
         return ''
 
     def _await_callbacks(self) -> None:

@@ -54,8 +54,8 @@ def run_callbacks(
     """
     Run callbacks until none is ready, and none becomes ready within ``wait_s`` of wall-clock time.
 
-    rclpy takes a waiting coroutine for ready at any time: a round of coroutines alone counts as
-    no callback.
+    rclpy always takes a waiting coroutine for ready, so a round with only coroutines counts as no
+    callback.
 
     """
     unfinished: set[Any] = set()
@@ -92,7 +92,7 @@ class Operator(DriveClient):
     positions : dict of int to float
         Interferometer readings in m by simulated time in ns.
     time_ns : int
-        Simulated time of the last of these, ns.
+        Simulated time of the last reading, ns.
     requests : list of dict
         Decoded ``~/request`` messages.
     events : list of dict
@@ -140,7 +140,7 @@ class Operator(DriveClient):
         Handle messages until a condition holds; it is tested after every message.
 
         Raises StickSlipError if simulated time has stood still for ``timeout_s`` of wall-clock
-        time, or if that much of both has passed without the condition; ``what`` names it.
+        time, or if ``timeout_s`` of both passed without the condition, which ``what`` names.
 
         """
         start_s = since_s = time.monotonic()
@@ -157,7 +157,7 @@ class Operator(DriveClient):
             self._executor.spin_once(timeout_sec=0.05)
 
     def spin_for(self, simulated_s: float) -> None:
-        """Handle messages until so much simulated time has passed, by the stamps of position."""
+        """Handle messages for a simulated time, by the stamps of position."""
         self.spin_until(lambda: bool(self.positions), 'position')
         end_ns = self.time_ns + round(simulated_s * NS_PER_S)
         self.spin_until(lambda: self.time_ns >= end_ns, 'position')
@@ -174,7 +174,7 @@ class Operator(DriveClient):
         )
 
     def wait_for_topics(self, timeout_s: float = TIMEOUT_S) -> None:
-        """Wait until every topic that all drives have is connected, both ways."""
+        """Wait until all topics that every drive has are connected, both ways."""
         self.spin_until(self.is_connected, 'the drive', timeout_s)
         self.shake_hands(timeout_s)
 
@@ -228,8 +228,8 @@ class Operator(DriveClient):
         request = ChangeState.Request(transition=Transition(label=transition))
         before = self.info
         if transition == 'activate':
-            # It gives stamps a new origin, which may come after the first of them, and before the
-            # last ones with the old origin.
+            # Activation gives stamps a new origin, which may arrive after the first new stamps and
+            # before the last old ones.
             self._activated_ns, self._info_before = time.time_ns(), before
             self.info = {}
         done = bool(self.call(ChangeState, 'change_state', request).success)
@@ -237,7 +237,7 @@ class Operator(DriveClient):
         return done
 
     def simulated_ns(self, message: Any) -> int:
-        """Return the simulated time of a message, ns; stamps have an origin each activation."""
+        """Return the simulated time of a message, ns; each activation has an origin of stamps."""
         is_late = stamp_ns(message) < self._activated_ns and self.info[TIME_ORIGIN]
         info = self._info_before if is_late and self._info_before else self.info
         return stamp_ns(message) - int(info[TIME_ORIGIN])
@@ -275,7 +275,7 @@ class Operator(DriveClient):
             case 'event':
                 self.events += filter(None, [read_event(message.data)])
             case 'request':
-                with suppress(ValueError, RecursionError):  # that of somebody else
+                with suppress(ValueError, RecursionError):  # of another sender
                     self.requests.append(json.loads(message.data))
             case 'status':
                 self.status = message.data

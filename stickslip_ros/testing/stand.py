@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A drive beside a test, in a separate ROS domain, and an operator who commands it."""
+"""A drive for a test, in a separate ROS domain, and an operator that commands it."""
 
 import gc
 import os
@@ -37,9 +37,9 @@ HEARD_MAX = LISTEN_DEPTH // 2
 @contextmanager
 def reserve_domain() -> Iterator[int]:
     """
-    Give a ROS domain that nothing on this machine has, on this host only.
+    Give a ROS domain that nothing on this machine uses, on this host only.
 
-    A socket without a file, which its process cannot outlive, keeps others from taking it too.
+    An abstract socket, which ends with its process, reserves the domain.
 
     Raises StickSlipError if all are taken.
 
@@ -50,7 +50,7 @@ def reserve_domain() -> Iterator[int]:
                 lock.bind(f'\0stickslip_ros/domain/{number}')
             except OSError:
                 continue
-            if _is_spoken_in(number):
+            if _is_used(number):
                 continue
             chosen = os.environ.get(DISCOVERY_VARIABLE)
             os.environ[DISCOVERY_VARIABLE] = 'LOCALHOST'
@@ -65,7 +65,7 @@ def reserve_domain() -> Iterator[int]:
     raise StickSlipError(f'all ROS domains for tests, {limits}, are taken; end a test run')
 
 
-def _is_spoken_in(domain: int) -> bool:
+def _is_used(domain: int) -> bool:
     """Return whether a program of this host has a port of a domain."""
     first = FIRST_PORT + PORTS_PER_DOMAIN * domain
     rows = [
@@ -89,9 +89,9 @@ class Stand:
     domain : int
         ROS domain.
     parameters : mapping of str to float, int, bool or str
-        Those that differ from the defaults, as ``{'stand.preload': 0.3}``.
+        Values that differ from the defaults, as ``{'stand.preload': 0.3}``.
     namespace : str
-        Of the drive and of the operator, as ``/left``.
+        Namespace of the drive and of the operator, as ``/left``.
     remaps : sequence of str
         Further remapping rules of the drive, as ``command/voltage:=volts``.
 
@@ -102,7 +102,7 @@ class Stand:
     operator : Operator
         Client that commands the drive.
     context : Context
-        That of the operator, for other nodes of the test: ``operator.add_node`` spins them.
+        Context of the operator, for other nodes of the test: ``operator.add_node`` spins them.
 
     Raises
     ------

@@ -227,7 +227,7 @@ TWELVE = {'feet.count': 12, 'feet.share': 0.1}
         ),
         (
             {**TWELVE, 'feet.guide_friction': 0.01},
-            'of which feet.guide_friction is one',
+            'with one for feet.guide_friction',
             {'feet.count': 11},
         ),
     ],

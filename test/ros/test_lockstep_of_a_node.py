@@ -118,8 +118,8 @@ def publisher_on(topic: str) -> Node:
 def test_a_publisher_among_the_commands_that_nobody_hears_is_named(start_drive, namespace: str):
     stand = start_drive(LOCKSTEP, namespace)
     node, topic = publisher_on('command/volts'), f'{namespace}/command/volts'
-    told = rf'^nobody hears {topic}, on which \S*/speaker publishes; did you mean {namespace}/comm'
-    with pytest.raises(StickSlipError, match=f'{told}.*for others, subscribe to it in the test$'):
+    told = rf'^{topic}, published by \S*/speaker, has no subscriber; did you mean {namespace}/comm'
+    with pytest.raises(StickSlipError, match=f'{told}.*, subscribe to it in the test$'):
         stand.run_lockstep(node, 0.005)
     stand.operator.node.create_subscription(Float64, 'command/volts', lambda _: None, 10)
     [publisher] = [each for each in node.publishers if each.topic_name == topic]
@@ -192,7 +192,7 @@ def test_commands_from_elsewhere_are_told(start_drive: Callable):
     node = Node('hidden')
     node.create_subscription(PointStamped, 'position', lambda _: publish(Float64(data=1.0)), 10)
     stand.operator.shake_hands()
-    with pytest.raises(StickSlipError, match='commands came from elsewhere; let one node publish'):
+    with pytest.raises(StickSlipError, match='commands came from elsewhere; let one node send'):
         stand.run_lockstep(node, 0.05)
 
 

@@ -124,11 +124,11 @@ def test_a_lag_is_news_when_it_begins_and_when_all_lags_together_have_doubled():
     late_s = [lag_to_log_s(replace(PACE, **each)) for each in lags]
     assert late_s == [0.0, 0.6, 0.8, 0.0, 0.7, 60.0]
     log = Doubling()
-    assert [log.is_news(sum(late_s[:count])) for count in range(1, 7)] == [
+    assert [log.is_due(sum(late_s[:count])) for count in range(1, 7)] == [
         False, True, True, False, False, True,
     ]  # fmt: skip
-    assert not log.is_news(0.0)  # another recording
-    assert log.is_news(0.1)
+    assert not log.is_due(0.0)  # another recording
+    assert log.is_due(0.1)
 
 
 def test_a_queue_more_than_half_full_is_a_warning_unless_the_recorder_may_wait(

@@ -40,7 +40,7 @@ _LITTLE = 0.01  # of a force that is switched on, per friction of all feet
 _TRIED = tuple(
     name
     for name, spec in specs().items()
-    if ((spec.cause or spec.typical) and not spec.alike) or name == LOAD
+    if ((spec.cause or spec.typical) and not spec.substitute) or name == LOAD
 )
 """Parameters that may have another value."""
 _TOGETHER: Mapping[str, Sequence[Mapping[str, float]]] = {

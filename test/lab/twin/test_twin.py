@@ -90,7 +90,7 @@ def test_what_changes_is_named_at_the_second_fit(begun, field, factor, name, cau
 @pytest.mark.parametrize(
     ('change', 'name', 'cause'),
     [
-        ({'load_n': 0.02}, 'contact.friction', 'a constant load, as of a tilted rail, acts alike'),
+        ({'load_n': 0.02}, 'contact.friction', 'as of a tilted rail, has the same effect'),
         ({'gains': (0.7, *(1.0,) * 5)}, 'actuator.gain', 'of all feet or of one'),
     ],
 )
