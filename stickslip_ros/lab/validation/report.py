@@ -19,7 +19,7 @@ from stickslip_ros.sections import Section
 _PAGE, _CSV = 'validation.html', 'validation.csv'
 _DIGITS = 6
 _PREFIXES = {-4: 'p', -3: 'n', -2: 'u', -1: 'm', 0: '', 1: 'k', 2: 'M', 3: 'G'}
-"""By powers of a thousand."""
+"""SI prefixes by power of a thousand."""
 PREFIXED_UNITS = ('m', 'N', 'J', 'Pa', 'N/m')
 _HEADER = ('quantity', 'case', 'against', 'made by', 'reference', 'ours', 'error', 'tolerance')
 Answers = Mapping[str, Sequence[CheckedAnswer]]
@@ -41,7 +41,7 @@ def summary_text(outcomes: Answers) -> str:
 
 
 def failure_text(found: CheckedAnswer) -> str:
-    """Return a wrong answer, and the expected error."""
+    """Return a line on a failed answer: both values, the error and its tolerance."""
     row = found.reference
     return (
         f'FAIL {row.quantity} of {row.case or "the default"}: {value_text(found.ours, row.unit)}, '
