@@ -154,7 +154,7 @@ class Readout:
         return replace(fewer, values=fewer.values[::every], time_s=fewer.time_s[::every])
 
     def within(self, origin: str, start_s: float, end_s: float) -> 'Readout':
-        """Return the readings of a window; OutOfRange with too few for second differences."""
+        """Return the readings in a window; raise OutOfRange if fewer than three."""
         inside = (self.time_s >= start_s) & (self.time_s <= end_s)
         if inside.sum() < 3:
             limit = f'a window with {inside.sum()} samples of the {self.quantity} of {origin}, '

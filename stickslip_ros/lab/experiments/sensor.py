@@ -13,9 +13,9 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.lab.waveform.monitor import GAUSSIAN
 
 OUTLIERS = 6.0
-"""Robust standard deviations beyond which a value is an outlier: 2 of 1e9 of normal noise are."""
+"""Least distance of an outlier in robust standard deviations; 2 of 1e9 normal values exceed it."""
 _NEIGHBOURS = 3  # neighbours on either side with which a sample is compared
-_SAME = 1e-12  # share of the largest reading by which equal readings may differ
+_SAME = 1e-12  # largest difference of equal readings, per largest reading
 _FINEST = 1e-6  # least rounding, as a share of the range of the readings
 _ROUNDING = 1.0 / math.sqrt(12.0)
 """Standard deviation of rounding, as a share of the smallest step of the readings."""

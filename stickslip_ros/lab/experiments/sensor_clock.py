@@ -31,14 +31,14 @@ FALL_S, FALL_V = 5e-5, 1.0
 RUNG_S, RUNG_MIN = 1.6e-4, 5
 """Duration of the ringing of a light runner after a fall, and fewest readings that show it."""
 _CLEAR = 1.3  # least ratio of the best lag's energy to that at 0
-ALIKE_JERKS = 35.0 / 18.0
+JERK_CORRELATION = 35.0 / 18.0
 """Correlated second differences of noise per independent one: the sum of their squared
 autocorrelation, 1, -2/3, 1/6."""
 CHANCE_MAX = 1e-4  # largest chance that noise has as much energy at any lag
 ENOUGH_FALLS = 0.5
 """Least share of the falls, as seen without a delay, that a lag leaves within the readings; and
 least share that a lag does not move to other falls, as a whole period of the drive would."""
-ALIKE_FALLS = 0.9  # share of the largest energy from which a shorter lag is preferred
+SIMILAR_ENERGY = 0.9  # share of the largest energy from which a shorter lag is preferred
 LATE_MIN_S = 1e-4  # smaller delays are left to the model
 _STEPS_S = 2e-5, 4e-6  # steps of tried delays, ten to either side, then again around the best
 _SLOW_S = (0.0, *(4e-6 * 2.0 ** np.arange(8)).tolist())
@@ -105,12 +105,12 @@ def lateness_of(observed: Readout, voltage: Voltage) -> Lateness:
     after = max(round(RUNG_S / sample_s), 1)
     energy = np.convolve(sums**2 / variances, np.ones(after))[after - 1 :]
     around = max(round(LATE_MIN_S / sample_s), 1)
-    similar = np.flatnonzero(energy >= ALIKE_FALLS * energy.max())  # several of a periodic wave
+    similar = np.flatnonzero(energy >= SIMILAR_ENERGY * energy.max())  # several of a periodic wave
     least = int(similar[np.argmin(np.abs(lags[similar]))])
     best = int(np.argmax(np.where(np.abs(lags - lags[least]) <= around, energy, -np.inf)))
     near = np.add.outer(places, np.arange(-around, around + 1))
     others = float(np.mean(np.isin(places + lags[best], near)))  # 1 at lag 0
-    chance = len(lags) * float(chi2.sf(energy[best] / ALIKE_JERKS, after / ALIKE_JERKS))
+    chance = len(lags) * float(chi2.sf(energy[best] / JERK_CORRELATION, after / JERK_CORRELATION))
     is_better = energy[best] > _CLEAR * energy[np.abs(lags) <= around].max()
     is_clear = after >= RUNG_MIN and others < ENOUGH_FALLS and chance < CHANCE_MAX and is_better
     return Lateness(float(lags[best] * sample_s), bool(is_clear))

@@ -40,7 +40,7 @@ LOAD_FACTOR = 'load'
 """Factor of the sum of friction and a constant force on the runner, per friction."""
 _VOLTAGE, _POSITION = 'voltage', 'position'
 CALIBRATIONS: Mapping[str, float] = {_VOLTAGE: 0.01, _POSITION: 0.001}
-"""Readings of a voltage monitor, and of lengths, per true value, and their standard errors."""
+"""Factors of a voltage monitor and a position sensor, reading per true value; relative errors."""
 _FACTORS = *FACTORS_OF_FORCES, LOAD_FACTOR, *CALIBRATIONS
 SHOWN = LOAD_FACTOR, *CALIBRATIONS
 """Factors in the errors of quantities that a recording shows whatever the feet are."""
@@ -55,9 +55,9 @@ mass from motion alone a relative error of a half."""
 _RANGE_OF_VOLTS = 'amplifier.voltage_'  # limits commands, but changes no motion
 _RANGE = 2.0 * 1.96  # width of a range in standard errors
 _LOAD_SHARE = 0.03
-"""Assumed error of the load of a free runner if none is given: cables, a rail not level."""
+"""Assumed error of the load of a free runner if none is given, for cables and a tilted rail."""
 OPPOSING = tuple(name for name, spec in specs().items() if spec.opposes)
-"""Parameters of parts that forces move: twice the contact forces move twice the mass alike."""
+"""Parameters that oppose a motion: the motion stays the same if they grow with the forces."""
 _FRICTION = 'contact.friction', 'contact.friction_rate', 'contact.friction_ageing'
 OF_FORCES = ('N', 'kg', 'J')
 """Units of quantities that show the scale of the forces."""

@@ -21,8 +21,8 @@ from stickslip_ros.lab.measurements.measurement import Side
 from stickslip_ros.lab.measurements.numbers import NUMBERS
 from stickslip_ros.parameters import Scalar
 
-_OF_AXIS = ('row', 'amplitude_m', 'voltage_v', 'preload_n')  # the first that is not 0
-_LETTERS_MAX = 50  # of names side by side
+_OF_AXIS = ('row', 'amplitude_m', 'voltage_v', 'preload_n')  # the first with a value is the axis
+_LETTERS_MAX = 50  # most letters of names side by side
 _DARK = 0.6  # least correlation of a cell in a dark colour
 _COUNTED = ('steps', 'is_steady')  # fields of a drive that do not distinguish curves
 

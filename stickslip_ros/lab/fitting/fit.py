@@ -74,7 +74,7 @@ def fit(
     progress: bool | Progress = False,
 ) -> Fit:
     """
-    Fit parameters of the drive to recordings of its motion and to measured numbers, all at once.
+    Fit parameters of the drive jointly to recordings of its motion and to measured numbers.
 
     Parameters
     ----------

@@ -110,8 +110,8 @@ class Metric:
     # inverse of the Cholesky factor of N, shape (n, n): it makes the noise white, of deviation 1
     white: 'sparse.csr_array'
     inner: Array  # lower Cholesky factor of 1 + B'B, of whitened columns, shape (m, m)
-    # number of the allowed error of each column, in the order of ``Allowance``; -1 of the sensor,
-    # whose columns come first; shape (m,)
+    # shape (m,): index in ``Allowance`` of the error of each column, or -1 for the sensor, whose
+    # columns come first
     owners: NDArray[np.intp]
     gram: Array  # B'B of whitened columns, shape (m, m)
 

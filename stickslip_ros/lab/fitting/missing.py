@@ -82,7 +82,7 @@ class Missing(NamedTuple):
     name: str
     chi_square: float  # of the fit, of noise and sensor alone
     expected: float  # with the suspect free, to first order
-    moves: tuple[float, ...]  # of the natural coordinates of the free parameters, at most _FAR
+    moves: tuple[float, ...]  # changes of the natural coordinates, at most _FAR each
     odds: float  # posterior odds of this explanation against all others and none
 
     @property

@@ -95,7 +95,7 @@ class Problem:
 
     @property
     def count(self) -> int:
-        """Number of readings, and of parameters known beforehand."""
+        """Number of readings and of known parameters."""
         return sum(len(each.values) for _, each, _ in self.observed) + len(self.known)
 
     @property
@@ -133,7 +133,7 @@ class Problem:
         return (self.excess(place, BOUND) > 0.0) | (self.excess(place, -BOUND) < 0.0)
 
     def excess(self, place: Array, further: float = 0.0) -> Array:
-        """Return how far coordinates moved ``further`` are beyond their bounds, shape (free,)."""
+        """Return the excess of coordinates plus ``further`` over their bounds, shape (free,)."""
         pairs = zip(self.free, self.natural.back(place).tolist(), strict=True)
         return np.array([one.excess(z + further) for one, z in pairs])
 
@@ -150,7 +150,7 @@ class Problem:
         return self.parameters.updated(self.natural.settings(place))
 
     def predicted(self, stands: Sequence[Parameters]) -> list[Predicted]:
-        """Return the predictions of stands, with all runs side by side."""
+        """Return the predictions of stands, from parallel runs."""
         if any(one.name == _GAIN for one in self.free):
             drives = (one.drive for one in self.experiments)
             made = [each for each in drives if isinstance(each, SawtoothSteps | VoltageStep)]
@@ -292,7 +292,7 @@ def _with_room(stand: Parameters, stroke_m: float) -> Parameters:
 
 
 def largest_of(experiments: Sequence[Experiment], quantity: str) -> float:
-    """Return the largest number measured of a quantity."""
+    """Return the largest measured number of a quantity, in magnitude."""
     return max(
         abs(float(each.values[0]))
         for one in experiments

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 JSON, YAML, HTML = ('.json',), ('.yaml', '.yml'), ('.html', '.htm')
-CORRELATED = 0.95  # least correlation of parameters that go together
+CORRELATED = 0.95  # least strong correlation
 OPPOSITE = -0.3  # largest correlation of model and readings of opposite sign
 _OF_ROW = re.compile(r' row [0-9]+$')  # row of a table, after the name of its file
 _IS_PIECE = re.compile(r'^[0-9.]+ to [0-9.]+ s: (hold|ramp)')  # description of part of a voltage
@@ -81,7 +81,7 @@ class Fit(Plottable, FitResult):
 
 
 def verdict_of(fit: FitResult) -> str:
-    """Return whether a fit holds, and why not, or how its errors were estimated."""
+    """Return the verdict: the basis of the errors, or the reasons why a fit does not hold."""
     if fit.reasons:
         return f'The fit does not hold, so no errors are given: {"; ".join(fit.reasons)}.'
     if (errors := fit.problem.allowance) is not None:
@@ -134,7 +134,7 @@ def _together(fit: FitResult) -> Iterator[str]:
 
 
 def warnings_of(fit: FitResult) -> tuple[str, ...]:
-    """Return sentences about the doubts of a fit."""
+    """Return the warnings of a fit."""
     return (
         *(text for one in fit.experiments for text in one.notes),
         *_lacking(fit),

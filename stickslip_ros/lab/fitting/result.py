@@ -136,7 +136,7 @@ class FitResult:
         return any(unit_of(each.quantity) in OF_FORCES for _, each, _ in self.problem.observed)
 
     def scale_of(self, name: str) -> str:
-        """Return in words where the scale of a parameter comes from."""
+        """Return the source of the scale of a parameter, as text."""
         known = self.problem.known
         if name in known:
             return 'weighed' if name == 'runner.mass' else 'known'
@@ -209,7 +209,7 @@ class FitResult:
 
     @cached_property
     def reasons(self) -> tuple[str, ...]:
-        """Why the fit does not hold; empty if it holds."""
+        """Reasons why the fit does not hold; empty if it holds."""
         return tuple(self._reasons())
 
     @property
@@ -241,7 +241,7 @@ class FitResult:
                 limit = f'{one.value:.4g} {one.unit}'.rstrip()
                 yield (
                     f'the readings pull {one.name} beyond {limit}, a limit of the model, by '
-                    f'{excess:.3g} standard errors: something else is lacking'
+                    f'{excess:.3g} standard errors: another effect is missing'
                 )
         for tension in self.tensions:
             if tension.apart > TENSION_MAX:

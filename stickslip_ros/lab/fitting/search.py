@@ -134,7 +134,7 @@ def search_all(
     problem: Problem, starts: int, workers: int, progress: Progress | None = None
 ) -> list[tuple[Problem, Minimum]]:
     """
-    Search from the start and from the best of TRIED places; return each end with its sensors.
+    Search from the start and from the best of TRIED_PLACES; return each end with its sensors.
 
     Raises StickSlipError if the start is impossible.
 
@@ -239,7 +239,7 @@ def _on_time(problem: Problem, place: Array) -> Problem:
 
 
 def refine(problem: Problem, here: Minimum) -> tuple[Problem, list[Minimum], bool]:
-    """Continue from a minimum with more cycles as long as its runs need them."""
+    """Repeat the search from a minimum with more cycles until its runs are steady."""
     refined = list[Minimum]()
     while True:
         longer, steady = problem.steady_at(here.place)

@@ -54,7 +54,7 @@ _SUCCESS, _FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.
 
 class StickSlipTwin(CheckedNode, GuardedNode, LifecycleNode):
     """
-    A fitted stand beside a rig, as a ROS 2 lifecycle node.
+    A fitted stand that follows a rig, as a ROS 2 lifecycle node.
 
     Its parameters, of the stand and of `TwinParameters` (``twin.*``), are read once at the start.
 

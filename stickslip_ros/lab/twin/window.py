@@ -83,7 +83,7 @@ class Windows:
         self.expect(quantities)
 
     def expect(self, quantities: Iterable[str]) -> None:
-        """Begin anew with these quantities."""
+        """Restart with these quantities."""
         self._stamps: dict[str, list[int]] = {name: [] for name in quantities}
         self._values: dict[str, list[float]] = {name: [] for name in self._stamps}
         self.quantities = set(self._stamps)

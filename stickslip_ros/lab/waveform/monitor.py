@@ -26,7 +26,7 @@ GAUSSIAN = 1.4826
 _NOISE_LEAST, _NOISE_MOST = 2e-4, 0.015
 """Least and most noise, as shares of the range of the samples: the least is that of an 11-bit
 converter and of an amplifier's overshoot; noise above the most hides a wave."""
-SEEN_FALL = 3.0  # fewest samples within a fall that resolve it
+FALL_SAMPLES_MIN = 3.0  # fewest samples within a fall that resolve it
 _SAMPLES_MIN = 12
 """Fewest samples of a wave: a saw-tooth has four unknowns, and others must test it."""
 REFITS = 4
@@ -130,7 +130,7 @@ def monitor_of(times_s: ArrayLike, voltage_v: ArrayLike, stand: Parameters) -> M
         hint = 'record the drive while it runs'
         raise OutOfRange('voltage', float(volts[0]), 'V', 'at all times', hint)
     in_a_fall = float(np.ptp(volts) / stand.amplifier.slew_rate / np.median(np.diff(times)))
-    shows_falls = in_a_fall >= SEEN_FALL
+    shows_falls = in_a_fall >= FALL_SAMPLES_MIN
     every = 1 if shows_falls else max(round(in_a_fall), 1)
     times, volts = times[::every], volts[::every]
     spacing_s = np.diff(times)

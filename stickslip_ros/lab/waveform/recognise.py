@@ -31,7 +31,7 @@ _UNSURE = 0.02
 """Accepted errors: of a frequency at that limit, and of the height of a jump at an unknown time
 between two samples, as shares; and share of its samples that the corners of a segment miss."""
 GIVE_COMMANDS = 'give the commands with --commands (Python: commands)'
-LOW_SHARE = 0.1  # share of the amplifier's range below which the monitor may be divided
+LOW_SHARE = 0.1  # share of the amplifier's range below which a divider of the monitor is likely
 _QUOTED = 3  # refusals in a message
 
 
@@ -173,7 +173,7 @@ def recognise(times_s: ArrayLike, voltage_v: ArrayLike, stand: Parameters) -> Re
 
 
 def _segments(pieces: Sequence[WavePiece], monitor: Monitor) -> list[Segment]:
-    """Return the segments of a course, one after another, from the first sample to the last."""
+    """Return the successive segments of a voltage, from the first sample to the last."""
     pieces, times_s = _settled(pieces, monitor), monitor.times_s
     met = [
         _meeting(a, b, monitor) if b.first - a.last <= STRAYS_IN_A_ROW else None
