@@ -66,6 +66,9 @@ WITHOUT_ROS = (
     'stickslip compare run.csv run.mcap',
     'stickslip simulate --voltage 100 --steps 20 -o ideal.mcap',
     'stickslip fit ideal.mcap --free contact.friction --starts 1',
+    'stickslip compare experiment.csv model',
+    'stickslip import experiment.csv -o clean.csv',
+    'stickslip compare clean.csv experiment.csv',
     'drive --help',
 )
 REFUSED = 'drive', 'stickslip demo', 'stickslip panel', 'stickslip command voltage 10V'
@@ -214,6 +217,9 @@ def try_newest(python: str, wheel: Path, tests: Path, folder: Path) -> None:
 
 def use_without_ros(environment: Path) -> None:
     """Do what needs no ROS, with the kernels of the wheel; the same bytes come without them."""
+    page = (ROOT / 'docs' / 'howto' / 'compare.md').read_text(encoding='utf-8')
+    example = page.partition('```csv\n')[2].partition('```')[0]
+    (environment / 'experiment.csv').write_text(example, encoding='utf-8')
     for words in WITHOUT_ROS:
         said(words, environment)
     for words in REFUSED:

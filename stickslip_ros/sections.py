@@ -63,7 +63,8 @@ def rows_of(result: Any) -> list[tuple[str, str, str]]:
         if each.metadata:
             factor, unit = display_unit(unit_of(each.name))
             value = format(factor * getattr(result, each.name), each.metadata['digits'])
-            rows.append((each.metadata['words'], value, unit))
+            shown = value if float(value) else value.removeprefix('-')
+            rows.append((each.metadata['words'], shown, unit))
     return rows
 
 

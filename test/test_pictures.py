@@ -49,7 +49,7 @@ def drawn(compiled_kernels: None) -> dict[str, Figure]:
     tables = make_tables(list(FIGURES.values()), Parameters(), points=2)
     figures = {name: new_figure(*each.inches) for name, each in FIGURES.items()}
     for name, figure in figures.items():
-        FIGURES[name].draw(tables[name], figure)
+        FIGURES[name].draw(pd.DataFrame(tables[name]), figure)
     return figures
 
 

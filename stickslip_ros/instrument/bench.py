@@ -21,6 +21,7 @@ from stickslip_ros.instrument.closed_loop import Observation, Outcome
 from stickslip_ros.instrument.commands import COMMANDS, Accepted, Request, check_request
 from stickslip_ros.instrument.motion import Motion
 from stickslip_ros.instrument.reports import (
+    FIRST_READING,
     Event,
     Identity,
     Output,
@@ -131,6 +132,9 @@ class Bench:
         self._block_ns, self._sample_ns = parameters.block_ns, parameters.sample_ns
         self.stand = SimulatedStand(parameters)
         self.sensing = Sensing(parameters)
+        sim = parameters.sim
+        tells_blocks = self.sensing.may_alarm or sim.publish_truth or sim.publish_clock
+        self._told_ns = self._block_ns if tells_blocks else parameters.trace_period_ns
         self.motion = Motion(parameters, self._report)
         self._requests = 0
         self._preloading: Identity | None = None
@@ -140,6 +144,8 @@ class Bench:
         self._last_refused = False
         self._read: tuple[float | None, float | None] = (None, None)
         self._last_bits, self._last_status = 0, Status(0)
+        # Whether no update has told of the last request; until when nothing takes effect or ends.
+        self._has_news, self._calm_until_ns = True, 0
         self.apply_faults(self.faults)
 
     def __repr__(self) -> str:
@@ -173,11 +179,6 @@ class Bench:
     def ledger(self) -> EnergyLedger:
         """Energy balance since the start or the last reset."""
         return take_ledger(self.stand.plants, self.stand.states)
-
-    @property
-    def passes_made(self) -> int:
-        """Passes of the loops over time, as a measure of the computing cost."""
-        return int(self.state['passes_made'])
 
     def save(self, attached: Mapping[str, Any] | None = None) -> bytes:
         """
@@ -253,7 +254,7 @@ class Bench:
         first_cycle = self._start_wave()
         trace = self.stand.advance(self.motion.wave, samples)
         self.time_ns = until_ns
-        [readings] = self.sensing.read_blocks(trace, until_ns, self.faults)
+        readings = self.sensing.read(trace, until_ns, self.faults)
         self._note(readings)
         motion = self.motion
         if self.stand.held_because:
@@ -264,51 +265,59 @@ class Bench:
         if self._preloading is not None and self.stand.is_preloaded:
             self._end_preloading(Result.DONE)
         events, self._events = tuple(self._events), []
+        self._calm_until_ns, self._has_news = until_ns, False
         ramps = self.stand.ramps_since(first_cycle)
         return Output(readings, events, self.status, ramps)
 
     def update_blocks(self, blocks: int) -> list[Output]:
         """
-        Advance by blocks, with the outputs of ``update`` except their ramps.
+        Advance by blocks; return their outputs, without ramps.
 
-        Nothing can end within them, or it is only one.
+        It is only one block if something can end within more. An output holds the blocks up to the
+        end of a trace period, or one if its status, truth or clock is told.
 
         """
-        if blocks == 1 or not self._is_undisturbed(blocks * self._block_ns * NANO):
+        if not self._is_calm_until(self.time_ns + blocks * self._block_ns):
             return [self.update(self.time_ns + self._block_ns)]
-        samples = self._block_ns // self._sample_ns
-        trace = self.stand.advance(self.motion.wave, blocks * samples)
-        outputs: list[Output] = []
-        at_once = 1 if self.sensing.may_alarm else blocks
-        for first in range(0, len(trace), at_once * samples):
-            self.time_ns += at_once * self._block_ns
-            part = trace[first : first + at_once * samples]
-            read = self.sensing.read_blocks(part, self.time_ns, self.faults, at_once)
-            status = self.status
-            outputs += [Output(each, (), status, NO_RAMPS) for each in read]
-        self._note(outputs[-1].readings)
+        trace = self.stand.advance(self.motion.wave, blocks * self._block_ns // self._sample_ns)
+        outputs, first = list[Output](), 0
+        while first < len(trace):
+            left_ns = self._told_ns - self.time_ns % self._told_ns
+            part = trace[first : first + left_ns // self._sample_ns]
+            first += len(part)
+            self.time_ns += len(part) * self._sample_ns
+            readings = self.sensing.read(part, self.time_ns, self.faults)
+            status = self.status if self.sensing.may_alarm else self._last_status
+            outputs.append(Output(readings, (), status, NO_RAMPS))
+        self._note(readings)
         return outputs
 
-    def _is_undisturbed(self, duration_s: float) -> bool:
-        """Start a new wave; return whether no command can take effect or end in a duration."""
-        if self._delayed or self._events or not self.stand.is_preloaded:
+    def _is_calm_until(self, end_ns: int) -> bool:
+        """Start a new wave; return whether no command takes effect or ends up to a time."""
+        motion = self.motion
+        if self._calm_until_ns >= end_ns:
+            return True
+        if self._has_news or self._delayed or (motion.is_running and motion.may_end_early):
             return False
-        if self._preloading is not None or self.plant.delayed:  # which may hold the voltage
+        if self._preloading is not None or self.stand.may_change:
             return False
         self._start_wave()
-        motion = self.motion
-        wave = motion.wave
-        left_s = (wave.cycles - self.stand.cycle - 1) * (wave.period_s - wave.lead_s)
-        return not motion.is_running or (left_s > duration_s and not motion.may_end_early)
+        self._calm_until_ns = _TIME_MAX_NS
+        if motion.is_running:
+            wave = motion.wave
+            left_s = (wave.cycles - self.stand.cycle - 1) * (wave.period_s - wave.lead_s)
+            self._calm_until_ns = self.time_ns + int(left_s / NANO) - self._block_ns
+        return self._calm_until_ns >= end_ns
 
     def _note(self, readings: Readings) -> None:
         """Keep the last readings for events."""
-        position_m, force_n = readings.position_m, readings.force_n
+        position_m, force_n = readings.trace[-1, FIRST_READING : FIRST_READING + 2].tolist()
         self._read = _if_finite(position_m), _if_finite(force_n)
         self.sensing.reading_m = self._read[0]
 
     def accept(self, request: Request) -> None:
         """Carry out a request now; its event comes with the next update."""
+        self._calm_until_ns, self._has_news = self.time_ns, True
         self._requests += 1
         delay_ns = to_nanoseconds(self.faults.command_delay)
         command = COMMANDS.get(request.name)

@@ -54,40 +54,20 @@ TRAJECTORY = 'trajectory'
 @checked_arguments
 @dataclass(frozen=True)
 class Request:
-    """
-    A request that is not yet checked.
+    """A request that is not yet checked."""
 
-    Attributes
-    ----------
-    name : str
-        A name in COMMANDS.
-    values : sequence of float
-        Numbers in the order of the topic; rows of a waveform one after another. Long sequences
-        are an ``array.array``.
-    settings : tuple of (str, value)
-        For ``fault`` and ``parameters``: full names of parameters and their new values; for
-        ``trajectory``: degree, start and tolerances, see `check_trajectory`.
-    stamp_ns : int
-        Stamp in the header of its message; 0: none.
-    frame_id : str
-        For vectors: their frame; empty: that of the command.
-    joints : Joints
-        For ``joint``: the set points.
-    cycles : int
-        For ``waveform``: number of plays; 0 repeats until replaced.
-    tag : str
-        Word of its sender, repeated in its events; empty: none.
-
-    """
-
-    name: str
-    values: 'Sequence[float]' = ()  # read with the units of the command
+    name: str  # a name in COMMANDS
+    # numbers in the order of the topic, in SI units or with units of their own; rows of a
+    # waveform one after another. Long sequences are an ``array.array``
+    values: 'Sequence[float]' = ()
+    # of ``fault`` and ``parameters``: full names of parameters and their new values; of
+    # ``trajectory``: degree, start and tolerances, see `check_trajectory`
     settings: tuple[tuple[str, Scalar], ...] = ()
-    stamp_ns: int = 0
-    frame_id: str = ''
-    joints: Joints = NO_JOINTS
-    cycles: int = 1
-    tag: str = ''
+    stamp_ns: int = 0  # stamp in the header of its message; 0: none
+    frame_id: str = ''  # of vectors: their frame; empty: that of the command
+    joints: Joints = NO_JOINTS  # of ``joint``: the set points
+    cycles: int = 1  # of ``waveform``: number of plays; 0 repeats until replaced
+    tag: str = ''  # word of its sender, repeated in its events; empty: none
 
     def __post_init__(self) -> None:
         """Convert single numbers and quantities such as ``10V``."""

@@ -180,23 +180,9 @@ class Readings(NamedTuple):
 
 
 class Output(NamedTuple):
-    """
-    Result of an update of the bench.
+    """Result of an update of the bench."""
 
-    Attributes
-    ----------
-    readings : Readings
-        Readings of the sensors.
-    events : tuple of Event
-        Ends of commands, in order.
-    status : Status
-        Status at the end of the update.
-    ramps : array of float, shape (n, 3)
-        True runner positions of each finished ramp: start, mean, end, m.
-
-    """
-
-    readings: Readings
-    events: tuple[Event, ...]
-    status: Status
-    ramps: Array
+    readings: Readings  # Readings of the sensors
+    events: tuple[Event, ...]  # Ends of commands, in order
+    status: Status  # Status at the end of the update
+    ramps: Array  # True runner positions of each finished ramp, (n, 3): start, mean, end, m

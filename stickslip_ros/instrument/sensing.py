@@ -55,6 +55,7 @@ class Sensing:
         # Whether a status bit of a sensor can begin or end within blocks.
         self.may_alarm = any(reader.may_alarm for reader in self._readers)
         self._sample_ns = parameters.sample_ns
+        self._samples = parameters.block_ns // parameters.sample_ns
         self._faults = FaultParameters()
         self.reading_m: float | None = 0.0  # position at the end of the last update, if known
 
@@ -76,34 +77,21 @@ class Sensing:
         for name, memory in values.items():
             getattr(self, name).recall(memory)
 
-    def read_blocks(
-        self, trace: Array, end_ns: int, faults: FaultParameters, blocks: int = 1
-    ) -> list[Readings]:
+    def read(self, trace: Array, end_ns: int, faults: FaultParameters) -> Readings:
         """
-        Fill times and readings into a trace of true values; return the readings of its blocks.
+        Fill times and readings into a trace of true values; return its readings.
 
-        More than one are allowed unless the sensors ``may_alarm``, as status bits are of the end.
+        It may hold several blocks unless the sensors ``may_alarm``, as status bits are of the end.
 
         """
         if faults is not self._faults:
             self._apply_faults(faults)
-        samples = len(trace) // blocks
-        begin_ns, block_ns = end_ns - len(trace) * self._sample_ns, samples * self._sample_ns
-        fill_times(trace, begin_ns, self._sample_ns)
-        truths = trace[samples - 1 :: samples].copy()
+        fill_times(trace, end_ns - len(trace) * self._sample_ns, self._sample_ns)
+        truth = trace[-1].copy()
         for reader in self._readers:
             reader.read(trace)
-        self.interferometer.average(trace[-samples:])
-        voltages = truths[:, VOLTAGE].tolist()
-        return [
-            Readings(
-                begin_ns + (i + 1) * block_ns,
-                voltages[i],
-                trace[i * samples : (i + 1) * samples],
-                truths[i],
-            )
-            for i in range(blocks)
-        ]
+        self.interferometer.keep(trace[-self._samples :])
+        return Readings(end_ns, truth.item(VOLTAGE), trace, truth)
 
     def _apply_faults(self, faults: FaultParameters) -> None:
         self._faults = faults

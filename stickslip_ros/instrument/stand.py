@@ -33,6 +33,11 @@ from stickslip_ros.units import NANO
 NO_RAMPS = np.zeros((0, 3))
 
 
+def is_other_drive(before: Parameters, after: Parameters) -> bool:
+    """Return whether friction, mass or damping differ, which change the drive itself."""
+    return (before.contact, before.runner) != (after.contact, after.runner)
+
+
 class SimulatedStand:
     """Plant and state of the drive, its load and its preload."""
 
@@ -81,6 +86,11 @@ class SimulatedStand:
     def is_preloaded(self) -> bool:
         return bool(self._preload.item() == self.wanted_n)
 
+    @property
+    def may_change(self) -> bool:
+        """Whether its preload changes, or its voltage may be held."""
+        return not self.is_preloaded or bool(self.plants['delayed'].item())
+
     def reset(self) -> None:
         """Return to the state at the start, without faults."""
         stand = self.parameters.stand
@@ -128,7 +138,7 @@ class SimulatedStand:
         is_other_contact = before.contact != parameters.contact
         if is_other_contact:
             switch_all_to_springs(self.plants, self.states)
-        if is_other_contact or before.runner != parameters.runner:
+        if is_other_drive(before, parameters):
             mass_kg, speed = self.plants[0].mass_kg, self.states[0].velocity_m_per_s
             self._rebuild_plant(is_divided=self.is_divided)
             added_kg = self.plants[0].mass_kg - mass_kg

@@ -183,9 +183,8 @@ TOPICS = (
           'JSON: parameters, units, versions, time origin; again when a live parameter other than '
           'a fault is set'),
     Topic('/diagnostics', 'diagnostic_msgs/msg/DiagnosticArray', SELDOM,
-          'real-time factor, lateness, overruns and cause (computing, waiting for a processor '
-          'or the interpreter; nan if Linux does not report it), refusals, recorder, faults; in '
-          'every state, at 1 Hz of wall-clock time, and at once when a fault begins or ends',
+          'real-time factor, lateness, overruns, refusals, recorder, faults; in every state, at '
+          '1 Hz of wall-clock time, and at once when a fault begins or ends',
           recorded=False),
     Topic('/clock', 'rosgraph_msgs/msg/Clock', SELDOM,
           'simulated time, once per sim.block', recorded=False, switches=('sim.publish_clock',),

@@ -38,6 +38,7 @@ from stickslip_ros.parameters.tree import (
     Parameters as Parameters,
     bare_name as bare_name,
     column_name as column_name,
+    differ_when_built as differ_when_built,
     is_fault as is_fault,
     parse_assignments as parse_assignments,
     spec_of as spec_of,

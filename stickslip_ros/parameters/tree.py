@@ -252,6 +252,12 @@ def is_fault(name: str) -> bool:
     return name.startswith('fault.') and spec_of(name).live
 
 
+def differ_when_built(one: Parameters, other: Parameters) -> bool:
+    """Return whether two sets of parameters differ in more than faults."""
+    values = other.flat()
+    return any(value != values[name] for name, value in one.flat().items() if not is_fault(name))
+
+
 def parse_assignments(
     assignments: Iterable[str], form: str = '--set group.name=value'
 ) -> dict[str, str]:

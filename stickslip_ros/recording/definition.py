@@ -93,8 +93,16 @@ def _types_of(typesys: Any, schema: Schema) -> dict[str, Fields]:
         if (name := wanted.pop()) not in types:
             fields = given.get(name) or known.get(name)
             types[name] = fields or typesys.get_types_from_msg(_installed_text(name), name)[name]
+            _check_names(name, types[name])
             wanted += _inner_types(types[name])
     return types
+
+
+def _check_names(kind: str, fields: Fields) -> None:
+    """Raise ValueError for a name that is no identifier: rosbags runs code made of them."""
+    for name in (*kind.split('/'), *(entry[0] for part in fields for entry in part)):
+        if not name.isidentifier():
+            raise ValueError(f'{name!r} is no name')
 
 
 def _inner_types(fields: Fields) -> Iterator[str]:

@@ -38,6 +38,7 @@ SHARED = ('diagnostics', 'joint_states')
 """Keys of the topics on which every node may publish."""
 ALWAYS = 'diagnostics'
 """Key of the topic on which a node publishes in every state."""
+LATCHED_KEYS = tuple(topic.key for topic in TOPICS if topic.qos.latched)
 ATTEMPTS = 2
 """Attempts to send a message; the network may give up in a process that is held up."""
 
@@ -99,10 +100,10 @@ class Connections:
                 self._node.destroy_lifecycle_publisher(entity)
 
     def publish(self, packed: Packed) -> None:
-        """Publish a packed message if its topic is offered and the state allows it."""
-        publisher = self._offered.get(packed.key)
-        if publisher is None:
+        """Publish a packed message if it is heard and the state allows it."""
+        if not self.is_heard(packed.key):
             return
+        publisher = self._offered[packed.key]
         for _ in range(ATTEMPTS):
             try:
                 publisher.publish(packed.data)
@@ -112,9 +113,11 @@ class Connections:
         self.unsent[packed.key] += 1
 
     def is_heard(self, key: str) -> bool:
-        """Return whether a topic has subscriptions; DDS is spared the message else."""
+        """Return whether a topic is offered, and has subscriptions or keeps its last message."""
         publisher = self._offered.get(key)
-        return publisher is not None and publisher.handle.get_subscription_count() > 0
+        if publisher is None or key in LATCHED_KEYS:
+            return publisher is not None
+        return bool(publisher.handle.get_subscription_count())
 
     def check_graph(self) -> None:
         """Look for conflicts of names in the graph, and warn of them."""

@@ -16,7 +16,7 @@ from stickslip_ros.ros.guard import Guard
 from stickslip_ros.runtime.pacing import PaceReport
 from stickslip_ros.runtime.session import Session
 from stickslip_ros.runtime.worker import Faults
-from stickslip_ros.units import MICRO, MILLI, NANO
+from stickslip_ros.units import MICRO, NANO
 
 FACTOR_SHARE = 0.9
 """Share of the wanted real-time factor below which a report is an error."""
@@ -46,9 +46,6 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
         'ticks': str(report.ticks),
         'overruns': str(report.overruns),
         'overruns_total': str(report.overruns_total),
-        'overruns_work_ms': f'{report.stalls.work_s / MILLI:.3f}',
-        'overruns_processor_ms': f'{report.stalls.processor_s / MILLI:.3f}',
-        'overruns_rest_ms': f'{report.stalls.rest_s / MILLI:.3f}',
         'lag_s': f'{report.lag_s:.6f}',
         'behind_s': f'{report.behind_s:.6f}',
         'paused': str(session.is_paused).lower(),
@@ -85,7 +82,7 @@ def _lateness(report: PaceReport, session: Session) -> tuple[bytes, str]:
         pace = f'{report.real_time_factor:.2g} times real time'
         return _WARN, f'{late_s:.1f} s late, made up at {pace}'
     if report.overruns:
-        return _WARN, f'{report.overruns} of {report.ticks} ticks late{report.stalls.most}'
+        return _WARN, f'{report.overruns} of {report.ticks} ticks late'
     return _OK, 'paused' if session.is_paused else 'in time'
 
 

@@ -24,13 +24,14 @@ from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import FAULT, LIVE, Request
 from stickslip_ros.instrument.compilation import KERNELS, progress_reporter
 from stickslip_ros.instrument.reports import Event
+from stickslip_ros.instrument.stand import is_other_drive
 from stickslip_ros.interface.cdr import pack_string, pack_uint32
 from stickslip_ros.interface.channels import Channel
 from stickslip_ros.interface.feed import Packed
 from stickslip_ros.interface.requests import receive_request
 from stickslip_ros.interface.topics import Topic
 from stickslip_ros.kernels.kernel import compilation_reported
-from stickslip_ros.parameters import NODE_NAME, Parameters, format_value
+from stickslip_ros.parameters import NODE_NAME, Parameters, differ_when_built, format_value
 from stickslip_ros.process.signals import run
 from stickslip_ros.process.stopping import StillBusy
 from stickslip_ros.recording.run import RunWriter
@@ -44,7 +45,6 @@ from stickslip_ros.ros.parameter_bridge import (
     CheckedNode,
     check_clock,
     declare_parameters,
-    differ_when_built,
     fault_defaults,
     hand_over_overrides,
     judge_changes,
@@ -311,12 +311,13 @@ class StickSlipDrive(CheckedNode, GuardedNode, LifecycleNode):
         if session is None:
             return
         faults, others = live_settings(changes)
-        if self._active is None:  # another friction, mass or damping builds the drive anew
-            others = tuple(e for e in others if not e[0].startswith(('contact.', 'runner.')))
+        changed = session.parameters.updated(dict(others))
+        # Of a drive that does not run, another friction, mass or damping builds it anew.
+        are_live = self._active or not is_other_drive(session.parameters, changed)
         if faults and not self._is_putting_back:
             session.submit(Request(FAULT, settings=faults), AT_ONCE)
-        if others:
-            session.parameters = session.parameters.updated(dict(others))
+        if others and are_live:
+            session.parameters = changed
             session.submit(Request(LIVE, settings=others), AT_ONCE)
 
     def _clear_faults(self, session: Session, _: Any) -> str:

@@ -202,9 +202,3 @@ def fault_defaults(node: Node) -> list[Parameter]:
         for name, spec in specs().items()
         if is_fault(name) and node.get_parameter(name).value != spec.default
     ]
-
-
-def differ_when_built(one: Parameters, other: Parameters) -> bool:
-    """Return whether two sets of parameters differ in more than faults."""
-    values = other.flat()
-    return any(value != values[name] for name, value in one.flat().items() if not is_fault(name))

@@ -12,10 +12,9 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
@@ -23,8 +22,6 @@ from stickslip_ros.units import NS_PER_S
 
 TICKS_KEPT = 100_000
 """Largest number of ticks in a report."""
-SCHEDSTAT = '/proc/thread-self/schedstat'
-"""Linux's account of a thread: ns on a processor, ns waiting for a processor; slices."""
 
 SWITCH_S: Final = 5e-5
 """Longest time that a callback may hold the interpreter while the drive's tick is due."""
@@ -43,20 +40,6 @@ KNOWS_SLICES: Final = platform.machine() == 'x86_64' and (
 _SET_TIMER_SLACK: Final = 29
 
 
-class Stalls(NamedTuple):
-    """Causes of late ticks; NaN if Linux keeps no account."""
-
-    work_s: float = math.nan  # the thread computed
-    processor_s: float = math.nan  # it waited for a processor
-    rest_s: float = math.nan  # it waited for something else, mostly for the interpreter
-
-    @property
-    def most(self) -> str:
-        """Main cause in words; empty if there is none or Linux keeps no account."""
-        words = 'computing', 'waiting for a processor', 'waiting for the interpreter'
-        return f', mostly {words[int(np.argmax(self))]}' if sum(self) > 0.0 else ''
-
-
 @dataclass(frozen=True)
 class PaceReport:
     """Deadlines met and missed since the last report."""
@@ -73,7 +56,6 @@ class PaceReport:
     given_up_s: float  # lag above lag_max_s, which is not made up
     behind_s: float  # sum of given_up_s since the start
     missing_s: float  # simulated time missing against the wanted pace; at least 0
-    stalls: Stalls  # of the overruns
 
 
 class Pacer:
@@ -92,8 +74,6 @@ class Pacer:
         self._lag_max_s = max(lag_max_s, 2.0 * self._period_s)
         self._overruns_total = 0
         self._behind_s = self._behind_reported_s = 0.0
-        self._schedstat: int | None = None
-        self._stalls = self._stalls_reported = Stalls()  # since the start; at the last report
         self._lock = threading.Lock()
         self.start()
 
@@ -103,37 +83,6 @@ class Pacer:
             self._held_since_s: float | None = None
             self._deadline_s = self._report_s = time.monotonic() if at_s is None else at_s
             self._lateness_s: deque[float] = deque(maxlen=TICKS_KEPT)
-            self._noted: tuple[bytes, float] | None = None  # of the tick before: counts, time
-
-    @contextmanager
-    def accounted(self) -> Iterator[None]:
-        """Account for the time of late ticks in the calling thread, as a context."""
-        try:
-            self._schedstat = os.open(SCHEDSTAT, os.O_RDONLY)
-        except OSError:
-            yield
-            return
-        if int(os.pread(self._schedstat, 64, 0).split()[2]):  # else this Linux does not count
-            self._stalls = self._stalls_reported = Stalls(0.0, 0.0, 0.0)
-        try:
-            yield
-        finally:
-            closed, self._schedstat = self._schedstat, None
-            os.close(closed)
-
-    def _account(self, now_s: float, pause_s: float, *, is_late: bool) -> None:
-        """Account for the time since the tick before; ``rest_s`` is the remainder."""
-        if self._schedstat is None:
-            return
-        if pause_s <= 0.0:
-            time.thread_time()  # makes Linux count up to now; a sleep does so too
-        before, self._noted = self._noted, (os.pread(self._schedstat, 64, 0), now_s)
-        if is_late and before is not None:
-            counts = zip(before[0].split(), self._noted[0].split(), strict=True)
-            work_s, processor_s, _ = ((int(now) - int(then)) / NS_PER_S for then, now in counts)
-            rest_s = max(0.0, now_s - before[1] - max(0.0, pause_s) - work_s - processor_s)
-            spent = zip(self._stalls, (work_s, processor_s, rest_s), strict=True)
-            self._stalls = Stalls(*map(sum, spent))
 
     def hold(self) -> None:
         """Mark the begin of an intended standstill; a second call does nothing."""
@@ -149,7 +98,7 @@ class Pacer:
             held_s = time.monotonic() - self._held_since_s
             self._deadline_s += held_s
             self._report_s += held_s
-            self._held_since_s = self._noted = None
+            self._held_since_s = None
 
     def wait(self, sleep: Callable[[float], None] = time.sleep) -> None:
         """Sleep until the next deadline, and note the lateness; ``sleep`` may end early."""
@@ -161,9 +110,7 @@ class Pacer:
         pause_s = self._deadline_s - time.monotonic()
         if pause_s > 0.0:
             sleep(pause_s)
-        now_s = time.monotonic()
-        late_s = max(0.0, now_s - self._deadline_s)
-        self._account(now_s, pause_s, is_late=late_s > self._period_s)
+        late_s = max(0.0, time.monotonic() - self._deadline_s)
         self._overruns_total += late_s > self._period_s  # first: a report reads it last
         self._lateness_s.append(late_s)
         # Given up: simulated time stays behind, rather than a burst that would never catch up.
@@ -182,8 +129,6 @@ class Pacer:
                 self._held_since_s = now_s
             self._report_s = now_s
             ticks, self._lateness_s = self._lateness_s, deque(maxlen=TICKS_KEPT)
-            stalls = self._stalls
-            before, self._stalls_reported = self._stalls_reported, stalls
             behind_s, before_s = self._behind_s, self._behind_reported_s
             self._behind_reported_s = behind_s
             lag_s = now_s - self._deadline_s - self._period_s if self._period_s else 0.0
@@ -202,7 +147,6 @@ class Pacer:
             given_up_s=behind_s - before_s,
             behind_s=behind_s,
             missing_s=max(0.0, elapsed_s * self.real_time_factor - simulated_s),
-            stalls=Stalls(*np.subtract(stalls, before).tolist()),
         )
 
 

@@ -303,8 +303,7 @@ class Session:
 
     def _run(self) -> None:
         try:
-            with self.pacer.accounted():
-                self._go_on()
+            self._go_on()
         except BaseException as error:
             self._fail(error)
             if not isinstance(error, StickSlipError):

@@ -77,18 +77,19 @@ class Worker(ReportingBench):
         self._carry_out(orders, self._schedule.due(now_ns))
         may_split = self.writer is not None and self.writer.splits
         if self._schedule.is_over and not may_split:
-            for output in self.bench.update_blocks(blocks):
-                self._publish_block(output)
+            outputs = self.bench.update_blocks(blocks)
         else:
-            self._publish_block(self.advance_bench(now_ns + self._block_ns))
+            outputs = [self.advance_bench(now_ns + self._block_ns)]
+        for output in outputs:
+            self._publish_output(output)
         if self.writer is not None and self.writer.recorder.error is not None:
             failed, self.writer = self.writer, None
             self.lose_recording(failed)
         for order in orders:
             order.answer()
 
-    def _publish_block(self, output: Output) -> None:
-        """Publish time, ends of commands and readings of a block."""
+    def _publish_output(self, output: Output) -> None:
+        """Publish time, ends of commands and readings."""
         if self._keeps_clock:  # before the readings: who gets one then has its time
             time_ns = output.readings.time_ns
             self._publish(Packed('clock', time_ns, pack_stamp(self.time_origin_ns + time_ns)))

@@ -131,10 +131,10 @@ class _Run:
 
     def _update(self, requests: list[Request]) -> None:
         bench = self.bench
-        before, made = bench.ledger, bench.passes_made
+        before, made = bench.ledger, bench.state.passes_made
         output = bench.update(bench.time_ns + bench.parameters.block_ns, requests)
         readings, after = output.readings, bench.ledger
-        self._passes += bench.passes_made - made
+        self._passes += bench.state.passes_made - made
         trace = readings.trace[:, TIME:POSITION]
         truth = (readings.truth_position_m, readings.truth_force_n, readings.voltage_v)
         if not (np.isfinite(trace).all() and np.isfinite(truth).all()):

@@ -53,7 +53,7 @@ class Sensor(Sensing):
         trace = np.zeros((len(truth), FORCE + 1))
         trace[:, self._column] = truth
         if len(truth):
-            self.read_blocks(trace, 0, faults)
+            self.read(trace, 0, faults)
         return trace[:, self._column]
 
     @property

@@ -30,7 +30,7 @@ def probe(**settings: float) -> Sensing:
 def readings(sensing: Sensing, feet_m: np.ndarray, faults: FaultParameters = HEALTHY):
     trace = np.zeros((len(feet_m), PROBE + 1))
     trace[:, FOOT] = feet_m
-    sensing.read_blocks(trace, 0, faults)
+    sensing.read(trace, 0, faults)
     assert trace[:, FOOT].tobytes() == feet_m.tobytes()
     return trace[:, PROBE]
 
@@ -63,7 +63,7 @@ def test_the_noise_at_rest_has_its_density_and_is_its_own():
     assert np.std(noise_m) == pytest.approx(sigma_m, rel=SIGMAS / np.sqrt(2.0 * samples))
     for column in (POSITION, FORCE):
         trace = np.zeros((samples, PROBE + 1))
-        probe().read_blocks(trace, 0, HEALTHY)
+        probe().read(trace, 0, HEALTHY)
         assert abs(np.corrcoef(noise_m, trace[:, column])[0, 1]) < SIGMAS / np.sqrt(samples)
 
 
@@ -106,6 +106,6 @@ def test_a_sensor_behind_another_one_sees_the_truth_and_not_its_reading():
     vars(sensing)['capacitive_probe'].sees = POSITION
     trace = np.zeros((50, PROBE + 1))
     trace[:, POSITION] = truth_m = np.linspace(1e-9, 5e-8, 50)
-    sensing.read_blocks(trace, 0, HEALTHY)
+    sensing.read(trace, 0, HEALTHY)
     np.testing.assert_array_equal(trace[:, POSITION], 0.0)
     np.testing.assert_allclose(trace[:, PROBE], truth_m, rtol=ROUNDING)

@@ -5,17 +5,14 @@
 
 import math
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from stickslip_ros.drive.records import ENDLESS, Wave
 from stickslip_ros.errors import OutOfRange, StickSlipError, UnknownName, WrongKind
-from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.checks import STEPS_MAX
 from stickslip_ros.instrument.commands import COMMANDS, Request, check_request
-from stickslip_ros.instrument.reports import Result, Status
 from stickslip_ros.parameters import Parameters
 
 ABOVE_300_V = "above the amplifier's 300 V; lower it or raise amplifier.voltage_max"
@@ -136,36 +133,6 @@ def test_a_frequency_that_leaves_no_ramp_is_refused(stand):
 )
 def test_a_request_of_the_wrong_form_is_refused(name, values, message, stand):
     assert message in _refusal(name, values, WrongKind, stand)
-
-
-NOT_FINITE = (math.nan, math.inf, -math.inf)
-ABOVE_300, ABOVE_2 = (float(np.nextafter(each, math.inf)) for each in (300.0, 2.0))
-GOOD = (100.0, 1000.0, 10.0)
-BAD: dict[str, list[tuple[float, ...]]] = {
-    'voltage': [(bad,) for bad in (*NOT_FINITE, ABOVE_300, 1e300, -1e-300, -5e-324, -1e300)],
-    'preload': [(bad,) for bad in (*NOT_FINITE, 0.0, -0.0, 9e-4, -1.0, ABOVE_2, 1e300)],
-    'sawtooth': [
-        *((300.0,) * length for length in (0, 1, 2, 4, 100, 300_000)),
-        *((*GOOD[:k], bad, *GOOD[k + 1 :]) for k in range(3) for bad in (*NOT_FINITE, -1e300)),
-        *((0.0, *GOOD[1:]), (300.1, *GOOD[1:]), (100.0, -20001.0, 10.0), (*GOOD[:2], 0.5)),
-    ],
-    'load': [
-        *((bad, *(0.0,) * 5) for bad in (*NOT_FINITE, 10.001, -10.001, 1e300)),
-        *((*(0.0,) * k, bad, *(0.0,) * (5 - k)) for k in range(1, 6) for bad in (1.0, -5e-324)),
-    ],
-}
-
-
-@pytest.mark.parametrize('name', BAD)
-def test_bad_requests_are_each_refused_with_an_event_and_move_nothing(name):
-    bench = Bench(Parameters())
-    for number, values in enumerate(BAD[name], 1):
-        until_ns = bench.time_ns + bench.parameters.block_ns
-        [event] = bench.update(until_ns, [Request(name, values)]).events
-        assert (event.number, event.result) == (number, Result.INVALID_PARAMETER)
-        assert len(event.message) < 500
-        assert bench.status & Status.REFUSED
-    assert (bench.state.position_m, bench.state.preload_n) == (0.0, 0.5)
 
 
 def test_an_unknown_command_is_refused_with_those_that_are_known(stand):

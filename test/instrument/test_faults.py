@@ -60,24 +60,6 @@ def test_a_dropout_is_no_number_and_the_sensor_comes_back(bench):
     assert math.isfinite(run.outputs[6].readings.truth_position_m)
 
 
-def test_an_amplifier_without_power_lets_the_voltage_go_and_refuses_moves(bench):
-    requests = {
-        0: [Request('voltage', (300.0,))],
-        2 * MS: [fault(amplifier_off=True)],
-        3 * MS: [steps(1)],
-        4 * MS: [CLEAR],
-        5 * MS: [steps(1)],
-    }
-    run = drive_bench(bench, 8 * MS, requests)
-    volts = [output.readings.voltage_v for output in run.outputs]
-    assert volts[1] == pytest.approx(300.0)
-    assert volts[2] == 0.0
-    assert [e.result for e in run.events if e.command == 'steps'] == [
-        Result.AMPLIFIER_DISABLED,
-        Result.DONE,
-    ]
-
-
 def test_a_stuck_runner_does_not_move_under_the_feet(bench):
     requests = {0: [fault(runner_stuck=True), steps(10)], 15 * MS: [CLEAR, steps(10)]}
     run = drive_bench(bench, 30 * MS, requests)
@@ -174,13 +156,13 @@ def test_a_fault_that_the_stand_cannot_have_is_refused_and_changes_nothing(stand
 
 def test_a_reset_ends_delayed_commands_with_an_event_each(bench):
     requests = {
-        0: [fault(command_delay=5e-3), steps(5), Request('preload', (0.6,))],
+        0: [fault(command_delay=5e-3), steps(5), Request('preload', (0.6,), stamp_ns=7)],
         2 * MS: [Request('reset')],
     }
     run = drive_bench(bench, 8 * MS, requests)
-    assert [(e.number, e.result, e.message) for e in run.events[1:]] == [
-        (2, Result.ABORTED, 'reset by command 4'),
-        (3, Result.ABORTED, 'reset by command 4'),
-        (4, Result.DONE, ''),
+    assert [(e.number, e.result, e.message, e.sent_ns) for e in run.events[1:]] == [
+        (2, Result.ABORTED, 'reset by command 4', 0),
+        (3, Result.ABORTED, 'reset by command 4', 7),
+        (4, Result.DONE, '', 0),
     ]
     assert not run.status[2] & Status.MOVE_DELAYED

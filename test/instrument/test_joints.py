@@ -231,11 +231,21 @@ def test_a_velocity_ends_at_a_soft_limit_and_may_lead_back(bench_with):
     assert bench.sensing.position_m < 1e-6
 
 
-@pytest.mark.parametrize('request_', [to(20e-6), at(5e-5)], ids=['target', 'velocity'])
+@pytest.mark.parametrize(
+    'request_',
+    [to(20e-6), at(5e-5), Request('position', (20e-6, 0.0, 0.0))],
+    ids=['target', 'velocity', 'position'],
+)
 def test_a_runner_that_comes_no_nearer_is_at_an_end_stop(stand, request_):
+    # The load cell stops the runner after 4 um at most: mu F_n = k x.
     run = drive_bench(Bench(stand), 300 * MS, {0: [request_]})
     [event] = run.events
-    assert (event.command, event.result) == ('joint', Result.END_STOP_REACHED)
+    assert (event.command, event.result) == (request_.name, Result.END_STOP_REACHED)
+    assert 'no progress' in event.message
+    failed = run.status[-1]
+    assert failed & Status.END_STOP_REACHED
+    assert failed & Status.MOVEMENT_FAILED
+    assert not failed & (Status.CLOSED_LOOP | Status.MOVING)
 
 
 def test_without_a_reading_a_velocity_fails(bench_with):

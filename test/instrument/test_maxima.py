@@ -22,7 +22,7 @@ from stickslip_ros.instrument.checks import FALL_SHARE_MAX, STEPS_MAX, fastest_s
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.instrument.joints import Joints
 from stickslip_ros.instrument.reports import Result, Status
-from stickslip_ros.lab.panel.controls import LIMITS
+from stickslip_ros.lab.panel.controls import NUMBER_FIELDS
 from stickslip_ros.parameters import Parameters, load_yaml, spec_of
 from stickslip_ros.parameters.stages import stage_file, stage_files
 
@@ -198,7 +198,8 @@ def test_a_voltage_in_each_sample_is_followed_or_held():
 def test_a_target_is_taken_up_to_the_limit_that_the_panel_shows(stage):
     stand = STANDS[stage].updated({'load_cell.contact': 'absent'})
     low, high = (
-        getattr(stand.stand, str(name).partition('.')[2]) for name in LIMITS['position', 'x']
+        getattr(stand.stand, str(name).partition('.')[2])
+        for name in NUMBER_FIELDS['position', 'x'][:2]
     )
     doors = (
         lambda x_m: Request('position', (x_m, 0.0, 0.0)),

@@ -247,21 +247,29 @@ def test_a_direct_voltage_knows_no_soft_limits(bench_with):
     assert run.trace[-1, POSITION] > 1e-9
 
 
-def test_a_switched_off_amplifier_aborts_the_move_and_refuses_the_next_one(bench_with):
+@pytest.mark.parametrize(
+    ('off', 'on'),
+    [
+        (Request('enable_amplifier', (0.0,)), Request('enable_amplifier', (1.0,))),
+        (Request('fault', settings=(('fault.amplifier_off', True),)), Request('clear_faults')),
+    ],
+    ids=['switched off', 'fault'],
+)
+def test_an_amplifier_without_power_aborts_the_move_and_refuses_the_next_one(bench_with, off, on):
     bench = bench_with()
-    off = {0: [steps(100)], 5 * MS: [Request('enable_amplifier', (0.0,))], 6 * MS: [steps(1)]}
-    run = drive_bench(bench, 10 * MS, off)
+    requests = {0: [steps(100)], 5 * MS: [off], 6 * MS: [steps(1)]}
+    run = drive_bench(bench, 10 * MS, requests)
     assert [(e.number, e.command, e.result) for e in run.events] == [
         (1, 'steps', Result.AMPLIFIER_DISABLED),
-        (2, 'enable_amplifier', Result.DONE),
+        (2, off.name, Result.DONE),
         (3, 'steps', Result.AMPLIFIER_DISABLED),
     ]
     assert not run.status[-1] & Status.AMPLIFIER_ENABLED
     assert run.status[-1] & Status.REFUSED
     assert run.trace[-1, VOLTAGE] == 0.0
-    on = drive_bench(bench, 10 * MS, {0: [Request('enable_amplifier', (1.0,)), steps(3)]})
-    assert on.events[-1].result is Result.DONE
-    assert on.status[-1] & Status.AMPLIFIER_ENABLED
+    again = drive_bench(bench, 10 * MS, {0: [on, steps(3)]})
+    assert again.events[-1].result is Result.DONE
+    assert again.status[-1] & Status.AMPLIFIER_ENABLED
 
 
 def test_the_zero_of_position_and_force_can_be_set(stand):
@@ -306,6 +314,7 @@ def test_the_end_of_steps_tells_their_mean_length(bench_with, frequency_hz, coun
         ([jog(1000), jog(-1000)], 1),
         ([sawtooth(300.0, 1000.0), Request('zero_position')], 2),
         ([Request('voltage', (100.0,))], 1),
+        ([Request('fault', settings=(('fault.interferometer', 'dropout'),)), steps(10)], 2),
     ],
 )
 def test_moves_whose_steps_have_no_one_length_tell_none(bench_with, requests, ends):
@@ -314,12 +323,6 @@ def test_moves_whose_steps_have_no_one_length_tell_none(bench_with, requests, en
     events = [each for each in run.events if each.command != 'stop']
     assert len(events) == ends
     assert all(each.step_m is None for each in events)
-
-
-def test_without_a_reading_a_step_has_no_length(bench_with):
-    dropout = Request('fault', settings=(('fault.interferometer', 'dropout'),))
-    run = drive_bench(bench_with(), 60 * MS, {0: [dropout], 5 * MS: [steps(10)]})
-    assert (run.events[1].steps, run.events[1].step_m) == (10, None)
 
 
 def test_a_tag_comes_back_with_every_end_of_a_command(bench_with):

@@ -199,6 +199,20 @@ def test_a_message_of_other_bytes_is_refused(text: str, data: bytes, told: str, 
         numbers_of(recording.files, '/t', 'x')
 
 
+@pytest.mark.parametrize('is_parsed', [True, False])
+def test_a_definition_whose_names_are_code_is_refused_and_runs_nothing(
+    is_parsed: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    made = tmp_path / 'made'
+    code = f'pkg/msg/T0((open({str(made)!r}, "w")) or object)'
+    if not is_parsed:  # as by a rosbags that takes any name
+        types = {code: ([], get_types_from_msg('float64 x', TYPE)[TYPE][1])}
+        monkeypatch.setattr('rosbags.typesys.get_types_from_msg', lambda *_: types)
+    with pytest.raises(StickSlipError, match=r'definition .* cannot be read'):
+        numbers_of(recorded(tmp_path / 'a.mcap', [LITTLE], 'float64 x', code).files, '/t', 'x')
+    assert not made.exists()
+
+
 def test_without_rosbags_messages_that_we_record_too_are_read_and_others_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):

@@ -26,42 +26,30 @@ def test_without_lockstep_only_a_pause_holds_the_drive():
     assert control.is_granted(0)
 
 
-def test_in_lockstep_even_the_first_block_needs_a_grant():
+@pytest.mark.parametrize(
+    ('grants', 'received', 'blocks'),
+    [
+        ([], 0, 0),
+        ([(BLOCK_NS - 1, 0)], 0, 0),
+        ([(BLOCK_NS, 0)], 0, 1),
+        ([(BLOCK_NS - 1, 0), (BLOCK_NS, 0), (3 * BLOCK_NS, 0)], 0, 3),
+        ([(BLOCK_NS, 2)], 1, 0),
+        ([(BLOCK_NS, 2)], 2, 1),
+        ([(BLOCK_NS, 2)], 3, 1),
+        ([(2 * BLOCK_NS, 0), (2 * BLOCK_NS, 0), (BLOCK_NS, 7)], 0, 2),
+        ([(BLOCK_NS, 1), (BLOCK_NS, 0)], 0, 1),
+    ],
+    ids=[
+        'none', 'short of a block', 'one', 'longer ones', 'a command is missing', 'all came',
+        'more came', 'twice, and an older one late', 'the newest of the same time',
+    ],
+)  # fmt: skip
+def test_in_lockstep_a_block_needs_a_grant_and_its_commands(grants, received, blocks):
     control = TimeControl(BLOCK_NS, lockstep=True)
-    assert not control.allows(0)
-    control.extend(Grant(BLOCK_NS - 1, 0))
-    assert not control.allows(0)
-    control.extend(Grant(BLOCK_NS, 0))
-    assert control.allows(0)
-    assert not control.allows(BLOCK_NS)
-    control.extend(Grant(3 * BLOCK_NS, 0))
-    assert [control.allows(n * BLOCK_NS) for n in range(4)] == [True, True, True, False]
-
-
-def test_a_grant_waits_for_its_commands():
-    control = TimeControl(BLOCK_NS, lockstep=True)
-    control.extend(Grant(BLOCK_NS, 2))
-    control.received += 1
-    assert not control.allows(0)
-    control.received += 1
-    assert control.allows(0)
-    control.received += 1
-    assert control.allows(0)
-
-
-def test_a_grant_may_come_twice_and_an_older_one_late():
-    control = TimeControl(BLOCK_NS, lockstep=True)
-    for grant in (Grant(2 * BLOCK_NS, 0), Grant(2 * BLOCK_NS, 0), Grant(BLOCK_NS, 7)):
-        control.extend(grant)
-        assert control.allows(BLOCK_NS)
-        assert not control.allows(2 * BLOCK_NS)
-
-
-def test_the_newest_grant_of_the_same_time_counts():
-    control = TimeControl(BLOCK_NS, lockstep=True)
-    control.extend(Grant(BLOCK_NS, 1))
-    control.extend(Grant(BLOCK_NS, 0))
-    assert control.allows(0)
+    for grant in grants:
+        control.extend(Grant(*grant))
+    control.received = received
+    assert [control.allows(n * BLOCK_NS) for n in range(4)] == [n < blocks for n in range(4)]
 
 
 def test_a_pause_holds_a_granted_block():

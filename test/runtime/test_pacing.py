@@ -3,12 +3,10 @@
 
 """Deadlines are absolute, what cannot be caught up is counted, and threads wake up in time."""
 
-import ctypes
 import json
 import math
 import os
 import sys
-import threading
 import time
 from types import SimpleNamespace
 from typing import Any
@@ -17,7 +15,7 @@ import pytest
 from processes import run_process
 
 from stickslip_ros.runtime import pacing
-from stickslip_ros.runtime.pacing import KNOWS_SLICES, SLACK_S, SLICE_S, SWITCH_S, Pacer, Stalls
+from stickslip_ros.runtime.pacing import KNOWS_SLICES, SLACK_S, SLICE_S, SWITCH_S, Pacer
 
 PERIOD_S = 0.002
 TICKS = 50
@@ -33,8 +31,6 @@ class Clock:
         self.now_s = 1000.0
         self.late_s = 0.0
         """How much longer than asked for every sleep lasts."""
-        self.work_s, self.processor_s = 0.5, 0.25
-        """What the thread has computed, and waited for a processor."""
 
     def work(self, seconds: float) -> None:
         """Let time pass."""
@@ -48,9 +44,7 @@ class Clock:
 @pytest.fixture
 def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     faked = Clock()
-    module = SimpleNamespace(
-        monotonic=lambda: faked.now_s, sleep=faked.sleep, thread_time=lambda: faked.work_s
-    )
+    module = SimpleNamespace(monotonic=lambda: faked.now_s, sleep=faked.sleep)
     monkeypatch.setattr(pacing, 'time', module)
     return faked
 
@@ -313,72 +307,3 @@ def test_what_a_configured_drive_consists_of_is_kept_from_collections():
         assert collected < 0.02 * kept
     # The second configuration still makes things that last; none leaves anything behind for ever.
     assert told[-1][0] < 1.002 * told[1][0]
-
-
-def accounted(clock: Clock, spent: list[tuple[float, float, float]]) -> Stalls:
-    """Return what is told of ticks that worked, waited for a processor, for anything else."""
-    pacer = Pacer(PERIOD_S, 1.0, LAG_MAX_S)
-    with pacer.accounted():
-        for work_s, processor_s, rest_s in spent:
-            clock.work_s += work_s
-            clock.processor_s += processor_s
-            clock.work(work_s + processor_s + rest_s)
-            pacer.wait(clock.sleep)
-        return pacer.report().stalls
-
-
-@pytest.fixture
-def told(clock: Clock, monkeypatch: pytest.MonkeyPatch) -> Clock:
-    """Give a clock that also says what the thread has done."""
-    monkeypatch.setattr(
-        os,
-        'pread',
-        lambda *_: f'{1e9 * clock.work_s:.0f} {1e9 * clock.processor_s:.0f} 7'.encode(),
-    )
-    return clock
-
-
-def test_the_time_of_late_ticks_is_told_apart_and_that_of_others_left_out(told: Clock):
-    on_time, late = (1e-4, 3e-4, 2e-4), (5e-4, 7e-3, 1e-3)
-    stalls = accounted(told, [on_time, on_time, late])
-    assert stalls == pytest.approx(late, **TO_THE_NANOSECOND)
-    assert stalls.most == ', mostly waiting for a processor'
-    assert accounted(told, [on_time] * 9).most == ''
-
-
-@pytest.mark.parametrize(
-    ('late', 'words'),
-    [
-        ((9e-3, 1e-3, 1e-3), 'computing'),
-        ((1e-3, 9e-3, 1e-3), 'waiting for a processor'),
-        ((1e-3, 1e-3, 9e-3), 'waiting for the interpreter'),
-    ],
-)
-def test_what_took_most_of_the_time_is_said(late: tuple, words: str):
-    assert Stalls(*late).most == f', mostly {words}'
-
-
-def test_where_linux_does_not_tell_nobody_knows(told, monkeypatch, tmp_path):
-    late = [(1e-4, 1e-4, 1e-4), (1e-4, 9e-3, 1e-4)]
-    monkeypatch.setattr(os, 'pread', lambda *_: b'0 0 0\n')
-    assert all(map(math.isnan, accounted(told, late)))
-    monkeypatch.setattr(pacing, 'SCHEDSTAT', str(tmp_path / 'none'))
-    assert all(map(math.isnan, accounted(told, late)))
-    assert Stalls().most == ''
-
-
-def test_a_thread_that_is_kept_from_the_interpreter_says_so():
-    held_s = 20e-3
-    keep = ctypes.PyDLL(None).usleep  # sleeps and does not let go of the interpreter
-    pacer = Pacer(PERIOD_S, 1.0, LAG_MAX_S)
-    with pacer.accounted():
-        pacer.wait()
-        pacer.report()
-        keeper = threading.Timer(0.2 * PERIOD_S, keep, (round(held_s * 1e6),))
-        keeper.start()
-        while keeper.is_alive():
-            pacer.wait()
-        pacer.wait()
-        stalls = pacer.report().stalls
-    assert stalls.rest_s > 0.5 * held_s  # whatever else this machine does
-    assert stalls.work_s < 0.5 * held_s

@@ -18,7 +18,12 @@ import numpy as np
 from stickslip_ros.arrays import Array
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.instrument.sensors.reader import Noise, Reader
-from stickslip_ros.instrument.sensors.signal_chain import display_value, filter_value, sensor_kind
+from stickslip_ros.instrument.sensors.signal_chain import (
+    DROPPED_OUT,
+    display_value,
+    filter_value,
+    sensor_kind,
+)
 from stickslip_ros.instrument.state_tree import ANY_FLOAT, refusal
 from stickslip_ros.kernels.kernel import entry_point, kernel
 from stickslip_ros.kernels.record import FLAG, FLOAT, Record
@@ -37,7 +42,7 @@ class Interferometer(
     """Counts fringes: it knows no absolute position, and a lost beam stays lost until zeroed."""
 
     is_referenced: bool  # Whether the zero was set
-    position_m: float  # Mean reading of the last block; NaN without a reading
+    _last_m: Array  # Readings of the last block
     KIND = sensor_kind(
         {
             'truth_m': FLOAT,  # True position at the last sample; NaN before the first
@@ -75,11 +80,12 @@ class Interferometer(
         super().reset()
         self.memory['truth_m'] = math.nan
         self._is_lost = self.memory['lost']
+        self._condition = self.record['fault']['condition']
         self.past_m = np.zeros(math.ceil(self.record[0].lag) + 3)
         self.walk = Noise((*self.seed, DRIFT_STREAM))
         self._wanders = bool(self.record[0].walk_m > 0.0)
         self.is_referenced = False
-        self.position_m = 0.0
+        self._last_m = np.zeros(1)
 
     def recall(self, values: dict[str, Any]) -> None:
         if len(values['past_m']) != len(self.past_m):
@@ -90,7 +96,7 @@ class Interferometer(
         super().recall(values)
         self.walk.recall(values['walk'])
         self.past_m, self.is_referenced = values['past_m'], values['is_referenced']
-        self.position_m = values['position_m']
+        self._last_m = np.array([values['position_m']])
 
     def zero(self) -> None:
         """Make the present reading 0; after a loss of the beam, counting starts again."""
@@ -102,17 +108,22 @@ class Interferometer(
             memory.standing = memory.level + self.record[0].fault.offset
         super().zero()
         self.is_referenced = True
-        self.position_m = 0.0
+        self._last_m = np.zeros(1)
 
     def read(self, trace: Array) -> None:
         noise = self.noise.take(len(trace))
         walk = self.walk.take(len(trace)) if self._wanders else noise
         read_positions(self.record, self.past_m, trace, self.sees, self.column, noise, walk)
 
-    def average(self, block: Array) -> None:
-        """Take the mean reading of a block, the last of a trace."""
-        mean_m = float(np.add.reduce(block[:, self.column])) / len(block)
-        self.position_m = math.nan if self._is_lost.item() else mean_m
+    def keep(self, block: Array) -> None:
+        """Keep the readings of a block, the last of a trace."""
+        self._last_m = block[:, self.column].copy()
+
+    @property
+    def position_m(self) -> float:
+        """Mean reading of the last block; NaN without a reading."""
+        mean_m = float(np.add.reduce(self._last_m)) / len(self._last_m)
+        return math.nan if self._is_lost.item() else mean_m
 
     @property
     def may_alarm(self) -> bool:
@@ -121,8 +132,9 @@ class Interferometer(
 
     @property
     def status_bits(self) -> int:
-        present = SENSOR_PRESENT * (not math.isnan(self.position_m))
-        return present | IS_REFERENCED * self.is_referenced | super().status_bits
+        is_present = not (self._is_lost.item() or self._condition.item() == DROPPED_OUT)
+        bits = SENSOR_PRESENT * is_present | IS_REFERENCED * self.is_referenced
+        return bits | super().status_bits
 
 
 @entry_point

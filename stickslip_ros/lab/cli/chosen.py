@@ -10,7 +10,7 @@ from inspect import signature
 from pathlib import Path
 from typing import Any
 
-from stickslip_ros.errors import OutOfRange, StickSlipError, printable
+from stickslip_ros.errors import OutOfRange, StickSlipError, printable, quoted
 from stickslip_ros.files import prepare_output
 from stickslip_ros.parameters import Parameters, load_ranges, load_values, parse_assignments
 from stickslip_ros.parameters.typed import to_si_list
@@ -33,13 +33,17 @@ def chosen_parameters(arguments: argparse.Namespace) -> Parameters:
 
 
 def chosen_draws(arguments: argparse.Namespace, count: int) -> list[Parameters]:
-    """Return draws of the fit of ``--draws``; none without it."""
+    """Return draws of the fit of ``--draws``, none without it; refuse a value that they vary."""
     if arguments.draws is None:
         return []
     from stickslip_ros.lab.fitting.result import read_draws, read_note  # noqa: PLC0415 - takes long
 
-    changes = chosen_values(arguments)
-    draws = [each.updated(changes) for each in read_draws(arguments.draws, count)]
+    changes, drawn = chosen_values(arguments), read_draws(arguments.draws, count)
+    if fixed := [name for name in changes if len({each.value(name) for each in drawn}) > 1]:
+        why = f'{fixed[0]} is given, but varies in the draws of {quoted(arguments.draws)}'
+        hint = 'which holds the fitted stand: leave out --params, --set or --draws'
+        raise StickSlipError(f'{why}, {hint}')
+    draws = [each.updated(changes) for each in drawn]
     if note := read_note(arguments.draws):
         print(printable(f'Note: {note}.'), file=sys.stderr)
     return draws

@@ -5,13 +5,13 @@
 
 import argparse
 import re
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from time import monotonic
 from typing import Any
 
 from stickslip_ros.errors import OutOfRange, StickSlipError
-from stickslip_ros.instrument.commands import typed_command
+from stickslip_ros.instrument.commands import Command, typed_command
 from stickslip_ros.instrument.reports import Result, Status
 from stickslip_ros.interface.requests import BY_TOPIC, pack_command, typed_numbers
 from stickslip_ros.lab.cli.printing import Answer
@@ -37,13 +37,29 @@ def command_verb(arguments: argparse.Namespace) -> Answer:
     """Send the command; return its result, or refuse with the reason of the drive."""
     command = typed_command(arguments.name)
     numbers, cycles = typed_numbers(command, arguments.numbers), arguments.cycles
-    if not arguments.timeout > 0.0:
-        hint = 'give the longest time for an answer'
-        raise OutOfRange('--timeout', arguments.timeout, 's', 'not above 0 s', hint)
     if command.has_topic:  # refuse numbers that no message can hold before looking for a drive
         pack_command(BY_TOPIC[command.name], numbers, cycles=cycles)
     if cycles != 1 and not command.is_table:
         raise OutOfRange('--cycles', cycles, '', f'not for {command.name}', 'leave it out')
+    with _met(arguments) as operator:
+        if command.has_service:
+            return _call(operator, command, numbers)
+        is_moving, before = (operator.status or 0) & Status.MOVING, len(operator.events)
+        operator.command(command.name, numbers, cycles)
+        if arguments.no_wait:
+            operator.shake_hands()  # a later answer: the command has left this process
+            return Answer({'command': command.name}, [f'{command.name}: sent'])
+
+        def ended() -> list[dict[str, Any]]:
+            return ends(operator.events[before:], command.name, is_moving=bool(is_moving))
+
+        operator.spin_until(lambda: bool(ended()), f'the end of {command.name}', EVENT_S)
+        return _answer(command.name, ended()[0])
+
+
+@contextmanager
+def _met(arguments: argparse.Namespace) -> Iterator[Operator]:
+    """Give an operator of the named drive, or of the only one in its namespace."""
     stay_on_this_host()
     context = open_context(namespace=arguments.namespace)
     operator = Operator(context, arguments.node or NODE_NAME)
@@ -59,31 +75,22 @@ def command_verb(arguments: argparse.Namespace) -> Answer:
             with suppress(StickSlipError):  # none is the usual case
                 operator.spin_until(lambda: len(near(operator)) > 1, 'another drive', look_s)
             find(operator, arguments.timeout)
-        if command.has_service:
-            answer = (
-                operator.switch(command.name, bool(numbers[0]))
-                if command.interface == SET_BOOL
-                else operator.trigger(command.name)
-            )
-            if not answer.success:
-                raise StickSlipError(answer.message)
-            return Answer({'command': command.name}, [f'{command.name}: {Result.DONE.name}'])
-        is_moving, before = (operator.status or 0) & Status.MOVING, len(operator.events)
-        operator.command(command.name, numbers, cycles)
-        if arguments.no_wait:
-            operator.shake_hands()  # a later answer: the command has left this process
-            return Answer({'command': command.name}, [f'{command.name}: sent'])
-        found = list[dict[str, Any]]()
-
-        def has_ended() -> bool:
-            found[:] = ends(operator.events[before:], command.name, is_moving=bool(is_moving))
-            return bool(found)
-
-        operator.spin_until(has_ended, f'the end of {command.name}', EVENT_S)
+        yield operator
     finally:
         operator.close()
         context.try_shutdown()
-    return _answer(command.name, found[0])
+
+
+def _call(operator: Operator, command: Command, numbers: Sequence[float]) -> Answer:
+    """Call the service of a command; refuse a failure with its reason."""
+    answer = (
+        operator.switch(command.name, bool(numbers[0]))
+        if command.interface == SET_BOOL
+        else operator.trigger(command.name)
+    )
+    if not answer.success:
+        raise StickSlipError(answer.message)
+    return Answer({'command': command.name}, [f'{command.name}: {Result.DONE.name}'])
 
 
 def _answer(name: str, event: dict[str, Any]) -> Answer:

@@ -14,7 +14,7 @@ from stickslip_ros.lab.cli.printing import CHECK_FAILED, Answer
 from stickslip_ros.lab.runs.courses import compile_for_runs
 
 
-def compile_verb(arguments: argparse.Namespace) -> Answer:
+def compile_verb(_: argparse.Namespace) -> Answer:
     """Compile; print a line only if kernels were compiled."""
     compiled = 0
     report = progress_reporter(lambda line: print(line, file=sys.stderr, flush=True))
@@ -30,14 +30,12 @@ def compile_verb(arguments: argparse.Namespace) -> Answer:
         compile_for_runs()
     wall_s, processor_s = time.perf_counter() - start_s, time.process_time() - start_cpu_s
     folder = cache_folders().write
+    content = {
+        'kernels': compiled,
+        'wall_s': wall_s,
+        'processor_s': processor_s,
+        'folder': str(folder) if folder else None,
+    }
     line = f'{compiled} kernels compiled in {wall_s:.1f} s, {processor_s:.1f} s of a processor'
-    return Answer(
-        {
-            'kernels': compiled,
-            'wall_s': wall_s,
-            'processor_s': processor_s,
-            'folder': str(folder) if folder else None,
-        },
-        [line] if arguments.timings or compiled else [],
-        CHECK_FAILED if compiled and folder is None else 0,
-    )
+    status = CHECK_FAILED if compiled and folder is None else 0
+    return Answer(content, [line] if compiled else [], status)

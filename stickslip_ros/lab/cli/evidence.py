@@ -31,8 +31,8 @@ def figures_verb(arguments: argparse.Namespace) -> Answer:
             progress(len(content), len(figures))
             runs = tables[figure.name]
             files = write_figure(figure, runs, parameters, arguments.output)
-            content[figure.name] = {'files': [str(path) for path in files], 'rows': runs.rows}
-    rows = [(figure.name, figure.title, len(tables[figure.name].rows)) for figure in figures]
+            content[figure.name] = {'files': [str(path) for path in files], 'rows': runs}
+    rows = [(figure.name, figure.title, len(tables[figure.name])) for figure in figures]
     shown = Section('figures', rows, ('name', 'shows', 'rows'))
     return Answer(content, [shown, f'folder {arguments.output}'])
 

@@ -72,8 +72,6 @@ class VerbParser(LineParser):
         """Refuse unknown options, then parse as argparse does."""
         for word in takewhile(lambda word: word not in {'--', ROS_ARGS}, args):
             flag, known = word.partition('=')[0], self._option_string_actions
-            if word[2:] == '--' or word.endswith('=--'):  # argparse would read an empty value
-                self.error(f'{flag.removesuffix("--")} -- is not a value')
             if flag.startswith('--') and not any(each.startswith(flag) for each in known):
                 self.error(f'unrecognized arguments: {flag}{meant(flag, known)}')
         return super().parse_known_args(args, namespace)
@@ -163,7 +161,7 @@ def _show_table(table: Sequence[Sequence[str]], words: Sequence[str]) -> None:
 
 
 def _parse(typed: Sequence[str]) -> argparse.Namespace:
-    words = [*typed[1:], '--help'] if typed[:1] == ['help'] else joined(typed)
+    words = joined(typed)
     parser = build_parser(words[:1])
     if words and words[0] not in VERBS and not words[0].startswith('-'):
         parser.error(f'verb {words[0]!r} is not known{meant(words[0], VERBS)}')

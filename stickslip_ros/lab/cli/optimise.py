@@ -15,15 +15,8 @@ from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.cli.chosen import asked_output, chosen_draws, chosen_for, chosen_parameters
 from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.design.objectives import COST_MAX, OBJECTIVES, WaveGoal, cell_of
-from stickslip_ros.lab.design.search import (
-    JOURNAL,
-    SearchResult,
-    SearchStopped,
-    WaveSearch,
-    optimise,
-)
+from stickslip_ros.lab.design.search import SearchResult, SearchStopped, WaveSearch, optimise
 from stickslip_ros.lab.design.waves import PeriodicWave, write_wave
-from stickslip_ros.lab.runs.journal import Journal
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.parameters.typed import to_si_list
 from stickslip_ros.process.stopping import Stopped
@@ -45,12 +38,9 @@ def optimise_verb(arguments: argparse.Namespace) -> Answer:
     sign = -1.0 if objective.is_largest else 1.0
 
     def write(wave: PeriodicWave) -> None:
-        write_wave(wave.rows(search.stand, backwards=search.goal.backwards), path)
+        write_wave(wave.rows(search.stand), path)
 
-    with (
-        Journal(path.with_name(f'{path.name}.journal'), JOURNAL, fresh=arguments.fresh) as journal,
-        shown_progress('evaluations', quiet=arguments.json, resumes=True) as show,
-    ):
+    with shown_progress('evaluations', quiet=arguments.json) as show:
 
         def progress(done: int, cost: float) -> None:
             note = f'best {with_unit(sign * cost, objective.unit)}' if cost < COST_MAX else ''
@@ -58,13 +48,11 @@ def optimise_verb(arguments: argparse.Namespace) -> Answer:
 
         try:
             given = chosen_for(optimise, arguments)
-            result = optimise(search, **given, journal=journal, progress=progress)
+            result = optimise(search, **given, progress=progress)
         except SearchStopped as stop:
             write(stop.wave)
-            kept = f'best wave so far in {path}; the same command goes on'
-            raise Stopped(f'{stop}; {kept}') from None
+            raise Stopped(f'{stop}; best wave so far in {path}') from None
         write(result.shapes[result.best].wave)
-        journal.remove()
     return Answer(_content(result, path), _parts(result, path))
 
 

@@ -179,21 +179,17 @@ def _late(name: str) -> Callable[..., Any]:
     return call
 
 
-def to_namespace(text: str) -> str:
-    """Return a namespace in the form of ROS; refuse other characters."""
-    if not re.fullmatch(r'/?([a-z_]\w*(/[a-z_]\w*)*/?)?', text, re.ASCII | re.IGNORECASE):
-        why = f'--namespace {quoted(text)} is not made of letters, digits, _ and /'
-        raise StickSlipError(f'{why}; give a name such as /left')
-    name = text.strip('/')
-    return name and f'/{name}'
-
-
-def to_node(text: str) -> str:
-    """Return the name of a node; refuse other characters."""
+def to_node(text: str, flag: str = '--node') -> str:
+    """Return a name as ROS allows it; refuse other characters."""
     if not re.fullmatch(r'([a-z_]\w*)?', text, re.ASCII | re.IGNORECASE):
-        why = f'--node {quoted(text)} is not made of letters, digits and _'
-        raise StickSlipError(f'{why}; give its name alone, its place by --namespace')
+        why = f'{flag} {quoted(text)} is not made of letters, digits and _'
+        raise StickSlipError(f'{why}; give a name such as left')
     return text
+
+
+def to_namespace(text: str) -> str:
+    """Return a namespace in the form of ROS."""
+    return ''.join(f'/{to_node(each, "--namespace")}' for each in text.split('/') if each)
 
 
 def many(flags: str, text: str, metavar: str, kind: Any = str, **more: Any) -> Option:

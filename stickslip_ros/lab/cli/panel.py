@@ -7,9 +7,7 @@ import argparse
 import json
 import os
 from pathlib import Path
-from typing import Any
 
-from stickslip_ros.errors import StickSlipError
 from stickslip_ros.extras import load_extra
 from stickslip_ros.lab.cli.printing import Answer
 
@@ -35,18 +33,14 @@ def panel_verb(arguments: argparse.Namespace) -> Answer:
         os.nice(NICENESS)
     file: Path | None = arguments.file
     source: Source
-    beside: list[tuple[Source, Any]] = []
     if file is None:
         from stickslip_ros.lab.panel.link import Link
 
         source, first = Link(arguments.namespace, name=arguments.node), sheet()
-        beside += ((Link(namespace), sheet()) for namespace in arguments.beside)
     else:
-        if arguments.beside:
-            raise StickSlipError('--beside is without effect on a recording; leave it out')
         from stickslip_ros.lab.panel.player import Player
 
         source = player = Player(file, arguments.headers or {}, arguments.window_s)
         first = {'kind': 'recording', **lamps(), 'run': player.overview()}
-    serve(source, first, arguments.port, say, beside)
+    serve(source, first, arguments.port, say)
     return Answer(None)

@@ -78,8 +78,6 @@ def _parts(result: Replay, output: str) -> Iterator[Section | str]:
     if result.apart_m is not None:
         text = 'the bag holds no state, so the run began at rest; its position readings differ by '
         yield text + f'{result.apart_m * NM:.3g} nm RMS'
-    elif result.identical is None and 'load_cell.contact' not in result.changed:
-        yield 'the runner is fixed to the load cell; --set load_cell.contact=absent frees it'
     if result.identical:
         yield 'every message is identical, byte for byte'
     elif result.changed:

@@ -140,7 +140,7 @@ def _table(sweep: Sweep, arguments: argparse.Namespace) -> Answer:
         raise WrongKind('output of --part', str(path), 'a folder of tables', hint)
     journal_path = path.with_name(f'{path.name}.journal')
     with (
-        Journal(journal_path, sweep.identity(), fresh=arguments.fresh) as journal,
+        Journal(journal_path, sweep.digest(), sweep.total, fresh=arguments.fresh) as journal,
         shown_progress('runs', quiet=arguments.json, resumes=True) as progress,
     ):
         resumed = len(journal.rows)

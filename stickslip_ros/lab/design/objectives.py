@@ -104,8 +104,6 @@ class WaveGoal:
     """Force against the motion; 0 is the default of the objective, N."""
     speed_m_per_s: float = 0.0
     """Least speed of the wave; 0 is any, m/s."""
-    backwards: bool = False
-    """Move the runner the other way."""
 
     def __post_init__(self) -> None:
         """Refuse contradictory settings."""
@@ -144,8 +142,7 @@ def assess(
     objective = OBJECTIVES[goal.objective]
     on_stand, cycles = stand.updated(cell_of(goal, stand)), list[SteadyCycle]()
     for load_n in objective.loads(goal.load_n, friction_limit_n(stand)):
-        sense = -1.0 if goal.backwards else 1.0
-        cycles.append((yield from measure(on_stand, rows, load_n, sense, change)))
+        cycles.append((yield from measure(on_stand, rows, load_n, change)))
     advances = objective.is_largest or cycles[0].step_m > STEP_MIN_M
     value = objective.value(cycles) if advances else math.nan
     if not math.isfinite(value):
@@ -161,6 +158,6 @@ def cell_of(goal: WaveGoal, stand: Parameters) -> Mapping[str, str | float]:
     """Return the parameters of the load cell that a goal needs."""
     if OBJECTIVES[goal.objective].is_free:
         return {'load_cell.contact': 'absent'}
-    if stand.load_cell.contact == 'one_sided' and not goal.backwards:
+    if stand.load_cell.contact == 'one_sided':
         return {'load_cell.gap': 0.0}
     return {'load_cell.contact': 'attached'}

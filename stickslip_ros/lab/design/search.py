@@ -4,8 +4,7 @@
 """
 The search for the best periodic wave: CMA-ES on a spline and on every named shape.
 
-A journal keeps the cost of each wave, so an interrupted search continues as if uninterrupted. The
-gain is compared with the integration error.
+The gain is compared with the integration error.
 
 """
 
@@ -13,14 +12,12 @@ import math
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from hashlib import sha256
 from itertools import islice
 from statistics import fmean
 from typing import Any
 
 import numpy as np
 
-import stickslip_ros
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.build import slew_of
 from stickslip_ros.errors import OutOfRange
@@ -32,7 +29,6 @@ from stickslip_ros.lab.design.steady_cycle import CHANGE
 from stickslip_ros.lab.design.waves import KNOTS_MAX, KNOTS_MIN, SPLINE, PeriodicWave, knots_of
 from stickslip_ros.lab.runs.batch import Interrupted, Pool, pool_of, run_courses
 from stickslip_ros.lab.runs.courses import Course, bundle_for
-from stickslip_ros.lab.runs.journal import Journal, JournalIdentity
 from stickslip_ros.parameters import Parameters, spec_of
 from stickslip_ros.process.stopping import Stopped
 
@@ -44,9 +40,6 @@ _MARGIN = 0.02  # distance of the start from the walls of the cube
 SMALLEST = 0.02  # smallest voltage, as a share of the largest
 SLEW_SHARE = 0.9  # largest share of a cycle for rise and fall at the slew rate
 _EVALUATIONS_MAX = 1_000_000
-_NUMBERS = 2**64  # numbers of a journal: hashes of wave, goal and stands
-JOURNAL = JournalIdentity('optimise', stickslip_ros.__version__, _NUMBERS, '')
-"""Identity of a journal of waves."""
 FINER, STEADIER = 4, 10.0  # refinement of steps and rows, and of the steady state, in a check
 _ERRORS, _GAIN = 5.0, 0.02  # a gain counts above 5 errors and above 2 %
 
@@ -127,7 +120,7 @@ class WaveSearch:
         change: float = CHANGE,
     ) -> Course[list[Worth]]:
         """Return the worth of a wave on stands, steady to ``change``."""
-        rows = wave.rows(self.stand, backwards=self.goal.backwards, curve_rows=curve_rows)
+        rows = wave.rows(self.stand, curve_rows)
         preload, worths = {'stand.preload': wave.preload_n}, list[Worth]()
         for stand in stands:
             worths.append((yield from assess(self.goal, stand.updated(preload), rows, change)))
@@ -195,7 +188,6 @@ class SearchResult:
 def optimise(
     search: WaveSearch,
     *,
-    journal: Journal | None = None,
     workers: int = 0,
     scheduler: str = '',
     progress: Callable[[int, float], None] | None = None,
@@ -205,7 +197,7 @@ def optimise(
     shapes = {name: ShapeResult(search.wave(name, search.start(name))) for name in _SEARCHED}
     try:
         with pool_of(workers, scheduler) as pool:
-            for name, wave, cost in evaluations(search, _SEARCHED, pool, journal):
+            for name, wave, cost in evaluations(search, _SEARCHED, pool):
                 found = shapes[name]
                 if cost < found.cost:
                     found.wave, found.cost = wave, cost
@@ -222,19 +214,19 @@ def optimise(
 
 
 def evaluations(
-    search: WaveSearch, names: Sequence[str], pool: Pool, journal: Journal | None = None
+    search: WaveSearch, names: Sequence[str], pool: Pool
 ) -> Iterator[tuple[str, PeriodicWave, float]]:
     """Yield shape, wave and cost, generation by generation, over all shapes at once."""
-    asked_for = f'{stickslip_ros.__version__} {replace(search, evaluations=1, seed=0)}'
     going = {name: _generations(search, search.start(name)) for name in names}
-    asked = {name: next(places) for name, places in going.items()}
+    asked, bundle = (
+        {name: next(places) for name, places in going.items()},
+        bundle_for(search.stand),
+    )
     while any(asked.values()):
-        todo = [(name, place) for name, places in asked.items() for place in places]
-        waves = [search.wave(name, place) for name, place in todo]
-        texts = [f'{asked_for} {name} {place.tolist()}' for name, place in todo]
-        known = _costs(search, dict(zip(texts, waves, strict=True)), pool, journal)
-        costs = [known[text] for text in texts]
-        yield from zip((name for name, _ in todo), waves, costs, strict=True)
+        todo = [name for name, places in asked.items() for _ in places]
+        waves = [search.wave(name, place) for name, places in asked.items() for place in places]
+        costs = run_courses(search.cost, waves, bundle, pool=pool)
+        yield from zip(todo, waves, costs, strict=True)
         answers = iter(costs)
         for name, places in asked.items():
             if places:
@@ -266,23 +258,6 @@ def _generations(search: WaveSearch, start: Array) -> Generator[list[Array], lis
             if len(costs) == population:
                 strategy.tell(asked, costs)
         start, population = rng.random(len(start)), 2 * population
-
-
-def _costs(
-    search: WaveSearch, waves: Mapping[str, PeriodicWave], pool: Pool, journal: Journal | None
-) -> dict[str, float]:
-    """Return the costs of waves, from the journal where known."""
-    numbers = {text: int(sha256(text.encode()).hexdigest(), 16) % _NUMBERS for text in waves}
-    rows = journal.rows if journal else {}
-    known: dict[str, Any] = {text: rows.get(n, {}).get('cost') for text, n in numbers.items()}
-    todo = [text for text, c in known.items() if not isinstance(c, float) or not math.isfinite(c)]
-    asked, bundle = [waves[text] for text in todo], bundle_for(search.stand)
-    costs = run_courses(search.cost, asked, bundle, pool=pool)
-    for text, cost in zip(todo, costs, strict=True):
-        known[text] = cost
-        if journal:
-            journal.append(numbers[text], {'cost': cost})
-    return known
 
 
 def check(search: WaveSearch, found: ShapeResult) -> Course[ShapeResult]:

@@ -4,18 +4,16 @@
 """The steady response of a stand to a periodic wave, without sensors."""
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN, observe_samples
-from stickslip_ros.drive.build import plant_of, start_clock, state_at_rest
-from stickslip_ros.drive.long_step import LANES
+from stickslip_ros.drive.build import start_clock, state_at_rest
 from stickslip_ros.drive.records import FOOT, FORCE, POSITION, TIME, Wave
 from stickslip_ros.drive.waveform import table
 from stickslip_ros.kernels.record import Record
-from stickslip_ros.lab.runs.courses import Course, cycles_of
+from stickslip_ros.lab.runs.courses import Course, cycles_of, shared_plant
 from stickslip_ros.lab.runs.sawtooth_run import force_at_n
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import stop_if_asked
@@ -24,7 +22,6 @@ _WINDOW = 20  # cycles of a mean; steady if two successive means agree
 _CYCLES_MAX = 400  # cycles after which an unsteady drive is measured
 CHANGE = 1e-3  # largest relative change of a steady mean
 RESOLUTION_M = 1e-11  # negligible change of mean position or step, m
-_kept_plant = lru_cache(maxsize=LANES)(plant_of)  # shared by waves and loads; read-only
 SAMPLES = 256  # samples of a traced cycle
 
 
@@ -32,10 +29,9 @@ SAMPLES = 256  # samples of a traced cycle
 class SteadyCycle:
     """Means over the last window of a steady wave, and the state to continue from."""
 
-    speed_m_per_s: float  # in the wanted direction
+    speed_m_per_s: float
     position_m: float  # of the runner
     work_j: float  # of the feet in a cycle
-    sense: float  # the wanted direction: +1 or -1
     drive: tuple[Record, Record, Wave, float]  # plants and states, wave, load along +x (N)
 
     @property
@@ -48,7 +44,7 @@ class SteadyCycle:
         """Force in the load cell at the mean position, less that at the mean foot position."""
         foot_m, plant = self.trace()[:, FOOT], self.drive[0][0]
         feet_m = float((foot_m[1:] + foot_m[:-1]).mean()) / 2.0
-        return self.sense * (force_at_n(plant, self.position_m) - force_at_n(plant, feet_m))
+        return force_at_n(plant, self.position_m) - force_at_n(plant, feet_m)
 
     @property
     def vibration_m_per_s(self) -> float:
@@ -67,23 +63,18 @@ class SteadyCycle:
 
 
 def measure(
-    parameters: Parameters,
-    rows: Array,
-    load_n: float = 0.0,
-    sense: float = 1.0,
-    change: float = CHANGE,
+    parameters: Parameters, rows: Array, load_n: float = 0.0, change: float = CHANGE
 ) -> Course[SteadyCycle]:
     """
     Run a wave from rest until the means change by less than ``change``, at most 400 cycles.
 
-    The rows are those of ``playable``; the load acts against the direction ``sense``.
+    The rows are those of ``playable``; the load acts along -x.
 
     """
     parameters = parameters.updated({'amplifier.voltage_initial': float(rows[0, 1])})
-    # Travelling roughness is stored in the plant, which must not be shared.
-    plants = (plant_of if parameters.contact.travel else _kept_plant)(parameters)
+    plants = shared_plant(parameters)
     states = state_at_rest(plants, parameters.stand.preload)
-    wave, load_n = table(rows, 0), -sense * load_n
+    wave, load_n = table(rows, 0), -load_n
     start_clock(states)
     is_free = parameters.load_cell.contact == 'absent'
     mean_m, cycles, steady = 0.0, 0, False
@@ -96,6 +87,6 @@ def measure(
         mean_m = step_m if is_free else position_m
         steady = abs(mean_m - before_m) <= max(change * abs(mean_m), RESOLUTION_M)
         cycles += _WINDOW
-    work_j, speed_m_per_s = states['sums']['feet_work_j'].item(), sense * step_m / wave.period_s
+    work_j, speed_m_per_s = states['sums']['feet_work_j'].item(), step_m / wave.period_s
     drive, work_j = (plants, states, wave, load_n), (float(work_j) - before_j) / _WINDOW
-    return SteadyCycle(speed_m_per_s, position_m, work_j, sense, drive)
+    return SteadyCycle(speed_m_per_s, position_m, work_j, drive)

@@ -34,14 +34,10 @@ class PeriodicWave:
     frequency_hz: float
     preload_n: float
 
-    def rows(
-        self, stand: Parameters, *, backwards: bool = False, curve_rows: int = CURVE_ROWS
-    ) -> Array:
+    def rows(self, stand: Parameters, curve_rows: int = CURVE_ROWS) -> Array:
         """Return one cycle as rows of time (s) and voltage (V), see ``playable``."""
         make = spline if self.shape == SPLINE else SHAPES[self.shape].rows
         unit = make(rows=curve_rows, **self.values)
-        if backwards:
-            unit[:, CORNER_HEIGHT] = 1.0 - unit[:, CORNER_HEIGHT]
         return playable(unit, stand, self.voltage_v, self.frequency_hz)
 
 

@@ -21,6 +21,7 @@ from stickslip_ros.drive.records import TIME, VOLTAGE, Wave
 from stickslip_ros.drive.waveform import level, repeats
 from stickslip_ros.errors import RecordingError, StickSlipError
 from stickslip_ros.instrument.commands import LIVE, Request, check_request
+from stickslip_ros.instrument.stand import is_other_drive
 from stickslip_ros.lab.experiments.experiment import Voltage
 from stickslip_ros.parameters import Parameters, Scalar
 from stickslip_ros.recording.reader import Recording
@@ -81,8 +82,7 @@ def commanded(
         except StickSlipError:
             continue  # the drive refused it, too
         after = stand.updated(value) if name == LIVE else stand
-        is_other = (after.contact, after.runner) != (stand.contact, stand.runner)
-        if at_s > begins_s and (name in _CHANGES or is_other):
+        if at_s > begins_s and (name in _CHANGES or is_other_drive(stand, after)):
             problem = f'holds the command {name} at {at_s:.6g} s, which a model cannot follow'
             hint = 'choose a window without it: --window LENGTH@START'
             raise RecordingError(recording.path, problem, hint)

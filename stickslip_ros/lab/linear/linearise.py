@@ -29,7 +29,7 @@ from stickslip_ros.extras import load_extra
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.kernels.record import Record
 from stickslip_ros.lab.figures.plottable import Plottable
-from stickslip_ros.lab.linear.sampled import Complex, read, reduce_order
+from stickslip_ros.lab.linear.sampled import Complex, read
 from stickslip_ros.parameters import Parameters, checked_arguments
 from stickslip_ros.sections import Section, si_row
 from stickslip_ros.units import MICRO
@@ -110,14 +110,13 @@ class LinearDrive(Plottable):
         )
 
     @checked_arguments
-    def to_control(
-        self, dt: float | None = None, *, sensors: bool = False, order: int | None = None
-    ) -> Any:
+    def to_control(self, dt: float | None = None, *, sensors: bool = False) -> Any:
         """
         Return a StateSpace of python-control, in V, N and um, with named signals.
 
         Write ``drive * controller``: a product has the type of its first factor, and as a
-        transfer function the polynomials of this drive overflow to NaN.
+        transfer function the polynomials of this drive overflow to NaN. For margins take
+        ``control.frd(loop, omega, smooth=True)``.
 
         Parameters
         ----------
@@ -126,17 +125,13 @@ class LinearDrive(Plottable):
         sensors : bool
             Output the interferometer's reading (low-pass, own sampling, latency, no noise) in
             place of the true positions.
-        order : int, optional
-            With ``dt``: number of states of a reduced model. Transfer functions and ``margin``
-            lose all digits above about five.
 
         Raises
         ------
         MissingExtra
             If python-control is not installed.
         StickSlipError
-            If ``sensors`` or ``order`` come without ``dt``, ``dt`` does not fit the sensor, or
-            the order does not fit.
+            If ``sensors`` come without ``dt``, or ``dt`` does not fit the sensor.
 
         """
         control = load_extra('a system of python-control', 'control')
@@ -154,22 +149,14 @@ class LinearDrive(Plottable):
             **names,
         )
         if dt is None:
-            for name, asked in (('sensors', sensors), ('order', order)):
-                if asked:
-                    limit = 'of a sampled system only'
-                    raise OutOfRange(name, asked, '', limit, 'give dt, as sim.block')
+            if sensors:
+                limit = 'of a sampled system only'
+                raise OutOfRange('sensors', sensors, '', limit, 'give dt, as sim.block')
             return system
-        if sensors:
-            matrices, names['states'] = read(system, dt, self.parameters)
-            names['outputs'] = names['outputs'][:1]
-            system = control.ss(*matrices, dt, **names)
-        else:
-            system = system.sample(dt)  # exact at the samples, as the inputs are held
-        if order is not None:
-            largest = np.array([self.parameters.amplifier.range_v, 1.0])
-            matrices, names['states'] = reduce_order(system, order, largest)
-            system = control.ss(*matrices, dt, **names)
-        return system
+        if not sensors:
+            return system.sample(dt)  # exact at the samples, as the inputs are held
+        matrices, names['states'] = read(system, dt, self.parameters)
+        return control.ss(*matrices, dt, **{**names, 'outputs': names['outputs'][:1]})
 
 
 def _in_um(name: str) -> str:

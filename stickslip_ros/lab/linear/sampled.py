@@ -1,14 +1,13 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The linear drive, a system of python-control, at the sampling times of a controller."""
+"""The linear drive as the interferometer reads it, at the sampling times of a controller."""
 
 import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_discrete_lyapunov
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange
@@ -17,8 +16,6 @@ from stickslip_ros.instrument.sensors.signal_chain import low_pass_gain
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.units import NANO
 
-LASTING = 1e-9  # motion that decays by less per period is not at rest; creep loses 1e-6
-_EPSILON = float(np.finfo(np.float64).eps)
 Complex = NDArray[np.complex128]
 Matrices = tuple[Array, Array, Array, Array]  # A, B, C, D
 
@@ -65,33 +62,3 @@ def read(system: Any, dt_s: float, parameters: Parameters) -> tuple[Matrices, li
     next_state[: len(rows), :m], pushed[: len(rows)] = np.split(rows, [m], axis=1)
     shown: Array = np.eye(1, m + periods, m + periods - 1)
     return (next_state, pushed, shown, np.zeros((1, inputs))), states
-
-
-def reduce_order(system: Any, order: int, largest: Array) -> tuple[Matrices, list[str]]:
-    """
-    Return a sampled system with fewer states, by balanced truncation (square-root method).
-
-    ``largest``, shape (inputs,), weighs the inputs (Moore, IEEE Trans. Autom. Control 26, 1981).
-    ``control.balred`` needs Slycot, a Fortran library, and weighs none.
-
-    """
-    if float(np.abs(system.poles()).max()) > 1.0 - LASTING:
-        hint = 'set runner.damping: without it the runner rings for ever'
-        raise OutOfRange('order', order, '', 'of a plant that does not come to rest', hint)
-    if not 1 <= order <= system.nstates:
-        limit = f'not from 1 to the number of states, {system.nstates}'
-        raise OutOfRange('order', order, '', limit, 'stay in these limits')
-
-    def root(a: Array, seen: Array) -> Array:
-        # Of the sum of a^k seen seen.T a^k.T; the direct method loses digits to creep.
-        squares, axes = np.linalg.eigh(solve_discrete_lyapunov(a, seen @ seen.T, 'bilinear'))
-        half: Array = axes * np.sqrt(np.maximum(squares, 0.0))
-        return half
-
-    reached, shown = root(system.A, system.B * largest), root(system.A.T, system.C.T)
-    left, weights, right = np.linalg.svd(shown.T @ reached)
-    # A weight below the rounding of the largest is a state that does nothing.
-    scale = 1.0 / np.sqrt(np.maximum(weights, _EPSILON * weights[0])[:order])
-    out, into = reached @ right[:order].T * scale, (shown @ left[:, :order] * scale).T
-    reduced = into @ system.A @ out, into @ system.B, system.C @ out, system.D
-    return reduced, [f'x_{k}' for k in range(order)]

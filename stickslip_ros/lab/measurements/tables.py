@@ -29,7 +29,7 @@ from stickslip_ros.lab.readers.columns import Found, columns_named, find_columns
 from stickslip_ros.lab.readers.formats import tables_in
 from stickslip_ros.lab.readers.layout import Header, TextLayout, TextTable, layout_of
 from stickslip_ros.lab.readers.refusal import RATE, to_fill, unclear
-from stickslip_ros.lab.readers.units import factor_of
+from stickslip_ros.lab.readers.units import is_unit_of
 from stickslip_ros.recording.integrity import is_recording, refuse_foreign
 
 if TYPE_CHECKING:
@@ -297,10 +297,14 @@ def _kind(
             found = _of_points(found, unread) if each == BY_AMPLITUDE else found
             if kind or signs & found.keys():
                 return each, found, unread
-    options_to_fill = [to_fill('time_s', 's')]
+    over_time, by_amplitude = [to_fill('time_s', 's')], [to_fill('amplitude_m', 'm')]
     if not {*MEASURED[OVER_TIME]} & options.headers.keys():
-        options_to_fill.append(to_fill('position_m', 'm'))
-    raise unclear(table, 'has neither a time nor an amplitude', options_to_fill, RATE)
+        over_time.append(to_fill('position_m', 'm'))
+        by_amplitude.append(to_fill('force_n', 'N'))
+    if 'preload_n' not in options.headers and options.preload_n(0) is None:
+        by_amplitude.append(to_fill('preload_n', 'N'))
+    otherwise = f'by amplitude {" ".join(by_amplitude)}, or {RATE}'
+    raise unclear(table, 'has neither a time nor an amplitude', over_time, otherwise)
 
 
 def _of_points(found: Found, unread: list[Header]) -> Found:
@@ -368,7 +372,7 @@ def _missing(
     others = {'preload_n': 'fill in the preload of the file, --preload ...N', 'time_s': RATE}
     otherwise = [others[each[0]] for each in missing if each[0] in others]
     likely = [
-        next((e for e in each if any(factor_of(unit, specs[e].unit) for unit in units)), each[0])
+        next((e for e in each if any(is_unit_of(unit, specs[e].unit) for unit in units)), each[0])
         for each in missing
     ]
     options = [to_fill(name, specs[name].unit) for name in likely]

@@ -3,10 +3,9 @@
 
 """Controls of the page, from the tables of commands, services and parameters."""
 
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from stickslip_ros.errors import StickSlipError, quoted
 from stickslip_ros.instrument.commands import number_name
@@ -17,7 +16,13 @@ from stickslip_ros.lab.design.shapes import SHAPES
 from stickslip_ros.lab.measurements.measurement import TimeRun, measured
 from stickslip_ros.lab.measurements.vocabulary import OVER_TIME
 from stickslip_ros.lab.panel.model import FEET, HISTORY_SPANS_S, RANGE, SCOPE_CYCLES
-from stickslip_ros.lab.panel.settings import is_of_start, read_setting, shown_value, typed_value
+from stickslip_ros.lab.panel.settings import (
+    is_of_start,
+    read_setting,
+    shown_value,
+    typed_value,
+    uploaded,
+)
 from stickslip_ros.lab.readers.formats import SUFFIXES
 from stickslip_ros.message_types import JOINT_STATE, SET_BOOL
 from stickslip_ros.parameters import SENSORS, TRAVEL, is_fault, spec_of, specs
@@ -25,63 +30,57 @@ from stickslip_ros.parameters.stages import stage_files
 from stickslip_ros.recording.layout import STORAGES
 from stickslip_ros.units import display_unit, parse_quantity
 
-WAYS = {'voltage': 'slide', 'jog': 'hold', 'waveform': 'wave'}
-"""Commands with a special control, not a form."""
-SIGNED = {'sawtooth': 'frequency', 'steps': 'steps', 'jog': 'frequency'}
-"""Numbers whose sign is the direction: one button each."""
-LIMITS = {
-    ('voltage', 'voltage'): ('amplifier.voltage_min', 'amplifier.voltage_max'),
-    ('sawtooth', 'amplitude'): (0.0, RANGE),
-    ('sawtooth', 'frequency'): (0.0, 'amplifier.frequency_max'),
-    ('sawtooth', 'steps'): (0, None),
-    ('steps', 'steps'): (0, None),
-    ('waveform', 'amplitude'): (0.0, RANGE),
-    ('waveform', 'frequency'): (0.0, 'amplifier.frequency_max'),
-    ('waveform', 'cycles'): (0, None),
-    ('jog', 'frequency'): (0.0, 'amplifier.frequency_max'),
-    ('position', 'x'): TRAVEL,
-    ('load', 'force.x'): ('-stand.load_limit', 'stand.load_limit'),
-    ('preload', 'preload'): (0.0, 'stand.preload_limit'),
+
+class NumberField(NamedTuple):
+    """Limits, first value and text of a number: numbers, or parameters that hold them."""
+
+    low: float | str | None = None
+    high: float | str | None = None
+    start: float | str = 0.0
+    words: str = ''  # in place of the limits
+
+
+class Control(NamedTuple):
+    """How the page shows a command."""
+
+    way: str = 'form'  # or a special control
+    signed: str | None = None  # number whose sign is the direction: one button each
+    about: str = ''  # text with values of parameters
+    beside: tuple[str, ...] = ()  # live parameters next to it
+
+
+SPECIAL = {
+    'voltage': Control('slide'),
+    'jog': Control('hold', 'frequency', 'of {step.amplitude} V; keys ← →'),
+    'waveform': Control('wave'),
+    'sawtooth': Control(signed='frequency'),
+    'steps': Control(
+        signed='steps',
+        about='of {step.amplitude} V, {step.frequency} Hz',
+        beside=('step.amplitude', 'step.frequency'),
+    ),
+    'position': Control(beside=('closed_loop.velocity', 'limits.soft_min', 'limits.soft_max')),
 }
-"""Lowest and highest value of a number, or the parameter that holds it."""
-STARTS = {
-    ('sawtooth', 'amplitude'): 'step.amplitude',
-    ('sawtooth', 'frequency'): 'step.frequency',
-    ('sawtooth', 'steps'): 0,
-    ('steps', 'steps'): 10,
-    ('waveform', 'amplitude'): 'step.amplitude',
-    ('waveform', 'frequency'): 'step.frequency',
-    ('waveform', 'cycles'): 0,
-    ('jog', 'frequency'): 200.0,
-    ('position', 'x'): 1e-6,
-    ('position', 'step'): 1e-7,
-    ('preload', 'preload'): 'stand.preload',
+"""Commands that are more than a form."""
+_AMPLITUDE = NumberField(0.0, RANGE, 'step.amplitude')
+_FREQUENCY = NumberField(0.0, 'amplifier.frequency_max', 'step.frequency')
+_ENDLESS = NumberField(0, words='0: until stopped')
+NUMBER_FIELDS = {
+    ('voltage', 'voltage'): NumberField('amplifier.voltage_min', 'amplifier.voltage_max'),
+    ('sawtooth', 'amplitude'): _AMPLITUDE,
+    ('sawtooth', 'frequency'): _FREQUENCY,
+    ('sawtooth', 'steps'): _ENDLESS,
+    ('steps', 'steps'): NumberField(0, start=10),
+    ('waveform', 'amplitude'): _AMPLITUDE,
+    ('waveform', 'frequency'): _FREQUENCY,
+    ('waveform', 'cycles'): _ENDLESS,
+    ('jog', 'frequency'): _FREQUENCY._replace(start=200.0),
+    ('position', 'x'): NumberField(*TRAVEL, 1e-6),
+    ('position', 'step'): NumberField(start=1e-7, words='nm, relative'),
+    ('load', 'force.x'): NumberField('-stand.load_limit', 'stand.load_limit'),
+    ('preload', 'preload'): NumberField(0.0, 'stand.preload_limit', 'stand.preload'),
 }
-"""First value of a field, or the parameter that holds it."""
-_WORDS = {
-    ('sawtooth', 'steps'): '0: until stopped',
-    ('waveform', 'cycles'): '0: until stopped',
-    ('position', 'step'): 'nm, relative',
-}
-"""Text shown in place of the limits."""
-BESIDE = {
-    'steps': ('step.amplitude', 'step.frequency'),
-    'position': ('closed_loop.velocity', 'limits.soft_min', 'limits.soft_max'),
-}
-"""Live parameters next to a command."""
-WANTED = {
-    'V': 'volts, such as 120.5',
-    'nm': 'nanometres, such as 250.5',
-    'mN': 'millinewtons, such as 50.5',
-    'Hz': 'hertz, such as 500',
-    '': 'a whole number, such as 10',
-}
-"""Numbers that a refusal asks for, by their displayed unit."""
-ABOUT = {
-    'steps': 'of {step.amplitude} V, {step.frequency} Hz',
-    'jog': 'of {step.amplitude} V; keys ← →',
-}
-"""Text next to a command, with values of parameters."""
+"""Fields of the numbers of commands."""
 ALARMS = (
     Status.END_STOP_REACHED
     | Status.RANGE_LIMIT_REACHED
@@ -93,7 +92,6 @@ ALARMS = (
     | Status.FORCE_OVERRANGE
 )
 SHAPE_ROWS = 100  # rows of a curved part of a shape
-_NEEDED = ('amplifier.slew_rate', 'amplifier.voltage_min', 'jog.timeout')
 WAVE = ('amplitude V', 'frequency Hz', 'cycles')  # numbers of a waveform with a named shape
 
 
@@ -143,29 +141,17 @@ def lamps() -> dict[str, Any]:
     }
 
 
-def shown_parameters() -> list[str]:
-    """Return the parameters that limit, start or label a number of the page."""
-    limits = (each for pair in LIMITS.values() for each in pair)
-    named = {*STARTS.values(), *limits, *_NEEDED}
-    known = {each.removeprefix('-') for each in named if isinstance(each, str)}
-    return [name for name in specs() if name in known]
-
-
 def read_waveform(content: bytes, name: str) -> list[list[float]]:
     """Return rows of time, s, from 0, and voltage, V, of an uploaded table or recording."""
     suffix = Path(name).suffix.lower()
-    with tempfile.TemporaryDirectory() as folder:
-        known = suffix in {*SUFFIXES, *STORAGES}
-        path = Path(folder, 'table').with_suffix(suffix if known else '.csv')
-        path.write_bytes(content)
-        try:
+    try:
+        with uploaded(content, suffix if suffix in {*SUFFIXES, *STORAGES} else '.csv') as path:
             run = measured(path, kind=OVER_TIME, wanted=['voltage_v'])
-        except StickSlipError as error:
-            parts = str(error).replace(f'{path}: ', '').split('; ')
-            kept = [each for each in parts if '--' not in each]
-            if kept != parts:
-                kept.append('head the columns as time (ms), voltage (V)')
-            raise StickSlipError('; '.join(kept)) from None
+    except StickSlipError as error:
+        why, _, hint = str(error).rpartition('; ')
+        if '--' in hint:  # an option of a command line
+            hint = 'head the columns as time (ms), voltage (V)'
+        raise StickSlipError(f'{why}; {hint}') from None
     voltage = run.series.get('voltage_v') if isinstance(run, TimeRun) else None
     if voltage is None:
         raise StickSlipError(f'{name} holds no voltage; give a table of times and voltages')
@@ -197,13 +183,15 @@ def read_number(content: bytes, place: str) -> float:
 
 
 def _read_number(command: str, label: str, value: Any, place: str) -> Any:
-    number, unit = _number(command, label), label.partition(' ')[2]
+    name, _, unit = label.partition(' ')
     found = value
     if isinstance(value, str):
         found = parse_quantity(typed_value(number_name(command, label), value, unit), unit)
     if found is None:
-        named = f'{number["name"]} ' * bool(place) + quoted(value)
-        raise StickSlipError(f'{named} is not a number; give {number["wanted"]}')
+        shown = display_unit(unit)[1]
+        wanted = f'a number in {shown}, such as 120.5' if shown else 'a whole number, such as 10'
+        named = f'{name} ' * bool(place) + quoted(value)
+        raise StickSlipError(f'{named} is not a number; give {wanted}')
     return found
 
 
@@ -219,11 +207,8 @@ def _command(topic: Topic) -> Mapping[str, Any]:
     return {
         'name': name,
         'text': topic.text,
-        'way': WAYS.get(name, 'form'),
-        'signed': SIGNED.get(name),
-        'about': ABOUT.get(name, ''),
-        'beside': BESIDE.get(name, ()),
-        'step': _number(name, 'step m') if (name, 'step') in STARTS else None,
+        **SPECIAL.get(name, Control())._asdict(),
+        'step': _number(name, 'step m') if (name, 'step') in NUMBER_FIELDS else None,
         'numbers': [_number(name, each) for each in topic.numbers[: 1 if is_vector else None]],
         'wave': wave if topic.is_table else None,
     }
@@ -233,12 +218,8 @@ def _number(command: str, label: str) -> dict[str, Any]:
     """Return the field of a number, from its name and unit."""
     name, _, unit = label.partition(' ')
     factor, shown = display_unit(unit)
-    low, high = LIMITS.get((command, name), (None, None))
-    start = STARTS.get((command, name), 0.0)
-    words = _WORDS.get((command, name), '')
-    wanted = WANTED.get(shown, f'{shown}, such as 0.5')
-    limits = {'low': low, 'high': high, 'start': start, 'words': words, 'wanted': wanted}
-    return {'name': name, 'label': label, 'unit': shown, 'factor': factor, **limits}
+    field = NUMBER_FIELDS.get((command, name), NumberField())
+    return {'name': name, 'label': label, 'unit': shown, 'factor': factor, **field._asdict()}
 
 
 def _parameter(name: str) -> dict[str, Any]:

@@ -187,13 +187,10 @@ class Scope:
         """Drop the held picture."""
         self._held = None
 
-    def picture(self, samples: Array, cycles: int, *, triggers: bool = True) -> Picture | None:
+    def picture(self, samples: Array, cycles: int) -> Picture | None:
         """Return the last cycles of samples; hold the picture while the voltage rests."""
         if not len(samples):
             return None
-        if not triggers:
-            period_s = self._held.period_s if self._held else FREE_S / cycles
-            return _free(samples, cycles * period_s)
         recent = samples[-RECENT[0] :, VOLTAGE]
         if self._held is not None and np.ptp(recent) <= self._jitter_v:
             return self._held
@@ -202,7 +199,7 @@ class Scope:
             falls = steep_edges(part[:, VOLTAGE])
             if len(falls) > cycles + 1 or count >= len(samples):
                 break
-        return self._triggered(part, falls, cycles) or _free(samples, FREE_S)
+        return self._triggered(part, falls, cycles) or _free(samples)
 
     def _triggered(self, samples: Array, falls: NDArray[np.intp], cycles: int) -> Picture | None:
         if len(falls) < 2:
@@ -222,10 +219,10 @@ class Scope:
         return self._held
 
 
-def _free(samples: Array, length_s: float) -> Picture:
-    begin = int(np.searchsorted(samples[:, TIME], samples[-1, TIME] - length_s))
+def _free(samples: Array) -> Picture:
+    begin = int(np.searchsorted(samples[:, TIME], samples[-1, TIME] - FREE_S))
     picture = _shown(samples, slice(begin, len(samples)), len(samples) - 1)
-    return picture._replace(start_s=-length_s, end_s=0.0)
+    return picture._replace(start_s=-FREE_S, end_s=0.0)
 
 
 def _shown(samples: Array, shown: slice, trigger: int) -> Picture:

@@ -6,17 +6,16 @@
 from collections.abc import Callable, Generator, Mapping
 from functools import partial
 from queue import SimpleQueue
-from threading import Event, Thread
-from time import monotonic
+from threading import Thread
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PointStamped
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.msg import ParameterEvent
 from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.task import Future
 from std_msgs.msg import Float64MultiArray
@@ -28,15 +27,20 @@ from stickslip_ros.interface.cdr import unpack
 from stickslip_ros.interface.messages import ArrayMessage
 from stickslip_ros.interface.requests import BY_TOPIC, typed_numbers
 from stickslip_ros.interface.topics import SERVICES, Topic
-from stickslip_ros.lab.panel.controls import read_numbers, read_parameter, shown_parameters
+from stickslip_ros.lab.panel.controls import read_numbers, read_parameter
 from stickslip_ros.lab.panel.model import ACTIVE, APPLY, PANEL, Model
-from stickslip_ros.lab.panel.settings import YOU, read_settings
+from stickslip_ros.lab.panel.settings import read_settings
 from stickslip_ros.message_types import FLOAT64_ARRAY
 from stickslip_ros.parameters import NODE_NAME, spec_of, specs
 from stickslip_ros.ros.client import DriveClient, command_topic, drives_of, open_context, stamp_ns
-from stickslip_ros.ros.diagnostics import verdict
-from stickslip_ros.ros.executable import end_node, stay_on_this_host
-from stickslip_ros.ros.guard import GuardedNode
+from stickslip_ros.ros.executable import (
+    SPIN_S,
+    end_node,
+    open_executor,
+    spin,
+    stay_on_this_host,
+)
+from stickslip_ros.ros.guard import GuardedNode, Summons
 from stickslip_ros.ros.interface import SERVICE_TYPES
 from stickslip_ros.units import joined
 
@@ -44,7 +48,6 @@ _LOOK_S = 0.5  # time between two looks at the graph and two requests of the sta
 _LOOKS = 3
 """Looks without an answer after which a drive is silent; counted, as a busy panel is slow
 itself."""
-_SPIN_S = 0.1
 _TWIN_TYPES = {
     'position': PointStamped,
     'residual': PointStamped,
@@ -82,10 +85,6 @@ def _transition(label: str) -> tuple[str, Any]:
     return 'change_state', ChangeState.Request(transition=Transition(label=label))
 
 
-class _NotSent(StickSlipError):
-    """No command is sent to a drive that does not answer."""
-
-
 class Link:
     """A client of one drive at a time; all ROS objects are made and destroyed in its thread."""
 
@@ -99,18 +98,19 @@ class Link:
             start_parameter_services=False,
             enable_rosout=False,
         )
-        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor = open_executor(self._context)
         self._executor.add_node(self._node)
         self.model = Model(f'/{namespace.strip("/")}/{name or NODE_NAME}'.replace('//', '/'))
         self._node.guard.tell = partial(self.model.note, PANEL, bad=True)
-        self._diagnostics = self._node.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._node.create_subscription(ParameterEvent, '/parameter_events', self._heed, 100)
         self._asks_why: Callable[[str], None] | None = None  # of a drive that did not activate
         self.state, self.frame = self.model.state, self.model.frame
         self.twin_frame, self.drawing = self.model.twin_frame, self.model.drawing
         self.table, self.settings = self.model.table, self.model.settings
         self._wishes: SimpleQueue[Mapping[str, Any]] = SimpleQueue()
-        self._wake = self._node.create_guard_condition(self._do_wishes)
+        self._do_soon = Summons(self._node, self._do_wishes)
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._node.create_timer(_LOOK_S, self._look, clock=steady)
         self._acts: dict[str, Callable[[Mapping[str, Any]], None]] = {
             'command': self._command,
             'line': self._do_line,
@@ -121,8 +121,7 @@ class Link:
             'attach': self._choose_drive,
             'view': self.model.choose,
         }
-        self._ended = Event()
-        self._looked_s = -_LOOK_S
+        self._ended = Future()
         self._looks = 0  # since the last request of the state
         self._twin_topics: list[Any] = []  # subscriptions
         self._drive = self._attached(self.model.drive)
@@ -132,42 +131,25 @@ class Link:
     def do(self, wish: Mapping[str, Any]) -> None:
         """Queue an action for the thread."""
         self._wishes.put(wish)
-        self._wake.trigger()
+        self._do_soon.send()
 
     def close(self) -> None:
         """Disconnect; the drive runs on, and its watchdog ends a jog."""
-        self._ended.set()
-        self._wake.trigger()
+        self._ended.set_result(None)
         self._thread.join()
         end_node(self._executor, self._node)
         self._context.try_shutdown()
 
     def _run(self) -> None:
-        while not self._ended.is_set():
+        while not self._ended.done():
             try:
-                self._executor.spin_once(timeout_sec=_SPIN_S)
-                now_s = monotonic()
-                if now_s - self._looked_s >= _LOOK_S:
-                    self._looked_s = now_s
-                    self._look()
-                    self._ask_state()
-                    self._report()
+                spin(self._executor, self._ended, SPIN_S)
             except Exception as error:  # noqa: BLE001, PERF203 - of an answer, the graph
                 self._tell(error)
 
     def _tell(self, error: Exception) -> None:
         """Show an unexpected error on the page."""
         self.model.note(PANEL, f'{type(error).__name__}: {error}', bad=True)
-
-    def _report(self) -> None:
-        """Publish the diagnostics of the panel itself."""
-        node, guard = self._node, self._node.guard
-        guard.begin_report()
-        name = node.get_fully_qualified_name()
-        status = verdict(name, 'messages', guard.news(), 'heard', guard.values())
-        array = DiagnosticArray(status=[status])
-        array.header.stamp = node.get_clock().now().to_msg()
-        self._diagnostics.publish(array)
 
     # --- graph and state
 
@@ -199,7 +181,7 @@ class Link:
             self._drive = self._attached(wish['drive'])
 
     def _look(self) -> None:
-        """List the drives of the graph; attach to the only drive of the namespace."""
+        """List the drives, attach to the only drive of the namespace, ask for its state."""
         self.model.drives = drives_of(self._node)
         place = self.model.drive.rpartition('/')[0]
         near = [each for each in self.model.drives if each.rpartition('/')[0] == place]
@@ -208,6 +190,8 @@ class Link:
             if len(near) == 1 and near[0] != self.model.drive:
                 self._choose_drive({'drive': near[0]})
         self.model.is_there = self._services['get_state'].service_is_ready()
+        self._ask_state()
+        self._node.guard.begin_report()
 
     def _ask_state(self) -> None:
         """Request the state of the drive, again if it does not answer."""
@@ -243,7 +227,7 @@ class Link:
         def take(answer: Future) -> None:
             values = map(parameter_value_to_python, answer.result().values)
             known = {n: v for n, v in zip(names, values, strict=False) if v is not None}
-            self.model.take_parameters(known, shown_parameters())
+            self.model.take_parameters(known)
 
         request = GetParameters.Request(names=names)
         self._services['get_parameters'].call_async(request).add_done_callback(take)
@@ -294,8 +278,7 @@ class Link:
             try:
                 act(wish)
             except StickSlipError as error:
-                unsent = isinstance(error, _NotSent)
-                self.model.note(str(wish.get('name')), str(error), bad=True, unsent=unsent)
+                self.model.note(str(wish.get('name')), str(error), bad=True)
             except Exception as error:  # noqa: BLE001 - STOP must work after any error
                 self._tell(error)
 
@@ -315,7 +298,7 @@ class Link:
 
     def _send(self, topic: Topic, numbers: Any, cycles: Any) -> None:
         if self.model.lifecycle != ACTIVE:
-            raise _NotSent(f'not sent: {self.model.condition()[1]}')
+            raise StickSlipError(f'not sent: {self.model.condition()[1]}')
         self.model.note(topic.request, '')
         self._drive.command(topic.request, numbers, cycles)
 
@@ -340,7 +323,6 @@ class Link:
     def _set(self, wish: Mapping[str, Any]) -> None:
         """Set a live parameter."""
         name, value = read_parameter(wish.get('name'), wish.get('value'))
-        self.model.begin_change({name: value}, {name: YOU})
 
         def take(answer: Any) -> None:
             [result] = answer.results
@@ -350,9 +332,8 @@ class Link:
         self._ask(name, 'set_parameters', request, take)
 
     def _apply(self, wish: Mapping[str, Any]) -> None:
-        wanted, sources = read_settings(wish.get('values'))
-        before = self.model.stand.flat()
-        self.model.begin_change(wanted, sources)
+        wanted, before = read_settings(wish.get('values')), self.model.stand.flat()
+        self.model.stand.updated(wanted)  # refuses values that do not fit together
         self._go_on(self._changes(wanted, {name: before[name] for name in wanted}), None)
 
     def _changes(
@@ -374,7 +355,7 @@ class Link:
                 why = why or (yield None).removeprefix('inactive; ')
                 yield _setting(before)
                 yield _transition('activate')
-        self._looked_s = -_LOOK_S
+        self._ask_state()
         told = f'{why}; nothing is changed' if why else 'applied'
         told += '; the drive began anew' * (restarts and not why)
         self.model.note(APPLY, told, bad=bool(why))
@@ -398,7 +379,7 @@ class Link:
         def take(answer: Any) -> None:
             words = '' if answer.success else f'{label} failed; the log of the drive says why'
             self.model.note('lifecycle', words, bad=not answer.success)
-            self._looked_s = -_LOOK_S
+            self._ask_state()
 
         self._ask('lifecycle', *_transition(label), take)
 

@@ -10,7 +10,6 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import islice
 from threading import RLock
 from time import monotonic
 from typing import Any, Protocol
@@ -39,10 +38,16 @@ from stickslip_ros.lab.panel.curves import (
     table_of,
     table_within,
 )
-from stickslip_ros.lab.panel.settings import SettingSources
+from stickslip_ros.lab.panel.settings import changed_values
 from stickslip_ros.lab.panel.twin_view import TwinView
-from stickslip_ros.parameters import SENSORS, TRUTH, Parameters, dump_yaml, spec_of, specs
-from stickslip_ros.units import MICRO, MILLI
+from stickslip_ros.parameters import (
+    SENSORS,
+    TRUTH,
+    Parameters,
+    differ_when_built,
+    dump_yaml,
+    specs,
+)
 
 EVENTS_SHOWN = 60
 FIGURE_S = 0.04  # time over which the large figures are averaged, s
@@ -52,7 +57,6 @@ SCOPE_CYCLES, HISTORY_SPANS_S = (1, 2, 3, 5, 10), (2, 5, 10, 60)
 """Choices of cycles of the scope, and of seconds of the history."""
 ACTIVE = 'active'
 _ERROR = 2  # level of diagnostics from which the drive is late
-_TIMES = ((1.0, 's'), (MILLI, 'ms'), (MICRO, 'us'))  # s, and the displayed unit
 PARTS = ('time', 'recorder', 'faults')  # parts of the diagnostics that the page shows
 FEET, RANGE = 'feet.total', 'amplifier.range'  # number of feet, range in V, beside parameters
 PANEL = 'panel'
@@ -65,37 +69,28 @@ CONTROLS = {
     *(name for name, spec in specs().items() if spec.live),
 }
 """Controls with a place for notes; PANEL takes all other notes."""
-NOTE_MAX, VALUES_MAX = 1000, 100
-"""Characters of a note, or of a text of the diagnostics; and values of a part of them."""
+NOTE_MAX = 1000  # characters
 SUCCESSES = {'DONE', 'ABORTED'}  # results of commands without an error
 
 
 class Source(Protocol):
     """The source of a page: a live drive or a recorded run."""
 
-    def state(self) -> dict[str, Any]:
-        """Return the slowly changing state for the page."""
+    def state(self) -> dict[str, Any]: ...
 
-    def frame(self) -> bytes | None:
-        """Return the next picture for the page; None if it has not changed."""
+    def frame(self) -> bytes | None: ...
 
-    def twin_frame(self) -> bytes | None:
-        """Return the next picture of the twin; None if it has not changed."""
+    def twin_frame(self) -> bytes | None: ...
 
-    def do(self, wish: Mapping[str, Any]) -> None:
-        """Carry out an action of the page."""
+    def do(self, wish: Mapping[str, Any]) -> None: ...
 
-    def drawing(self) -> str:
-        """Return the stand in its last cycles as SVG; empty if it is not known."""
+    def drawing(self) -> str: ...
 
-    def settings(self) -> str:
-        """Return the parameters of the stand as a file; empty if they are not known."""
+    def settings(self) -> str: ...
 
-    def table(self, plot: str, origin_s: float, start_s: float, end_s: float) -> str:
-        """Return the samples of a plot between two times after its origin as CSV."""
+    def table(self, plot: str, origin_s: float, start_s: float, end_s: float) -> str: ...
 
-    def close(self) -> None:
-        """Close the source."""
+    def close(self) -> None: ...
 
 
 def drawing_of(stand: Parameters, samples: Array) -> str:
@@ -113,19 +108,12 @@ def saved(stand: Parameters, heading: str) -> str:
     return dump_yaml(stand, f'{heading} SI units.\n\n  stickslip drive --params FILE')
 
 
-def short_time(time_s: float) -> str:
-    """Return a time with two digits, in s, ms or us."""
-    factor, unit = next((each for each in _TIMES if time_s >= each[0]), _TIMES[-1])
-    return f'{float(f"{time_s / factor:.2g}"):g} {unit}'
-
-
 @dataclass
 class View:
     """Settings of the scope, chosen on the page."""
 
     cycles: int = 3  # one of SCOPE_CYCLES
     span_s: int = 10  # one of HISTORY_SPANS_S
-    triggers: bool = True  # whether the scope waits for falls
 
     def choose(self, wish: Mapping[str, Any]) -> None:
         """Apply the valid choices; ignore others."""
@@ -133,8 +121,6 @@ class View:
             self.cycles = int(wish['cycles'])
         if wish.get('span_s') in HISTORY_SPANS_S:
             self.span_s = int(wish['span_s'])
-        if isinstance(wish.get('triggers'), bool):
-            self.triggers = wish['triggers']
 
 
 def packed_frame(
@@ -144,7 +130,7 @@ def packed_frame(
     header: dict[str, Any] = {'time_s': time_s, 'span_s': view.span_s, 'scope': None}
     header['figures'] = _figures(samples)
     curves = history.curves(time_s, view.span_s)
-    picture = scope.picture(samples, view.cycles, triggers=view.triggers)
+    picture = scope.picture(samples, view.cycles)
     if picture is not None:
         header['scope'] = picture._asdict()
         curves |= header['scope'].pop('curves')
@@ -206,8 +192,7 @@ class Model:
             self._parts: dict[str, Any] = {}
             self._parameters: dict[str, Any] = {}
             self._stand: Parameters | None = None
-            self._sources = SettingSources()
-            self._changed: dict[str, tuple[str, str]] = {}
+            self._changed: dict[str, str] = {}
             self._twin = TwinView()
             self._notes: dict[str, Any] = {}
             self._notes_taken = 0
@@ -270,37 +255,21 @@ class Model:
         """Take the diagnostics of a part that the page shows."""
         with self._lock:
             if part in PARTS:
-                text, few = message[:NOTE_MAX], islice(values.items(), VALUES_MAX)
-                told = {name: value[:NOTE_MAX] for name, value in few}
-                with suppress(KeyError, ValueError):
-                    told['lateness'] = short_time(MICRO * float(values['lateness_p99_us']))
-                self._parts[part] = {'level': level, 'message': text, 'values': told}
+                self._parts[part] = {'level': level, 'message': message, 'values': dict(values)}
 
-    def take_parameters(self, values: Mapping[str, Any], shown: Sequence[str]) -> None:
-        """Take the values of all parameters; keep the shown ones."""
+    def take_parameters(self, values: Mapping[str, Any]) -> None:
+        """Take the values of all parameters."""
         with self._lock:
-            self._parameters.update({name: values[name] for name in shown if name in values})
+            self._parameters |= values
             with suppress(StickSlipError):  # from a drive of another version
                 stand, before = Parameters().updated(values), self._stand
                 self._stand = stand
                 self._parameters[FEET] = stand.feet.total
                 self._parameters[RANGE] = stand.amplifier.range_v
-                if before is None:
-                    self._sources.recognise(stand)
-                elif any(
-                    not spec_of(name).live
-                    for name, _ in before.flat().items() - stand.flat().items()
-                ):
+                if before is not None and differ_when_built(before, stand):
                     for command in COMMANDS:  # judged by limits that are gone
                         self._notes.pop(command, None)
-                self._changed = self._sources.changed(stand)
-
-    def begin_change(self, values: Mapping[str, Any], sources: Mapping[str, str]) -> None:
-        """Check new values with the known ones before the drive gets them; keep their sources."""
-        with self._lock:
-            if self._stand is not None:
-                self._stand.updated(values)
-            self._sources.note(values, sources)
+                self._changed = changed_values(stand)
 
     @property
     def stand(self) -> Parameters:
@@ -320,13 +289,13 @@ class Model:
             values['paused'] = str(is_paused).lower()
             self._heard_s = monotonic()
 
-    def note(self, control: str, text: str, *, bad: bool = False, unsent: bool = False) -> None:
-        """Keep a note for a control, else for the panel; an unsent command can be sent again."""
+    def note(self, control: str, text: str, *, bad: bool = False) -> None:
+        """Keep a note for a control, else for the panel."""
         with self._lock:
             self._notes_taken += 1
             place = control if control in CONTROLS else PANEL
-            note = {'text': text[:NOTE_MAX], 'bad': bad, 'unsent': unsent}
-            self._notes[place] = note | {'number': self._notes_taken}
+            note = {'text': text[:NOTE_MAX], 'bad': bad, 'number': self._notes_taken}
+            self._notes[place] = note
 
     def state(self) -> dict[str, Any]:
         """Return the slowly changing state for the page."""

@@ -12,8 +12,7 @@ Each request is checked by these headers.
 import asyncio
 import json
 import socket
-import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -35,27 +34,13 @@ PERIOD_S = 0.04  # time between two pictures, s
 MESSAGE_MAX_BYTES = 8 << 20  # longest message and file: a waveform of 100,000 rows
 PING_S = 10.0  # time between two pings, s; a page without an answer is disconnected
 PAGE = Path(__file__).parent / 'page'
-_FRAMES_PAGE = """\
-<!doctype html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<title>stickslip panels</title>
-<link rel="icon" href="0/icon.svg">
-<link rel="stylesheet" href="0/beside.css">
-</head>
-<body>
-<main><h1>stickslip panels</h1>{frames}</main>
-</body>
-</html>
-"""
 FRAME_KINDS = ('state', 'twin', 'picture')
 """Kinds of news of which a page gets the newest, in the order in which they are sent."""
 DEALT_WITH = 'dealt with'  # message of a page that is ready for the next one
 HEADERS = {
     'Content-Security-Policy': "default-src 'none'; script-src 'self'; style-src 'self'; "
     "connect-src 'self'; img-src 'self'; base-uri 'none'; form-action 'none'; "
-    "frame-src 'self'; frame-ancestors 'self'",
+    "frame-ancestors 'none'",
     'Cache-Control': 'no-store',
     'Cross-Origin-Resource-Policy': 'same-origin',
     'Referrer-Policy': 'no-referrer',
@@ -71,11 +56,6 @@ def is_own(request: HTTPServerRequest, *, needs_origin: bool) -> bool:
     return origins == [f'http://{hosts[0]}'] or not (origins or needs_origin)
 
 
-def _number(digits: str) -> float:
-    """Return a whole number; a float if it has more digits than a float can hold."""
-    return int(digits) if len(digits) <= sys.float_info.max_10_exp else float(digits)
-
-
 class _Part(RequestHandler):
     """A part of the page; refuses requests from other sites."""
 
@@ -84,8 +64,6 @@ class _Part(RequestHandler):
     def prepare(self) -> None:
         if not is_own(self.request, needs_origin=self.needs_origin):
             raise HTTPError(403)
-        if '\0' in ''.join(self.path_args):  # not allowed in file names
-            raise HTTPError(400)
 
     def set_default_headers(self) -> None:
         for name, value in HEADERS.items():
@@ -94,20 +72,6 @@ class _Part(RequestHandler):
 
 class _File(_Part, StaticFileHandler):
     """A file of the page."""
-
-
-class _Frames(_Part):
-    """Several sources, each in a frame."""
-
-    def initialize(self, count: int) -> None:
-        self._count = count
-
-    def get(self) -> None:
-        frames = [
-            f'<iframe src="{each}/" title="panel {each + 1}"></iframe>'
-            for each in range(self._count)
-        ]
-        self.write(_FRAMES_PAGE.format(frames='\n'.join(frames)))
 
 
 class _Text(_Part):
@@ -158,7 +122,7 @@ class _Socket(_Part, WebSocketHandler):
 
     def on_message(self, message: str | bytes) -> None:
         with suppress(ValueError, RecursionError):
-            wish = json.loads(message, parse_int=_number)
+            wish = json.loads(message)
             if isinstance(wish, dict) and wish.get('do') == DEALT_WITH:
                 self._busy = max(0, self._busy - 1)
                 self._go_on()
@@ -241,24 +205,18 @@ class Hub:
 
 
 def serve(
-    source: Source,
-    sheet: Mapping[str, Any],
-    port: int,
-    on_start: Callable[[str], None],
-    others: Sequence[tuple[Source, Mapping[str, Any]]] = (),
+    source: Source, sheet: Mapping[str, Any], port: int, on_start: Callable[[str], None]
 ) -> None:
     """
-    Serve the page of a source, and of ``others``, until the end; then close all.
+    Serve the page of a source until the end, then close the source.
 
     Port 0 takes a free port; ``on_start`` receives the address.
 
     """
-    hubs = [Hub(source, sheet), *(Hub(*each) for each in others)]
     try:
-        asyncio.run(_serve(hubs, port, on_start))
+        asyncio.run(_serve(Hub(source, sheet), port, on_start))
     finally:
-        for hub in hubs:
-            hub.source.close()
+        source.close()
 
 
 def next_due_s(due_s: float, begun_s: float, now_s: float) -> float:
@@ -266,25 +224,18 @@ def next_due_s(due_s: float, begun_s: float, now_s: float) -> float:
     return max(due_s + PERIOD_S, now_s + (now_s - begun_s))
 
 
-def _parts(place: str, hub: Hub) -> list[Any]:
-    return [
-        (f'{place}socket', _Socket, {'hub': hub}),
-        (f'{place}waveform', _Upload, {'read': read_waveform}),
-        (f'{place}number', _Upload, {'read': read_number}),
-        (f'{place}parameters', _Upload, {'read': read_parameter_file}),
-        (f'{place}stand.svg', _Text, {'make': hub.source.drawing, 'kind': 'image/svg+xml'}),
-        (f'{place}parameters.yaml', _Text, {'make': hub.source.settings, 'kind': 'text/yaml'}),
-        (rf'{place}(oscilloscope|history|twin)\.csv', _Table, {'source': hub.source}),
-        (f'{place}(.*)', _File, {'path': str(PAGE), 'default_filename': 'index.html'}),
+async def _serve(hub: Hub, port: int, on_start: Callable[[str], None]) -> None:
+    source = hub.source
+    parts: list[Any] = [
+        ('/socket', _Socket, {'hub': hub}),
+        ('/waveform', _Upload, {'read': read_waveform}),
+        ('/number', _Upload, {'read': read_number}),
+        ('/parameters', _Upload, {'read': read_parameter_file}),
+        ('/stand.svg', _Text, {'make': source.drawing, 'kind': 'image/svg+xml'}),
+        ('/parameters.yaml', _Text, {'make': source.settings, 'kind': 'text/yaml'}),
+        (r'/(oscilloscope|history|twin)\.csv', _Table, {'source': source}),
+        ('/(.*)', _File, {'path': str(PAGE), 'default_filename': 'index.html'}),
     ]
-
-
-async def _serve(hubs: Sequence[Hub], port: int, on_start: Callable[[str], None]) -> None:
-    parts = _parts('/', hubs[0])
-    if len(hubs) > 1:
-        parts = [(r'/', _Frames, {'count': len(hubs)})]
-        for number, hub in enumerate(hubs):
-            parts += _parts(f'/{number}/', hub)
     application = Application(
         parts,
         websocket_max_message_size=MESSAGE_MAX_BYTES,
@@ -306,8 +257,7 @@ async def _serve(hubs: Sequence[Hub], port: int, on_start: Callable[[str], None]
         while True:
             stop_if_asked()
             begun_s = loop.time()
-            for hub in hubs:
-                hub.tick()
+            hub.tick()
             due_s = next_due_s(due_s, begun_s, loop.time())
             await asyncio.sleep(due_s - loop.time())
     finally:

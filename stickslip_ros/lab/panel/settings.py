@@ -1,23 +1,19 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Parameters as the page shows them and people type them, and the source of each value."""
+"""Parameters as the page shows them and people type them."""
 
 import tempfile
-from collections.abc import Mapping
-from functools import cache
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from stickslip_ros.errors import StickSlipError, WrongKind
 from stickslip_ros.parameters import Parameters, load_yaml, spec_of
-from stickslip_ros.parameters.stages import stage_file, stage_files
+from stickslip_ros.parameters.stages import stage_file
 from stickslip_ros.parameters.typed import with_point
 from stickslip_ros.units import display_unit, parse_quantity
-
-YOU, ELSEWHERE = 'set by you', 'given at its start, or by another program'
-SOURCE_MAX = 100
-"""Characters of a source, which comes from the page with its value."""
 
 
 def is_of_start(name: str) -> bool:
@@ -53,27 +49,31 @@ def read_setting(name: str, value: object) -> Any:
     return spec.check(name, value)
 
 
-def read_settings(values: object) -> tuple[dict[str, Any], dict[str, str]]:
-    """Return the checked values of pairs of text and source by name, and their sources."""
-    if not isinstance(values, dict) or not all(
-        isinstance(each, list) and len(each) == 2 for each in values.values()
-    ):
-        raise WrongKind('parameters', values, 'a table of values with sources', 'reload the page')
-    wanted = {name: read_setting(name, text) for name, (text, _) in values.items()}
-    return wanted, {name: str(source)[:SOURCE_MAX] for name, (_, source) in values.items()}
+def read_settings(values: object) -> dict[str, Any]:
+    """Return the checked values of texts by name."""
+    if not isinstance(values, dict):
+        raise WrongKind('parameters', values, 'a table of values', 'reload the page')
+    return {name: read_setting(name, text) for name, text in values.items()}
+
+
+@contextmanager
+def uploaded(content: bytes, suffix: str) -> Iterator[Path]:
+    """Give a file with an uploaded content; refusals do not show its path."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, f'upload{suffix}')
+        path.write_bytes(content)
+        try:
+            yield path
+        except StickSlipError as error:
+            raise StickSlipError(str(error).replace(f'{path}: ', '')) from None
 
 
 def read_parameter_file(content: bytes, name: str) -> dict[str, str]:
     """Return all values of an uploaded parameter file, or of a stage, as texts of fields."""
-    try:
-        if not content:
-            return shown_values(load_yaml(stage_file(name)))
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder, 'parameters.yaml')
-            path.write_bytes(content)
-            return shown_values(load_yaml(path))
-    except StickSlipError as error:
-        raise StickSlipError(str(error).replace(f'{path}: ' if content else '', '')) from None
+    if not content:
+        return shown_values(load_yaml(stage_file(name)))
+    with uploaded(content, '.yaml') as path:
+        return shown_values(load_yaml(path))
 
 
 def shown_values(parameters: Parameters) -> dict[str, str]:
@@ -85,35 +85,6 @@ def shown_values(parameters: Parameters) -> dict[str, str]:
     }
 
 
-@cache
-def _stages() -> dict[str, Mapping[str, Any]]:
-    """Return the values of each stage that differ from the default, by its name."""
-    return {name: load_yaml(path).changed() for name, path in stage_files().items()}
-
-
-class SettingSources:
-    """The source of each value that a drive had: the page, a file, a stage."""
-
-    def __init__(self) -> None:
-        self._known: dict[tuple[str, Any], str] = {}
-
-    def note(self, values: Mapping[str, Any], sources: Mapping[str, str]) -> None:
-        """Remember from where values come that a drive is about to get."""
-        self._known |= {pair: sources[pair[0]] for pair in values.items()}
-
-    def recognise(self, stand: Parameters) -> None:
-        """Find the stage with which a drive was started."""
-        flat = stand.flat()
-        for stage, values in _stages().items():
-            if all(flat[name] == value for name, value in values.items()):
-                self.note(values, dict.fromkeys(values, f'stage {stage}'))
-
-    def changed(self, stand: Parameters) -> dict[str, tuple[str, str]]:
-        """Return text and source of each value that differs from the default."""
-        return {
-            name: (
-                shown_value(value, spec_of(name).unit),
-                self._known.get((name, value), ELSEWHERE),
-            )
-            for name, value in stand.changed().items()
-        }
+def changed_values(stand: Parameters) -> dict[str, str]:
+    """Return the values that differ from the defaults as texts of fields."""
+    return {name: shown_value(v, spec_of(name).unit) for name, v in stand.changed().items()}

@@ -6,10 +6,10 @@
 import math
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from pandas import DataFrame
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.build import friction_limit_n
@@ -25,7 +25,7 @@ from stickslip_ros.lab.figures.plotting import (
     label_end,
 )
 from stickslip_ros.lab.measurements.sweep_table import Row
-from stickslip_ros.lab.paper.figure import PaperFigure, RowRuns, Table, assumed, surface
+from stickslip_ros.lab.paper.figure import PaperFigure, RowRuns, assumed, surface
 from stickslip_ros.lab.runs.courses import Course
 from stickslip_ros.lab.runs.sawtooth_run import drive_course
 from stickslip_ros.lab.runs.zero_amplitude import ONSET_SHARE, onset_course
@@ -45,7 +45,7 @@ ZERO_STEP_S = 1e-5  # time step for 0-amplitudes; a tenth of it changes none by 
 PRELOAD_MIN_N, PRELOAD_MAX_N = 0.1, 1.0
 PROFILES = ('rough', 'smooth')
 _DRAWN_N = dict.fromkeys((*PRELOADS_N, *FIG2_PRELOADS_N))
-_STYLES = {preload_n: number for number, preload_n in enumerate(_DRAWN_N)}
+_STYLES = {preload_n: number for number, preload_n in enumerate(_DRAWN_N)}  # of all figures
 _CURVES = {
     'max_presliding_upper_m': (GREY, '', '--', '$u_{x,max}$ of an upper contact, $F_{n1}$'),
     'max_presliding_lower_m': (BLACK, '', '-', '$u_{x,max}$ of a lower contact, $F_{n2}$'),
@@ -62,11 +62,6 @@ def stand_at(
     """Return a stand at a constant preload, with changes."""
     preload = {'stand.preload': preload_n, 'stand.preload_end': 0.0}
     return parameters.updated({**preload, **(changes or {})})
-
-
-def preload_style(preload_n: float) -> dict[str, Any]:
-    """Return the ``plot`` style of a preload, the same in every figure."""
-    return curve_style(_STYLES[preload_n])
 
 
 def max_presliding_m(parameters: Parameters) -> tuple[float, float]:
@@ -126,12 +121,13 @@ def _force_row(parameters: Parameters, amplitude_m: float) -> Course[Row]:
     }
 
 
-def _draw_forces(table: Table, figure: Figure) -> None:
+def _draw_forces(table: DataFrame, figure: Figure) -> None:
     axes = figure.subplots()
-    for preload_n, rows in table.by_preload():
-        amplitudes_nm = rows.column('amplitude_m') * NM
-        forces_mn = rows.column('force_mean_n') * MN
-        how = preload_style(preload_n)
+    for preload_n in table['preload_n'].unique().tolist():
+        rows = table[table['preload_n'] == preload_n]
+        amplitudes_nm = rows['amplitude_m'].to_numpy() * NM
+        forces_mn = rows['force_mean_n'].to_numpy() * MN
+        how = curve_style(_STYLES[preload_n])
         [line] = axes.plot(amplitudes_nm, forces_mn, label=f'{preload_n:g} N', **how)
         label_end(axes, line, f'{forces_mn[-1]:.0f} mN')
     axes.set(xlabel='actuation amplitude (nm)', xlim=(0.0, AMPLITUDE_MAX_M * NM))
@@ -194,14 +190,13 @@ def _presliding_row(parameters: Parameters) -> Course[Row]:
     }
 
 
-def _draw_presliding(table: Table, figure: Figure) -> None:
+def _draw_presliding(table: DataFrame, figure: Figure) -> None:
     panels = figure.subplots(1, len(PROFILES), sharey=True)
     for axes, profile in zip(panels, PROFILES, strict=True):
-        rows = table.where(profile=profile)
-        preloads_n = rows.column('preload_n')
+        rows = table[table['profile'] == profile]
         for name, (colour, marker, line, label) in _CURVES.items():
-            values_nm = rows.column(name) * NM
-            axes.plot(preloads_n, values_nm, colour, marker=marker, linestyle=line, label=label)
+            points = rows['preload_n'].to_numpy(), rows[name].to_numpy() * NM
+            axes.plot(*points, colour, marker=marker, linestyle=line, label=label)
         axes.set(title=profile, xlabel='preload (N)', xlim=(0.0, None), ylim=(0.0, None))
     panels[0].set_ylabel('displacement (nm)')
     panels[0].legend(loc='upper left')

@@ -3,15 +3,13 @@
 
 """A figure of the paper: runs, table, drawing, caption, files."""
 
-import csv
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 from matplotlib.figure import Figure
+from pandas import DataFrame
 
-from stickslip_ros.arrays import Array
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.lab.figures.plotting import new_figure, save_figure, styled
 from stickslip_ros.lab.measurements.sweep_table import Row
@@ -26,39 +24,6 @@ RowRuns = Callable[[], Course[Row]]  # the runs of one row
 
 
 @dataclass(frozen=True)
-class Table:
-    """Rows with the same columns, whose names end with their units."""
-
-    rows: Sequence[Row]
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        return tuple(self.rows[0])
-
-    def where(self, **values: object) -> 'Table':
-        """Return the rows with these values."""
-        return Table([row for row in self.rows if values.items() <= row.items()])
-
-    def column(self, name: str) -> Array:
-        """Return a column of numbers, shape (rows,)."""
-        return np.array([row[name] for row in self.rows], dtype=float)
-
-    def by_preload(self) -> Iterator[tuple[float, 'Table']]:
-        """Return (preload, N; rows) pairs."""
-        for preload_n in dict.fromkeys(self.column('preload_n').tolist()):
-            yield preload_n, self.where(preload_n=preload_n)
-
-    def write(self, path: Path) -> None:
-        """Write CSV; NaN becomes an empty cell."""
-        with path.open('w', newline='', encoding='utf-8') as file:
-            writer = csv.writer(file, lineterminator='\n')
-            writer.writerow(self.columns)
-            for row in self.rows:
-                values = row.values()
-                writer.writerow('' if str(value) == 'nan' else value for value in values)
-
-
-@dataclass(frozen=True)
 class PaperFigure:
     """A figure, and how to make it."""
 
@@ -67,40 +32,35 @@ class PaperFigure:
     points: int  # default number of points along an axis
     # runs of each row, from parameters and number of points
     cases: Callable[[Parameters, int], Sequence[RowRuns]]
-    draw: Callable[[Table, Figure], None]  # draws a table
+    draw: Callable[[DataFrame, Figure], None]  # draws the rows
     caption: Callable[[Parameters], str]  # content and assumptions
     inches: tuple[float, float]  # width and height
 
 
 def write_figure(
-    figure: PaperFigure,
-    table: Table,
-    parameters: Parameters,
-    folder: Path,
-    kinds: Sequence[str] = _KINDS,
+    figure: PaperFigure, rows: Sequence[Row], parameters: Parameters, folder: Path
 ) -> list[Path]:
     """Write a figure into a new or existing folder; return the files."""
     changed = [f'{name} = {value}' for name, value in parameters.changed().items()]
     caption = figure.caption(parameters) + (f' Changed: {", ".join(changed)}.' if changed else '')
-    files = [folder / f'{figure.name}{kind}' for kind in kinds]
+    files = [folder / f'{figure.name}{kind}' for kind in _KINDS]
     title = figure.title  # marks a stand that is not the default
     if changed:
         is_short = len(changed) <= CHANGED_MAX
         title += f'\nchanged: {", ".join(changed) if is_short else f"{len(changed)} parameters"}'
+    table = DataFrame(rows)
     with styled():
         drawn = new_figure(*figure.inches, title)
         figure.draw(table, drawn)
+    page = f'# {figure.title}\n\n![{figure.title}]({figure.name}.png)\n\n{caption}\n'
+    numbers, text, *pictures = files
     try:
-        for path in files:
-            if path.suffix == '.csv':
-                table.write(path)
-            elif path.suffix == '.md':
-                page = f'# {figure.title}\n\n![{figure.title}]({figure.name}.png)\n\n{caption}\n'
-                path.write_text(page, encoding='utf-8')
-            else:
-                save_figure(drawn, path)
+        table.to_csv(numbers, index=False)
+        text.write_text(page, encoding='utf-8')
+        for picture in pictures:
+            save_figure(drawn, picture)
     except OSError as error:
-        problem = f'cannot be written ({error.strerror})'
+        problem = f'cannot be written ({error.strerror or error})'
         raise RecordingError(folder, problem, 'choose another folder') from error
     return files
 

@@ -6,8 +6,9 @@
 from collections.abc import Sequence
 
 from stickslip_ros.errors import OutOfRange, UnknownName
+from stickslip_ros.lab.measurements.sweep_table import Row
 from stickslip_ros.lab.paper.curves import FIG2, FIG6A, FIG6B, FIG7
-from stickslip_ros.lab.paper.figure import PaperFigure, Table
+from stickslip_ros.lab.paper.figure import PaperFigure
 from stickslip_ros.lab.runs.batch import Progress, run_courses
 from stickslip_ros.lab.runs.courses import bundle_for
 from stickslip_ros.parameters import Parameters
@@ -32,8 +33,8 @@ def make_tables(
     points: int = 0,
     workers: int = 0,
     progress: Progress | None = None,
-) -> dict[str, Table]:
-    """Run the drive for figures; return tables by name."""
+) -> dict[str, list[Row]]:
+    """Run the drive for figures; return the rows of their tables by name."""
     if points and points < POINTS_MIN:
         limit = f'below {POINTS_MIN}, the fewest that make a line'
         hint = 'raise it, or 0 for what each figure needs'
@@ -43,6 +44,6 @@ def make_tables(
     bundle, how = bundle_for(parameters), {'workers': workers, 'progress': progress}
     rows = iter(run_courses(lambda case: case(), cases, bundle, **how))
     return {
-        figure.name: Table([next(rows) for _ in batch])
+        figure.name: [next(rows) for _ in batch]
         for figure, batch in zip(figures, batches, strict=True)
     }

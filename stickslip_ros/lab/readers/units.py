@@ -9,7 +9,7 @@ from contextlib import suppress
 from functools import cache
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.extras import load_extra
+from stickslip_ros.extras import MissingExtra, load_extra
 from stickslip_ros.units import power_of_ten
 
 SI_UNITS = ('s', 'm', 'N', 'V', 'Hz')
@@ -60,9 +60,16 @@ def in_si(values: Array, factor: float) -> Array:
     return values / divisor if divisor * factor == 1.0 else values * factor
 
 
+def is_unit_of(text: str, si_unit: str) -> bool:
+    """Return whether a text is a unit of a quantity; without pint, one known here."""
+    with suppress(MissingExtra):
+        return bool(factor_of(text, si_unit))
+    return False
+
+
 def unit_of_any(text: str) -> bool:
-    """Return whether a text is a unit of a measured quantity."""
-    return any(factor_of(text, unit) for unit in (*SI_UNITS, 'm/s'))
+    """Return whether a text is a unit of a measured quantity; without pint, one known here."""
+    return any(is_unit_of(text, unit) for unit in (*SI_UNITS, 'm/s'))
 
 
 def split_unit(header: str) -> tuple[str, str]:

@@ -4,6 +4,7 @@
 """Courses: generators of drive runs, advanced together in lanes with the bits of single runs."""
 
 from collections.abc import Generator, Iterable
+from functools import lru_cache
 from itertools import chain
 from typing import TypeAlias, TypeVar
 
@@ -26,6 +27,7 @@ Course: TypeAlias = Generator[Advance, None, _Result]
 
 BUNDLE = 4 * LANES  # courses per worker; only the last ones leave lanes empty
 ROUNDING_S = 1e-12  # rounding error of the time of the last corner
+_kept_plant = lru_cache(maxsize=LANES)(plant_of)
 
 
 def run_in_lanes(courses: Iterable[Course[_Result]]) -> list[_Result]:
@@ -51,6 +53,13 @@ def run_in_lanes(courses: Iterable[Course[_Result]]) -> list[_Result]:
 def run_course(course: Course[_Result]) -> _Result:
     """Run a course to its end."""
     return run_in_lanes([course])[0]
+
+
+def shared_plant(parameters: Parameters) -> Record:
+    """Return the constants of a drive, which may be shared by drives of the same stand."""
+    # Travelling roughness and a change of the preload are stored in them.
+    own = parameters.contact.travel or parameters.stand.preload_end
+    return (plant_of if own else _kept_plant)(parameters)
 
 
 def bundle_for(parameters: Parameters) -> int:

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from stickslip_ros.arrays import Array
 from stickslip_ros.contact.laws import COULOMB, MDR
 from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN, RAMP_START
-from stickslip_ros.drive.build import change_preload, plant_of, start_clock, state_at_rest
+from stickslip_ros.drive.build import change_preload, start_clock, state_at_rest
 from stickslip_ros.drive.ledger import EnergyLedger, take_ledger
 from stickslip_ros.drive.records import ALL, Wave
 from stickslip_ros.drive.runner import cell_force
@@ -33,7 +33,7 @@ from stickslip_ros.kernels.record import Record
 from stickslip_ros.lab.measurements.recorded_run import Run
 from stickslip_ros.lab.measurements.run_result import DriveRun, SawtoothRun
 from stickslip_ros.lab.runs.batch import Progress
-from stickslip_ros.lab.runs.courses import Course, cycles_of, run_course
+from stickslip_ros.lab.runs.courses import Course, cycles_of, run_course, shared_plant
 from stickslip_ros.parameters import (
     STROKE_SPEC,
     Parameters,
@@ -120,7 +120,7 @@ def drive_course(
     parameters = start_on_wave(parameters, wave)
     if steps < 0:
         raise OutOfRange('steps', steps, '', 'below 0', 'give a number, or 0 for the steady state')
-    plants = plant_of(parameters)
+    plants = shared_plant(parameters)
     states = state_at_rest(plants, parameters.stand.preload)
     if parameters.stand.preload_end:
         change_preload(plants, states, parameters, parameters.stand.preload_end)

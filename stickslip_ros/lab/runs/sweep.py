@@ -4,7 +4,9 @@
 """Sweeps: the drive at every combination of values."""
 
 import dataclasses
+import hashlib
 import itertools
+import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,12 +15,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+import stickslip_ros
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.lab.measurements.sweep_table import STEP_BACK, STOP_RULE, SWEEP_COLUMNS, Row
 from stickslip_ros.lab.runs.batch import Progress, run_courses
 from stickslip_ros.lab.runs.courses import Course, bundle_for
-from stickslip_ros.lab.runs.journal import Journal, JournalIdentity, identify
+from stickslip_ros.lab.runs.journal import Journal
 from stickslip_ros.lab.runs.sawtooth_run import (
     STEADY_ERROR,
     STEADY_STEPS_MAX,
@@ -131,15 +134,11 @@ class Sweep:
             for *values, hertz, metres in zip(*columns, strict=True)
         ]
 
-    def identity(self) -> JournalIdentity:
-        settings: dict[str, object] = {
-            'varied': [dataclasses.astuple(axis) for axis in self.varied],
-            'frequencies_hz': self.frequencies_hz,
-            'amplitudes_m': self.amplitudes_m,
-            'steps': self.steps,
-            'both_ways': self.both_ways,
-        }
-        return identify('sweep', self.parameters, self.total, settings)
+    def digest(self) -> str:
+        """Return what tells this sweep, by this version, from every other one."""
+        _, *axes = dataclasses.astuple(self)
+        content = [stickslip_ros.__version__, self.parameters.flat(), *axes]
+        return hashlib.sha256(json.dumps(content).encode()).hexdigest()
 
     def columns(self) -> tuple[str, ...]:
         """Return the varied parameters that need their own column."""

@@ -4,7 +4,7 @@
 """A sweep of any size, as a folder of tables: each part is one Parquet file, made by itself."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -56,21 +56,17 @@ class SweepParts:
         """Run a part in the process of the caller, such as a worker of Dask; write its file."""
         if not self.path(number).exists():
             rows = run_sweep(self.sweep, cases=self.cases(number), workers=1)
-            write_table(rows, self.path(number), self.sweep.parameters, self.digest)
+            write_table(rows, self.path(number), self.sweep.parameters, self.sweep.digest())
 
     def write_here(self, number: int, workers: int, progress: Progress) -> None:
         """Run a part in threads; an interrupted one continues from its journal."""
         path, cases = self.path(number), self.cases(number)
-        identity = replace(self.sweep.identity(), cases=len(cases), study=path.stem)
-        with Journal(self.journal(number), identity) as journal:
+        digest = self.sweep.digest()
+        with Journal(self.journal(number), f'{digest} {path.stem}', len(cases)) as journal:
             run = partial(run_sweep, self.sweep, cases=cases, journal=journal)
             rows = run(workers=workers, progress=progress)
-            write_table(rows, path, self.sweep.parameters, self.digest)
+            write_table(rows, path, self.sweep.parameters, digest)
             journal.remove()
-
-    @property
-    def digest(self) -> str:
-        return self.sweep.identity().digest
 
 
 def parse_part(text: str) -> tuple[int, int]:
@@ -103,7 +99,7 @@ def parts_for(
         which = SweepParts(sweep, folder, count).path(number).name if count else SWEEP_PARTS
         for file in (*folder.glob(which), *folder.glob(f'.{which}.journal')):
             file.unlink()
-    files, digest = sorted(folder.glob(SWEEP_PARTS)), sweep.identity().digest
+    files, digest = sorted(folder.glob(SWEEP_PARTS)), sweep.digest()
     for file in files:
         if _digest_of(file) != digest:
             hint = 'choose another folder, or start again with --fresh'

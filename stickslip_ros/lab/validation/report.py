@@ -3,35 +3,22 @@
 
 """Results of the self-test as sections, page and CSV."""
 
-import csv
-import io
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
 from typing import Any
 
+from pandas import DataFrame
+
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.lab.figures.page import page_of
 from stickslip_ros.lab.validation.self_test import CheckedAnswer, failed
 from stickslip_ros.sections import Section
+from stickslip_ros.units import with_unit
 
 _PAGE, _CSV = 'validation.html', 'validation.csv'
-_DIGITS = 6
-_PREFIXES = {-4: 'p', -3: 'n', -2: 'u', -1: 'm', 0: '', 1: 'k', 2: 'M', 3: 'G'}
-"""SI prefixes by power of a thousand."""
-PREFIXED_UNITS = ('m', 'N', 'J', 'Pa', 'N/m')
 _HEADER = ('quantity', 'case', 'against', 'made by', 'reference', 'ours', 'error', 'tolerance')
 Answers = Mapping[str, Sequence[CheckedAnswer]]
-
-
-def value_text(value: float, unit: str) -> str:
-    """Return a value with a prefixed unit: ``81.5873 nm``."""
-    if unit not in PREFIXED_UNITS or value == 0.0 or not math.isfinite(value):
-        return f'{value:.{_DIGITS}g} {unit}'.rstrip()
-    power = math.floor(math.log10(abs(value)) / 3.0)
-    power = min(max(power, min(_PREFIXES)), max(_PREFIXES))
-    return f'{value / 1000.0**power:.{_DIGITS}g} {_PREFIXES[power]}{unit}'
 
 
 def summary_text(outcomes: Answers) -> str:
@@ -44,8 +31,8 @@ def failure_text(found: CheckedAnswer) -> str:
     """Return a line on a failed answer: both values, the error and its tolerance."""
     row = found.reference
     return (
-        f'FAIL {row.quantity} of {row.case or "the default"}: {value_text(found.ours, row.unit)}, '
-        f'not {value_text(row.reference, row.unit)} ({row.source}, {row.made_by}); '
+        f'FAIL {row.quantity} of {row.case or "the default"}: {with_unit(found.ours, row.unit)}, '
+        f'not {with_unit(row.reference, row.unit)} ({row.source}, {row.made_by}); '
         f'error {found.error:.2g} above {row.tolerance:.2g}: {row.why}'
     )
 
@@ -65,7 +52,7 @@ def report_sections(outcomes: Answers) -> Iterator[Section]:
         rows_of_family = []
         for each in found:
             row, word = each.reference, '' if each.passed else ' FAIL'
-            values = (value_text(value, row.unit) for value in (row.reference, each.ours))
+            values = (with_unit(value, row.unit) for value in (row.reference, each.ours))
             errors = (f'{each.error:.1e}{word}', f'{row.tolerance:.1e}')
             cells = (row.quantity, row.case, row.source, row.made_by, *values, *errors)
             rows_of_family.append(cells)
@@ -81,21 +68,12 @@ def as_objects(outcomes: Answers) -> list[dict[str, Any]]:
     return rows
 
 
-def csv_text(outcomes: Answers) -> str:
-    """Return all rows as CSV, with all digits."""
-    text, rows = io.StringIO(), as_objects(outcomes)
-    writer = csv.DictWriter(text, rows[0], lineterminator='\n')
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()
-
-
 def write_report(outcomes: Answers, folder: Path) -> list[Path]:
     """Write all references as page and CSV; return the files."""
     page, table = files = [folder / name for name in (_PAGE, _CSV)]
     try:
         page.write_text(page_of(report_sections(outcomes), 'stickslip validate'), encoding='utf-8')
-        table.write_text(csv_text(outcomes), encoding='utf-8')
+        DataFrame(as_objects(outcomes)).to_csv(table, index=False)
     except OSError as error:
         hint = f'{error.strerror or error}: choose another folder'
         raise WrongKind('--output', str(folder), 'a folder that can be written', hint) from None

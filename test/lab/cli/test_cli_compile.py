@@ -110,7 +110,7 @@ def test_what_is_missing_is_compiled_and_counted(run, environment, files, all_ke
     before = files()
     [lost] = [file for file in before if '.advance.observe-' in file.name]
     lost.unlink()
-    done = run('compile', '--timings')
+    done = run('compile')
     assert done.returncode == 0
     assert re.fullmatch(OF_ALL + r'\n', done.stderr)
     assert re.fullmatch(r'1 kernels compiled in .* s, .* s of a processor\n', done.stdout)

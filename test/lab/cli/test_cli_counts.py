@@ -129,10 +129,6 @@ def chunk(number: int | None, **changed: Any) -> Lie:
     return of_kind(ChunkIndex, lambda each: [replace(each, **changed)], number)
 
 
-def within_another(index: ChunkIndex) -> list[ChunkIndex]:
-    return [index, replace(index, chunk_start_offset=index.chunk_start_offset + 9)]
-
-
 def five_more(said: Statistics) -> dict[str, Any]:
     return {'message_count': said.message_count + 5}
 
@@ -144,11 +140,6 @@ def counted(change: Callable[[Statistics], dict[str, Any]]) -> Lie:
 def fewer(said: Statistics) -> dict[str, Any]:
     counts = {key: count - min(count, 1) for key, count in said.channel_message_counts.items()}
     return {'channel_message_counts': counts, 'message_count': sum(counts.values())}
-
-
-def exchanged(said: Statistics) -> dict[str, Any]:
-    keys, counts = zip(*said.channel_message_counts.items(), strict=True)
-    return {'channel_message_counts': dict(zip(keys, reversed(counts), strict=True))}
 
 
 DROPPED = Counter[int]()
@@ -170,7 +161,6 @@ HARMLESS: dict[str, Lie] = {
     'all rows lead to the first message': index_rows(
         lambda rows: [(time_ns, rows[0][1]) for time_ns, _ in rows]
     ),
-    'a row stands in the place of another': index_rows(lambda rows: [rows[0], rows[0], *rows[2:]]),
     'a row leads into a message': index_rows(
         lambda rows: [(rows[0][0], rows[0][1] + 1), *rows[1:]]
     ),
@@ -179,21 +169,13 @@ HARMLESS: dict[str, Lie] = {
 LIES: dict[str, tuple[Lie, Lie, int, str]] = {
     # lies about the data and about the summary; exit status of a reading verb, and its words
     'a row is left out': (index_rows(lambda rows: rows[:-1]), list, 1, 'statistics count'),
-    'a row is repeated': (index_rows(lambda rows: [*rows, rows[0]]), list, 1, 'statistics count'),
-    'the index of a topic is left out': (
-        of_kind(MessageIndex, lambda _: [], 4), list, 1, 'statistics count',
-    ),
     'the index of a topic is there twice': (
         of_kind(MessageIndex, lambda each: [each, each], 4), list, 1, 'statistics count',
     ),
     'too many are counted': (list, counted(five_more), 1, 'statistics count'),
     'too few are counted': (list, counted(fewer), 1, 'statistics count'),
-    'the counts of topics are exchanged': (list, counted(exchanged), 1, 'statistics count'),
     'a chunk is listed twice': (
         list, of_kind(ChunkIndex, lambda each: [each, each], 2), 2, 'or inside another chunk',
-    ),
-    'a chunk is listed within another': (
-        list, of_kind(ChunkIndex, within_another, 2), 2, 'or inside another chunk',
     ),
     'a chunk is not listed': (list, of_kind(ChunkIndex, lambda _: [], 2), 2, 'chunks'),
     'chunks announce another time': (
@@ -296,13 +278,11 @@ def late(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize(
     'times_ns',
     [
-        (2 * YEAR_NS,),
         (2 * YEAR_NS, 3 * YEAR_NS, 3 * YEAR_NS, 290 * YEAR_NS),
-        (0,),
         (0, 0, YEAR_NS - 1),
         (0, 9 * YEAR_NS),
     ],
-    ids=['a year later', 'ages later', 'before the run', 'twice before the run', 'both'],
+    ids=['ages later', 'twice before the run', 'both'],
 )
 def test_a_message_of_another_time_is_exported_and_told(
     late: Path, tmp_path: Path, times_ns: tuple[int, ...], capsys: pytest.CaptureFixture[str],
@@ -319,19 +299,13 @@ def test_a_message_of_another_time_is_exported_and_told(
     for row in expected:
         rows.remove(row)
     assert [float(row[0]) for row in rows] == pytest.approx(added_s, rel=1e-12)
-    assert main(['info', str(path)]) == 0
-    assert 'some have probably a wrong time' in capsys.readouterr().out
-
-
-def test_a_message_of_another_time_is_drawn_compared_and_told(late, tmp_path, capsys):
-    path = rewritten(late, tmp_path / 'far.mcap', moved(2 * YEAR_NS), chunk_size=CHUNK_BYTES)
     for words in (
+        ('info', str(path)),
         ('plot', str(path), '-o', str(tmp_path / 'far.png')),
         ('compare', str(late), str(path)),
     ):
         assert main(words) == 0
-        shown = ' '.join(capsys.readouterr().out.split())
-        assert 'some have probably a wrong time' in shown
+        assert 'some have probably a wrong time' in ' '.join(capsys.readouterr().out.split())
 
 
 def test_a_trace_whose_blocks_are_logged_before_their_rows_loses_none_of_them_in_silence(

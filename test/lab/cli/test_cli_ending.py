@@ -85,7 +85,7 @@ MOMENTS: list[tuple[list[str], Reached]] = [
     (['demo', '--output', '.'], has_written('demo.mcap')),
     (['panel', '--port', '0'], has_looked(5)),
     (['replay', 'voltage.csv', '-o', 'again.mcap'], has_written('again.mcap', 300_000)),
-    (['optimise', 'force', '-o', 'wave.csv', '--workers', '1'], has_written('wave.csv.journal')),
+    (['optimise', 'force', '-o', 'wave.csv', '--workers', '1'], has_looked(50)),
     (['figures', '--only', 'fig2', '--points', '1000'], has_looked(50)),
     (['validate', '--output', '.'], has_looked(5)),
     (['twin'], knows_signals),
@@ -211,7 +211,7 @@ def test_a_closed_output_is_refused_in_one_line(verb: str):
     )
 
 
-@pytest.mark.parametrize('closed', ['<&-', '2>&-', '<&- 2>&-'])
+@pytest.mark.parametrize('closed', ['<&- 2>&-'])
 def test_other_streams_may_be_closed(closed: str, capsys: pytest.CaptureFixture[str]):
     main(['parameters'])
     assert shell('parameters', closed).stdout == capsys.readouterr().out

@@ -4,7 +4,6 @@
 """``stickslip export``: tables that pandas reads without us."""
 
 import gc
-import sys
 import weakref
 from collections.abc import Callable
 from functools import partial
@@ -121,18 +120,6 @@ def test_no_stretch_outlives_its_writing_even_without_a_collection(
     assert max(alive) <= KEPT_MOST
 
 
-def test_a_table_has_the_same_numbers_with_and_without_pyarrow(
-    recorded_run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
-    frames = []
-    for hidden in ({}, {'pyarrow': None}):
-        for name, module in hidden.items():
-            monkeypatch.setitem(sys.modules, name, module)
-        assert main(['export', str(recorded_run[1]), '-o', str(tmp_path / 'run.csv')]) == 0
-        frames.append(READERS['.csv'](tmp_path / 'run.csv'))
-    pd.testing.assert_frame_equal(frames[0], frames[1], check_exact=True)
-
-
 @pytest.mark.parametrize('words', [('run.xlsx',), ('run.csv', '--readings')])
 def test_what_is_exported_is_read_again(recorded_run: Run, tmp_path: Path, words: tuple[str, ...]):
     table = tmp_path / words[0]
@@ -160,8 +147,3 @@ def test_what_cannot_be_written_is_refused(
     monkeypatch.chdir(tmp_path)
     assert main(['export', str(recorded_run[1]), *words]) == 2
     assert told in capsys.readouterr().err
-
-
-def test_a_simulation_is_not_recorded_under_the_name_of_a_table(tmp_path, capsys):
-    assert main(['simulate', '--amplitude', '100nm', '-o', str(tmp_path / 'x.csv')]) == 2
-    assert 'stickslip export' in capsys.readouterr().err

@@ -109,25 +109,6 @@ def test_a_fit_that_misses_its_points_ends_with_1_and_shows_no_errors(
     assert '±' not in shown
 
 
-def test_without_standard_errors_the_basis_of_the_errors_is_said(experiment, capsys, tmp_path):
-    bare = tmp_path / 'bare.csv'
-    lines = experiment.read_text(encoding='utf-8').splitlines()
-    bare.write_text('\n'.join(line.rpartition(',')[0] for line in lines), encoding='utf-8')
-    words = ['--free', 'contact.rms_height', '--set', 'runner.damping=80', '--starts', '1']
-    assert fit(bare, *words, '--set', 'contact.friction=0.25') == 0
-    shown = capsys.readouterr().out
-    assert 'noise of force_n, estimated' in shown
-    assert 'scaled by the residuals, as the points have no standard errors' in shown
-    assert 'Note: contact.prefactor was set to 0' in shown
-
-
-def test_with_steps_every_run_makes_as_many_as_the_experiment(experiment, capsys):
-    assert fit(experiment, *FREE, '--starts', '1', '--steps', '300', '--json') == 0
-    result = json.loads(capsys.readouterr().out)
-    assert [point['steps'] for point in result['points']] == [300] * len(POINTS)
-    assert result['warnings'] == []
-
-
 @pytest.mark.parametrize(
     ('words', 'said'),
     [

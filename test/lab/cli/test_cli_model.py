@@ -4,6 +4,7 @@
 """Verbs that ask the model, as they are typed: contact, bode, optimise, figures and validate."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -84,9 +85,6 @@ def test_without_frequencies_bode_looks_around_the_resonance(capsys: Any):
     hertz = [row['frequency_hz'] for row in told['rows']]
     assert told['cell_n_per_m'] == 0.0
     assert hertz[0] < 0.1 * told['resonance_hz'] < 2.0 * told['resonance_hz'] < hertz[-1]
-
-
-def test_what_bode_finds_is_a_table(capsys: Any):
     assert main(['bode', '--frequency', '20000']) == 0
     shown = capsys.readouterr().out
     assert 'resonance of the runner' in shown
@@ -104,7 +102,6 @@ def test_it_writes_a_wave_that_simulate_plays_with_the_same_force(capsys: Any, t
     told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)  # no NaN
     assert told['file'] == str(wave)
     assert set(told['shapes']) > {'sawtooth', 'freeze-and-kick', 'spline', 'sawtooth, plain'}
-    assert not list(wave.parent.glob('*.journal'))
     assert main(['simulate', '--waveform', str(wave), '--json']) == 0
     played = json.loads(capsys.readouterr().out)
     best = told['shapes'][told['best']]
@@ -121,7 +118,7 @@ def test_what_it_finds_is_a_table_with_the_command_that_plays_it(capsys: Any, tm
     assert f'simulate --waveform {wave}' in shown
 
 
-def test_a_stopped_search_writes_its_best_wave_and_goes_on(capsys, tmp_path, monkeypatch):
+def test_a_stopped_search_writes_its_best_wave(capsys, tmp_path, monkeypatch):
     wave = tmp_path / 'wave.csv'
     words = ['optimise', 'speed', *SHORT, '-o', str(wave)]
     looks: list[int] = []
@@ -131,15 +128,10 @@ def test_a_stopped_search_writes_its_best_wave_and_goes_on(capsys, tmp_path, mon
         if len(looks) > 1:
             raise KeyboardInterrupt
 
-    with monkeypatch.context() as patch:
-        patch.setattr(batch, 'stop_if_asked', stop_after_a_while)
-        assert main(words) == 130
+    monkeypatch.setattr(batch, 'stop_if_asked', stop_after_a_while)
+    assert main(words) == 130
     assert 'best wave so far in' in capsys.readouterr().err
     assert wave.read_text().startswith('time_s,voltage_v\n0.0,0.0\n')
-    assert main([*words, '--json']) == 0
-    resumed = json.loads(capsys.readouterr().out)
-    assert main([*words, '--json']) == 0
-    assert json.loads(capsys.readouterr().out) == resumed
 
 
 def test_a_wave_is_played_as_it_was_judged():
@@ -175,13 +167,8 @@ def test_the_json_has_rows_and_files_of_the_chosen_figures(capsys, tmp_path):
     assert (full['preload_n'], full['amplitude_m']) == (0.1, 160e-9)
     assert full['force_mean_n'] == pytest.approx(0.061, rel=0.01)
     assert result['fig7']['rows'][0]['zero_steps_m'] == pytest.approx(26e-9, abs=3e-9)
-
-
-def test_the_table_names_the_figures_and_the_folder(capsys, tmp_path):
     assert main([*TWO_POINTS, '--output', str(tmp_path / 'new'), '--only', 'fig6b']) == 0
-    text = capsys.readouterr().out
-    assert 'fig6b' in text
-    assert 'folder' in text
+    assert re.search('fig6b(.|\n)*folder', capsys.readouterr().out)
     assert (tmp_path / 'new' / 'fig6b.png').stat().st_size > 0
 
 
@@ -226,14 +213,9 @@ def test_a_failure_says_against_what_and_what_error_was_expected(capsys, only, t
     printed = ' '.join(capsys.readouterr().out.split())
     assert 'FAIL hess_factor of exponent=2: 2, not 2.2 (a [bold] ruler, nobody); ' in printed
     assert 'error 0.091 above 0.01: one in a hundred is counted twice' in printed
-
-
-def test_the_json_has_every_reference_in_si_units(capsys, only, tmp_path):
-    only(WRONG)
     assert main(['validate', '--output', str(tmp_path), '--json']) == 1
     result = json.loads(capsys.readouterr().out)
     assert result['passed'] is False
     [row] = result['checks']
     assert (row['ours'], row['reference'], row['unit']) == (pytest.approx(2.0), 2.2, '')
-    assert row['why'] == 'one in a hundred is counted twice'
     assert sorted(result['files']) == sorted(str(tmp_path / name) for name in FILES)

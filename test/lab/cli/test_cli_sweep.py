@@ -96,9 +96,9 @@ def test_the_journal_of_another_sweep_is_refused_unless_fresh(capsys, tmp_path, 
     kill_half_way(path)
     assert sweep(*SHORT, '-o', str(path)) == 2
     error = capsys.readouterr().err
-    assert 'table.csv.journal: is of another study: cases 36, not 4; start again with' in error
+    assert 'table.csv.journal: is no journal, or one of another version' in error
     assert sweep(*LONG, '--set', 'runner.damping=1', '-o', str(path)) == 2
-    assert 'its parameters or the values of its cases are different' in capsys.readouterr().err
+    assert 'or of other parameters or values; start again' in capsys.readouterr().err
     assert not path.exists()
     assert sweep(*SHORT, '--fresh', '-o', str(path)) == 0
     assert lines(path) == 7
@@ -176,13 +176,23 @@ def test_a_run_and_a_0_amplitude_say_their_bands(fitted: Path, capsys: pytest.Ca
     assert '20 draws of' in capsys.readouterr().out
 
 
+def test_a_value_that_draws_vary_is_refused_since_it_would_have_no_band(fitted, tmp_path, capsys):
+    stand = tmp_path / 'fitted.yaml'
+    stand.write_text('/**: {ros__parameters: {contact.friction: 0.2}}')
+    for given in (['--params', str(stand)], ['--set', 'contact.friction=0.2']):
+        words = ['simulate', '--amplitude', '1e-7', '--steps', '5', '--draws', str(fitted)]
+        assert main([*words, *given]) == 2
+        assert 'contact.friction is given, but varies in the draws' in capsys.readouterr().err
+    assert main([*words, '--set', 'runner.damping=50']) == 0
+
+
 def test_the_stand_of_draws_is_the_fitted_one(fitted: Path, capsys: pytest.CaptureFixture[str]):
     friction = json.loads(fitted.read_text())['estimates'][0]['value']
-    words = ['--amplitude', '1e-7', '--steps', f'{STEPS}', '--json']
-    told = []
     as_fitted = ['--set', f'contact.friction={friction!r}', '--set', 'stand.preload=0.1']
+    told = []
     for chosen in (['--draws', str(fitted)], as_fitted):
         capsys.readouterr()
-        assert main(['simulate', *words, *chosen]) == 0
+        words = ['simulate', '--amplitude', '1e-7', '--steps', f'{STEPS}', '--json', *chosen]
+        assert main(words) == 0
         told.append(json.loads(capsys.readouterr().out)['force_mean_n'])
     assert told[0] == told[1]

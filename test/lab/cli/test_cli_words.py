@@ -20,8 +20,8 @@ import yaml
 from processes import run_process
 
 import stickslip_ros
-from stickslip_ros import CompareOptions, FitOptions, Free, simulate, sweep, zero_amplitude
-from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError, UnknownName
+from stickslip_ros import FitOptions, Free, simulate
+from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.lab.cli.bode import POINTS
 from stickslip_ros.lab.cli.chosen import chosen_for
 from stickslip_ros.lab.cli.drive import ros_arguments
@@ -29,7 +29,6 @@ from stickslip_ros.lab.cli.main import build_parser, main
 from stickslip_ros.lab.cli.verbs import VERBS
 from stickslip_ros.lab.comparison.by_amplitude import MODEL
 from stickslip_ros.lab.design.objectives import WaveGoal
-from stickslip_ros.lab.design.search import WaveSearch
 from stickslip_ros.lab.fitting.free import FITTED
 from stickslip_ros.lab.paper.make import FIGURES
 from stickslip_ros.lab.runs.sawtooth_run import STEADY_STEPS_MAX
@@ -136,31 +135,20 @@ def test_version(capsys: Any):
     [
         ([], "the following arguments are required: VERB; 'stickslip --help' explains it"),
         (['dance'], "verb 'dance' is not known; 'stickslip --help' explains it"),
-        (['help', 'dance'], "verb 'dance' is not known; 'stickslip --help' explains it"),
         (['simulat'], "verb 'simulat' is not known; did you mean simulate?"),
         (['info'], "arguments are required: FILE; 'stickslip info --help' explains it"),
         (['parameters', '--bogus'], "--bogus; 'stickslip parameters --help' explains it"),
         (['simulate', '--ampltude=60nm'], '--ampltude; did you mean --amplitude?'),
-        (['sweep', '--preload', '1', '--ouput', 'a.csv'], '--ouput; did you mean --output?'),
-        (['simulate', '--amplitude', '60nm', '-o--'], "-o -- is not a value; 'stickslip sim"),
-        (['simulate', '--output=--'], "--output -- is not a value; 'stickslip simulate --help'"),
-        (['panel', '--namespace', 'a*'], "'a*' is not made of letters, digits, _ and /; give"),
-        (['command', 'stop', '--namespace', '/1'], "--namespace '/1' is not made of letters"),
-        (
-            ['panel', '--node', '/left'],
-            "--node '/left' is not made of letters, digits and _; give",
-        ),
+        (['panel', '--namespace', 'a*'], "'a*' is not made of letters, digits and _; give"),
+        (['command', 'stop', '--node', '/1'], "--node '/1' is not made of letters"),
         (['contact', '--normal-force', '0.1', 'nm'], "--normal-force '0.1nm' is not a number in"),
-        (['simulate', '--amplitude', '60nm', '--frequency', '1,5kHz'], 'write 1.5kHz'),
         (['simulate', '--amplitude', '60nm', '--frequency', '1,000'], 'write 1000 or 1.000'),
         (['simulate', '--amplitude', '60nm', '--steps', '1.5'], "--steps '1.5' is not a whole"),
-        (['fit', 'x.csv', '--free', 'feet.gain', '--slope', '1,5'], 'write 1.5'),
         (['sweep', '--amplitude', '60,5nm', '-o', 'x.csv'], 'with a decimal point, 60.5nm'),
-        (['sweep', '--amplitude', '0,5nm', '-o', 'x.csv'], 'with a decimal point, 0.5nm'),
         (['sweep', '--amplitude', '1:160,5nm:3', '-o', 'x.csv'], 'write 160.5nm'),
         (['figures', '--points', '1e0', '--only', 'fig7'], 'points 1 is below 2'),
         (['sweep', '--amplitude', '60'], 'did you mean 60 nm?'),
-        (['draw', '--stage', 'nothing'], 'nothing'),
+        (['draw', '--stage', 'nothing'], "stage 'nothing' is not known"),
     ],
 )
 def test_an_unknown_command_line_ends_in_a_line_with_what_may_be_meant(capsys, words, said):
@@ -168,24 +156,6 @@ def test_an_unknown_command_line_ends_in_a_line_with_what_may_be_meant(capsys, w
     [line] = capsys.readouterr().err.splitlines()
     assert line.startswith('stickslip: ')
     assert said in line
-
-
-@pytest.mark.parametrize('words', [[], ['contact'], ['command']])
-def test_help_may_be_asked_for_as_a_word(capsys: Any, words: list[str]):
-    shown = []
-    for typed in (['help', *words], [*words, '--help']):
-        with pytest.raises(SystemExit):
-            main(typed)
-        shown.append(capsys.readouterr().out)
-    assert shown[0] == shown[1] != ''
-
-
-def test_a_unit_may_stand_behind_a_blank(capsys: Any):
-    told = []
-    for typed in ('--normal-force 100 mN --curve 0.1', '--normal-force 100mN --curve 0.1'):
-        assert main(['contact', *typed.split(), '--json']) == 0
-        told.append(capsys.readouterr().out)
-    assert told[0] == told[1]
 
 
 @pytest.mark.parametrize('words', [[], *([name] for name in NAMES)], ids=str)
@@ -212,13 +182,9 @@ def test_one_spelling_of_an_option_is_one_thing():
     ('verb', 'owner', 'names'),
     [
         ('simulate', simulate, ('amplitude_m', 'voltage_v', 'frequency_hz', 'steps')),
-        ('sweep', sweep, ('steps',)),
-        ('zero-amplitude', zero_amplitude, ('frequency_hz', 'steps')),
-        ('fit', FitOptions, tuple({*signature(FitOptions).parameters} - {'start_s'})),
+        ('fit', FitOptions, tuple(signature(FitOptions).parameters)),
         ('fit', Free, ('start', 'known')),
-        ('compare', CompareOptions, tuple(signature(CompareOptions).parameters)),
-        ('optimise', WaveSearch, ('knots', 'evaluations', 'seed')),
-        ('optimise', WaveGoal, ('load_n', 'speed_m_per_s', 'backwards')),
+        ('optimise', WaveGoal, ('load_n', 'speed_m_per_s')),
     ],
 )
 def test_an_option_has_the_default_and_the_words_of_its_argument_or_field(verb, owner, names):
@@ -266,13 +232,13 @@ def test_help_tells_the_numbers_of_the_package(capsys: Any):
     assert f'Names: {", ".join(FIGURES)}.' in told['figures']
 
 
-def test_units_are_exact_to_the_last_bit(capsys: Any):
+def test_units_are_exact_to_the_last_bit_also_behind_a_blank(capsys: Any):
     told = []
     for words in (
-        ['--amplitude', '60nm', '--preload', '250mN', '--slew', '150V/us', '--frequency=-1kHz'],
-        ['--amplitude', '60e-9', '--preload', '0.25', '--slew', '150e6', '--frequency', '-1000'],
+        '--amplitude 60 nm --preload 250mN --slew 150V/us --frequency=-1kHz',
+        '--amplitude 60e-9 --preload 0.25 --slew 150e6 --frequency -1000',
     ):
-        assert main(['simulate', *words, '--steps', '3', '--json']) == 0
+        assert main(['simulate', *words.split(), '--steps', '3', '--json']) == 0
         result = json.loads(capsys.readouterr().out)
         told.append({name: each for name, each in result.items() if 'wall' not in name})
         told[-1].pop('real_time_factor')
@@ -303,15 +269,6 @@ def test_the_interface_is_the_page_in_docs(capsys: Any):
     assert capsys.readouterr().out == expected
 
 
-def test_the_interface_as_json_names_every_topic(capsys: Any):
-    assert main(['interface', '--json']) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told['position'] == 'geometry_msgs/msg/PointStamped'
-    assert told['command/sawtooth'] == 'std_msgs/msg/Float64MultiArray'
-    page = (ROOT / 'docs/reference/interface.md').read_text(encoding='utf-8')
-    assert all(f'| `{name}` | {kind} |' in page for name, kind in told.items())
-
-
 def drive_arguments(*words: str) -> list[str]:
     parsed, rest = build_parser(['drive']).parse_known_args(['drive', *words])
     parsed.ros_arguments = rest
@@ -320,14 +277,7 @@ def drive_arguments(*words: str) -> list[str]:
 
 def test_the_node_gets_the_parameter_file_then_the_assignments():
     words = drive_arguments('--params', 'a.yaml', '--set', 'stand.preload=0.3')
-    assert words == [
-        'stickslip',
-        '--ros-args',
-        '--params-file',
-        'a.yaml',
-        '-p',
-        'stand.preload:=0.3',
-    ]
+    assert ' '.join(words) == 'stickslip --ros-args --params-file a.yaml -p stand.preload:=0.3'
 
 
 @pytest.mark.parametrize('text', ['12', '', 'true', '1e3', 'a: b.mcap', "it's.mcap", '~'])
@@ -352,9 +302,7 @@ READING = {
 
 
 @pytest.mark.parametrize('verb', READING)
-@pytest.mark.parametrize(
-    'path', ['', '.', '..', '/', '/dev/full', '/dev/zero', 'pipe', 'pipe.parquet']
-)
+@pytest.mark.parametrize('path', ['', '..', '/dev/full', '/dev/zero', 'pipe.parquet'])
 def test_what_is_no_file_is_refused_in_one_line(capsys, tmp_path, monkeypatch, verb, path):
     monkeypatch.chdir(tmp_path)
     if path.startswith('pipe'):
@@ -401,64 +349,37 @@ def test_what_cannot_be_written_is_refused_before_the_work(
     assert not Path('-').exists()
 
 
-def test_a_long_value_is_quoted_in_part(capsys: Any, tmp_path: Path):
-    file = tmp_path / 'nothing.csv'
-    file.write_text(f'{"x" * 40_000},b\n1,2\n')
-    assert main(['compare', str(file), 'model']) == 2
-    line, *table = capsys.readouterr().err.splitlines()
-    assert len(line) < 600 + len(str(file))
-    assert '...' in line
-    assert max(map(len, table)) < 200
-
-
 LONG = 'x' * 1_000_000 + '; do this'
 
 
-@pytest.mark.parametrize(
-    'error',
-    [
-        StickSlipError(LONG),
-        UnknownName('topic', LONG, LONG),
-        OutOfRange(LONG, 1.0, 'm', 'above 0 m', LONG),
-        RecordingError(LONG, LONG, LONG),
-    ],
-)
-def test_a_refusal_that_quotes_megabytes_keeps_its_beginning_and_its_end(error: StickSlipError):
-    assert len(str(error)) < 2100
-    assert str(error).endswith('; do this')
+def test_a_refusal_that_quotes_megabytes_keeps_its_beginning_and_its_end():
+    for error in (StickSlipError(LONG), OutOfRange(LONG, 1.0, 'm', 'above 0 m', LONG)):
+        assert len(str(error)) < 2100
+        assert str(error).endswith('; do this')
 
 
 OPTIMISE = 'optimise --evaluations 6 --knots 6 -o wave.csv'
 FIT = 'fit points.csv --free contact.friction'
 WISHES = {
-    'bode --frequency 0': 'frequency',
     'bode --figure bode.gif': "kind of picture '.gif' is not known",
-    'bode -o bode.txt': 'bode.txt',
     'bode --set contact.law=dahl': 'contact.law',
-    'command stop --timeout -1': '--timeout -1 s is not above 0 s; give the longest time for',
     'compare points.csv points.csv --set contact.friction=0.2': 'is without effect on files; ',
     'compare points.csv model --shift nan': "--shift 'nan' is not a number in us, ms or s",
     'compare points.csv model --set amplifier.voltage_max=100': 'm is above the 5.33333e-08 m',
     'contact --normal-force 0': 'normal force 0 N is not above 0 N',
-    'contact --normal-force 1 --curve 0.1,x': "--curve 'x' is not a finite number",
     'figures --only fig9': "figure 'fig9' is not known; use fig2, fig6a, fig6b, fig7",
     f'{FIT} --free contact.law': "free parameter 'contact.law' is not a quantity",
     f'{FIT} -o fit.txt': "output 'fit.txt' is not a .json, .yaml or .html file",
-    f'{FIT} --figure fit.bmp': "kind of picture '.bmp' is not known",
-    'import points.csv --preload much': "--preload 'much' is not a number in uN, mN, N or kN",
     'import points.csv -o clean.txt': "output 'clean.txt' is not a .csv file; end its name so",
     'import points.csv --map foot_m=force_n': '--map foot_m= is without effect on an',
     f'{OPTIMISE} beauty': "'beauty' is not",
     f'{OPTIMISE} speed --frequency 1:2:3': 'frequency',
-    f'{OPTIMISE} vibration --speed fast': "--speed 'fast' is not a number in nm/s, um/s",
     f'{OPTIMISE} speed --set contact.friction=2e9': 'contact.friction 2e+09 is above',
     f'{OPTIMISE} speed -o wave.mcap': 'wave.mcap',
     'plot a.mcap --width 89': '--width 89 m is wider than a page; write 89mm for millimetres',
     'plot a.mcap --window 3ms@30': "window '30' is without a unit",
     'simulate --amplitude 60mN': 'is not a number in nm, um, mm or m; give a quantity such',
-    'simulate --amplitude 60nm --preload 1m': "stand.preload '1m' is not a number in uN, mN, N",
     'simulate --amplitude 30m': 'is above the 1.6e-07 m that the amplifier reaches; lower it; 30',
-    'simulate --amplitude -100nm': 'amplitude -1e-07 m is below the minimum 0 m',
     'simulate --voltage 300 --steps -1': '2147483647; give a whole number; 0 runs until stopped',
     'sweep --amplitude 20,60nm -o a.csv': "amplitude '20' is without a unit, but others have",
     'sweep --amplitude 0:160e-9 -o a.csv': "'0:160e-9' is not start:stop:count; write",

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The search for a wave: seeded, resumable, the same on any number of workers."""
+"""The search for a wave: seeded, the same on any number of workers."""
 
 import dataclasses
 import itertools
@@ -15,7 +15,6 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.design.objectives import WaveGoal
 from stickslip_ros.lab.design.search import (
     COMPARED_SHAPE,
-    JOURNAL,
     PLAIN,
     SearchResult,
     SearchStopped,
@@ -29,7 +28,6 @@ from stickslip_ros.lab.design.waves import SPLINE
 from stickslip_ros.lab.runs import batch
 from stickslip_ros.lab.runs.batch import pool_of
 from stickslip_ros.lab.runs.courses import run_course
-from stickslip_ros.lab.runs.journal import Journal
 from stickslip_ros.parameters import Parameters
 
 pytestmark = pytest.mark.usefixtures('compiled_kernels')
@@ -39,23 +37,11 @@ SPEED = WaveSearch(WaveGoal('speed'), STAND, (1000.0, 1000.0), (0.5, 0.5), evalu
 SMALL = dataclasses.replace(SPEED, knots=6, evaluations=12)
 
 
-def tried(workers=1, seed=7, search=SPEED, shape=SPLINE, journal=None):
+def tried(workers=1, seed=7, search=SPEED, shape=SPLINE):
     seeded = dataclasses.replace(search, seed=seed)
     with pool_of(workers) as pool:
-        found = evaluations(seeded, [shape], pool, journal)
+        found = evaluations(seeded, [shape], pool)
         return [(wave, cost) for _, wave, cost in found]
-
-
-def count_costs(monkeypatch):
-    asked: list[object] = []
-    cost = WaveSearch.cost
-
-    def counted(search, wave):
-        asked.append(wave)
-        return cost(search, wave)
-
-    monkeypatch.setattr(WaveSearch, 'cost', counted)
-    return asked
 
 
 def test_the_same_seed_tries_the_same_waves_on_one_worker_and_on_two():
@@ -69,49 +55,6 @@ def test_the_same_seed_tries_the_same_waves_on_one_worker_and_on_two():
 
 def test_a_shape_of_a_single_number_is_searched_too():
     assert len(tried(shape='cycloid')) == SPEED.evaluations
-
-
-def test_a_search_that_was_killed_goes_on_as_if_it_had_not_been(tmp_path, monkeypatch):
-    with Journal(tmp_path / 'whole', JOURNAL) as journal:
-        whole = tried(journal=journal)
-    lines = (tmp_path / 'whole').read_bytes().splitlines(keepends=True)
-    (tmp_path / 'torn').write_bytes(b''.join(lines[:20]) + lines[20][:9])
-    asked = count_costs(monkeypatch)
-    with Journal(tmp_path / 'torn', JOURNAL) as journal:
-        assert tried(journal=journal) == whole
-    assert len(asked) == SPEED.evaluations - 19
-
-
-def test_what_is_remembered_of_another_stand_objective_or_shape_is_not_taken(
-    tmp_path, monkeypatch
-):
-    asked = count_costs(monkeypatch)
-    heavy = STAND.updated({'runner.mass': 1.1 * STAND.runner.mass})
-    with Journal(tmp_path / 'journal', JOURNAL) as journal:
-        for change in (
-            {},
-            {'stand': heavy},
-            {'goal': WaveGoal('force')},
-            {'goal': WaveGoal('speed', backwards=True)},
-            {'frequencies_hz': (900.0, 900.0)},
-            {'judges': (STAND, STAND.updated({'contact.friction': 0.2}))},
-        ):
-            before = len(asked)
-            tried(search=dataclasses.replace(SMALL, **change), journal=journal)
-            assert len(asked) == before + SMALL.evaluations, change
-        tried(search=dataclasses.replace(SMALL, evaluations=20), journal=journal)
-        assert len(asked) == 6 * SMALL.evaluations + 8  # a longer search goes on
-
-
-@pytest.mark.parametrize('cost', ['"a text"', 'null', 'NaN', '-Infinity', '[]', 'true'])
-def test_a_cost_that_is_none_is_computed_anew(tmp_path, cost):
-    with Journal(tmp_path / 'journal', JOURNAL) as journal:
-        whole = tried(search=SMALL, journal=journal)
-    first, second, *rest = (tmp_path / 'journal').read_text().splitlines(keepends=True)
-    head, _, _ = second.partition('"cost": ')
-    (tmp_path / 'journal').write_text(''.join((first, f'{head}"cost": {cost}}}}}\n', *rest)))
-    with Journal(tmp_path / 'journal', JOURNAL) as journal:
-        assert tried(search=SMALL, journal=journal) == whole
 
 
 def test_a_stopped_search_has_its_best_wave(monkeypatch):

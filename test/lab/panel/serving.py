@@ -16,10 +16,8 @@ from stickslip_ros.lab.panel.model import Source
 
 
 @contextmanager
-def served(
-    source: Source, sheet: Mapping[str, Any], *beside: tuple[Source, Mapping[str, Any]]
-) -> Iterator[str]:
-    """Serve a source, and others beside it; give the address of the page."""
+def served(source: Source, sheet: Mapping[str, Any]) -> Iterator[str]:
+    """Serve a source; give the address of the page."""
     ends, started = threading.Event(), threading.Event()
     addresses: list[str] = []
 
@@ -34,7 +32,7 @@ def served(
     def run() -> None:
         try:
             with suppress(KeyboardInterrupt):
-                server.serve(source, sheet, 0, start, beside)
+                server.serve(source, sheet, 0, start)
         finally:
             started.set()
 

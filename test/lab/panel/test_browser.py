@@ -159,7 +159,7 @@ def test_the_drive_does_what_the_page_commands_and_the_page_shows_it(
     expect(lamp(page, 'REFUSED')).to_be_visible()
     page.locator('#position-x').fill('far')
     send(page, 'Send position', 'position')
-    expect(note(page, 'position')).to_contain_text("'far' is not a number; give nanometres")
+    expect(note(page, 'position')).to_contain_text("'far' is not a number; give a number in nm")
 
     operator = operate()
     operator.wait_for_drive()
@@ -198,7 +198,7 @@ def test_parameters_are_found_changed_refused_applied_and_saved(page: Page, tmp_
     page.reload()
     card.locator('summary').click()
     first = card.locator('.parameters > div', has=friction)
-    expect(first).to_contain_text('set by you; 0.001 to 10')
+    expect(first).to_contain_text('default: 0.3, Table 1; 0.001 to 10')
     expect(first.locator('input')).to_have_value('0.25')
     with page.expect_download() as saved:
         card.get_by_role('link', name='Save').click()
@@ -212,7 +212,6 @@ def test_parameters_are_found_changed_refused_applied_and_saved(page: Page, tmp_
     expect(told).to_have_text('applied; the drive began anew')
     expect(card.locator('.parameters > div', has=friction)).to_contain_text('default: Table 1')
     expect(page.locator('#preload-preload + .unit')).to_have_text('0 to 12\u2009000 mN')
-    expect(card.locator('.parameters > div').first).to_contain_text('of stage walker')
     lines = 'contact: {friction: three}'
     file = tmp_path / 'wrong.yaml'
     file.write_text(f'/**:\n  ros__parameters:\n    {lines}\n')
@@ -223,7 +222,6 @@ def test_parameters_are_found_changed_refused_applied_and_saved(page: Page, tmp_
     card.locator('input[type=file]').set_input_files(file)
     press(apply)
     expect(page.locator('#preload-preload + .unit')).to_have_text('0 to 2\u2009000 mN')
-    expect(card.locator('.parameters > div').first).to_contain_text('of paper.yaml')
 
 
 def test_fields_take_units_and_live_parameters_change_beside_their_commands(page: Page):
@@ -238,9 +236,6 @@ def test_fields_take_units_and_live_parameters_change_beside_their_commands(page
     page.locator('#step\\.amplitude').fill('0.2 kV')
     page.keyboard.press('Enter')
     expect(page.locator('legend', has_text='Steps')).to_contain_text('of 200 V')
-    page.locator('#step\\.amplitude').fill('3 s')
-    page.keyboard.press('Enter')
-    expect(note(page, 'step.amplitude')).to_contain_text("'3 s' is not a number in mV, V or kV")
     page.locator('#step\\.amplitude').fill('300')
     page.keyboard.press('Enter')
     expect(page.locator('legend', has_text='Steps')).to_contain_text('of 300 V')

@@ -11,13 +11,12 @@ from test_model import opened
 
 from stickslip_ros import open_run
 from stickslip_ros.errors import RecordingError
-from stickslip_ros.instrument.reports import Event, Result
-from stickslip_ros.interface.cdr import pack_stamped, pack_string
+from stickslip_ros.interface.cdr import pack_stamped
 from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.lab.cli.main import main
 from stickslip_ros.lab.panel import player as panel_player
 from stickslip_ros.lab.panel.player import SPEEDS, Player, samples_of
-from stickslip_ros.message_types import POINT_STAMPED, STRING
+from stickslip_ros.message_types import POINT_STAMPED
 from stickslip_ros.recording.recorder import Recorder
 
 
@@ -95,7 +94,7 @@ def test_it_plays_at_the_chosen_speed_to_the_end_and_again(recording, clock, spe
     assert time_of(player) == start_s
 
 
-@pytest.mark.parametrize('time_s', [-5.0, 1e9, None, 'x', float('nan'), float('inf')])
+@pytest.mark.parametrize('time_s', [-5.0, 1e9, None, float('nan')])
 def test_a_place_outside_of_the_run_is_its_end_and_none_is_passed_over(recording, clock, time_s):
     player = Player(recording)
     whole, first = player.overview(), player.state()['player']['speed']
@@ -135,21 +134,7 @@ def test_the_overview_has_positions_where_they_are(recording: Path, tmp_path: Pa
     assert heights == pytest.approx([1634.8e-9, 1700e-9, 1650e-9], rel=1e-6)
 
 
-def test_a_text_that_is_no_event_does_not_end_the_player(tmp_path: Path):
-    path, event = tmp_path / 'run.mcap', Event(1, 1, 'steps', Result.DONE).to_json()
-    topics = {'/position': POINT_STAMPED, '/drive/event': STRING}
-    texts = [event.replace('"steps"', '7'), event.replace('1,', '"1",'), '[' * 5000, event]
-    with Recorder(path, [Channel(name, kind, Qos(1)) for name, kind in topics.items()]) as to:
-        for at_ns, text in enumerate(texts):
-            to.put('/position', at_ns, pack_stamped(at_ns, '', (1e-6, 0.0, 0.0)), wait=True)
-            to.put('/drive/event', at_ns, pack_string(text), wait=True)
-    player = Player(path)
-    player.do({'do': 'seek', 'time_s': 1.0})
-    assert [each['command'] for each in player.state()['events']] == ['steps']
-    assert player.frame() is not None
-
-
-@pytest.mark.parametrize('length_s', [0.0, 2e-3, 0.3, 70.0, 3000.0, 1e6])
+@pytest.mark.parametrize('length_s', [0.0, 0.3, 3000.0, 1e6])
 def test_a_run_is_played_in_about_ten_seconds_at_first(tmp_path: Path, length_s: float):
     path = tmp_path / 'run.mcap'
     with Recorder(path, [Channel('/position', POINT_STAMPED, Qos(1))]) as recorder:

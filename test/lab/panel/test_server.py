@@ -7,7 +7,6 @@ import asyncio
 import graphlib
 import http.client
 import json
-import math
 import re
 import socket
 from collections.abc import Iterator, Mapping
@@ -93,12 +92,6 @@ def test_the_page_and_its_files_are_served_and_nothing_beside(port: int):
         assert status_of(port, path)[0] in {403, 404}
 
 
-def test_a_path_that_no_file_can_have_is_refused_without_a_traceback(port, caplog):
-    for path in ('/%00', '/panel.js%00', '/../%00', '/socket/%00', '/%ff', '/%ed%a0%80'):
-        assert status_of(port, path)[0] == 400
-    assert not [record for record in caplog.records if record.exc_info]
-
-
 def test_the_drawing_of_the_stand_is_served_as_soon_as_there_is_one(source: Told, port: int):
     assert status_of(port, '/stand.svg')[0] == 404
     source.drawn = '<svg/>'
@@ -141,7 +134,7 @@ def test_the_page_may_load_from_here_only_and_stand_in_no_frame(port: int):
     _, answer = status_of(port)
     policy = answer.headers['Content-Security-Policy']
     assert "default-src 'none'" in policy
-    assert "frame-ancestors 'self'" in policy
+    assert "frame-ancestors 'none'" in policy
     assert 'unsafe' not in policy
     assert answer.headers['Cross-Origin-Resource-Policy'] == 'same-origin'
 
@@ -158,10 +151,8 @@ def test_a_foreign_host_is_refused(port: int, host: str):
 )
 def test_a_foreign_origin_is_refused(port: int, origin: str):
     assert status_of(port, '/panel.js', Origin=origin.format(port=port))[0] == 403
-
-
-def test_a_tunnel_from_another_port_and_its_name_are_let_in(port: int):
-    assert status_of(port, Host='localhost:9999', Origin='http://localhost:9999')[0] == 200
+    through_a_tunnel = {'Host': 'localhost:9999', 'Origin': 'http://localhost:9999'}
+    assert status_of(port, **through_a_tunnel)[0] == 200
 
 
 async def connect(port: int, **headers: str) -> Any:
@@ -190,29 +181,7 @@ def test_a_socket_without_an_origin_or_with_a_foreign_one_is_refused(port, sourc
     assert status_of(port, '/socket', **upgrade, **own)[0] == 101
 
 
-HOSTILE: tuple[str | bytes, ...] = (
-    '[' * 100_000,
-    '{"do":' * 100_000,
-    '[' * 100_000 + ']' * 100_000,
-    f'{{"do":{"9" * 5000}',
-    b'\xff\xfe\x00',
-    '\0',
-)
-
-
-def test_a_whole_number_that_is_no_float_comes_as_infinite(port: int, source: Told):
-    async def talk() -> None:
-        page = await connect(port, Origin=f'http://127.0.0.1:{port}')
-        for digits in (300, 400, 5000):
-            await page.write_message(f'{{"do": 1{"0" * digits}}}')
-        while await dealt_with(page) and len(source.wishes) < 4:
-            pass
-        page.close()
-        while await page.read_message() is not None:
-            pass
-
-    asyncio.run(asyncio.wait_for(talk(), GIVE_UP_S))
-    assert [wish['do'] for wish in source.wishes[1:]] == [10**300, math.inf, math.inf]
+ODD: tuple[str | bytes, ...] = ('{', '[]', '7', '[' * 100_000, b'\xff\xfe\x00', '\0')
 
 
 def test_a_page_is_told_and_its_wishes_are_done(port: int, source: Told):
@@ -222,7 +191,7 @@ def test_a_page_is_told_and_its_wishes_are_done(port: int, source: Told):
         assert json.loads(heard[0]) == {'sheet': {'kind': 'drive'}}
         assert 'state' in json.loads(heard[1])
         assert heard[2] == b'frame'
-        for message in ('{', '[]', '7', *HOSTILE, '{"do": "service", "name": "stop"}'):
+        for message in (*ODD, '{"do": "service", "name": "stop"}'):
             await page.write_message(message, binary=isinstance(message, bytes))
         while await dealt_with(page) and len(source.wishes) < 2:
             pass
@@ -252,14 +221,6 @@ def test_a_picture_that_cannot_be_made_is_said_and_wishes_are_done(port, source,
 
     asyncio.run(asyncio.wait_for(talk(), GIVE_UP_S))
     assert source.wishes == [{'do': 'view'}, {'do': 'service', 'name': 'stop'}]
-
-
-def test_a_number_that_is_none_does_not_reach_a_page(source: Told):
-    hub, page = Hub(source, {}), Page()
-    source.state = lambda: {'share': math.nan}  # type: ignore[method-assign]
-    hub.join(page)  # type: ignore[arg-type]
-    hub.tick()
-    assert 'failed' in json.loads(page.told[-1])
 
 
 def test_only_this_host_is_listened_on(port: int):

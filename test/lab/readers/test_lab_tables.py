@@ -3,12 +3,14 @@
 
 """Tables as laboratories have them: many layouts, the same numbers; and what is asked."""
 
+import sys
 from pathlib import Path
 
 import header_files
 import pytest
 
 from stickslip_ros.errors import StickSlipError
+from stickslip_ros.extras import MissingExtra
 from stickslip_ros.lab.measurements.measurement import TimeRun, of_table
 from stickslip_ros.lab.measurements.numbers import sigma_name
 from stickslip_ros.lab.measurements.table_options import TableOptions
@@ -342,3 +344,13 @@ def test_a_bad_file_is_refused_by_line_column_value_and_hint(text, message):
 def test_what_is_no_text_is_refused():
     with pytest.raises(StickSlipError, match=r'exp\.csv: is no text; save it as text: CSV'):
         parse_experiment(b'PK\x03\x04\x14\0\0\0\x08\0ab', 'exp.csv')
+
+
+@pytest.mark.parametrize('above', ['# noise of 2 mN', "# column 'Nr.' was not read", 'a,b,c'])
+def test_a_line_above_the_header_is_no_row_of_units_that_needs_pint(monkeypatch, above: str):
+    monkeypatch.setitem(sys.modules, 'pint', None)
+    factor_of.cache_clear()
+    text = f'{above}\npreload_n,amplitude_m,force_n\n0.1,3e-8,0.0083\n'
+    assert parse_experiment(text.encode(), 'a.csv').columns['amplitude_m'].tolist() == [3e-8]
+    with pytest.raises(MissingExtra, match="unit gf needs the package 'pint'"):
+        parse_experiment(b'preload_n,amplitude_m,force (gf)\n0.1,3e-8,2\n', 'a.csv')

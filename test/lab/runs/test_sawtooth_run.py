@@ -359,14 +359,6 @@ def test_a_correlation_length_is_that_of_the_sums_of_products(count):
     assert scatter_of(steps_m) == pytest.approx(expected_m, rel=ROUNDING)
 
 
-def test_the_scatter_of_a_million_steps_is_there_at_once():
-    """Sums of products of as many take longer than a test may."""
-    period = 1000
-    steps_m = 1e-7 * (1.0 + 0.05 * np.sin(2.0 * np.pi * np.arange(1_000_000) / period))
-    known_m = 1e-7 * period / (2.0 * np.pi) * np.arccos(np.exp(-1.0))
-    assert scatter_of(steps_m) == pytest.approx((5e-9 / np.sqrt(2.0), known_m), rel=1e-3)
-
-
 def test_forces_are_those_of_the_load_cell_that_there_is():
     ramps = np.array([[0.0, 0.0, 0.0], [5e-7, 3e-7, 6e-7]])
     stiff = STIFFNESS_N_PER_M

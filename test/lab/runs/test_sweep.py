@@ -265,3 +265,18 @@ def test_both_ways_adds_the_step_backwards_of_a_mirrored_drive_which_a_table_kee
     assert read_table(tmp_path / 'a.csv')[0][0]['step_back_m'] == row['step_back_m']
     with pytest.raises(OutOfRange, match='frequency -1000 Hz is below 0 with --both-ways'):
         Sweep(free, (), (-1000.0,), (160e-9,), both_ways=True)
+
+
+def test_its_digest_knows_version_parameters_and_each_value(short, monkeypatch):
+    others = [
+        {'parameters': short.parameters.updated({'runner.damping': 1e-9})},
+        {'varied': short.varied[:1]},
+        {'frequencies_hz': (1000.0000000000001,)},
+        {'amplitudes_m': (60e-9, 159e-9)},
+        {'steps': 21},
+        {'both_ways': True},
+    ]
+    digests = {dataclasses.replace(short, **other).digest() for other in [{}, {}, *others]}
+    assert len(digests) == 1 + len(others)
+    monkeypatch.setattr(stickslip_ros, '__version__', '99')
+    assert short.digest() not in digests

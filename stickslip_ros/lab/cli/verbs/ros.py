@@ -13,10 +13,8 @@ from stickslip_ros.lab.cli.options import (
     file,
     flag_option,
     folder,
-    many,
     option,
     options_of,
-    to_namespace,
     verb,
 )
 
@@ -75,7 +73,6 @@ ROS = (
         WINDOW,
         NAMESPACE,
         NODE,
-        many('--beside', 'namespace of another drive to show', 'NAME', to_namespace),
         option('--port', 'TCP port on 127.0.0.1; 0 takes a free one', int, default=8040),
     ),
     verb(

@@ -121,17 +121,15 @@ SIMULATE = (
         'Find the best periodic wave within range, slew rate and current of the amplifier, among '
         'monotone splines and named shapes. OBJECTIVE is speed, force, step, vibration, energy '
         'or flatness (docs/howto/best_wave.md). Frequency and preload can be searched between two '
-        'limits. Ctrl-C writes the best wave so far; the same command continues from '
-        'FILE.journal. Needs: pip install cma.',
+        'limits. Ctrl-C writes the best wave so far. Needs: pip install cma.',
         option('objective', 'quantity to optimise', metavar='OBJECTIVE'),
-        *options_of('design.objectives.WaveGoal', 'load_n', 'speed_m_per_s', 'backwards'),
+        *options_of('design.objectives.WaveGoal', 'load_n', 'speed_m_per_s'),
         option('--frequency', 'cycles per second', metavar='LOW:HIGH', default='1kHz'),
         option('--preload', 'stand.preload, or its limits', metavar='LOW:HIGH'),
         *options_of('design.search.WaveSearch', 'knots', 'evaluations', 'seed'),
         DRAWS,
         output('.csv of the wave; needed'),
         RUNNERS,
-        FRESH,
         *PARAMETERS,
     ),
     verb(
@@ -155,7 +153,6 @@ SIMULATE = (
         'Compile the kernels of the drive and keep them on the disk, as part of an installation. '
         'Kernels compiled by root serve all users of the machine. Exit status 1: no folder can '
         'keep them.',
-        flag_option('--timings', 'print the number of kernels and the time'),
         reports_compilation=True,
     ),
 )

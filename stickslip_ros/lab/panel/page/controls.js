@@ -94,7 +94,7 @@ function commandControl(command) {
     if (command.step) made.append(stepper(command, send));
     made.append(note(command.name));
     if (command.beside.length) made.append(fold(command.beside.map((each) => each.replace(/.*\./, "").replace("_", " ")).join(", "), "Live parameters",
-      command.beside.map((each) => liveField(each).made)));
+      command.beside.map(liveField)));
   }
   return made;
 }
@@ -171,21 +171,10 @@ function slider(command, number, send) {
   return made;
 }
 
-/**
- * Have a button repeat something as long as it, or its key, is held, and end it then.
- * A busy page repeats it before it shows a picture: its timers are late.
- */
+/** Have a button repeat something as long as it, or its key, is held, and end it then. */
 function holds(made, key, repeat, end) {
-  let timer = 0, sent_ms = 0, share_ms = 0;
-  const go = () => {
-    sent_ms = performance.now();
-    repeat();
-  };
-  const renew = () => {
-    if (timer && made.matches(":disabled")) release();
-    else if (timer && performance.now() >= sent_ms + share_ms / 2) go();
-  };
-  whenPictureComes(renew);
+  let timer = 0;
+  const renew = () => (made.matches(":disabled") ? release() : repeat());
   made.classList.add("hold");
   const release = () => {
     if (!timer) return;
@@ -196,10 +185,9 @@ function holds(made, key, repeat, end) {
   };
   const press = () => {
     if (timer || made.matches(":disabled")) return;
-    share_ms = (1e3 * (resolved("jog.timeout") || 0.5)) / JOG_SHARE;
-    timer = setInterval(renew, share_ms);
+    timer = setInterval(renew, (1e3 * (resolved("jog.timeout") || 0.5)) / JOG_SHARE);
     made.classList.add("held");
-    go();
+    repeat();
   };
   const isPress = (event) => event.key === " " || event.key === "Enter";
   made.onpointerdown = (event) => {
@@ -276,13 +264,7 @@ function lifecycleControl() {
 
 function faultControl() {
   const made = group("faults", "faults that come and go while the drive runs");
-  const fields = sheet.faults.map((name) => {
-    const { kind, factor, default: usual } = sheet.parameters[name], short = name.replace(/^fault\./, "");
-    return liveField(name, (state) => {
-      const told = value(state, "faults", short);
-      return kind === "float" && told ? String(Number((told * factor).toPrecision(9))) : told?.replace(/^(True|False)$/, (word) => word.toLowerCase()) ?? usual;
-    }).made;
-  });
+  const fields = sheet.faults.map(liveField);
   if (sheet.services.clear_faults) fields.push(serviceButton("clear_faults"));
   const folded = fold("", "Open or fold the faults", fields), now = folded.firstChild;
   whenStateComes(({ parts }) => {
@@ -302,7 +284,7 @@ function fold(text, about, fields) {
 }
 
 /** Return the field of a parameter that changes while the drive runs. */
-function liveField(name, presentOf = ({ changed }) => changed[name]?.[0] ?? sheet.parameters[name].default) {
+function liveField(name) {
   const parameter = sheet.parameters[name], isSwitch = parameter.kind === "bool";
   const field = make(parameter.choices.length && !isSwitch ? "select" : "input", "", parameter.text);
   const label = make("label", name.replace(/.*\./, "").replaceAll("_", " "), parameter.text), unit = make("span", parameter.unit);
@@ -322,7 +304,7 @@ function liveField(name, presentOf = ({ changed }) => changed[name]?.[0] ?? shee
       field.title = `${parameter.text}; ${ends(low, high)} ${parameter.unit}`.trim();
     }
     if (document.activeElement === field && isNumber) return;
-    const present = presentOf(state);
+    const present = state.changed[name] ?? parameter.default;
     if (present === wished) wished = null;
     if (wished !== null && performance.now() < wishedAt + PATIENCE_MS) return;
     if (isSwitch) field.checked = present === "true";
@@ -331,5 +313,5 @@ function liveField(name, presentOf = ({ changed }) => changed[name]?.[0] ?? shee
   const made = make("div");
   made.className = "fields";
   made.append(label, field, unit, note(name));
-  return { made, field, unit };
+  return made;
 }

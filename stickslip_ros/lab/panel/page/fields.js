@@ -4,6 +4,7 @@
 // The parts of a control: fields, buttons, notes; and the state of the drive, which they follow.
 
 import { grouped } from "./plot.js";
+import { ask } from "./socket.js";
 
 /** What the newest picture tells: simulated time (s) and figures, in SI units. */
 export const newest = { time_s: 0, figures: {} };
@@ -109,7 +110,7 @@ export function ends(low, high) {
   return low === -high ? `± ${shown(high)}` : `${low < 0 ? "−" : ""}${shown(low)} to ${shown(high)}`;
 }
 
-export function numberField(command, { name, label: key, unit, factor, low, high, start, words, wanted }) {
+export function numberField(command, { name, label: key, unit, factor, low, high, start, words }) {
   const id = `${command.name}-${name}`, about = `${command.name}: ${name}${unit && `, ${unit}`}`;
   const label = make("label", name), field = make("input", "", about), range = make("span", unit);
   label.htmlFor = field.id = id;
@@ -126,14 +127,12 @@ export function numberField(command, { name, label: key, unit, factor, low, high
   });
   field.addEventListener("input", () => {
     field.dataset.touched = "yes";
-    field.setAttribute("aria-invalid", Boolean(problem()));
   });
   const read = (sign = 1) => { // the server knows units
-    const text = field.value.trim().replace(/^([-+]?\d*),(?!\d{3}$)(\d+)$/, "$1.$2"), number = Number(text); // 1,000 is for the server
-    if (text !== "" && !Number.isNaN(number)) return (sign * number) / factor;
+    const text = field.value.trim(), number = Number(text);
+    if (text !== "" && Number.isFinite(number)) return (sign * number) / factor;
     return sign > 0 ? text : text.startsWith("-") ? text.slice(1) : `-${text}`;
   };
-  const problem = () => (/^[-+]?[.,]?\d/.test(read()) ? "" : `${name} '${read()}' is not a number; give ${wanted}`);
   field.addEventListener("keydown", (event) => {
     if (event.key !== "Enter") return;
     const beside = ["div", "fieldset"].map((each) => field.closest(each).querySelector("button:last-of-type"));
@@ -144,14 +143,13 @@ export function numberField(command, { name, label: key, unit, factor, low, high
     field.dataset.touched = "yes";
     field.setAttribute("aria-invalid", false);
   };
-  /** Have the server read a text with a unit; return why it cannot. */
+  /** Have the server read a text with a unit or a comma; return why it cannot. */
   const settle = async () => {
-    if (typeof read() !== "string") return "";
-    const told = await fetch(`number?name=${encodeURIComponent(`${command.name} ${key}`)}`, { method: "POST", body: field.value })
-      .then((answer) => answer.json()).catch(() => ({ refused: "the panel does not answer" }));
-    if (told.refused === undefined) write(told.read);
+    const told = typeof read() === "string" ? await ask("number", `${command.name} ${key}`, field.value) : {};
+    if (told.read !== undefined) write(told.read);
+    field.setAttribute("aria-invalid", Boolean(told.refused));
     return told.refused ?? "";
   };
-  field.addEventListener("change", () => problem() || settle());
-  return { name, field, read, write, settle, problem, low, high, parts: [label, field, range] };
+  field.addEventListener("change", settle);
+  return { name, field, read, write, settle, low, high, parts: [label, field, range] };
 }

@@ -119,7 +119,6 @@ function buildPlayer(run) {
 
 byId("cycles").onchange = (event) => wish({ do: "view", cycles: Number(event.target.value) });
 byId("span").onchange = (event) => wish({ do: "view", span_s: Number(event.target.value) });
-byId("triggers").onchange = (event) => wish({ do: "view", triggers: event.target.checked });
 byId("drives").onchange = (event) => wish({ do: "attach", drive: event.target.value });
 byId("speed").onchange = (event) => wish({ do: "speed", speed: Number(event.target.value) });
 byId("seek").oninput = (event) => wish({ do: "seek", time_s: Number(event.target.value) });
@@ -175,7 +174,6 @@ function showState(told) {
   showEvents(state.events);
   byId("cycles").value = state.view.cycles;
   byId("span").value = state.view.span_s;
-  byId("triggers").checked = state.view.triggers;
   if (sheet.kind === "drive") {
     showDrives();
     showParts(state.parts);
@@ -221,7 +219,7 @@ function showParts(parts) {
   const file = recorder.values, faults = parts.faults || { message: "–", level: 0 };
   const rows = [
     ["real-time factor", time.real_time_factor || "–", parts.time && parts.time.level > 1],
-    ["lateness, 99 %", time.lateness || "–"],
+    ["lateness, 99 %", time.lateness_p99_us ? `${Number((time.lateness_p99_us / 1e3).toPrecision(2))} ms` : "–"],
     ["overruns", time.overruns_total || "–", Number(time.overruns) > 0],
     ["behind", time.behind_s ? `${Number(time.behind_s).toFixed(3)} s` : "–"],
     ["faults", faults.message, faults.level > 0],

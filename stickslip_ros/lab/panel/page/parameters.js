@@ -4,10 +4,9 @@
 // The card of all parameters, from their declarations; what somebody types waits here for Apply.
 
 import { button, ends, fileButton, grey, inRow, make, note, resolved, whenStateComes } from "./fields.js";
-import { wish } from "./socket.js";
+import { ask, wish } from "./socket.js";
 
 const NAME = "parameters", NOTE = "settings"; // of addresses; of the wish and its note
-const YOU = "set by you";
 const ANEW = "an active drive is deactivated, set and activated: it begins anew at 0 s, at rest";
 
 /** Fill a card; it is folded at first. */
@@ -20,35 +19,36 @@ export function addParameters(card, { parameters, stages }) {
   search.setAttribute("aria-label", "Search parameters");
   list.className = "parameters";
   tell.className = "note";
-  const present = (name) => state.changed[name]?.[0] ?? parameters[name].default;
+  const present = (name) => state.changed[name] ?? parameters[name].default;
 
   const row = (name) => {
-    const { text, unit, factor, low, high, choices, source, is_live: isLive, is_fixed: isFixed } = parameters[name];
+    const { text, unit, factor, low, high, choices, source, default: usual, is_live: isLive, is_fixed: isFixed } = parameters[name];
     const made = make("div"), label = make("label", name, text), about = make("small");
     const field = make(choices.length ? "select" : "input", "", text);
     field.append(...choices.map((each) => make("option", each)));
     label.htmlFor = field.id = `parameter-${name}`;
     field.disabled = isFixed;
     field.autocomplete = "off";
-    field.oninput = () => keep(name, field.value, YOU);
-    const shown = make("span", unit);
-    shown.className = "unit";
-    made.append(label, field, shown, about);
+    field.oninput = () => keep(name, field.value);
+    const behind = make("span", unit);
+    behind.className = "unit";
+    made.append(label, field, behind, about);
     const show = () => {
-      const text_ = waiting.get(name)?.[0] ?? present(name), from = state.changed[name]?.[1] ?? `default: ${source}`;
-      if (field.value !== text_) field.value = text_;
+      const now = present(name), shown = waiting.get(name) ?? now;
+      if (field.value !== shown) field.value = shown;
       const top = resolved(high), isBound = low !== null && top !== null;
       const range = isBound ? `${ends(low * factor, top * factor)} ${unit}`.trim() : "";
       const how = isFixed ? "read at the start" : isLive ? "live" : "";
-      about.textContent = [waiting.has(name) ? `to be ${waiting.get(name)[1]}; now ${present(name)}` : from, range, how].filter(Boolean).join("; ");
+      const before = waiting.has(name) ? `to apply; now ${now}` : "", from = `default: ${now === usual ? "" : `${usual}, `}${source}`;
+      about.textContent = [before, from, range, how].filter(Boolean).join("; ");
       made.classList.toggle("waits", waiting.has(name));
     };
     return { made, show, words: `${name} ${text}`.toLowerCase() };
   };
 
-  function keep(name, text, source) {
+  function keep(name, text) {
     if (text === present(name)) waiting.delete(name);
-    else waiting.set(name, [text, source]);
+    else waiting.set(name, text);
     showAll();
   }
 
@@ -72,9 +72,8 @@ export function addParameters(card, { parameters, stages }) {
   }
 
   async function read(name, body) {
-    const told = await fetch(`${NAME}?name=${encodeURIComponent(name)}`, { method: "POST", body }).then((answer) => answer.json())
-      .catch(() => ({ refused: "the panel did not take the file; it takes 8 MB at most" }));
-    for (const [each, text] of Object.entries(told.read ?? {})) keep(each, text, body ? `of ${name}` : `of stage ${name}`);
+    const told = await ask(NAME, name, body);
+    for (const [each, text] of Object.entries(told.read ?? {})) keep(each, text);
     problem = told.refused ? `${name}: ${told.refused}` : "";
     showAll();
   }
@@ -110,7 +109,7 @@ export function addParameters(card, { parameters, stages }) {
     state = latest;
     if (isOther) waiting.clear();
     if (sent && told?.text && told.number > sent.number) {
-      if (!told.bad) for (const [name, [text]] of Object.entries(sent.values)) if (waiting.get(name)?.[0] === text) waiting.delete(name);
+      if (!told.bad) for (const [name, text] of Object.entries(sent.values)) if (waiting.get(name) === text) waiting.delete(name);
       sent = null;
     }
     showAll();

@@ -5,7 +5,7 @@
 
 import { button, fileButton, grey, inRow, make, newest, refusal, whenStateComes } from "./fields.js";
 import { saveAs } from "./plot.js";
-import { wish } from "./socket.js";
+import { ask, wish } from "./socket.js";
 
 const ABOUT = "A command in a line, as after `stickslip command`; `wait 2` waits two simulated seconds; # is a comment";
 const EXAMPLE = "preload 250mN\nsawtooth 300V 500Hz 20\nwait 0.5\nposition -2um";
@@ -56,15 +56,16 @@ export function addScript(made) {
     told.classList.toggle("bad", isBad);
     greyAll();
   };
-  const begin = ([number, text]) => {
-    const [name, seconds] = text.split(/\s+/), isWait = name === "wait";
-    const wanted = Number(seconds?.replace(",", "."));
-    const until = isWait ? now() + wanted : null;
-    waiting = { number, text, name, until, noted: refused().number, begun: newest.time_s };
+  const begin = async ([number, text]) => {
+    const [name, ...words] = text.split(/\s+/), isWait = name === "wait", from_s = now();
+    const mine = waiting = { number, text, name, until: isWait ? Infinity : null, noted: refused().number, begun: newest.time_s };
     know();
     show(`line ${number}: ${text}`);
-    if (!isWait) wish({ do: "line", name: NAME, text });
-    else if (!(wanted >= 0)) fail("wait takes a time in s, such as wait 0.5");
+    if (!isWait) return wish({ do: "line", name: NAME, text });
+    const told = await ask("number", `${NAME} wait s`, words.join(" "));
+    if (waiting !== mine) return; // ended meanwhile
+    if (told.refused) fail(told.refused);
+    else waiting.until = from_s + told.read;
   };
   const end = (text, isBad = false) => {
     steps = [];
@@ -81,10 +82,7 @@ export function addScript(made) {
     if (!waiting || state.condition.word === "silent") return; // it may answer late
     if (state.lifecycle !== "active") return fail(state.condition.text);
     if (newest.time_s < waiting.begun) return fail("the drive has begun anew");
-    if (refused().bad && refused().number > waiting.noted) {
-      if (refused().unsent) return begin([waiting.number, waiting.text]);
-      return fail(refused().text);
-    }
+    if (refused().bad && refused().number > waiting.noted) return fail(refused().text);
     if (waiting.until === null) {
       const event = ended();
       if (!event) return;

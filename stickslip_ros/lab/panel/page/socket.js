@@ -17,6 +17,12 @@ export function connect(hear, miss) {
   };
 }
 
+/** Have the server read a text or a file; return what it reads, or why it refuses. */
+export function ask(kind, name, body) {
+  return fetch(`${kind}?name=${encodeURIComponent(name)}`, { method: "POST", body }).then((answer) => answer.json())
+    .catch(() => ({ refused: "the panel did not take it; it takes 8 MB at most" }));
+}
+
 export function wish(message) {
   if (socket && socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
 }

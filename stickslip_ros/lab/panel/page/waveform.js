@@ -5,7 +5,7 @@
 
 import { button, DIRECTIONS, fileButton, grey, inRow, make, note, numberField, resolved, whenStateComes } from "./fields.js";
 import { Plot } from "./plot.js";
-import { wish } from "./socket.js";
+import { ask, wish } from "./socket.js";
 
 const FILE = "file";
 const LANE = { share: 1, unit: "V", factor: 1, least: 1, curves: [{ name: "wave", text: "one cycle", colour: "volt" }] };
@@ -72,9 +72,7 @@ export function addWaveform(made, command) {
   whenStateComes(draw);
   fields.addEventListener("input", draw); // a state may be a second off
   async function take(chosen) {
-    const address = `waveform?name=${encodeURIComponent(chosen.name)}`;
-    const told = await fetch(address, { method: "POST", body: chosen }).then((answer) => answer.json())
-      .catch(() => ({ refused: "the panel did not take the file; it takes 8 MB at most" }));
+    const told = await ask("waveform", chosen.name, chosen);
     tell(told.refused ? `${chosen.name}: ${told.refused}` : "");
     if (told.refused) return;
     table = told.read;
