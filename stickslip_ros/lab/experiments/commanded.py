@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Voltage and load that the commands of a recording of this package ask for.
+Voltage and load that were commanded during a recording of this package.
 
-With commands a stand misses its own recording by the noise of the sensors alone. A wave recognised
-in samples at 50 kHz misses it by 4 to 22 times that, as a fall lies anywhere between two samples.
+A run with the commands misses its recording only by the noise of the sensors. A wave recognised in
+samples at 50 kHz misses it by 4 to 22 times that, as a fall lies anywhere between two samples.
 
 """
 
@@ -29,29 +29,29 @@ from stickslip_ros.recording.requests import recorded_requests
 from stickslip_ros.units import NANO
 
 JUMP_S = 1e-9
-"""Duration of a jump of the commanded voltage: shorter than any amplifier's."""
+"""Duration of a jump of the commanded voltage: shorter than a fall of any amplifier."""
 _OFF = 0.02
-"""Largest difference of commanded and measured voltage, as a share of the range, and the share of
-samples that may be further off, within falls."""
+"""Largest difference of commanded and measured voltage, as a share of the range; and the share of
+samples that may exceed it, within falls."""
 _PLAYED = 'sawtooth', 'steps', 'waveform', 'voltage'
 _MOVES = 'jog', 'position', 'joint', 'trajectory', 'enable_amplifier', 'reset'
-"""Commands that change the voltage without a table of it."""
+"""Commands that change the voltage in an unknown way."""
 _PRESENT = level(math.nan)  # the voltage held by a stop
 _CHANGES = 'load', 'preload', 'reset', 'zero_position', 'tare_force', 'fault', 'clear_faults'
 """Commands that change the stand or the reading of a sensor."""
 
 
 class CommandedWave(NamedTuple):
-    """A commanded wave, from a time on; None if its voltage is not known."""
+    """A commanded wave and its start."""
 
     since_s: float
-    wave: Wave | None
+    wave: Wave | None  # None if the voltage is unknown
 
 
 class Commanded(NamedTuple):
     """Voltage, load and settings commanded during a part of a recording."""
 
-    # None after a jog, a closed loop or a start before the recording, or if the piezo's differs
+    # None after a jog, a closed loop or a start before the recording, or if the samples disagree
     voltage: Voltage | None = None
     load_n: float = 0.0  # external force on the runner
     settings: Mapping[str, Scalar] = MappingProxyType({})  # parameters that were changed
@@ -61,15 +61,15 @@ def commanded(
     recording: Recording, stand: Parameters, samples: tuple[Array, Array], end_s: float
 ) -> Commanded:
     """
-    Return the commands of a recording during a part of it that ends at ``end_s``.
+    Return the commands during a part of a recording that ends at ``end_s``.
 
-    The recording is whole, as earlier commands may still hold; ``samples`` are times, s, and
+    ``recording`` must be whole, as earlier commands may still hold; ``samples`` are times, s, and
     voltages, V, of the piezo in the part, both of shape (n,). Raises RecordingError if load,
-    preload, friction, mass, damping, faults or the zero of a sensor change within it.
+    preload, friction, mass, damping, faults or the zero of a sensor change within the part.
 
     """
     begins_s, rests_v = (float(each[0]) for each in samples)
-    if begins_s < 2.0 / stand.trace.sample_rate:  # the first sample of a run, which began at rest
+    if begins_s < 2.0 / stand.trace.sample_rate:  # the run began at rest
         begins_s, rests_v = 0.0, stand.amplifier.voltage_initial
     asked = list[CommandedWave]()
     load_n, settings = 0.0, dict[str, Scalar]()
@@ -80,7 +80,7 @@ def commanded(
         try:
             value = check_request(request, stand)
         except StickSlipError:
-            continue  # the drive has refused it, too
+            continue  # the drive refused it, too
         after = stand.updated(value) if name == LIVE else stand
         if at_s > begins_s and (name in _CHANGES or is_other_drive(stand, after)):
             problem = f'holds the command {name} at {at_s:.6g} s, which a model cannot follow'
@@ -101,7 +101,7 @@ def commanded(
 def _asked_by(
     request: Request, at_s: float, value: Any, before: Sequence[CommandedWave]
 ) -> list[CommandedWave]:
-    """Return the wave that a command begins, if any, ``before`` being that of the last one."""
+    """Return the wave that a command begins, if any; ``before`` is the wave before."""
     name = request.name
     if name in _MOVES:
         return [CommandedWave(at_s, None)]
@@ -110,7 +110,7 @@ def _asked_by(
         return [CommandedWave(at_s, _PRESENT)]
     if name not in _PLAYED or value is None:
         return []
-    if len(value.rows) and last and repeats(last):  # it waits for the end of a table
+    if len(value.rows) and last and repeats(last):  # a table waits for the end of another
         until_s = before[0].since_s + last.cycles * last.period_s
         value = None if at_s < until_s else value
     return [CommandedWave(at_s, value)]
@@ -119,7 +119,7 @@ def _asked_by(
 def _voltage(
     played: Sequence[CommandedWave], samples: tuple[Array, Array], begins_s: float, end_s: float
 ) -> Voltage | None:
-    """Return the voltage of waves if all are known and the samples agree."""
+    """Return the voltage of waves, or None if a wave is unknown or the samples disagree."""
     if not all(each.wave for each in played):
         return None
     rows = _corners(played, begins_s, end_s)
@@ -131,7 +131,7 @@ def _voltage(
 
 
 def _corners(asked: Sequence[CommandedWave], begins_s: float, end_s: float) -> Array:
-    """Return the corners of waves that follow each other, shape (n, 2)."""
+    """Return the corners of successive waves, shape (n, 2)."""
     ends = [*(each.since_s for each in asked[1:]), end_s]
     found = list[Array]()
     for (since_s, wave), until_s in zip(asked, ends, strict=True):
@@ -144,7 +144,7 @@ def _corners(asked: Sequence[CommandedWave], begins_s: float, end_s: float) -> A
     rows: Array = np.concatenate(found)
     rows[:, TIME] = np.maximum.accumulate(rows[:, TIME])
     time_s = rows[:, TIME]
-    is_same = np.diff(time_s) < JUMP_S  # a jump: its first and last corner count
+    is_same = np.diff(time_s) < JUMP_S  # keep the first and last corner of a jump
     rows = rows[~(np.append(False, is_same) & np.append(is_same, False))]
     jumps = np.flatnonzero(np.diff(rows[:, TIME]) < JUMP_S)
     rows[jumps + 1, TIME] = rows[jumps, TIME] + JUMP_S
@@ -152,7 +152,7 @@ def _corners(asked: Sequence[CommandedWave], begins_s: float, end_s: float) -> A
 
 
 def _corners_of(wave: Wave, start_s: float, end_s: float) -> Array:
-    """Return the corners of a wave between two of its times; two at the same time are a jump."""
+    """Return the corners of a wave between two times; two corners at one time are a jump."""
     ramp = (0.0, wave.start_v), (wave.period_s, wave.start_v + wave.rise_v)
     cycle = wave.rows if len(wave.rows) else np.array(ramp)
     first = min(math.floor(start_s / wave.period_s), wave.cycles)

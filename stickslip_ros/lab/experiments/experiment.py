@@ -22,7 +22,7 @@ from stickslip_ros.units import unit_of
 OF_TRACES = ('position_m', 'force_n', 'foot_position_m')
 """Quantities that may be measured over time."""
 AVERAGED_S = 1e-5
-"""Time over which many readings are averaged: a mean over it loses 2 % of 10 kHz."""
+"""Time over which fast readings are averaged; the mean reduces 10 kHz by 2 %."""
 
 
 class SawtoothSteps(NamedTuple):
@@ -30,7 +30,7 @@ class SawtoothSteps(NamedTuple):
 
     amplitude_m: float  # stroke of the feet; 0 with a voltage
     frequency_hz: float  # steps per second, below 0 backwards
-    steps: int = 0  # before the reading; 0: until the numbers are steady
+    steps: int = 0  # before the numbers are read; 0: until they are steady
     is_steady: bool = True  # whether the numbers were steady when read
     voltage_v: float = 0.0  # peak to peak, in place of the stroke
 
@@ -39,7 +39,7 @@ class ZeroAmplitudeRuns(NamedTuple):
     """Saw-teeth of many strokes without a load cell; their step lengths give the 0-amplitude."""
 
     frequency_hz: float
-    steps: int = 120  # of each
+    steps: int = 120  # per stroke
 
 
 class VoltageStep(NamedTuple):
@@ -50,11 +50,11 @@ class VoltageStep(NamedTuple):
 
 
 class AtRest(NamedTuple):
-    """No drive: constants of the stand."""
+    """No drive: numbers that are constants of the stand."""
 
 
 def stroke_m(drive: SawtoothSteps | VoltageStep, stand: Parameters) -> float:
-    """Return the stroke of the feet of a stand, m; refuse a voltage that it cannot give."""
+    """Return the stroke of the feet, m; refuse a voltage above the amplifier's range."""
     range_v = stand.amplifier.range_v
     if drive.voltage_v > range_v:
         limit = f'above the {range_v:g} V that the amplifier gives'
@@ -65,11 +65,11 @@ def stroke_m(drive: SawtoothSteps | VoltageStep, stand: Parameters) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Voltage:
-    """The voltage at the amplifier's input over time; before it the stand rests."""
+    """The voltage at the amplifier's input over time, from rest."""
 
     rows: Array  # corners: times from 0 on, s, and voltages, V, shape (n, 2)
     notes: tuple[str, ...] = ()  # its origin, and the waves recognised in it
-    begins_s: float = 0.0  # first corner in the clock of the recording
+    begins_s: float = 0.0  # time of the first corner in the clock of the recording
 
     @property
     def lasts_s(self) -> float:
@@ -80,16 +80,16 @@ class Voltage:
 Excitation: TypeAlias = (
     SawtoothSteps | ZeroAmplitudeRuns | VoltageStep | AtRest | LoopRow | Voltage
 )
-"""A voltage gives quantities over time, all others give numbers."""
+"""``Voltage`` gives quantities over time, the others give numbers."""
 
 
 @dataclass(frozen=True, eq=False)
 class Readout:
     """A measured quantity: a trace over time, or one number."""
 
-    quantity: str  # of OF_TRACES, or of NUMBERS with its drive
+    quantity: str  # of OF_TRACES or NUMBERS
     values: Array  # SI units, shape (n,); a number has shape (1,)
-    # times since the voltage began, rising, shape (n,); a number has none
+    # times since the voltage began, rising, shape (n,); empty for a number
     time_s: Array = field(default_factory=lambda: np.empty(0))
     sigma: float | None = None  # standard error of a value; None: unknown
     left_out: int = 0  # outliers that were dropped
@@ -102,7 +102,7 @@ class Readout:
 
     @property
     def is_bare(self) -> bool:
-        """Whether it is a number without a standard error, which residuals show."""
+        """Whether it is a number whose standard error must be estimated from residuals."""
         return self.sigma is None and not self.is_trace
 
     @property
@@ -113,9 +113,9 @@ class Readout:
     @property
     def noise(self) -> float:
         """
-        Standard error of a value: as given, else from the second differences.
+        Standard error of a value: as given, else from the median of second differences.
 
-        Their median shows noise and rounding if the motion is smooth over most of the samples.
+        The median shows noise and rounding if the motion is smooth over most of the samples.
 
         """
         return noise_of(self.values) if self.sigma is None else self.sigma
@@ -126,16 +126,16 @@ class Readout:
         return float(np.median(np.diff(self.time_s)))
 
     def sensed(self, **known: float) -> 'Readout':
-        """Return the readings with something else known of the sensor."""
+        """Return the readings with other fields of the sensor."""
         return replace(self, sensor=replace(self.sensor, **known))
 
     def without(self, dropped: NDArray[np.bool_]) -> 'Readout':
-        """Return the readings without some of them, shape (n,), which count as left out."""
+        """Return the readings without those in a mask, shape (n,); count them as left out."""
         count, kept = self.left_out + int(dropped.sum()), ~dropped
         return replace(self, values=self.values[kept], time_s=self.time_s[kept], left_out=count)
 
     def averaged(self, most: int = 1) -> 'Readout':
-        """Return means of neighbours within AVERAGED_S, but at least so many."""
+        """Return means of neighbours within AVERAGED_S, but at least ``most`` of them."""
         if not self.is_trace:
             return self
         size = min(int(AVERAGED_S / self.apart_s), math.ceil(len(self.values) / most))
@@ -148,13 +148,13 @@ class Readout:
         return replace(self, values=values, time_s=time_s, sigma=sigma)
 
     def thinned(self, most: int) -> 'Readout':
-        """Return at most so many readings: means over AVERAGED_S, then every nth of them."""
+        """Return at most ``most`` readings: means over AVERAGED_S, then every nth mean."""
         fewer = self.averaged(most)
         every = math.ceil(len(fewer.values) / most)
         return replace(fewer, values=fewer.values[::every], time_s=fewer.time_s[::every])
 
     def within(self, origin: str, start_s: float, end_s: float) -> 'Readout':
-        """Return the readings of a window; OutOfRange with too few for second differences."""
+        """Return the readings in a window; raise OutOfRange if fewer than three."""
         inside = (self.time_s >= start_s) & (self.time_s <= end_s)
         if inside.sum() < 3:
             limit = f'a window with {inside.sum()} samples of the {self.quantity} of {origin}, '
@@ -169,7 +169,7 @@ class Experiment:
     """An experiment on a stand: its settings, its drive and the readings."""
 
     origin: str  # a file, or a row of a table
-    settings: Mapping[str, Scalar]  # parameters set for it, whatever the stand is
+    settings: Mapping[str, Scalar]  # parameters that replace those of the stand
     drive: Excitation
     # zero, drift, delay and low-pass of the sensor of a trace are unknown
     observed: tuple[Readout, ...]
@@ -178,23 +178,23 @@ class Experiment:
     slope_deg: float = 0.0  # of the rail; above 0 the runner climbs towards +x
 
     def load_on(self, stand: Parameters) -> float:
-        """Return the external force on a runner, with its weight along the rail, N."""
+        """Return the external force on the runner and its weight along the rail, N."""
         weight_n = stand.runner.mass * STANDARD_GRAVITY_M_PER_S2
         return self.load_n - weight_n * math.sin(math.radians(self.slope_deg))
 
     @property
     def lasts_s(self) -> float:
-        """Length of a run, to the last corner and the last reading; 0 for steps."""
+        """Time to the last corner or the last reading; 0 for drives other than ``Voltage``."""
         if not isinstance(self.drive, Voltage):
             return 0.0
         return max([self.drive.lasts_s, *(float(each.time_s[-1]) for each in self.observed)])
 
     def sensed(self, **known: float) -> 'Experiment':
-        """Return the experiment with something else known of all its sensors."""
+        """Return the experiment with other fields of all its sensors."""
         return replace(self, observed=tuple(each.sensed(**known) for each in self.observed))
 
     def drifting(self, most_m_per_s: float) -> 'Experiment':
-        """Return the experiment with a largest drift of positions, where less is not known."""
+        """Return the experiment with the drift of its position sensors limited."""
         observed = (
             each.sensed(drift_per_s=min(each.sensor.drift_per_s, most_m_per_s))
             if each.unit == 'm'
@@ -204,7 +204,7 @@ class Experiment:
         return replace(self, observed=tuple(observed))
 
     def within(self, start_s: float, end_s: float) -> 'Experiment':
-        """Return the readings of a window; the drive still begins where it began."""
+        """Keep the readings in a window; the voltage is not cut."""
         observed = (
             each.within(self.origin, start_s, end_s) for each in self.observed if each.is_trace
         )

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Friction loops of a tribometer: the tangential force of one sphere along a displacement."""
+"""Friction loops of a tribometer: tangential force of a sphere against displacement."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,10 +16,10 @@ from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import Parameters
 
 _LOADED = 0.05
-"""Largest share of the force in the first row of a loop that begins at rest."""
+"""Largest force in the first row of a loop that begins at rest, as a share of the largest."""
 
 _OF_TIME = {'contact.loss_factor', 'contact.friction_rate', 'contact.friction_ageing'}
-"""Parameters that act over time."""
+"""Parameters with an effect that depends on time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +29,7 @@ class FrictionLoop:
     displacement_m: Array  # of the far end of the rig, shape (n,)
     normal_n: Array  # shape (n,)
     rig_n_per_m: float  # stiffness of the rig; 0: rigid
-    # whether the first row has a tangential force: the rows were passed before, from the middle
+    # whether the first row has a tangential force: the loop was passed before, from its middle
     is_closed: bool
 
 
@@ -39,21 +39,21 @@ class LoopRow:
 
     loop: FrictionLoop
     row: int
-    number: int = 0  # of the loop, from 1; 0 if there is one only
+    number: int = 0  # of the loop, from 1; 0 for the only loop
 
     def _asdict(self) -> dict[str, float]:
-        """Return what names the row beside the settings of its experiment."""
+        """Return the labels of the row that the settings of its experiment lack."""
         preload_n = float(self.loop.normal_n.max())
         return {'preload_n': preload_n, 'loop': self.number, 'row': self.row}
 
     @property
     def way_m(self) -> float:
-        """Displacement, over which the row is drawn."""
+        """Displacement in the row, the abscissa of figures."""
         return float(self.loop.displacement_m[self.row - 1])
 
 
 def loops_of(columns: Mapping[str, Any]) -> list[FrictionLoop]:
-    """Return the loop of each file, whose rows count from 1."""
+    """Return the loop of each file; the column ``row`` restarts at 1 in each file."""
     names = 'displacement_m', 'normal_n', 'tangential_n'
     way_m, normal_n, force_n = (np.asarray(columns[name]) for name in names)
     starts = np.flatnonzero(np.asarray(columns['row']) == 1.0)[1:]
@@ -69,7 +69,7 @@ def loops_of(columns: Mapping[str, Any]) -> list[FrictionLoop]:
 
 
 def _check_sign(way_m: Array, force_n: Array) -> None:
-    """Refuse forces that drive the motion along: friction gives no energy."""
+    """Refuse forces along the motion, as friction gives no energy."""
     works_j = np.nan_to_num(0.5 * (force_n[1:] + force_n[:-1]) * np.diff(way_m))
     if works_j.sum() < -_LOADED * np.abs(works_j).sum():
         limit = 'below 0, the work of a friction that drives the motion'
@@ -78,7 +78,7 @@ def _check_sign(way_m: Array, force_n: Array) -> None:
 
 
 def without_effect(stand: Parameters) -> tuple[str, ...]:
-    """Return notes on the values of a stand that do nothing in a loop, which has no time."""
+    """Return notes on changed parameters of a stand that have no effect without time."""
     changed = stand.changed()
     names = [name for name in changed if name in _OF_TIME]
     return tuple(f'{e} {changed[e]:g} has no effect: loops have no time' for e in names)
@@ -86,7 +86,7 @@ def without_effect(stand: Parameters) -> tuple[str, ...]:
 
 @lru_cache(maxsize=64)
 def loop_forces(stand: Parameters, loop: FrictionLoop) -> Array:
-    """Return the tangential force of one contact of a stand in each row of a loop, N."""
+    """Return the tangential force of one contact in each row of a loop, N, shape (n,)."""
     contact = SpringContact(stand, float(loop.normal_n.max()), rig_n_per_m=loop.rig_n_per_m)
     way_m = loop.displacement_m
     begins_m = 0.5 * (way_m.max() + way_m.min()) if loop.is_closed else way_m[0]

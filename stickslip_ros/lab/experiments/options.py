@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""How experiments are read and run, in ``fit`` and in ``compare``."""
+"""Options of ``fit`` and ``compare`` for reading and running experiments."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -17,25 +17,25 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class ReadingOptions:
-    """How experiments are read and run."""
+    """Options for reading and running experiments."""
 
     headers: Mapping[str, str] = field(default_factory=dict)
     """
-    Quantity and its column in a table, or topic and field in a recording, with the unit.
+    Column of each quantity in a table, or topic and field in a recording, with the unit.
 
     For example ``{'force_n': 'Force (mN)'}`` or ``{'position_m': '/rig/encoder.point.x'}``.
 
     """
     preloads_n: Sequence[float] = ()
-    """Preload of files without a preload column, N: a value for all, or a value for each."""
+    """Preload of files without a preload column, N: one value for all, or one for each."""
     rate_hz: float | None = None
-    """Rows per second of evenly spaced tables; replaces their columns of times."""
+    """Rows per second of evenly spaced tables; replaces columns of times."""
     commands: 'Table | None' = None
-    """Table of the times and voltages that drove the recordings, if known."""
+    """Table of the times and voltages that drove the recordings."""
     window_s: tuple[float, float] | None = None
     """Start and end of the part to use, s."""
     load_n: float = 0.0
-    """Constant external force on the runner along +x beside that of a recording or column, N."""
+    """Constant force on the runner along +x, added to that of a recording or column, N."""
     slope_deg: float = 0.0
     """Slope of the rail, degrees; above 0 the runner climbs towards +x, against its weight."""
     frequency_hz: float = 1000.0
@@ -48,7 +48,7 @@ class ReadingOptions:
     def reading(
         self, report: Callable[[MeasuredTable], None] | None, stand: Parameters | None
     ) -> TableOptions:
-        """Return the options for tables; a preload that was set in ``stand`` is used too."""
+        """Return the options for tables, with the preload of ``stand`` if it was set."""
         own_n = None if stand is None else stand.stand.preload
         given_n = None if isinstance(own_n, ReplaceableDefault) else own_n
         given = self.headers, self.preloads_n, report, stand is not None, given_n

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Predict the readings of a stand in an experiment: the only place where a model meets data."""
+"""Predict the readings of a stand in an experiment."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -42,14 +42,14 @@ Simulation: TypeAlias = tuple[Parameters, Excitation, float, float]
 """A run: stand, drive, load (N), time of the last sample (s; 0 for numbers)."""
 
 SAMPLE_S = 5e-6
-"""Spacing of a trace: a runner of a few grams rings at 5 to 15 kHz on its contacts."""
+"""Sample interval of a trace: a runner of a few grams rings at 5 to 15 kHz on its contacts."""
 _SAMPLES_MAX = 4_000_000
 _AT_ONCE = 20_000  # samples between two checks for a stop
 _COLUMNS = {'position_m': POSITION, 'force_n': FORCE, 'foot_position_m': FOOT}
 """Columns of a trace, by quantity."""
 _SETTLED = 10.0  # time constants after which a low-pass has settled
-_REST_S, _RINGS_S = 1e-4, 2e-3  # before a step, and after it: 10 to 30 periods of a runner
-_FINE = 1e-12  # relative change that ends a search: slopes are differences of its results
+_REST_S, _RINGS_S = 1e-4, 2e-3  # time before a step and after it, 10 to 30 periods of ringing
+_FINE = 1e-12  # relative change that ends a search; small, as fits differentiate its results
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,13 +57,12 @@ class Prediction:
     """Predicted readings of a quantity."""
 
     values: Array  # shape (n,)
-    # derivatives with time, the errors of a late and of a slow sensor, shape (n,) or (0,);
-    # the second is that of a sensor twice as slow: both span a change of its time constant
+    # first and second time derivative, the errors of a late and of a slow sensor, shape (n,) or
+    # (0,); behind a low-pass the second is taken behind another one of the same time constant
     rate: Array
     curvature: Array
     is_steady: bool = True  # whether a number was steady when read
-    # gives the values, shape (n,), with a low-pass of the readings instead of the motion; rarely
-    # needed
+    # returns the values, shape (n,), with a low-pass of the readings instead of the motion
     otherwise: Callable[[], Array] | None = None
 
 
@@ -77,7 +76,7 @@ class RingDown(NamedTuple):
 def predict(
     stand: Parameters, experiments: Sequence[Experiment], **how: Any
 ) -> list[list[Prediction]]:
-    """Do the same as ``predict_all`` for one stand."""
+    """Call ``predict_all`` for one stand."""
     return predict_all([stand], experiments, **how)[0]
 
 
@@ -91,8 +90,8 @@ def predict_all(
     """
     Return the predicted readings of stands, for each stand, each experiment and each quantity.
 
-    The settings of an experiment replace those of the stand. Equal runs are made once, all side by
-    side, in the pool if there is one; ``progress`` receives the runs done and their number. Raises
+    The settings of an experiment replace those of the stand. Equal runs are made once, in parallel
+    in the pool if given; ``progress`` receives the number of finished runs and of all runs. Raises
     StickSlipError if a stand is impossible or cannot follow the drive.
 
     """
@@ -106,7 +105,7 @@ def predict_all(
         ):
             limit, hint = 'without the measured force', 'set load_cell.contact=attached'
             raise OutOfRange('load_cell.contact', 'absent', '', limit, hint)
-    # the result of a run is kept in a list, which is empty before the run has been made
+    # each run has a list for its result, empty until the run has been made
     kept = {
         run: (_traces_kept if isinstance(run[1], Voltage) else _numbers_kept)(*run) for run in runs
     }
@@ -126,18 +125,18 @@ def predict_all(
 
 @lru_cache(maxsize=4096)
 def _numbers_kept(*_run: Any) -> list[Any]:
-    """Keep the numbers of runs: searches and slopes need the same again."""
+    """Keep the numbers of runs, as searches and slopes repeat runs."""
     return []
 
 
 @lru_cache(maxsize=32)
 def _traces_kept(*_run: Any) -> list[Any]:
-    """Keep few traces: each has megabytes."""
+    """Keep few traces, as each has megabytes."""
     return []
 
 
 def _course(run: Simulation) -> Course[Any]:
-    """Return the course of a run, which ends at its trace or its numbers."""
+    """Return the course of a run; its result is a trace or numbers."""
     stand, drive, load_n, end_s = run
     if isinstance(drive, SawtoothSteps):
         wave = (stroke_m(drive, stand), drive.frequency_hz, drive.steps)
@@ -154,13 +153,13 @@ def _course(run: Simulation) -> Course[Any]:
 
 
 def _loop_course(stand: Parameters, at: LoopRow) -> Course[Any]:
-    """Return the course of a row of a friction loop, which needs no drive."""
+    """Return the course of a row of a friction loop; it runs no drive."""
     yield from ()
     return SimpleNamespace(tangential_n=float(loop_forces(stand, at.loop)[at.row - 1]))
 
 
 def _ring_down_course(stand: Parameters, step: VoltageStep, load_n: float) -> Course[RingDown]:
-    """Return the course of a step down, from rest, as fast as the amplifier falls."""
+    """Return the course of a step down, from rest, at the slew rate."""
     amplifier = stand.amplifier
     rise_v = stroke_m(step, stand) / stand.actuator.gain
     times_s = np.array((0.0, _REST_S, _REST_S + rise_v / amplifier.slew_rate, _REST_S + _RINGS_S))
@@ -173,7 +172,7 @@ def _ring_down_course(stand: Parameters, step: VoltageStep, load_n: float) -> Co
 
 
 def ring_down(time_s: Array, position_m: Array) -> RingDown:
-    """Fit a damped cosine to positions at even times, shape (n,); rest and drift are free."""
+    """Fit a damped cosine, an offset and a drift to positions at even times, shape (n,)."""
     since_s, sample_s = time_s - time_s[0], float(time_s[1] - time_s[0])
 
     def missed(place: Array) -> Array:
@@ -183,13 +182,13 @@ def ring_down(time_s: Array, position_m: Array) -> RingDown:
         return np.asarray(scaled - basis @ (basis.T @ scaled))
 
     scaled = (position_m - position_m.mean()) / (np.ptp(position_m) or 1.0)
-    # The velocity has neither rest nor drift: its spectrum gives the first frequency.
+    # Differences have no offset; their spectrum gives the first frequency.
     power = np.abs(np.fft.rfft(np.diff(scaled) * np.hanning(len(scaled) - 1), 8 * len(scaled)))
     rate = 2.0 * math.pi * max(int(np.argmax(power)), 1) / (8 * len(scaled) * sample_s)
     lasts_s = float(since_s[-1])
     bounds = np.log(((math.pi / lasts_s, 1e-3 / lasts_s), (math.pi / sample_s, 1.0 / sample_s)))
     starts = (np.log((rate, share * rate)).clip(*bounds) for share in (0.01, 0.1))
-    ends = (  # the true decay per rate may be far off
+    ends = (  # two starts, as the ratio of decay to frequency varies widely
         optimize.least_squares(missed, start, bounds=bounds, xtol=_FINE, ftol=_FINE)
         for start in starts
     )
@@ -198,7 +197,7 @@ def ring_down(time_s: Array, position_m: Array) -> RingDown:
 
 
 def _trace_course(stand: Parameters, rows: Array, load_n: float, end_s: float) -> Course[Array]:
-    """Return the course of a voltage from rest, to a trace: a row every SAMPLE_S, shape (n, 5)."""
+    """Return the course of a voltage from rest, to a trace with a row per SAMPLE_S, (n, 5)."""
     time_s, voltage_v = rows.T
     inside_v = np.clip(voltage_v, stand.amplifier.voltage_min, stand.amplifier.voltage_max)
     is_rounded = np.isclose(voltage_v, inside_v, rtol=0.0, atol=1e-9)
@@ -221,7 +220,7 @@ def _trace_course(stand: Parameters, rows: Array, load_n: float, end_s: float) -
 
 
 def _look(result: Any, stand: Parameters, observed: Readout) -> Prediction:
-    """Return the readings of a sensor for the result of a run."""
+    """Return the predicted readings of a sensor from the result of a run."""
     if not observed.is_trace:
         shown = NUMBERS[observed.quantity].shown
         value = getattr(result, observed.quantity) if shown is None else shown(result, stand)
@@ -241,21 +240,21 @@ def _look(result: Any, stand: Parameters, observed: Readout) -> Prediction:
 
 
 def low_passed(samples: Array, slow_s: float) -> Array:
-    """Return samples behind a low-pass of first order that rested at the first of them."""
+    """Return samples behind a low-pass of first order, initially at rest at the first sample."""
     if not slow_s:
         return samples
     kept, share = math.exp(-SAMPLE_S / slow_s), -math.expm1(-SAMPLE_S / slow_s) * slow_s / SAMPLE_S
-    weights = (1.0 - share, share - kept)  # of straight lines between the samples
+    weights = (1.0 - share, share - kept)  # exact for straight lines between the samples
     behind = signal.lfilter(weights, (1.0, -kept), samples - samples[0])
     return np.asarray(behind + samples[0])
 
 
 def low_passed_readings(samples: Array, time_s: Array, slow_s: float) -> Array:
     """
-    Return readings of samples behind a low-pass of the readings, which steps at each of them.
+    Return readings behind a digital low-pass, which advances with each reading.
 
-    A low-pass of the motion depends on the moment of a fall between two readings; this one does
-    not. It also steps at missing readings.
+    Unlike a low-pass of the motion, it does not depend on the moment of a fall between two
+    readings. It also advances at missing readings.
 
     """
     apart_s = np.diff(time_s)
@@ -270,16 +269,16 @@ def low_passed_readings(samples: Array, time_s: Array, slow_s: float) -> Array:
 
 
 def low_passed_in_steps(readings: Array, gain: float) -> Array:
-    """Return even readings y' = y + gain (x - y), from rest at the first of them."""
+    """Return even readings y' = y + gain (x - y), from rest at the first reading."""
     behind = signal.lfilter((gain,), (1.0, gain - 1.0), readings - readings[0])
     return np.asarray(behind + readings[0])
 
 
 def at_times(samples: Array, time_s: Array) -> tuple[Array, Array, Array]:
     """
-    Return values and two derivatives of samples at times, by cubics through four of them.
+    Return values and two derivatives of samples at times, by cubics through four samples.
 
-    Beyond the first and the last sample the curve is constant.
+    The curve is constant before the first and after the last sample.
 
     """
     last = len(samples) - 1

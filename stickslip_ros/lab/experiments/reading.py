@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Experiments out of files: recordings of any rig, tables over time, tables by amplitude."""
+"""Read experiments: recordings of any rig, tables over time, tables by amplitude."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -44,14 +44,14 @@ from stickslip_ros.parameters import SENSORS, Parameters, ReplaceableDefault, Sc
 from stickslip_ros.recording.run_file import TOPICS_RECORD
 
 _VOLTAGE, _LOOP = 'voltage_v', 'tangential_n'
-_NEXT = 1.5  # periods within which the next sample follows
+_NEXT = 1.5  # largest distance of consecutive samples, in periods
 _SAMPLES_MIN = 32  # fewer readings make no trace
-MOVES_MIN = 1.2  # least scatter of readings that move, per noise
+MOVES_MIN = 1.2  # least scatter of the readings of a motion, per noise
 LONGEST_S = 2.0
 """Longest recording simulated in full; longer ones need a window."""
-_STEADY = 1e-9  # drift of a sensor of this package without any, m/s: the fit divides by it
+_STEADY = 1e-9  # least drift of a sensor of this package, m/s, as the fit divides by it
 _OWN = ('stand.', 'load_cell.contact', 'load_cell.gap', 'amplifier.voltage_')
-"""Names of the parameters of this package that were set for a recording."""
+"""Prefixes of the parameters that a recording of this package sets."""
 
 
 def read_experiments(
@@ -61,11 +61,11 @@ def read_experiments(
     report: Callable[[MeasuredTable], None] | None = None,
 ) -> list[Experiment]:
     """
-    Return the experiments in files, frames, runs and experiments, one of these or a sequence.
+    Return the experiments in a file, frame, run or experiment, or in a sequence of them.
 
-    A recording or a table over time is one experiment, as is each row of a table by amplitude. The
-    amplifier of the stand helps to recognise a voltage. Raises StickSlipError without a voltage or
-    readings, or if the voltage cannot be played.
+    A recording or a table over time is an experiment, and so is each row of a table by amplitude.
+    The amplifier of the stand helps to recognise a voltage. Raises StickSlipError without a
+    voltage or readings, or if the voltage cannot be played.
 
     """
     if options.steps < 0:
@@ -98,7 +98,7 @@ def read_experiments(
 def _recognised(
     time_s: Array, voltage_v: Array, stand: Parameters, hint: str = GIVE_COMMANDS
 ) -> Voltage:
-    """Return the voltage recognised in samples; NotRecognised ends in the hint."""
+    """Return the voltage recognised in samples; ``hint`` ends the message of NotRecognised."""
     found = recognise(time_s, voltage_v, stand)
     rows = found.corners(hint)
     begins_s = float(rows[0, 0])
@@ -115,9 +115,9 @@ def _of_commands(commands: Any) -> Voltage:
 
 def played(given: DriveInput, stand: Parameters) -> Voltage:
     """
-    Return the voltage to play: the wave recognised in samples, or corners as they are.
+    Return the voltage to play: the wave recognised in samples, or given corners.
 
-    Uneven times are those of corners. Raises StickSlipError if samples show no wave to play.
+    Rows at uneven times are corners. Raises StickSlipError if samples show no wave.
 
     """
     is_sampled = len(given.time_s) > _SAMPLES_MIN and are_even(given.time_s)
@@ -144,7 +144,7 @@ def experiment_of(
         settings = {name: each for name, each in own.flat().items() if name.startswith(_OWN)}
         if own.load_cell.contact == 'absent':  # its force is 0 by definition
             observed = [each for each in observed if each.quantity != 'force_n']
-        if TOPICS_RECORD in recording.metadata:  # a twin records a rig instead
+        if TOPICS_RECORD in recording.metadata:  # absent if a twin recorded a rig
             asked_for = partial(commanded, recording, own)
             observed = [_of_own_sensor(each, own) for each in observed]
     if not observed:
@@ -153,7 +153,7 @@ def experiment_of(
     pair = None if voltage is None else (voltage.time_s, voltage.value)
     given = run.side.origin, pair, tuple(observed), stand, preload_n, options
     one = experiment_over_time(*given, settings, asked_for)
-    notes = run.side.notes if run.topics else ()  # what was found about the clocks of a rig
+    notes = run.side.notes if run.topics else ()  # on the clocks of a rig
     return replace(one, notes=(*notes, *one.notes))
 
 
@@ -169,9 +169,9 @@ def _check_count(run: TimeRun) -> None:
 
 def _of_own_sensor(observed: Readout, own: Parameters) -> Readout:
     """
-    Undo the low-pass of a sensor of this package, before which the noise is white.
+    Undo the low-pass of a sensor of this package, so that its noise is white.
 
-    The first of consecutive samples is lost, as the sample before it is unknown.
+    The first sample of each series is lost, as the sample before it is unknown.
 
     """
     [sensor] = [getattr(own, each.name) for each in SENSORS if each.quantity == observed.quantity]
@@ -211,13 +211,13 @@ def experiment_over_time(
     asked_for: Callable[[tuple[Array, Array], float], Commanded] | None = None,
 ) -> Experiment:
     """
-    Return the experiment of samples of a voltage and of readings over time, on one clock.
+    Return the experiment of a sampled voltage and of readings over time, on one clock.
 
     Only ``commands``, ``load_n`` and ``window_s`` of the options are used.
-    ``voltage`` is times, s, and volts, both of shape (n,); None with commands. Without
-    ``preload_n`` that of the stand holds; ``settings`` were set too. ``asked_for`` returns the
-    commands between the first of some samples of the voltage and an end, s. Raises StickSlipError
-    if nothing drove it, nothing moved, or the voltage cannot be played.
+    ``voltage`` is times, s, and volts, both of shape (n,), or None with commands. ``preload_n``
+    and ``settings`` replace values of the stand. ``asked_for`` returns the commands from the first
+    of some samples of the voltage to an end, s. Raises StickSlipError without a drive or a motion,
+    or if the voltage cannot be played.
 
     """
     window_s = options.window_s
@@ -263,7 +263,7 @@ def experiment_over_time(
 
 
 def _moving(origin: str, observed: tuple[Readout, ...]) -> tuple[tuple[Readout, ...], list[str]]:
-    """Return the readings that are more than noise, and a note on each that is not."""
+    """Return the quantities that are more than noise, and a note on each of the others."""
     still = [each for each in observed if float(np.std(each.values)) <= MOVES_MIN * each.noise]
     if len(still) == len(observed):
         hint = 'check its topic or column, and that the runner moved'
@@ -280,7 +280,7 @@ def _set_for(
     stand: Parameters,
     preload_n: float | None,
 ) -> tuple[dict[str, Scalar], list[str]]:
-    """Return the parameters that were set, and a note if the preload is that of the stand."""
+    """Return the settings of an experiment, and a note if the preload is that of the stand."""
     own = {**settings, **asked.settings}
     if preload_n is not None:
         own['stand.preload'] = preload_n
@@ -313,9 +313,9 @@ def of_points(
     """
     Return one experiment for each number of each row, in the order of NUMBERS.
 
-    ``columns`` are those of POINT_COLUMNS, and ``varied`` columns of parameters. The frequency of
-    the options holds without such a column. A blocking force without a voltage is that of the full
-    range.
+    ``columns`` are those of POINT_COLUMNS, and ``varied`` columns of parameters. Without a column
+    of frequencies, that of the options is used. A blocking force without a voltage is that of the
+    full range.
 
     """
     found, steps, amplifier = list[Experiment](), options.steps, stand.amplifier
@@ -354,7 +354,7 @@ def of_points(
 
 
 def _cell_for(runner: str, has_force: bool, stand: Parameters) -> dict[str, Scalar]:
-    """Return the parameter of the load cell for a number of a free or a held runner."""
+    """Return the setting of the load cell for a number of a free or a held runner."""
     if runner == 'free' or (runner != 'held' and not has_force):
         return {**WITHOUT_CELL}
     is_missing = runner == 'held' and stand.load_cell.contact == 'absent'

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a sensor adds to a motion: its delay, its low-pass, its errors, and the noise it shows."""
+"""Properties of a sensor: delay, low-pass, noise, rounding and outliers."""
 
 import math
 from dataclasses import dataclass
@@ -13,9 +13,9 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.lab.waveform.monitor import GAUSSIAN
 
 OUTLIERS = 6.0
-"""Robust standard deviations beyond which a value is an outlier: 2 of 1e9 of normal noise are."""
-_NEIGHBOURS = 3  # on either side, with which a sample is compared
-_SAME = 1e-12  # share of the largest reading by which equal readings may differ
+"""Least distance of an outlier in robust standard deviations; 2 of 1e9 normal values exceed it."""
+_NEIGHBOURS = 3  # neighbours on either side with which a sample is compared
+_SAME = 1e-12  # largest difference of equal readings, per largest reading
 _FINEST = 1e-6  # least rounding, as a share of the range of the readings
 _ROUNDING = 1.0 / math.sqrt(12.0)
 """Standard deviation of rounding, as a share of the smallest step of the readings."""
@@ -24,17 +24,17 @@ _ROUNDING = 1.0 / math.sqrt(12.0)
 @dataclass(frozen=True)
 class KnownSensor:
     """
-    What is known of the sensor of a trace.
+    Known properties of the sensor of a trace.
 
-    Its zero and its drift, and small changes of delay and low-pass, are solved for with each
-    prediction. A low-pass of first order is taken, as most are.
+    Zero, drift, and small changes of delay and low-pass are solved for with each prediction. The
+    low-pass is of first order, as most are.
 
     """
 
     late_s: float = 0.0  # delay of its clock
     slow_s: float = 0.0  # time constant of its low-pass; 0: none
     noise_lasts_s: float = 0.0  # correlation time of the noise; 0: white
-    # largest drift of the zero, units of the values per second; with inf a uniform motion is lost
+    # largest drift of the zero, units of the values per second; inf: uniform motion is lost
     drift_per_s: float = math.inf
     undone_hz: float = 0.0  # low-pass that was undone; 0: none
     cyclic_m: float = 0.0  # largest cyclic error of an interferometer; 0: none
@@ -43,11 +43,11 @@ class KnownSensor:
 
 def keeps_noise(values: Array, share: float, rounding: float = 0.0) -> bool:
     """
-    Return whether the noise of each value has a share of the noise of the value before.
+    Return whether the noise of each value contains a share of the noise of the value before.
 
-    Neighbouring second differences of white noise have the correlation -2/3; behind a low-pass
-    that keeps the share a, (a^2 - 3a + 4)/(2a - 6), which goes to -1/2. Medians estimate it, as
-    the motion is not smooth everywhere. ``rounding`` is that of ``noise_of``.
+    Neighbouring second differences of white noise have the correlation -2/3. A low-pass that keeps
+    the share a changes it to (a^2 - 3a + 4)/(2a - 6), which goes to -1/2. It is estimated by
+    medians, as the motion is not smooth everywhere. ``rounding`` is that of ``noise_of``.
 
     """
     second = np.diff(values, 2)
@@ -67,8 +67,8 @@ def noise_of(values: Array, keeps: float = 0.0, rounding: float = 0.0) -> float:
     """
     Return the standard deviation of noise in values, at least that of their rounding.
 
-    ``keeps`` is the share of its noise that each value has from the value before; 0: white.
-    ``rounding`` is that of the readings of which the values are residuals; 0: of the values.
+    ``keeps`` is the share of the noise of a value that the next value contains; 0: white.
+    ``rounding`` is that of the readings if the values are residuals; 0: that of the values.
 
     """
     if len(values) < 3:
@@ -81,9 +81,9 @@ def noise_of(values: Array, keeps: float = 0.0, rounding: float = 0.0) -> float:
 
 def _middle_size(changes: Array, rounding: float) -> float:
     """
-    Return the median distance of changes from their median, interpolated in groups of a digit.
+    Return the median absolute deviation of changes, interpolated within groups of a digit.
 
-    Changes of rounded readings are whole digits: a plain median of them was up to 40 % off.
+    Changes of rounded readings are whole digits, so that a plain median was up to 40 % off.
 
     """
     sizes = np.abs(changes - np.median(changes))
@@ -99,7 +99,7 @@ def rounding_of(values: Array) -> float:
     """Return the standard deviation of rounding in values, at least _FINEST of their range."""
     steps = np.abs(np.diff(values))
     least = _SAME * float(np.max(np.abs(values)))
-    is_rounded = np.mean(steps <= least) > 0.01  # noise that is finer than the steps
+    is_rounded = np.mean(steps <= least) > 0.01  # equal neighbours are rare without rounding
     smallest = float(np.min(steps, where=steps > least, initial=math.inf))
     rounding = _ROUNDING * smallest if is_rounded and math.isfinite(smallest) else 0.0
     return max(rounding, least, _FINEST * float(np.ptp(values)))
@@ -109,8 +109,8 @@ def lone_outliers(values: ArrayLike) -> NDArray[np.bool_]:
     """
     Return a mask of isolated samples far beyond their neighbours, shape (n,).
 
-    The limit is OUTLIERS standard deviations of the noise, or ranges of the neighbours, whichever
-    is more. A step is no outlier: its samples have neighbours on their side. One neighbour may be
+    The limit is OUTLIERS times the noise or the range of the neighbours, whichever is more. The
+    samples of a step are not isolated: they have neighbours on their level. One neighbour may be
     an outlier too.
 
     """

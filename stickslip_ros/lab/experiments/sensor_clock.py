@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The delay of a sensor's clock, by the falls of the voltage, and its low-pass, by a model.
+Find the delay of a sensor's clock, by the falls of the voltage, and its low-pass, by a model.
 
-Positions of a sensor that is at its limit are refused.
+Refuse positions of a sensor at its limit.
 
 """
 
@@ -24,32 +24,31 @@ from stickslip_ros.lab.experiments.sensor import lone_outliers, rounding_of
 from stickslip_ros.parameters import Parameters
 
 LEAD_S = 0.05
-"""Time that is run before a window, from rest, as contacts forget their start in a few steps; and
-largest delay of a clock that is searched."""
+"""Time simulated before a window, from rest, as contacts forget their start in a few steps; also
+the largest delay of a clock in a search."""
 FALL_S, FALL_V = 5e-5, 1.0
-"""Longest duration of a fall or a fast rise, and its least height."""
+"""Longest duration, and least height, of a fall or a fast rise."""
 RUNG_S, RUNG_MIN = 1.6e-4, 5
-"""Ringing of a runner of a few grams after a fall, and the fewest readings that show it."""
+"""Duration of the ringing of a light runner after a fall, and fewest readings that show it."""
 _CLEAR = 1.3  # least ratio of the best lag's energy to that at 0
-ALIKE_JERKS = 35.0 / 18.0
-"""Sum of the squared autocorrelation of second differences of noise, 1, -2/3, 1/6: so many of them
-count as one."""
-CHANCE_MAX = 1e-4  # largest chance of as much energy from noise, over all lags
+JERK_CORRELATION = 35.0 / 18.0
+"""Correlated second differences of noise per independent one: the sum of their squared
+autocorrelation, 1, -2/3, 1/6."""
+CHANCE_MAX = 1e-4  # largest chance that noise has as much energy at any lag
 ENOUGH_FALLS = 0.5
-"""Least share of the falls of a clock on time that lie within the readings at another lag (before
-a window there may be more falls than in it), and that do not come upon other falls there: a whole
-period of the drive is no delay."""
-ALIKE_FALLS = 0.9  # share of the largest energy from which a shorter lag is preferred
+"""Least share of the falls, as seen without a delay, that a lag leaves within the readings; and
+least share that a lag does not move to other falls, as a whole period of the drive would."""
+SIMILAR_ENERGY = 0.9  # share of the largest energy from which a shorter lag is preferred
 LATE_MIN_S = 1e-4  # smaller delays are left to the model
-_STEPS_S = 2e-5, 4e-6  # of delays to try with a model: ten to either side, then around the best
+_STEPS_S = 2e-5, 4e-6  # steps of tried delays, ten to either side, then again around the best
 _SLOW_S = (0.0, *(4e-6 * 2.0 ** np.arange(8)).tolist())
-"""Time constants of a sensor's low-pass to try with a model: 0 is none, 0.5 ms 310 Hz. Without
-them a fit to a sensor of 1 kHz held with a gain 5 standard errors off."""
+"""Tried time constants of a sensor's low-pass: 0 is none, 0.5 ms is 310 Hz. Without them, a fit to
+a sensor of 1 kHz passed its checks with a gain 5 standard errors off."""
 _SURELY_SLOW = 20.0
-"""Least fall of the squared differences, per mean of one, for a low-pass."""
+"""Least fall of the sum of squared differences, per mean square, that shows a low-pass."""
 _STILL_FALLS, _STILL_READINGS = 3, 8
-"""Falls of the voltage without a motion of a free runner, and readings for each."""
-_DIGITS_MIN = 4.0  # least stroke of the feet that must show, in last digits of the sensor
+"""Fewest falls of the voltage, and readings per fall, in a rest that is refused."""
+_DIGITS_MIN = 4.0  # least stroke of the feet that a sensor must show, in its last digits
 
 
 class Lateness(NamedTuple):
@@ -75,15 +74,15 @@ def lateness_of(observed: Readout, voltage: Voltage) -> Lateness:
     """
     Return the delay of readings against the voltage, to a sample; 0 without falls.
 
-    At a fall the feet jerk, and the runner rings in the same way after each fall: the second
-    differences of its readings, averaged over the falls, have the largest energy within RUNG_S if
-    the clocks agree. Of similar lags the shortest counts. Nothing is assumed about the stand, nor
-    that a larger fall makes a larger jerk. All of 32 rigs with 5 nm of noise and a clock up to
-    4 ms late were found, 21 by the mean of the absolute differences. Nothing is clear with fewer
-    than RUNG_MIN readings in the ringing, or if half of the falls come upon other falls.
+    The runner rings in the same way after each fall. The second differences of its readings,
+    averaged over the falls, therefore have the largest energy within RUNG_S at the true lag. The
+    shortest of similar lags is taken. The test assumes nothing about the stand, nor that a larger
+    fall makes a larger jerk. It found the delay of all 32 rigs with 5 nm of noise and up to 4 ms;
+    the mean of absolute differences found 21. The result is not clear with fewer than RUNG_MIN
+    readings in the ringing, or if the lag moves half of the falls to other falls.
 
     """
-    observed = observed.averaged()  # second differences of faster readings show noise alone
+    observed = observed.averaged()  # second differences of fast readings are only noise
     time_s, values = observed.time_s, observed.values
     falls_s, heights = falls_of(voltage)
     sample_s = observed.apart_s
@@ -99,26 +98,26 @@ def lateness_of(observed: Readout, voltage: Voltage) -> Lateness:
     inside = (found >= 0) & (found < len(jerk))
     jerks = np.sign(heights) * jerk[np.clip(found, 0, len(jerk) - 1)]
     sums = np.where(inside, jerks, 0.0).sum(axis=1)
-    counts = inside.sum(axis=1)  # more falls lie within the readings at some lags than at others
-    seen_on_time = counts[most] or counts.max()
-    sums[counts < ENOUGH_FALLS * seen_on_time] = 0.0
+    counts = inside.sum(axis=1)  # the number of falls within the readings depends on the lag
+    count_on_time = counts[most] or counts.max()
+    sums[counts < ENOUGH_FALLS * count_on_time] = 0.0
     variances = np.maximum(counts, 1) * (np.mean(jerk**2) or 1.0)
     after = max(round(RUNG_S / sample_s), 1)
     energy = np.convolve(sums**2 / variances, np.ones(after))[after - 1 :]
     around = max(round(LATE_MIN_S / sample_s), 1)
-    similar = np.flatnonzero(energy >= ALIKE_FALLS * energy.max())  # several of a periodic wave
+    similar = np.flatnonzero(energy >= SIMILAR_ENERGY * energy.max())  # several of a periodic wave
     least = int(similar[np.argmin(np.abs(lags[similar]))])
     best = int(np.argmax(np.where(np.abs(lags - lags[least]) <= around, energy, -np.inf)))
     near = np.add.outer(places, np.arange(-around, around + 1))
-    others = float(np.mean(np.isin(places + lags[best], near)))  # all at 0
-    chance = len(lags) * float(chi2.sf(energy[best] / ALIKE_JERKS, after / ALIKE_JERKS))
+    others = float(np.mean(np.isin(places + lags[best], near)))  # 1 at lag 0
+    chance = len(lags) * float(chi2.sf(energy[best] / JERK_CORRELATION, after / JERK_CORRELATION))
     is_better = energy[best] > _CLEAR * energy[np.abs(lags) <= around].max()
     is_clear = after >= RUNG_MIN and others < ENOUGH_FALLS and chance < CHANCE_MAX and is_better
     return Lateness(float(lags[best] * sample_s), bool(is_clear))
 
 
 def lateness_in(experiment: Experiment, stand: Parameters) -> float:
-    """Return the delay of the sensor of an experiment, s: by the falls, then by a model."""
+    """Return the delay of the first sensor of an experiment, s: by falls, then by a model."""
     if not isinstance(experiment.drive, Voltage):
         return 0.0
     rough_s = lateness_of(experiment.observed[0], experiment.drive).clear_s
@@ -132,10 +131,10 @@ def sensor_near(
     slow_s: Sequence[float] = _SLOW_S,
 ) -> tuple[float, float]:
     """
-    Return delay and time constant of a sensor, s, with which a model's motion agrees best.
+    Return the delay and time constant of a sensor, s, that best fit a model's motion.
 
     Delays near the rough one and near 0 are tried. Differences of neighbouring readings are
-    compared: they hardly depend on the step length.
+    compared, as they hardly depend on the step length.
 
     """
     observed = experiment.observed[0]
@@ -167,9 +166,8 @@ def check_limits(
     """
     Refuse the position of a free runner that stays exactly constant.
 
-    Each ramp carries a free runner along, whatever the stand: it cannot rest while the voltage
-    falls repeatedly. Raises RecordingError in plain cases only; the checks of a fit find the
-    others.
+    Each ramp carries a free runner along, whatever the stand, so it cannot rest while the voltage
+    falls repeatedly. Raises RecordingError in clear cases; the checks of a fit find the others.
 
     """
     observed = observed.without(lone_outliers(observed.values))
@@ -186,7 +184,7 @@ def check_limits(
 
 
 def _still(observed: Readout, drive: Voltage, gain_m_per_v: float) -> tuple[int, int, int] | None:
-    """Return falls, first and last reading of the longest rest, if no free runner rests so."""
+    """Return falls, first and last reading of an impossible rest of a free runner, or None."""
     time_s, place_m = observed.time_s, observed.values
     changes = np.flatnonzero(np.diff(place_m))
     starts, ends = np.append(0, changes + 1), np.append(changes, len(place_m) - 1)

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The constants that a fit assumes, their errors, and what a change of them does to a prediction.
+Constants that a fit assumes: their errors, and the slopes of a prediction by them.
 
-A motion shows ratios of forces alone: the contact gives their scale.
+A motion shows only ratios of forces; the assumed contact gives their scale.
 
 """
 
@@ -34,41 +34,41 @@ from stickslip_ros.parameters import Parameters, spec_of, specs
 _PRELOAD = 'stand.preload'
 
 _SCALE, FEET_NUMBER = FACTORS_OF_FORCES = 'scale', 'feet'
-"""The stiffness of all contacts at the same limits of friction, and the number of feet under the
-same normal force together, both per that of the stand."""
+"""Factors of the stiffness of all contacts, at the same limits of friction, and of the number of
+feet, under the same total normal force."""
 LOAD_FACTOR = 'load'
-"""Friction and a constant force on the runner together, per friction."""
+"""Factor of the sum of friction and a constant force on the runner, per friction."""
 _VOLTAGE, _POSITION = 'voltage', 'position'
 CALIBRATIONS: Mapping[str, float] = {_VOLTAGE: 0.01, _POSITION: 0.001}
-"""Readings of a voltage monitor, and of lengths, per true value, and their standard errors."""
+"""Factors of a voltage monitor and a position sensor, reading per true value; relative errors."""
 _FACTORS = *FACTORS_OF_FORCES, LOAD_FACTOR, *CALIBRATIONS
 SHOWN = LOAD_FACTOR, *CALIBRATIONS
-"""Factors in the errors of what a recording shows, whatever the feet are."""
+"""Factors in the errors of quantities that a recording shows whatever the feet are."""
 ASSUMED_SHARES: Mapping[str, float] = {
     _SCALE: 0.3,
     **{name: spec.assumed for name, spec in specs().items() if spec.assumed},
 }
 """Assumed relative standard errors, of constants that are not free."""
 _UNDESCRIBED = {FEET_NUMBER: 0.5, 'contact.radius': 0.5}
-"""The same of feet that were not described: with the scale, a mass from motion alone is known to
-half of itself."""
-_RANGE_OF_VOLTS = 'amplifier.voltage_'  # which limits commands and changes no motion
+"""Assumed relative errors without a description of the feet: together with the scale, they give a
+mass from motion alone a relative error of a half."""
+_RANGE_OF_VOLTS = 'amplifier.voltage_'  # limits commands, but changes no motion
 _RANGE = 2.0 * 1.96  # width of a range in standard errors
 _LOAD_SHARE = 0.03
-"""The same of a free runner whose load was not told: a cable pulls, or a rail is not level."""
+"""Assumed error of the load of a free runner if none is given, for cables and a tilted rail."""
 OPPOSING = tuple(name for name, spec in specs().items() if spec.opposes)
-"""Whatever moves under a force: contacts of twice the force move twice of it in the same way."""
+"""Parameters that oppose a motion: the motion stays the same if they grow with the forces."""
 _FRICTION = 'contact.friction', 'contact.friction_rate', 'contact.friction_ageing'
 OF_FORCES = ('N', 'kg', 'J')
 """Units of quantities that show the scale of the forces."""
 TENSION_MAX = 3.0
-"""Most standard errors between an assumed value and that of the readings in a fit that holds."""
+"""Largest distance of an assumed value from that of the readings, in standard errors."""
 
 
 def assumed_of(
     parameters: Parameters, free: Iterable[str], given: Mapping[str, KnownValue | str]
 ) -> tuple[Parameters, dict[str, float]]:
-    """Return a stand with assumed values, and the relative errors that are stated or usual."""
+    """Return the stand with the assumed values, and relative errors, stated or by default."""
     shares, values, free = dict(ASSUMED_SHARES), dict[str, float](), set(free)
     shares |= shares_of_ranges(parameters)
     for name, stated in given.items():
@@ -98,9 +98,9 @@ def value_of(stand: Parameters, name: str) -> float:
 
 def shares_of_ranges(stand: Parameters) -> dict[str, float]:
     """
-    Return the relative errors of assumed values with ranges, of which each holds 95 %.
+    Return the relative errors of assumed values with 95 % ranges.
 
-    That of an array is one of each element; that of the numbers of feet is one of their sum.
+    An array gives an error for each element, but feet.count gives one for the total number.
 
     """
     found = dict[str, float]()
@@ -119,34 +119,34 @@ def shares_of_ranges(stand: Parameters) -> dict[str, float]:
     return found
 
 
-def doubt_untold(
+def add_default_errors(
     shares: dict[str, float],
     parameters: Parameters,
     settled: Iterable[str],
     experiments: Sequence[Experiment],
 ) -> tuple[str, ...]:
     """
-    Add errors of calibrations, a load and feet that were not told; return a note about the feet.
+    Add errors of calibrations, load and feet that were not given; return a note about the feet.
 
-    Parameters that are free, and errors that are stated, are ``settled``.
+    ``settled`` are the free parameters and those with a stated error.
 
     """
     settled = {*settled}
     if _PRELOAD not in settled and all(_PRELOAD in one.settings for one in experiments):
         shares[_PRELOAD] = ASSUMED_SHARES[_PRELOAD]
     given = parameters.changed().keys() - settled
-    if all('stand.weight' in one.settings for one in experiments):  # of this package
+    if all('stand.weight' in one.settings for one in experiments):  # recorded by this package
         return ()
-    if all(isinstance(one.drive, LoopRow) for one in experiments):  # of one sphere, with its force
+    if all(isinstance(one.drive, LoopRow) for one in experiments):  # one sphere, measured force
         for name in (_SCALE, _PRELOAD):
             shares.pop(name, None)
         return ()
     shares |= {name: share for name, share in CALIBRATIONS.items() if name not in settled}
-    is_told = settled & {LOAD_FACTOR, LOAD} or parameters.stand.load
+    has_load = settled & {LOAD_FACTOR, LOAD} or parameters.stand.load
     is_free = parameters.load_cell.contact == 'absent' or any(
         one.settings.get('load_cell.contact') == 'absent' for one in experiments
     )
-    if is_free and not (is_told or any(one.load_n for one in experiments)):
+    if is_free and not (has_load or any(one.load_n for one in experiments)):
         shares[LOAD_FACTOR] = _LOAD_SHARE
     if any(name.startswith(('feet.', 'contact.')) for name in given):
         return ()
@@ -176,7 +176,7 @@ def slopes_of_constants(problem: Problem, place: Array, names: Sequence[str]) ->
 
 
 def with_constant(stand: Parameters, one: Experiment, name: str, factor: float) -> Experiment:
-    """Return an experiment with a constant times a factor; unchanged if that is impossible."""
+    """Return an experiment with a constant multiplied by a factor; unchanged if impossible."""
     if name in {_VOLTAGE, 'actuator.gain'} and getattr(one.drive, 'amplitude_m', None):
         return one  # the stroke itself was measured
     there = stand.updated(dict(one.settings))

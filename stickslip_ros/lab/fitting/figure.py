@@ -21,14 +21,14 @@ from stickslip_ros.lab.measurements.measurement import Side
 from stickslip_ros.lab.measurements.numbers import NUMBERS
 from stickslip_ros.parameters import Scalar
 
-_OF_AXIS = ('row', 'amplitude_m', 'voltage_v', 'preload_n')  # the first that is not 0
-_LETTERS_MAX = 50  # of names side by side
-_DARK = 0.6  # correlation of a cell in a dark colour
-_COUNTED = ('steps', 'is_steady')  # settings that do not distinguish curves
+_OF_AXIS = ('row', 'amplitude_m', 'voltage_v', 'preload_n')  # the first with a value is the axis
+_LETTERS_MAX = 50  # most letters of names side by side
+_DARK = 0.6  # least correlation of a cell in a dark colour
+_COUNTED = ('steps', 'is_steady')  # fields of a drive that do not distinguish curves
 
 
 def draw_fit(fit: FitResult) -> Figure:
-    """Draw each trace, without zero and drift of its sensor, and each kind of number of a fit."""
+    """Draw the traces of a fit, without zero and drift of their sensors, and its numbers."""
     quantities, sensors = list[Compared](), iter(fit.sensors)
     rows = list[tuple[str, str, list[tuple[str, Scalar]], tuple[float, ...]]]()
     for (one, each, error), shown in zip(fit.problem.observed, fit.predicted, strict=True):
@@ -66,7 +66,7 @@ def draw_fit(fit: FitResult) -> Figure:
 
 @styled()
 def draw_correlations(names: Sequence[str], correlation: Array) -> Figure:
-    """Draw a matrix of correlations with its values; nan, of an unknown error, is a dash."""
+    """Draw a matrix of correlations with its values; nan (unknown error) is a dash."""
     count = len(names)
     figure = new_figure(8.0, 1.2 + 0.45 * count)
     axes = figure.subplots()

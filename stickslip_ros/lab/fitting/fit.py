@@ -16,7 +16,7 @@ from stickslip_ros.kernels.kernel import compilation_reported
 from stickslip_ros.lab.experiments.experiment import Experiment
 from stickslip_ros.lab.experiments.options import ReadingOptions
 from stickslip_ros.lab.experiments.reading import read_experiments
-from stickslip_ros.lab.fitting.assumed import assumed_of, doubt_untold
+from stickslip_ros.lab.fitting.assumed import add_default_errors, assumed_of
 from stickslip_ros.lab.fitting.free import (
     Coordinate,
     FreeParameters,
@@ -50,14 +50,15 @@ class FitOptions(ReadingOptions):
     """Options of reading experiments, weighing them and searching."""
 
     drift_m_per_s: float = 1e-6
-    """Usual drift of a position sensor, which makes up for steps of no other size, m/s."""
+    """Usual drift of a position sensor, m/s; a larger one could hide wrong step lengths."""
     starts: int = 5
-    """Searches from the present values and from the best of a Latin hypercube."""
+    """Number of searches: from the present values and from the best of a Latin hypercube."""
     assume: Mapping[str, KnownValue | str] = field(default_factory=dict)
     """
-    Error of a constant, or of scale, feet, load, voltage or position, which are 1; +-0%: none.
+    Errors of constants, by name, and of the factors scale, feet, load, voltage and position.
 
-    Typed, ``{'contact.radius': '0.5mm+-2%', 'scale': '+-0%'}``, or value and relative error.
+    Texts, ``{'contact.radius': '0.5mm+-2%', 'scale': '+-0%'}``, or pairs of value (1 for a factor)
+    and relative error.
 
     """
 
@@ -73,7 +74,7 @@ def fit(
     progress: bool | Progress = False,
 ) -> Fit:
     """
-    Fit parameters of the drive to recordings of its motion and to measured numbers, all at once.
+    Fit parameters of the drive jointly to recordings of its motion and to measured numbers.
 
     Parameters
     ----------
@@ -107,7 +108,7 @@ def fit(
         one.drifting(options.drift_m_per_s)
         for one in read_experiments(experiments, given, options, report)
     ]
-    notes += doubt_untold(shares, given, {*names, *options.assume}, read)
+    notes += add_default_errors(shares, given, {*names, *options.assume}, read)
     with progress_of(progress, 'runs') as show:
         fitted = fit_experiments(
             stand, chosen, read, known=known, assumed=shares, options=options, progress=show
@@ -132,7 +133,7 @@ def fit_experiments(
         raise OutOfRange('number of starts', options.starts, '', limit, 'change --starts')
     counts = _Counts(options.starts, progress or (lambda *_: None))
     with (
-        counts.told_if_stopped(),
+        counts.reported_when_stopped(),
         compilation_reported(counts.add_kernel),
         pool_of(options.workers) as pool,
     ):
@@ -148,7 +149,7 @@ def fit_experiments(
         here = [here, *refined][-1]
         problem = replace(problem, tick=silent)
         doubt = uncertainty(problem, here.place, assumed or {}, missing)
-        if doubt.inert.any():  # nothing measured moved it from its start
+        if doubt.inert.any():  # parameters without effect keep their starts
             starts = [one.to_coordinate(one.start) for one in free]
             place = problem.natural.to(np.where(doubt.inert, starts, doubt.z))
             here = replace(here, coordinates=tuple(place.tolist()))
@@ -176,17 +177,17 @@ class _Counts:
     show: Show
     runs: int = 0
     ended: int = 0
-    expected: int = 0  # runs of all searches, by those that have ended
+    expected: int = 0  # runs of all searches, extrapolated from those that have ended
 
     def add_run(self) -> None:
         self.runs += 1
-        self.tell(f'{self.ended} of {self.starts} searches ended')
+        self.report(f'{self.ended} of {self.starts} searches ended')
 
     def add_kernel(self, compiled: int) -> None:
-        """Say that the next kernel is compiled: a stand may need a hundred for its first run."""
-        self.tell(f'compiling kernels, once: {compiled}')
+        """Report another compiled kernel: a stand may need a hundred for its first run."""
+        self.report(f'compiling kernels, once: {compiled}')
 
-    def tell(self, note: str) -> None:
+    def report(self, note: str) -> None:
         total = self.expected if self.runs <= self.expected else 0
         self.show(self.runs, total, note)
 
@@ -195,8 +196,8 @@ class _Counts:
         self.expected = self.runs * total // done if done else 0
 
     @contextmanager
-    def told_if_stopped(self) -> Iterator[None]:
-        """Say how far a fit had come when it is stopped."""
+    def reported_when_stopped(self) -> Iterator[None]:
+        """Add the progress to the message of a stopped fit."""
         try:
             yield
         except (Interrupted, KeyboardInterrupt):
@@ -207,7 +208,7 @@ class _Counts:
 def _settled(
     problem: Problem, here: Minimum
 ) -> tuple[Problem, list[Minimum], tuple[Missing, ...]]:
-    """Settle noise and sensors, with a cyclic error that the readings surely show."""
+    """Settle noise and sensors; solve for a cyclic error if it is almost certain."""
     problem, found = settle(problem, here.place)
     missing = missing_from(problem, found[-1].place)
     sure = [one.name for one in missing[:1] if one.odds > ODDS_SURE]

@@ -4,11 +4,11 @@
 """
 The free parameters of a fit, their bounds and coordinates, and natural coordinates.
 
-Natural coordinates are the ratios that a motion shows, and what gives them their scale: a motion
-stays the same if stiffness, friction, mass and damping grow alike. In the logarithms of friction,
-roughness, mass and damping the minimum is therefore a long curved valley: another roughness is
-another stiffness k, which the others follow. Divided by k, and the damping by the mass, they stay
-where they are, and the valley is straight.
+A motion stays the same if stiffness, friction, mass and damping grow by the same factor. In the
+logarithms of roughness, friction, mass and damping the minimum is therefore a long curved valley:
+another roughness gives another stiffness k, and friction, mass and damping follow. Natural
+coordinates are friction and mass divided by k, and damping divided by the mass: along the valley
+they are constant, so it is straight.
 
 """
 
@@ -29,18 +29,18 @@ from stickslip_ros.parameters.typed import to_si_list
 
 LOAD = 'stand.load'
 FITTED = ('contact', 'friction_law', 'runner', 'load_cell', 'actuator', 'amplifier', 'feet', LOAD)
-"""What a fit may change: groups of parameters, and a parameter."""
+"""Groups of parameters, and a parameter, that a fit may change."""
 _WIDE = 1e3
-"""Default bounds are this factor below and above the start, within the limits of the model."""
+"""Factor between the start and its default bounds, which lie within the limits of the model."""
 PREFACTOR, RMS_HEIGHT = 'contact.prefactor', 'contact.rms_height'
 FROM_ZERO = tuple(name for name, spec in specs().items() if spec.from_zero)
-"""Quantities with 0 as the limit of small values; for others 0 means "none" or "derived"."""
+"""Quantities whose 0 is the limit of small values; for others 0 means "none" or "derived"."""
 TYPICAL = {name: spec.typical for name, spec in specs().items() if spec.typical}
-"""Starts of parameters that are 0 by default: assumed, of the size in data sheets."""
+"""Typical values from data sheets: starts of parameters that are 0 by default."""
 OF_A_FALL = 'actuator.resonance', 'actuator.damping_ratio', 'amplifier.bandwidth'
-"""Parameters that act in the microseconds after a fall, and can only be found together."""
+"""Parameters that act in the microseconds after a fall; they can only be fitted together."""
 TINY, LOG_MAX = sys.float_info.min, math.log(sys.float_info.max)
-"""In place of 0 where it has no logarithm, and the largest logarithm of a number."""
+"""Smallest number, used for 0 in logarithms, and largest logarithm of a number."""
 _MASS, _DAMPING = 'runner.mass', 'runner.damping'
 _PER_STIFFNESS = 'contact.friction', _MASS
 
@@ -51,7 +51,7 @@ KnownValue: TypeAlias = tuple[float, float]
 @checked_arguments
 @dataclass(frozen=True)
 class Free:
-    """A parameter that a fit may change. Quantities are numbers in SI units, or typed: ``3g``."""
+    """A free parameter of a fit. Quantities are numbers in SI units, or texts: ``3g``."""
 
     name: str
     """Name of the parameter, ``contact.friction``."""
@@ -65,7 +65,7 @@ class Free:
     """
     Value from another measurement, and its relative standard error.
 
-    A pair of numbers, ``(3e-3, 0.01)``, or typed, ``3g+-1%``.
+    A pair of numbers, ``(3e-3, 0.01)``, or a text, ``3g+-1%``.
 
     """
 
@@ -76,9 +76,9 @@ FreeParameters: TypeAlias = str | Free | Sequence[str | Free]
 @dataclass(frozen=True)
 class Coordinate:
     """
-    A coordinate of a search: a free parameter, its start, and its bounds, both allowed.
+    A coordinate of a search: a free parameter, its start, and its bounds, which are allowed.
 
-    It is ln(value); of a part that may be absent the value per ``size``, as 0 has no logarithm.
+    The coordinate is ln(value), or value/``size`` if the value may be 0.
 
     """
 
@@ -95,7 +95,7 @@ class Coordinate:
 
     @property
     def size(self) -> float:
-        """Unit of a coordinate that is no logarithm."""
+        """Value at which a coordinate that is not a logarithm is 1."""
         return max(abs(self.start), TYPICAL.get(self.name, 0.0)) or self.upper - self.lower
 
     def to_coordinate(self, value: float) -> float:
@@ -106,7 +106,7 @@ class Coordinate:
         return min(max(self._unbounded(coordinate), self.lower), self.upper)
 
     def excess(self, coordinate: float) -> float:
-        """Return how far a coordinate is beyond a bound; below the lower one it is negative."""
+        """Return how far a coordinate is beyond its bounds; negative below the lower bound."""
         within = self.to_value(coordinate)
         is_within = math.isclose(self._unbounded(coordinate), within)
         return 0.0 if is_within else coordinate - self.to_coordinate(within)
@@ -131,7 +131,7 @@ class Natural:
     """
     The map between coordinates of free parameters and natural coordinates, both shape (free,).
 
-    ``stand`` has the constants of its contacts and a preload.
+    ``stand`` gives the fixed parameters of the contacts, and a preload.
 
     """
 
@@ -161,16 +161,16 @@ class Natural:
         return np.asarray(optimize.approx_fprime(place, self.back)).reshape((len(place),) * 2)
 
     def _numbers(self, *names: str) -> list[int]:
-        """Return the places of parameters, if they are free."""
+        """Return the indices of those parameters that are free."""
         return [number for number, one in enumerate(self.free) if one.name in names]
 
     def _growth(self, z: Array) -> float:
-        """Return the logarithm of the mass per that at the start; 0 if it is not free."""
+        """Return ln(mass/mass at the start); 0 if the mass is not free."""
         masses = [(self.free[number], float(z[number])) for number in self._numbers(_MASS)]
         return sum((x - mass.to_coordinate(mass.start) for mass, x in masses), 0.0)
 
     def _log_stiffness(self, z: Array) -> float:
-        """Return the logarithm of the stiffness of all contacts; 0 if nothing free changes it."""
+        """Return ln(stiffness of all contacts); 0 if no free parameter changes the stiffness."""
         contact = self.stand.contact
         chosen = [
             (one, float(z[k]))
@@ -179,7 +179,7 @@ class Natural:
         ]
         if not chosen or contact.law != 'mdr' or contact.profile == 'rough_line':
             return 0.0
-        starts = {one.name: one.start for one in self.free}  # a weight presses by the mass
+        starts = {one.name: one.start for one in self.free}  # a weight may press the contacts
         changed = {one.name: one.to_value(value) for one, value in chosen}
         there = self.stand.updated({**starts, **changed})
         return math.log(sum(each.stick_stiffness_n_per_m for each in contacts_of(there)))
@@ -202,8 +202,8 @@ def choose_free(
     off = [name for name in OF_A_FALL if name not in names and not parameters.value(name)]
     if off and not set(OF_A_FALL).isdisjoint(names):
         note = (
-            f'{" and ".join(off)} not modelled: the others take over its effect just after a '
-            f'fall; free {", ".join(OF_A_FALL)} together, or set the known values'
+            f'{" and ".join(off)} not modelled: the free parameters take over the effect just '
+            f'after a fall; free {", ".join(OF_A_FALL)} together, or set the known values'
         )
         notes = (*notes, note)
     return parameters.updated({one.name: one.start for one in coordinates}), coordinates, notes
@@ -231,7 +231,7 @@ def known_of(free: Sequence[Free]) -> dict[str, KnownValue]:
 def known_value(
     what: str, given: KnownValue | str, spec: Spec, example: str, value: float | None = None
 ) -> KnownValue:
-    """Return a value and its relative error, as given or typed; ``value`` if none is typed."""
+    """Return a value and its relative error; ``value`` is used if a text has only an error."""
     if isinstance(given, str):
         typed, sign, error = given.replace('±', '+-').partition('+-')
         if not sign or not error.strip().endswith('%'):
@@ -244,7 +244,7 @@ def known_value(
 
 
 def check_quantity(name: str, what: str) -> Spec:
-    """Return the declaration of a parameter, or of an element; refuse what is no quantity."""
+    """Return the declaration of a parameter, or of an element; refuse all but quantities."""
     spec = spec_of(name)
     if spec.kind is not float:
         raise WrongKind(what, name, 'a quantity', 'set it with --set, and compare fits')
@@ -274,7 +274,7 @@ def _check_names(names: Sequence[str]) -> None:
 def _let_roughness_act(
     parameters: Parameters, names: Sequence[str]
 ) -> tuple[Parameters, tuple[str, ...]]:
-    """Set the prefactor to 0 if the rms height is free, as it would hide it."""
+    """Set the prefactor to 0 if the rms height is free: a prefactor overrides the height."""
     prefactor, is_free = parameters.contact.prefactor, PREFACTOR in names
     if RMS_HEIGHT not in names or parameters.contact.profile == 'rough_line':
         return parameters, ()
@@ -296,7 +296,7 @@ def _coordinate(free: Free, present: Scalar) -> Coordinate:
         limit = 'not above 0, and gives no scale for a search'
         hint = f'give --start {name}=VALUE or --bounds {name}=LOW:HIGH'
         raise OutOfRange(name, start, spec.unit, limit, hint)
-    is_from_zero = name in FROM_ZERO and name != PREFACTOR  # of which 0 means another
+    is_from_zero = name in FROM_ZERO and name != PREFACTOR  # a prefactor of 0 is computed
     lower = max(0.0 if is_from_zero else start / _WIDE, spec.minimum or 0.0)
     upper = min(start * _WIDE, spec.maximum or math.inf)
     if free.low is not None:

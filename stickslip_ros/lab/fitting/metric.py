@@ -4,14 +4,14 @@
 """
 The metric of residuals: noise, unknowns of the sensor, and allowed errors of the model.
 
-A residual r of n samples has the covariance V = N + B B'. N is that of the noise: s^2 on its
-diagonal, correlated over the time of a low-pass before the readings. Each column of B is another
-possible error, in its largest size: zero, drift, delay and low-pass of a sensor (the latter two by
+A residual r of n samples has the covariance V = N + B B'. N is the covariance of the noise: s^2 on
+the diagonal, correlated over the time constant of a low-pass. Each column of B is a possible error
+of the largest allowed size: zero, drift, delay and low-pass of a sensor (the latter two by
 derivatives of the prediction), the difference between a low-pass of the readings and of the
-motion, the known cyclic error of an interferometer; three errors of the model: of its shape, which
-repeats in all cycles of a wave, of the length of a step, and a slow one. Their sizes are estimated
-from the residuals: without them 52 % of the intervals of 95 % held the true gain in recordings of
-drives with effects that the model lacks.
+motion, the known cyclic error of an interferometer, and three errors of the model: of the shape,
+which repeats in all cycles of a wave, of the length of a step, and a slow one. The sizes of the
+latter are estimated from the residuals: without them only 52 % of the 95 % intervals held the true
+gain in recordings of drives with effects that the model lacks.
 
 """
 
@@ -31,17 +31,17 @@ from stickslip_ros.lab.experiments.sensor_clock import FALL_S
 from stickslip_ros.lab.fitting.free import TINY
 
 TOO_FAR = 100.0
-"""Factor by which no value is off: zero and drift per range of the readings, and the motion per
-volt, 0.1 to 1 of that of the feet for a runner that slips and sticks, 1000 for nm taken as um."""
+"""Largest plausible factor: of zero and drift, per range of the readings, and of the motion per
+volt, per that of the feet: 0.1 to 1 in stick-slip, 1000 if nm are taken as um."""
 DELAY_S, SLOW_SHARE = 2e-5, 0.3
-"""Unknown delay of a sensor, and unknown share of the time constant of its low-pass. Without that
-share sensors of 500 Hz, taken for 560 Hz at first, stayed so: friction came out 12 to 20 standard
-errors off without a warning."""
+"""Unknown delay of a sensor, and unknown share of the time constant of its low-pass. Without this
+share, sensors of 500 Hz that were taken for 560 Hz at first remained at 560 Hz: friction was 12 to
+20 standard errors off without a warning."""
 CORRELATED_S, SLOW_S = 3e-4, 5e-3
-"""Correlation times of an error of the shape, a few periods of a ringing runner, and of one that
-does not repeat with the wave: creep, a zero that walks."""
+"""Correlation times of the error of the shape, a few periods of a ringing runner, and of the slow
+error, such as creep or a wandering zero, which does not repeat with the wave."""
 _BINS, BINS_MAX = 7.5, 1200
-"""Bins of such a time, each with one number for the error, and the most bins of a recording."""
+"""Bins per correlation time, each with one number for the error, and most bins of a recording."""
 EDGE_RATIO = 5.0  # least slope of a fall or rise of a saw-tooth, per slope of the ramps
 SAME_CYCLE = 0.02  # largest difference in length and voltage of cycles of a wave, as a share
 SENSOR = 4  # columns of zero, drift, delay, low-pass, which come first
@@ -50,14 +50,14 @@ SHAPE_M, STEP_SHARE, SLOW_M = 5e-10, 3e-3, 1e-10
 Least allowed errors of the model: of the position in each moment of a cycle, of the length of a
 step, of the position over SLOW_S.
 
-On 23 realistic rigs of a foreign code 97 % of the intervals of 95 % held the truth with them, for
-each parameter at least 93 %.
+With them, 97 % of the 95 % intervals held the truth on 23 realistic rigs of a foreign code, and at
+least 93 % for each parameter.
 
 """
 
 
 class Allowance(NamedTuple):
-    """Allowed errors of the model, one standard deviation, as stated with each interval."""
+    """Standard deviations of the allowed errors of the model, reported with the intervals."""
 
     shape_m: float = SHAPE_M
     step_share: float = STEP_SHARE
@@ -93,9 +93,9 @@ def waves_of(rows: Array) -> list[list[Cycle]]:
         lasts_s, falls = float(time_s[after] - time_s[first]), bool(is_edge[after - 1])
         if lasts_s > 0.0:
             swing_v = max(float(np.ptp(voltage_v[first : after + 1])), TINY)
-            alike = np.rint(np.log([lasts_s, swing_v]) / SAME_CYCLE).tolist()
+            sizes = np.rint(np.log([lasts_s, swing_v]) / SAME_CYCLE).tolist()
             cycle = Cycle(float(time_s[first]), lasts_s, falls)
-            waves.setdefault((*alike, falls), []).append(cycle)
+            waves.setdefault((*sizes, falls), []).append(cycle)
     return list(waves.values())
 
 
@@ -110,13 +110,13 @@ class Metric:
     # inverse of the Cholesky factor of N, shape (n, n): it makes the noise white, of deviation 1
     white: 'sparse.csr_array'
     inner: Array  # lower Cholesky factor of 1 + B'B, of whitened columns, shape (m, m)
-    # number of the allowed error of each column, in the order of ``Allowance``; -1 of the sensor,
-    # whose columns come first; shape (m,)
+    # shape (m,): index in ``Allowance`` of the error of each column, or -1 for the sensor, whose
+    # columns come first
     owners: NDArray[np.intp]
     gram: Array  # B'B of whitened columns, shape (m, m)
 
     def with_sizes(self, factors: Array) -> 'Metric':
-        """Return the metric with other sizes of the model's errors, by factors of shape (3,)."""
+        """Return the metric with the model's errors multiplied by factors, shape (3,)."""
         sizes = np.append(factors, 1.0)[self.owners]  # -1 is the last: the sensor
         gram = sizes[:, np.newaxis] * self.gram * sizes
         root = (self.root @ _diagonals(sizes)).tocsr()
@@ -124,10 +124,10 @@ class Metric:
 
     def model_error(self, residual: Array) -> Array:
         """
-        Return sums of squares and numbers of amounts that a residual determines, shape (2, 3).
+        Return sums of squares and effective numbers of the model's errors, shape (2, 3).
 
-        For each allowed error of the model; their ratio is the factor of its variance that is most
-        likely, by the fixed point of MacKay (1992).
+        Their ratio is the most likely factor of the variance of each allowed error, by the fixed
+        point of MacKay (1992).
 
         """
         taken = self.taken(residual)
@@ -144,9 +144,9 @@ class Metric:
 
     def whitened(self, residuals: Array) -> Array:
         """
-        Return numbers with the sum of squares r' V^-1 r: rests per noise and amounts of columns.
+        Return whitened residuals, with the sum of squares r' V^-1 r: noise and amounts of columns.
 
-        A residual of the shape (n,) gives (n + m,), and (n, k) gives (n + m, k).
+        A residual of shape (n,) gives (n + m,), and (n, k) gives (n + m, k).
 
         """
         taken = self.taken(residuals)
@@ -170,7 +170,8 @@ def slower(slow_s: float, late_s: float, curved_s2: float) -> tuple[float, float
     """
     Return delay and time constant of a sensor, s, from the amounts of its two columns.
 
-    With ``slow_s`` in the prediction, 1 - c1 s + c2 s^2 remains of exp(-d s) (1 + t0 s)/(1 + t s).
+    The prediction has the time constant ``slow_s`` = t0; the columns expand the rest of the
+    response, exp(-d s) (1 + t0 s)/(1 + t s), as 1 - c1 s + c2 s^2.
 
     """
     then_s = math.sqrt(max(slow_s**2 + 2.0 * curved_s2 - late_s**2, 0.0))
@@ -189,8 +190,8 @@ def metric_of(
     Return the metric of readings over time.
 
     ``corners`` are times and voltages of the drive, shape (n, 2); ``noise`` is the standard
-    deviation of a reading. Without an allowance the sensor alone may err. ``scale`` is the unit of
-    the readings per metre of shape, as N/m of a load cell.
+    deviation of a reading. Without an allowance only the sensor has errors. ``scale`` converts an
+    error of the shape, m, to the unit of the readings: the stiffness of a load cell, N/m.
 
     """
     time_s, sensor_of = observed.time_s, observed.sensor
@@ -212,8 +213,8 @@ def metric_of(
     places, roots = [sparse.csr_array(np.column_stack(sensor))], [np.diag(sizes)]
     owners = [-1] * len(columns)
     if allowance is not None:
-        # The shape is never exact: after a fall all motions take microseconds. Otherwise a drive
-        # read with 0.12 nm of noise gave a friction 3.3 standard errors off.
+        # The shape is never exact, as the motion after a fall takes microseconds. Without this
+        # limit, a recording with 0.12 nm of noise gave a friction 3.3 standard errors off.
         noise = max(noise, SHAPE_M * scale)
         read_s = time_s - sensor_of.late_s
         for kind, place, root in _of_model(read_s, predicted.values, corners, allowance, scale):
@@ -234,12 +235,12 @@ def _factor(gram: Array) -> Array:
 
 
 def _diagonals(*parts: Array) -> 'sparse.csr_array':
-    """Return a matrix of its diagonal and those below: scipy 1.11 has no ``diags_array``."""
+    """Return a matrix of the diagonal and those below; scipy 1.11 has no ``diags_array``."""
     return sparse.csr_array(sparse.diags(parts, range(0, -len(parts), -1)))
 
 
 def _whitening(time_s: Array, noise: float, lasts_s: float) -> 'sparse.csr_array':
-    """Return the matrix that whitens noise: of a low-pass, each reading less its memory."""
+    """Return the matrix that whitens noise, correlated by a low-pass of ``lasts_s`` if not 0."""
     if not lasts_s:
         return _diagonals(np.full(len(time_s), 1.0 / noise))
     keeps = np.exp(-np.maximum(np.diff(time_s), 1e-3 * lasts_s) / lasts_s)
@@ -251,9 +252,9 @@ def _of_model(
     time_s: Array, predicted: Array, corners: Array, allowance: Allowance, scale: float
 ) -> Iterator[tuple[int, 'sparse.csr_array', Array]]:
     """
-    Yield the allowed errors of the model: of its shapes and its steps by wave, and slow.
+    Yield the allowed errors of the model: shapes and steps of each wave, then the slow error.
 
-    Each is its number in ``Allowance``, its columns, and the Cholesky factor of their covariance.
+    Each has its index in ``Allowance``, its columns, and the Cholesky factor of their covariance.
 
     """
     waves = waves_of(corners)
@@ -282,11 +283,11 @@ def _of_model(
 def _binned(
     rows: NDArray[np.intp], time_s: Array, bin_s: float, correlated_s: float, count: int
 ) -> tuple['sparse.csr_array', Array]:
-    """Return columns of bins of times, shape (count, bins), and the root of their correlation."""
+    """Return columns of time bins, shape (count, bins), and the factor of their correlation."""
     place = (time_s / bin_s).astype(np.intp)
     number = np.arange(int(place.max()) + 1)
     bins = sparse.csr_array((np.ones(len(rows)), (rows, place)), shape=(count, len(number)))
-    like = math.exp(-bin_s / correlated_s)  # each keeps this share of the one before
+    like = math.exp(-bin_s / correlated_s)  # correlation of neighbouring bins
     root = np.tril(linalg.toeplitz(like**number))
     root[:, 1:] *= math.sqrt(1.0 - like**2)
     return bins, root

@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-What a fit may lack: each suspect is tested by what it would add to the prediction.
+Suspects: effects that a stand may lack, tested by the change of the prediction with each.
 
-Rao's score test: the fall of chi-square, of noise and sensor alone, with one more parameter free,
-to first order and with all the others following. A part that is off is switched on for the test.
+The test is Rao's score test: the fall of chi-square, of noise and sensor alone, to first order, if
+one more parameter is free and all others follow. A part that is off is switched on for the test.
 Two suspects have no parameter: a cyclic error of the sensor, and a friction that changes along the
-way, which shows in the lengths of the steps.
+way, which changes the lengths of the steps.
 
 """
 
@@ -36,13 +36,13 @@ from stickslip_ros.lab.fitting.metric import Allowance
 from stickslip_ros.lab.fitting.problem import EFFECT, STEP, Predicted, Problem
 from stickslip_ros.parameters import Parameters, spec_of, specs
 
-_LITTLE = 0.01  # of a force that is switched on, per friction of all feet
+_LITTLE = 0.01  # force that is switched on, per friction of all feet
 _TRIED = tuple(
     name
     for name, spec in specs().items()
     if ((spec.cause or spec.typical) and not spec.substitute) or name == LOAD
 )
-"""Parameters that may have another value."""
+"""Parameters that are tested."""
 _TOGETHER: Mapping[str, Sequence[Mapping[str, float]]] = {
     'actuator.resonance': [
         {'actuator.resonance': TYPICAL['actuator.resonance'], 'actuator.damping_ratio': 0.1}
@@ -53,36 +53,36 @@ _TOGETHER: Mapping[str, Sequence[Mapping[str, float]]] = {
     ],
 }
 """
-Parts of several parameters that may be off, by their first parameter.
+Parts with several parameters that may be off, by their first parameter.
 
-A little damping showed less of 20 N s/m than a resonance that was not there. One that rings for
-long has no rival; those of a frame are damped as broadly as they are apart.
+With little damping, a resonance that was absent explained more than the true damping of 20 N s/m.
+The resonances of a frame are damped so that neighbouring ones overlap.
 
 """
 CYCLIC = {f'cyclic error of {1e9 * each:.4g} nm': each for each in (316.4e-9, 158.2e-9)}
 """Fringes of an interferometer with a helium-neon laser, by name: single and double pass, m."""
 SENSOR_DRIFT = 'a drift of the sensor'
 _WAYS = 6  # waves of friction along the way of a recording
-_FALL_SHARE = 0.01  # error of a fall to first order, per chi-square above the readings
-_OWED = 0.3
-"""Least that any model owes, per least allowed error: with all of it a piezo that rings passed for
-a rougher contact."""
-_FAR = 20.0  # change of a coordinate, in factors of e, to which a larger one is as good as equal
-_ODDS_LEAST = 1e-3  # of an explanation that is listed
-ODDS_SURE = 20.0  # least odds of a cyclic error that is solved for
+_FALL_SHARE = 0.01  # first-order error of a fall, per excess of chi-square over the readings
+_LEAST_SHARE = 0.3
+"""Share of the least allowed errors in the test: with all of them, a ringing piezo was mistaken
+for a rougher contact."""
+_FAR = 20.0  # most change of a coordinate that is reported, in factors of e
+_ODDS_LEAST = 1e-3  # least odds of a listed explanation
+ODDS_SURE = 20.0  # least odds at which a cyclic error is solved for
 
 
 Suspect: TypeAlias = tuple[str, Callable[[Problem], Array], bool]
-"""What may be missing: its name, what it adds to residuals, shape (n, k), if it may only grow."""
+"""Name of an effect, function of its columns of residuals, shape (n, k), and may_only_grow."""
 
 
 class Missing(NamedTuple):
     """A suspect that would improve a fit."""
 
     name: str
-    chi_square: float  # before, of noise and sensor alone
-    expected: float  # after, to first order
-    moves: tuple[float, ...]  # of the natural coordinates of the free parameters, at most _FAR
+    chi_square: float  # of the fit, of noise and sensor alone
+    expected: float  # with the suspect free, to first order
+    moves: tuple[float, ...]  # changes of the natural coordinates, at most _FAR each
     odds: float  # posterior odds of this explanation against all others and none
 
     @property
@@ -93,27 +93,27 @@ class Missing(NamedTuple):
 
 def missing_from(problem: Problem, place: Array) -> tuple[Missing, ...]:
     """
-    Return what may explain a misfit: suspects, and the best with another, the likeliest first.
+    Return explanations of a misfit, the likeliest first: suspects, and the best one with another.
 
-    None, each suspect and each pair have one posterior probability. What counts is the fall of
-    chi-square beyond the least that a model owes; each number costs as by the criterion of
-    Schwarz. The values would move as in a fit with all that the model owes.
+    Each suspect, each pair and no suspect have a posterior probability, from the fall of
+    chi-square with the least errors of the model, less the cost of each number by Schwarz's
+    criterion. The moves are those of a fit with all allowed errors of the model.
 
     """
     if not problem.has_traces:
         return ()
     stand = problem.stand(place)
     [here] = problem.predicted([stand])
-    least = Allowance(*(_OWED * each for each in Allowance()))
-    plain, owing = (replace(problem, allowance=each).measured_at(here) for each in (None, least))
+    least = Allowance(*(_LEAST_SHARE * each for each in Allowance()))
+    plain, tested = (replace(problem, allowance=each).measured_at(here) for each in (None, least))
     (basis, _), (basis_plain, _), (_, follow) = (
-        _solved(each, place) for each in (owing, plain, problem)
+        _solved(each, place) for each in (tested, plain, problem)
     )
     left, left_plain = (
-        _without(of, one.whitened(here)) for of, one in ((basis, owing), (basis_plain, plain))
+        _without(of, one.whitened(here)) for of, one in ((basis, tested), (basis_plain, plain))
     )
     suspects = list(_suspects(problem, stand, here, place))
-    columns = [_without(basis, added(owing)) for _, added, _ in suspects]
+    columns = [_without(basis, added(tested)) for _, added, _ in suspects]
     alone = [_fall(left, each, may_only_grow=suspects[k][2])[0] for k, each in enumerate(columns)]
     order = sorted(range(len(suspects)), key=lambda k: alone[k])
     forms = {suspects[k][0]: k for k in order}  # the best of each name
@@ -128,16 +128,16 @@ def missing_from(problem: Problem, place: Array) -> tuple[Missing, ...]:
     for each in sorted(
         (one for one in odds if odds[one] > _ODDS_LEAST), key=lambda one: -odds[one]
     ):
-        whole, owed = (np.hstack([suspects[k][1](one) for k in each]) for one in (plain, problem))
+        whole, loose = (np.hstack([suspects[k][1](one) for k in each]) for one in (plain, problem))
         fall, amounts = _fall(left_plain, _without(basis_plain, whole))
-        moves = tuple(np.clip(follow @ (owed @ amounts), -_FAR, _FAR).tolist())
+        moves = tuple(np.clip(follow @ (loose @ amounts), -_FAR, _FAR).tolist())
         name = ' and '.join(suspects[k][0] for k in each)
         found.append(Missing(name, before, before - fall, moves, odds[each]))
     return tuple(found)
 
 
 def _fall(left: Array, columns: Array, *, may_only_grow: bool = False) -> tuple[float, Array]:
-    """Return the fall of chi-square by columns, 0 if they act the wrong way, and their amounts."""
+    """Return the fall of chi-square by columns, 0 for the wrong sign, and their amounts."""
     amounts, *_ = np.linalg.lstsq(columns, -left, rcond=EFFECT)
     is_wrong = may_only_grow and amounts[0] <= 0.0
     fall = float(left @ left - np.sum((left + columns @ amounts) ** 2))
@@ -151,10 +151,10 @@ def _odds(
     count: int,
 ) -> dict[tuple[int, ...], float]:
     """
-    Return the posterior odds of explanations against all others and none.
+    Return the posterior odds of each explanation against all others and none.
 
-    ``sizes`` are their numbers. A misfit that the best leaves is shared by all readings. Between
-    two, a fall errs by a share of the misfit too.
+    ``sizes`` are their numbers of columns. The misfit of the best explanation scales the noise of
+    all readings. In comparisons of two explanations, the falls have a first-order error too.
 
     """
     suspects = sum(len(each) == 1 for each in falls)
@@ -172,20 +172,20 @@ def _odds(
 
 
 def _solved(problem: Problem, place: Array) -> tuple[Array, Array]:
-    """Return a basis of the slopes, and how the minimum follows residuals."""
+    """Return a basis of the slopes, and the moves of the minimum per residual."""
     basis, triangle = np.linalg.qr(problem.slopes(place))
     return basis, -np.linalg.pinv(triangle, rcond=EFFECT) @ basis.T
 
 
 def _without(basis: Array, columns: Array) -> Array:
-    """Return what the free parameters do not explain."""
+    """Return the parts of columns that the free parameters do not explain."""
     return np.asarray(columns - basis @ (basis.T @ columns))
 
 
 def _suspects(
     problem: Problem, stand: Parameters, here: Predicted, place: Array
 ) -> Iterator[Suspect]:
-    stand = stand.updated(problem.settings_of_all)  # as its preload
+    stand = stand.updated(problem.settings_of_all)  # such as the preload
     tried = _stands(stand, {one.name for one in problem.free})
     predicted = problem.predicted([changed for _, changed in tried])
     for (name, _), there in zip(tried, predicted, strict=True):
@@ -207,7 +207,7 @@ def _suspects(
 
 
 def _columns(here: Predicted, there: Sequence[Predicted], problem: Problem) -> Array:
-    """Return the residuals of predictions less another, shape (n, k)."""
+    """Return the whitened differences of predictions from another, shape (n, k)."""
     return np.column_stack([problem.whitened(each, here) for each in there])
 
 
@@ -238,7 +238,7 @@ def _stands(stand: Parameters, free: set[str]) -> list[tuple[str, Parameters]]:
 def _moved(
     here: Predicted, problem: Problem, added: Callable[[Voltage, Readout, Array], Array]
 ) -> Predicted:
-    """Return a prediction with something added to its traces, nm."""
+    """Return a prediction with ``added``, nm, on its traces."""
     return [
         replace(model, values=model.values + 1e-9 * added(one.drive, each, model.values))
         if isinstance(one.drive, Voltage)

@@ -32,23 +32,23 @@ from stickslip_ros.parameters import Parameters, Scalar
 _GAIN = 'actuator.gain'
 STEP, EFFECT = 3e-4, 1e-5
 """
-Step of differences in a coordinate: 0.03 % of a value, or of a range; least change that counts.
+Step of differences in a coordinate, 0.03 % of a value or of a range, and least relative effect.
 
-The forces of a fixed number of cycles are smooth in every parameter but for 8e-9 of themselves, so
-that a slope has a noise of 1e-5 of them; the truncation is 1e-5 of a slope for central differences
-and 2e-3 for one-sided ones, where the force goes with the 13th power of a parameter.
+The forces after a fixed number of cycles have a relative numerical noise of 8e-9, which gives a
+slope a noise of 1e-5 of the force. If the force grows with the 13th power of a parameter, the
+truncation error is 1e-5 of the slope for central and 2e-3 for one-sided differences.
 
 """
 PRIOR = math.log(10.0)
-"""Standard error of a coordinate before a measurement: a factor of ten. Without it a recording
-with 4.5 nm of noise gave feet a thousand times as rough, and a mass of 80 mg for 3.2 g."""
-BOUND = 1e-3  # distance of a parameter on its bound
+"""Prior standard error of a coordinate: a factor of ten. Without it, a recording with 4.5 nm of
+noise gave feet a thousand times as rough, and a mass of 80 mg instead of 3.2 g."""
+BOUND = 1e-3  # distance from a bound below which a parameter is on it
 _STEPS_MIN, _STEPS_MAX = 100, 6400
-"""Fewest and most steps of runs; doubled until all numbers are steady."""
-STEADY_SHARE = 0.01  # change of a steady number by twice as many steps, per standard error
+"""Fewest and most steps of a run; the number is doubled until all results are steady."""
+STEADY_SHARE = 0.01  # change of a steady number with twice the steps, per standard error
 FINEST = 5e-11
 """Least noise of a trace, m or N: no sensor resolves a sixth of an atom within microseconds."""
-_APART = 16  # readings between two places of a motion per volt
+_APART = 16  # distance of the two readings from which the motion per volt is computed
 
 Predicted: TypeAlias = list[Prediction]
 """Predictions of a stand, in the order of ``Problem.observed``."""
@@ -67,9 +67,9 @@ class Problem:
     experiments: tuple[Experiment, ...]  # with a fixed number of steps, for smooth numbers
     noise: tuple[float, ...]  # standard errors of the readings, in the order of ``observed``
     allowance: Allowance | None = None  # errors of the model
-    # free parameters with values from elsewhere, and their relative standard errors
+    # values of free parameters from other measurements, and their relative standard errors
     known: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    metrics: tuple[Metric, ...] = ()  # of the traces in order, for a stand, see ``measured_at``
+    metrics: tuple[Metric, ...] = ()  # of the traces, in order, see ``measured_at``
     pool: Pool | None = None
     tick: Callable[[], None] = silent  # called after each run
 
@@ -95,7 +95,7 @@ class Problem:
 
     @property
     def count(self) -> int:
-        """Number of readings, and of parameters known beforehand."""
+        """Number of readings and of known parameters."""
         return sum(len(each.values) for _, each, _ in self.observed) + len(self.known)
 
     @property
@@ -110,7 +110,7 @@ class Problem:
 
     @property
     def is_bare(self) -> bool:
-        """Whether no reading has a standard error of its own: only ratios count."""
+        """Whether no reading has a standard error of its own, so that only ratios count."""
         return all(each.is_bare for _, each, _ in self.observed)
 
     @property
@@ -133,12 +133,12 @@ class Problem:
         return (self.excess(place, BOUND) > 0.0) | (self.excess(place, -BOUND) < 0.0)
 
     def excess(self, place: Array, further: float = 0.0) -> Array:
-        """Return how far coordinates moved ``further`` are beyond their bounds, shape (free,)."""
+        """Return the excess of coordinates plus ``further`` over their bounds, shape (free,)."""
         pairs = zip(self.free, self.natural.back(place).tolist(), strict=True)
         return np.array([one.excess(z + further) for one, z in pairs])
 
     def place_of(self, values: Sequence[float]) -> Array:
-        """Return the place of some values of the free parameters."""
+        """Return the place of values of the free parameters."""
         pairs = zip(self.free, values, strict=True)
         return self.natural.to(np.array([one.to_coordinate(value) for one, value in pairs]))
 
@@ -150,7 +150,7 @@ class Problem:
         return self.parameters.updated(self.natural.settings(place))
 
     def predicted(self, stands: Sequence[Parameters]) -> list[Predicted]:
-        """Return the predictions of stands, with all runs side by side."""
+        """Return the predictions of stands, from parallel runs."""
         if any(one.name == _GAIN for one in self.free):
             drives = (one.drive for one in self.experiments)
             made = [each for each in drives if isinstance(each, SawtoothSteps | VoltageStep)]
@@ -190,13 +190,13 @@ class Problem:
         return replace(self, experiments=tuple(experiments), metrics=())
 
     def whitened(
-        self, found: Predicted, less: Predicted | None = None, beside: Array | None = None
+        self, found: Predicted, less: Predicted | None = None, priors: Array | None = None
     ) -> Array:
         """
-        Return numbers with the sum of squares chi-square, shape (values and unknowns,).
+        Return whitened residuals, with the sum of squares chi-square, shape (values + unknowns,).
 
-        They belong to a prediction less the readings, or less another prediction. ``beside`` are
-        those of the parameters themselves, by default 0.
+        They are those of a prediction less the readings, or less another prediction. ``priors``
+        are the residuals of the parameters themselves, by default 0.
 
         """
         parts, metrics = list[Array](), iter(self.metrics)
@@ -206,20 +206,20 @@ class Problem:
         for (_, each, noise), model, values in zip(self.observed, found, others, strict=True):
             missed = model.values - values
             parts.append(next(metrics).whitened(missed) if each.is_trace else missed / noise)
-        if beside is None:
-            beside = np.zeros(len(self.known) + len(self.free))
-        return np.concatenate((*parts, beside))
+        if priors is None:
+            priors = np.zeros(len(self.known) + len(self.free))
+        return np.concatenate((*parts, priors))
 
     def residuals(self, place: Array) -> Array:
         """Return model less measurement, whitened."""
-        return self.whitened(self.predicted_at(place), None, self._beside(place))
+        return self.whitened(self.predicted_at(place), None, self._priors(place))
 
-    def _beside(self, place: Array) -> Array:
+    def _priors(self, place: Array) -> Array:
         """
-        Return numbers of known values, and of what is taken of each parameter without a reading.
+        Return the residuals of known values, then of the prior of each free parameter.
 
-        It is within a factor of ten of its start, if an error of a reading is known. Beyond a
-        bound, where no stand changes any more, each e-fold costs a standard error.
+        The prior is a factor of ten about the start, if the error of any reading is known. Beyond
+        a bound, where the stand no longer changes, each e-fold costs a standard error.
 
         """
         known, usual = list[float](), list[float]()
@@ -233,10 +233,9 @@ class Problem:
 
     def slopes(self, place: Array, *, central: bool = False) -> Array:
         """
-        Return the slopes of the residuals, shape (residuals, free), by differences.
+        Return the slopes of the residuals, shape (residuals, free), by differences within bounds.
 
-        One-sided differences suffice for a search; the errors of a fit need central ones. No
-        difference reaches beyond a bound.
+        One-sided differences suffice for a search; the errors of a fit need central ones.
 
         """
         pairs = list[tuple[Array, Array]]()
@@ -250,12 +249,12 @@ class Problem:
         found = self.predicted([self.stand(end) for pair in pairs for end in pair])
         columns = []
         for (below, above), low, high in zip(pairs, found[::2], found[1::2], strict=True):
-            beside = self._beside(above) - self._beside(below)
-            columns.append(self.whitened(high, low, beside) / float(np.sum(above - below)))
+            priors = self._priors(above) - self._priors(below)
+            columns.append(self.whitened(high, low, priors) / float(np.sum(above - below)))
         return np.column_stack(columns)
 
     def steady_at(self, place: Array) -> tuple['Problem', bool]:
-        """Return the problem with enough steps for a stand, and whether they suffice."""
+        """Return the problem with enough steps for a place, and whether all runs are steady."""
         problem, stand, short = self, [self.stand(place)], list[SawtoothSteps]()
         while problem.steps:
             twice = problem.with_twice_the_steps(lambda _: True)
@@ -279,13 +278,13 @@ class Problem:
         return replace(self, experiments=tuple(experiments))
 
     def steady_by(self, each: Readout) -> float:
-        """Return the largest change of a steady number by twice as many steps."""
+        """Return the largest change of a steady number with twice as many steps."""
         largest = largest_of(self.experiments, each.quantity)
         return max(STEADY_SHARE * (each.sigma or 0.0), EFFECT * largest)
 
 
 def _with_room(stand: Parameters, stroke_m: float) -> Parameters:
-    """Return a stand whose amplifier reaches a stroke that was made, whatever its gain is."""
+    """Return a stand whose amplifier reaches a measured stroke with any gain."""
     highest_v = stand.amplifier.voltage_min + (1.0 + 1e-6) * stroke_m / stand.actuator.gain
     if highest_v <= stand.amplifier.voltage_max:
         return stand
@@ -293,7 +292,7 @@ def _with_room(stand: Parameters, stroke_m: float) -> Parameters:
 
 
 def largest_of(experiments: Sequence[Experiment], quantity: str) -> float:
-    """Return the largest number measured of a quantity."""
+    """Return the largest measured number of a quantity, in magnitude."""
     return max(
         abs(float(each.values[0]))
         for one in experiments
@@ -303,7 +302,7 @@ def largest_of(experiments: Sequence[Experiment], quantity: str) -> float:
 
 
 def _noise_at_first(experiments: Sequence[Experiment]) -> tuple[float, ...]:
-    """Return standard errors as given, or estimated: of a number a share of the largest."""
+    """Return standard errors: given, estimated, or for numbers a share of the largest."""
     return tuple(
         max(each.noise, FINEST)
         if each.is_trace
@@ -314,7 +313,7 @@ def _noise_at_first(experiments: Sequence[Experiment]) -> tuple[float, ...]:
 
 
 def _check_scale(one: Experiment, stand: Parameters) -> None:
-    """Refuse motions too far from those of the feet per volt: a unit must be wrong."""
+    """Refuse a motion per volt too far from that of the feet, as a unit must be wrong."""
     for each in one.observed:
         if not isinstance(one.drive, Voltage) or each.unit != 'm':
             continue

@@ -30,15 +30,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 JSON, YAML, HTML = ('.json',), ('.yaml', '.yml'), ('.html', '.htm')
-CORRELATED = 0.95  # least correlation of parameters that go together
+CORRELATED = 0.95  # least strong correlation
 OPPOSITE = -0.3  # largest correlation of model and readings of opposite sign
-_OF_ROW = re.compile(r' row [0-9]+$')  # of a table, behind the name of its file
-_IS_PIECE = re.compile(r'^[0-9.]+ to [0-9.]+ s: (hold|ramp)')  # of a voltage, in words
+_OF_ROW = re.compile(r' row [0-9]+$')  # row of a table, after the name of its file
+_IS_PIECE = re.compile(r'^[0-9.]+ to [0-9.]+ s: (hold|ramp)')  # description of part of a voltage
 _CHECK = 'check preload, units of the columns, clocks, and the voltage of the recording'
 
 
 class Fit(Plottable, FitResult):
-    """The result of a fit, to print, draw and save; its fields are those of ``FitResult``."""
+    """A fit that can be printed, drawn and saved; its fields are those of ``FitResult``."""
 
     def sections(self) -> Iterator[Section]:
         """Yield the verdict, the estimates, their figures, and the readings."""
@@ -81,14 +81,15 @@ class Fit(Plottable, FitResult):
 
 
 def verdict_of(fit: FitResult) -> str:
-    """Return whether a fit holds, and why not, or how its errors were estimated."""
+    """Return the verdict: the basis of the errors, or the reasons why a fit does not hold."""
     if fit.reasons:
         return f'The fit does not hold, so no errors are given: {"; ".join(fit.reasons)}.'
     if (errors := fit.problem.allowance) is not None:
         basis = (
-            f'noise of the readings, and what the model owes: {1e9 * errors.shape_m:.2g} nm in '
-            f'each moment of a cycle, {100.0 * errors.step_share:.2g} % of a step, '
-            f'{1e9 * errors.slow_m:.2g} nm that changes slowly'
+            'noise of the readings, and estimated errors of the model: '
+            f'{1e9 * errors.shape_m:.2g} nm in each moment of a cycle, '
+            f'{100.0 * errors.step_share:.2g} % of a step, and {1e9 * errors.slow_m:.2g} nm that '
+            'changes slowly'
         )
     elif not fit.problem.is_estimated:
         basis = 'from the standard errors of the points; intervals of the normal distribution'
@@ -120,20 +121,20 @@ def _assumed(fit: FitResult) -> Iterator[str]:
 
 
 def _together(fit: FitResult) -> Iterator[str]:
-    """Yield a sentence on parameters that go together."""
+    """Yield a sentence on strongly correlated parameters."""
     names = [one.name for one in fit.estimates]
     like = np.abs(fit.uncertainty.correlation) > CORRELATED
     np.fill_diagonal(like, val=False)
     if chosen := [name for name, row in zip(names, like, strict=True) if row.any()]:
         *most, last = chosen
-        remedy = 'a second preload parts them'
+        remedy = 'a second preload separates them'
         if 'runner.mass' in chosen:
-            remedy = 'a weighed runner or a second preload parts them'
-        yield f'{", ".join(most)} and {last} go together: {remedy}.'
+            remedy = 'a weighed runner or a second preload separates them'
+        yield f'{", ".join(most)} and {last} are strongly correlated: {remedy}.'
 
 
 def warnings_of(fit: FitResult) -> tuple[str, ...]:
-    """Return sentences about the doubts of a fit."""
+    """Return the warnings of a fit."""
     return (
         *(text for one in fit.experiments for text in one.notes),
         *_lacking(fit),
@@ -144,11 +145,11 @@ def warnings_of(fit: FitResult) -> tuple[str, ...]:
 
 
 def _lacking(fit: FitResult) -> Iterator[str]:
-    """Yield what the stand may lack, ranked, or that nothing of the list explains the misfit."""
+    """Yield the likeliest causes of a misfit, or a note that no tested cause explains it."""
     if not fit.missing:
-        is_told = any(each.apart > TENSION_MAX for each in fit.tensions)
-        if fit.problem.has_traces and not (fit.holds or is_told):
-            yield f'nothing that was tried explains the misfit: {_CHECK}'
+        is_explained = any(each.apart > TENSION_MAX for each in fit.tensions)
+        if fit.problem.has_traces and not (fit.holds or is_explained):
+            yield f'no tested cause explains the misfit: {_CHECK}'
         return
     best = fit.culprit or fit.missing[0]
     if fit.holds and best.odds < 1.0:
@@ -159,7 +160,7 @@ def _lacking(fit: FitResult) -> Iterator[str]:
     lacks = f'{best.name} (odds {odds})' + (f', or {rivals}' if rivals else '')
     falls = f'chi-square per reading would fall from {now:.3g} to {then:.3g}'
     if then - 1.0 > 0.5 * (now - 1.0):
-        falls += f'; nothing that was tried explains half of the misfit: {_CHECK}'
+        falls += f'; no tested cause explains half of the misfit: {_CHECK}'
     yield f'the stand may lack {lacks}: {falls}'
 
 
@@ -167,12 +168,12 @@ def _search_warnings(fit: FitResult) -> Iterator[str]:
     if not fit.steady:
         drives = [drive for _, drive in fit.problem.steps]
         is_counted = not all(drive.is_steady for drive in drives)
-        depends = ': their forces are those after this number of steps' if is_counted else ''
+        depends = ': their forces depend on the number of steps' if is_counted else ''
         yield f'some runs are not steady after {max(each.steps for each in drives)} steps{depends}'
 
 
 def _sign_warnings(fit: FitResult) -> Iterator[str]:
-    """Yield wrong signs, by the model at the start, as the fitted one may rest."""
+    """Yield wrong signs against the model at the start, as the fitted model may be at rest."""
     began = fit.problem.predicted_at(fit.problem.start)
     for (one, each, _), model in zip(fit.problem.observed, began, strict=True):
         moves = each.is_trace and np.ptp(model.values) > 0.0
@@ -190,16 +191,16 @@ def _estimate_warnings(one: Estimate) -> Iterator[str]:
     if one.at_bound and not one.is_limit(one.value):
         where = f'{one.name} sits on its bound, {one.value:.6g} {one.unit}'.rstrip()
         remedy = f'--bounds {one.name}=LOW:HIGH moves it'
-        yield f'{where}: it has no interval, and the others hold for this value; {remedy}'
+        yield f'{where}: it has no interval, and the other intervals hold for this value; {remedy}'
     elif one.inert:
         yield (
-            f'{one.name} has no effect on the readings and keeps its start; a file of parameters '
-            'leaves it out'
+            f'{one.name} has no effect on the readings and keeps its start; it is not written to '
+            'parameter files'
         )
     elif one.undetermined:
         yield (
-            f'{one.name} is not determined by the readings: others compensate a change of it, and '
-            f'{one.value:.3g} is an example; measure under another preload too, or set '
+            f'{one.name} is not determined by the readings, as other parameters compensate it: '
+            f'{one.value:.3g} is one of many values; measure under another preload too, or set '
             'it instead of freeing it'
         )
     elif abs(one.value) < one.standard_error < math.inf:
@@ -210,11 +211,11 @@ _AS_THEY_ARE = (
     *('noise_of_numbers', 'chi_square', 'reduced_chi_square', 'p_value', 'tensions', 'ratios'),
     *('holds', 'reasons', 'notes', 'evaluations', 'wall_s', 'missing', 'covariance'),
 )
-"""Properties of a fit that stand in its JSON under their names."""
+"""Properties of a fit that its JSON contains under the same names."""
 
 
 def as_object(fit: FitResult) -> Any:
-    """Return a fit as an object for JSON: None stands for infinity and not a number."""
+    """Return a fit as an object for JSON, with None for infinity and NaN."""
     doubt = fit.uncertainty
     return as_json(
         {
@@ -259,7 +260,7 @@ def as_object(fit: FitResult) -> Any:
 
 
 def check_output(path: Path) -> None:
-    """Refuse a file of another kind, or a file that cannot be written, before the work."""
+    """Refuse an unknown kind of file, or a file that cannot be written, before the fit."""
     if path.suffix.lower() not in {*JSON, *YAML, *HTML}:
         raise WrongKind('output', str(path), 'a .json, .yaml or .html file', 'end its name so')
     prepare_output(path)
@@ -276,7 +277,8 @@ def write_fit(path: Path, fit: Fit, content: dict[str, Any], origin: str, comman
         made = f'Fitted to {origin} by stickslip fit, version {stickslip_ros.__version__}.\n'
         had = {name for one in fit.experiments for name in one.settings}
         if others := sorted(had - fit.problem.settings_of_all.keys()):
-            made += f'The experiments differ in {", ".join(others)}: the stand keeps its own.\n'
+            names = ', '.join(others)
+            made += f'The experiments differ in {names}: the file has the values of the stand.\n'
         inert = {one.name for one in fit.estimates if one.inert}
         text = dump_yaml(fit.parameters, f'{made}{fit}', without=inert)
     path.write_text(text, encoding='utf-8')
@@ -300,12 +302,12 @@ def _points(fit: FitResult) -> list[dict[str, Any]]:
 
 
 def _of_bands(fit: FitResult) -> str:
-    """Return a note on bands of draws; empty if they hold for forces too."""
+    """Return a note that bands of draws hold for motions only; empty if also for forces."""
     shares = [fit.uncertainty.shares.get(name, 0.0) for name in FACTORS_OF_FORCES]
     if fit.has_forces or not any(shares):
         return ''
     return (
-        'bands are those of motions; forces have the error of the assumed contact too, '
+        'bands hold for motions; forces also have the error of the assumed contact, '
         f'{100.0 * math.hypot(*shares):.2g} %'
     )
 
@@ -328,7 +330,7 @@ def _row(one: Estimate | Ratio, *, holds: bool) -> tuple[str, ...]:
 
 
 def _digits(one: Estimate | Ratio) -> int:
-    """Return the digits of a value down to the second of its error."""
+    """Return the number of digits that shows a value to the second digit of its error."""
     larger = abs(one.value) / max(one.standard_error, TINY)
     return max(4, min(math.floor(math.log10(max(larger, 1.0))) + 3, 15))
 
@@ -355,8 +357,8 @@ def _quality(fit: FitResult) -> Iterator[tuple[str, object]]:
     yield 'degrees of freedom', doubt.dof
     for each in (one for one in fit.tensions if one.name in fit.problem.known):
         yield (
-            f'{each.name} beside the readings',
-            f'{each.value:.4g}, they prefer {each.preferred:.4g}: {each.apart:.2g} errors apart',
+            f'{each.name}, known and from the readings',
+            f'{each.value:.4g} and {each.preferred:.4g}, {each.apart:.2g} standard errors apart',
         )
     yield 'searches', len(fit.searches)
     yield 'stands tried', fit.evaluations
@@ -366,7 +368,7 @@ def _quality(fit: FitResult) -> Iterator[tuple[str, object]]:
         steps = 'steps until steady' if is_steady else 'steps per run'
         yield steps, f'{min(counts)} to {max(counts)}'
     driven = [one.drive for one in fit.experiments if isinstance(one.drive, Voltage)]
-    told = [note for drive in driven for note in drive.notes if not _IS_PIECE.search(note)]
-    if told:
-        yield 'driven by', '\n'.join(dict.fromkeys(told))
+    notes = [note for drive in driven for note in drive.notes if not _IS_PIECE.search(note)]
+    if notes:
+        yield 'driven by', '\n'.join(dict.fromkeys(notes))
     yield 'time', f'{fit.wall_s:.1f} s'

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The result of a fit: the best of many searches, its quality, and draws, of its file too."""
+"""The result of a fit: the best of many searches, its quality, and draws, also from its file."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -40,19 +40,19 @@ from stickslip_ros.parameters import Parameters
 from stickslip_ros.units import unit_of
 
 P_VALUE_MIN = 0.01
-"""Least chance of numbers with given errors; traces have an allowance instead."""
+"""Least p-value of numbers with given errors; traces have an allowance instead."""
 MODEL_ERROR_MAX = 0.03
-"""Most that the model may owe in the shape of a cycle, as a share of the stroke of the feet."""
+"""Largest error of the model in the shape of a cycle, as a share of the stroke of the feet."""
 DRAWS_MAX = 10_000
 
 
 class Ratio(NamedTuple):
-    """A ratio of forces and masses of a fitted stand, which a motion shows without a scale."""
+    """A ratio of forces and masses of a fitted stand, known from the motion alone."""
 
     name: str
     unit: str
     value: float
-    standard_error: float  # without those of assumed constants
+    standard_error: float  # without errors of assumed constants
     low: float
     high: float
 
@@ -63,22 +63,22 @@ _RATIOS: Mapping[str, tuple[str, Callable[[Parameters], float]]] = {
     'friction, mu F/m': ('m/s^2', lambda on: friction_limit_n(on) / on.runner.mass),
     'gain': ('m/V', lambda on: on.actuator.gain),
 }
-_SCALED = 'contact.', 'friction_law.', 'runner.', 'load_cell.', LOAD  # by the forces
+_SCALED = 'contact.', 'friction_law.', 'runner.', 'load_cell.', LOAD  # scale with the forces
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FitResult:
     """The numbers of a ``Fit``."""
 
-    problem: Problem  # with the steps of each run, noise, sensors, and what the model owes
+    problem: Problem  # with the steps of each run, noise, sensors, and allowed errors
     searches: tuple[Minimum, ...]  # ends of the searches
-    refined: tuple[Minimum, ...]  # ends of those continued from the best
+    refined: tuple[Minimum, ...]  # ends of searches continued from the best
     steady: bool  # whether all runs had enough steps
     uncertainty: Uncertainty  # errors of the parameters and of the constants
     predicted: Predicted  # by the fitted stand, in the order of ``problem.observed``
-    missing: tuple[Missing, ...]  # what the stand may lack, the best first
+    missing: tuple[Missing, ...]  # explanations of the misfit, the likeliest first
     wall_s: float
-    notes: tuple[str, ...] = ()  # changes of the stand, and what was found about the sensors
+    notes: tuple[str, ...] = ()  # changes of the stand, and properties of the sensors
 
     @property
     def found(self) -> Minimum:
@@ -106,8 +106,8 @@ class FitResult:
         -------
         list of Parameters
             From the normal distribution of the natural coordinates at the minimum; parameters
-            without a finite error stay constant. They move as the recording shows: another scale
-            of the assumed contact would move alike, with other forces.
+            without a finite error stay constant. The spread is that of the motions: another scale
+            of the assumed contact would give the same motions with other forces.
 
         """
         vague = [one.name for one in self.estimates if one.undetermined]
@@ -116,11 +116,11 @@ class FitResult:
 
     @property
     def motion_covariance(self) -> Array:
-        """Covariance of natural coordinates, with the step that the model owes as one of gain."""
-        owed = self.problem.allowance.step_share if self.problem.allowance else 0.0
+        """Covariance of natural coordinates; the model's error of a step counts as one of gain."""
+        share = self.problem.allowance.step_share if self.problem.allowance else 0.0
         is_gain = np.array([one.name == 'actuator.gain' for one in self.problem.free])
         recorded = self.uncertainty.natural(self.uncertainty.recorded_z)
-        return np.asarray(recorded + np.diag(is_gain * owed**2))
+        return np.asarray(recorded + np.diag(is_gain * share**2))
 
     @property
     def covariance(self) -> Array:
@@ -136,7 +136,7 @@ class FitResult:
         return any(unit_of(each.quantity) in OF_FORCES for _, each, _ in self.problem.observed)
 
     def scale_of(self, name: str) -> str:
-        """Return in words where the scale of a parameter comes from."""
+        """Return the source of the scale of a parameter, as text."""
         known = self.problem.known
         if name in known:
             return 'weighed' if name == 'runner.mass' else 'known'
@@ -180,7 +180,7 @@ class FitResult:
 
     @cached_property
     def tensions(self) -> tuple[Tension, ...]:
-        """Known and assumed values beside those that the readings alone prefer."""
+        """Known and assumed values, each with the value that the readings alone prefer."""
         return self.uncertainty.tensions(self.problem)
 
     @property
@@ -201,7 +201,7 @@ class FitResult:
 
     @property
     def p_value(self) -> float | None:
-        """Chance of a larger chi-square of numbers with known errors; else None."""
+        """Chance of a larger chi-square; None unless all numbers have known errors."""
         dof = self.uncertainty.dof
         if self.problem.is_estimated or not dof:
             return None
@@ -209,7 +209,7 @@ class FitResult:
 
     @cached_property
     def reasons(self) -> tuple[str, ...]:
-        """Why the fit does not hold; empty if it holds."""
+        """Reasons why the fit does not hold; empty if it holds."""
         return tuple(self._reasons())
 
     @property
@@ -241,7 +241,7 @@ class FitResult:
                 limit = f'{one.value:.4g} {one.unit}'.rstrip()
                 yield (
                     f'the readings pull {one.name} beyond {limit}, a limit of the model, by '
-                    f'{excess:.3g} standard errors: something else is lacking'
+                    f'{excess:.3g} standard errors: another effect is missing'
                 )
         for tension in self.tensions:
             if tension.apart > TENSION_MAX:
@@ -254,9 +254,9 @@ class FitResult:
     @cached_property
     def culprit(self) -> Missing | None:
         """
-        The likeliest explanation that moves a value, if the intervals likely miss the truth.
+        The likeliest explanation that moves a value, if an interval probably misses the truth.
 
-        An interval whose centre moves by as much as its half width misses every other time.
+        An interval misses in half of the cases if its centre moves by its half width.
 
         """
         moves = [self._moved(each)[1] for each in self.missing]
@@ -265,7 +265,7 @@ class FitResult:
         return next((each for each, by in pairs if by > 1.0), None) if missing > 0.5 else None
 
     def _moved(self, one: Missing) -> tuple[str, float]:
-        """Return the parameter that an explanation moves farthest, and by how many errors."""
+        """Return the parameter that an explanation moves most, and the move in its errors."""
         doubt = self.uncertainty
         covariance_z = doubt.recorded_z
         if is_assumed(one.name, doubt.shares):
@@ -287,7 +287,7 @@ class FitResult:
 
     @property
     def noise_of_numbers(self) -> dict[str, float]:
-        """Standard error of the numbers of each quantity without one, from the residuals, SI."""
+        """Standard error, from residuals, of quantities without a given one, SI."""
         return {each.quantity: noise for _, each, noise in self.problem.observed if each.is_bare}
 
     @property
@@ -325,8 +325,8 @@ def drawn(
     """
     Return stands from a normal distribution of natural coordinates, shapes (free,), (free, free).
 
-    Raises OutOfRange for an impossible number, or if there are ``vague`` parameters, known to less
-    than a factor of e.
+    ``vague`` parameters have an error above a factor of e. Raises OutOfRange for these, or for an
+    impossible number.
 
     """
     if not 1 <= count <= DRAWS_MAX:
@@ -351,8 +351,8 @@ def read_draws(path: Path, count: int = 100, seed: int = 1) -> list[Parameters]:
     Return draws of the fit in a file of ``stickslip fit -o fitted.json``.
 
     Parameters without a finite error stay constant. Raises RecordingError for another file or a
-    fit that failed its checks, OutOfRange for an impossible number or a parameter that is known to
-    less than a factor of e.
+    fit that failed its checks; OutOfRange for an impossible number, or a parameter with an error
+    above a factor of e.
 
     """
     natural, place, covariance, vague, holds = _read(path)

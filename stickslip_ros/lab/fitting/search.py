@@ -4,9 +4,9 @@
 """
 The search of a fit: the best of many places, least squares from there, noise and sensors.
 
-In recordings the allowed errors of the model decrease during a search: steps that are a little too
-short add up to a large misfit, and a search without an allowance ends elsewhere. Noise, clocks,
-outliers and what the model owes follow from the residuals at a minimum.
+For recordings the allowed errors of the model decrease during a search: steps that are a little
+too short add up to a large misfit, and a search without an allowance ends elsewhere. Noise,
+clocks, outliers and allowed errors are then estimated from the residuals at a minimum.
 
 """
 
@@ -36,34 +36,34 @@ from stickslip_ros.lab.runs.batch import Progress, run_batch
 from stickslip_ros.process.stopping import Stopped
 
 LOOSE_ALLOWANCES = Allowance(2e-8, 0.3), Allowance(4e-9, 0.05)
-"""Allowed errors of the model in the first searches of traces: from starts up to 1.6 times off in
-five parameters 6 of 6 searches found the truth, from up to 3.3 times off 9 of 12."""
+"""Allowed errors of the model in the first searches of traces. From starts up to 1.6 times off in
+five parameters, 6 of 6 searches found the truth; from up to 3.3 times off, 9 of 12."""
 TRIED_PLACES = 64  # places that are tried before the searches
 TRIED_SLOW_S = (2.5e-5, 8e-5, 2.5e-4)
-"""Time constants of sensors that are tried too, 6 kHz to 640 Hz: a low-pass hides the ringing of
-the runner, and a search without it ends elsewhere."""
-FOLLOWED_MAX = 3  # most ends of loose searches that go on
+"""Time constants of a sensor that are tried, 6 kHz to 640 Hz: a low-pass hides the ringing of the
+runner, and a search without it ends elsewhere."""
+FOLLOWED_MAX = 3  # most ends of loose searches that are continued
 READINGS_MAX = 10_000  # most readings of a quantity in a recording; more are thinned
-CERTAIN_FACTOR = 1.2  # least ratio of chi-squares of two sensors, or ends, of which one is left
+CERTAIN_FACTOR = 1.2  # least ratio of two chi-squares at which the larger one is rejected
 DISTANCE_MIN = 0.05  # least distance of two minima
 TOLERANCE = 1e-6
-"""Relative change of sum of squares, or of coordinates, that ends a search: a thousandth of a
+"""Relative change of the sum of squares, or of coordinates, that ends a search: a thousandth of a
 standard error."""
-_STEPS_OF_SEARCH = 40  # most of one that converges
+_STEPS_OF_SEARCH = 40  # most steps of a search
 ROUNDS, _CLOSE = 6, 0.1
-"""Most searches until noise, clocks and allowed errors are settled, and the change of a clock, per
-DELAY_S, and of an allowed error, as a share, that needs another."""
+"""Most searches until noise, clocks and allowed errors are settled, and least change of a clock,
+per DELAY_S, and of an allowed error, as a share, that needs another search."""
 _COARSE = 2.0
-"""Factor of rounding as an error of readings: smaller noise does not dither the rounding, and
-consecutive readings of a slow motion have the same error. Of 8 rigs with 1 nm of noise and digits
-of 5 nm two failed their checks and one was off by 3.4 standard errors."""
+"""Factor of rounding as an error of readings: noise below the rounding does not dither it, so
+consecutive readings of a slow motion share an error. Without the factor, of 8 rigs with 1 nm of
+noise and digits of 5 nm two failed their checks and one was off by 3.4 standard errors."""
 
 
 @dataclass(frozen=True)
 class Minimum:
     """The end of a search."""
 
-    coordinates: tuple[float, ...]  # natural ones; none if the search met an impossible stand
+    coordinates: tuple[float, ...]  # natural; empty if the search met an impossible stand
     chi_square: float
     converged: bool
     evaluations: int  # stands tried
@@ -76,7 +76,7 @@ class Minimum:
 
 @contextmanager
 def impossible() -> Iterator[None]:
-    """Pass over a stand that no drive can make."""
+    """Suppress the error of an impossible stand."""
     try:
         yield
     except Stopped:
@@ -109,7 +109,7 @@ def search(problem: Problem, start: Array) -> Minimum:
     def residuals(place: Array) -> Array:
         with impossible():
             return problem.residuals(place)
-        return np.full_like(first, np.inf)  # no drive goes there, nor does the search
+        return np.full_like(first, np.inf)  # the search avoids impossible stands
 
     ended = optimize.least_squares(
         residuals,
@@ -134,7 +134,7 @@ def search_all(
     problem: Problem, starts: int, workers: int, progress: Progress | None = None
 ) -> list[tuple[Problem, Minimum]]:
     """
-    Search from the start and from the best of TRIED places; return each end with its sensors.
+    Search from the start and from the best of TRIED_PLACES; return each end with its sensors.
 
     Raises StickSlipError if the start is impossible.
 
@@ -149,7 +149,7 @@ def search_all(
     alone = [(replace(one, pool=None), place) for one, place in begins]
     stages = [LOOSE_ALLOWANCES[0] if problem.has_traces else problem.allowance]
     ends = run_batch(partial(_descend, stages), alone, workers=workers, progress=progress)
-    if problem.has_traces:  # the best go on
+    if problem.has_traces:  # continue from the best
         kept = distinct([ended for _, ended in ends])[:FOLLOWED_MAX]
         best = [(_on_time(one, each.place), each.place) for one, each in ends if each in kept]
         stages = [*LOOSE_ALLOWANCES[1:], problem.allowance]
@@ -158,7 +158,7 @@ def search_all(
 
 
 def _sensors_tried(problem: Problem) -> list[Problem]:
-    """Return the problem with each clock and low-pass that is tried, once; a clear delay first."""
+    """Return the problem with each clock and low-pass to try, the one with clear delays first."""
     found = [
         lateness_of(one.observed[0], one.drive) if isinstance(one.drive, Voltage) else Lateness()
         for one in problem.experiments
@@ -189,8 +189,8 @@ def _sensors_tried(problem: Problem) -> list[Problem]:
 def _tried(
     problem: Problem, variants: Sequence[Problem], count: int
 ) -> list[tuple[Problem, Array]]:
-    """Return the start and places of a Latin hypercube, each with the sensors that suit it."""
-    reach = 1.0 if problem.has_traces else PRIOR  # e-folds, mostly
+    """Return the start and places of a Latin hypercube, each with its best sensors."""
+    reach = 1.0 if problem.has_traces else PRIOR  # e-folds of logarithmic coordinates
     shares = qmc.LatinHypercube(d=len(problem.free), seed=1).random(count)
 
     def suited(place: Array) -> tuple[float, Problem, Array]:
@@ -215,7 +215,7 @@ def _missed(problem: Problem, place: Array) -> float:
 def _descend(
     stages: Sequence[Allowance | None], begin: tuple[Problem, Array]
 ) -> tuple[Problem, Minimum]:
-    """Search from a place with less and less allowed; pass over impossible stands."""
+    """Search from a place with smaller and smaller allowances; skip impossible stands."""
     problem, place = begin
     ended = Minimum((), math.inf, converged=False, evaluations=0)
     with impossible():
@@ -226,7 +226,7 @@ def _descend(
 
 
 def _on_time(problem: Problem, place: Array) -> Problem:
-    """Return the problem with the sensors that fit the motion from sample to sample best."""
+    """Return the problem with the sensors that best fit the differences of readings."""
     stand, observed = problem.stand(place), list[Readout]()
     for one in problem.experiments:
         if isinstance(one.drive, Voltage):
@@ -239,7 +239,7 @@ def _on_time(problem: Problem, place: Array) -> Problem:
 
 
 def refine(problem: Problem, here: Minimum) -> tuple[Problem, list[Minimum], bool]:
-    """Continue from a minimum with more cycles as long as its runs need them."""
+    """Repeat the search from a minimum with more cycles until its runs are steady."""
     refined = list[Minimum]()
     while True:
         longer, steady = problem.steady_at(here.place)
@@ -307,7 +307,7 @@ def _with_noise(problem: Problem, place: Array) -> Problem:
 
 
 def _share_missed(problem: Problem, predicted: Predicted) -> float:
-    """Return the error of numbers without one, per largest number of their quantity."""
+    """Return the estimated error of bare numbers, per largest number of their quantity."""
     pairs = zip(problem.observed, predicted, strict=True)
     missed = [
         (model.values - each.values) / largest_of(problem.experiments, each.quantity)
@@ -319,7 +319,7 @@ def _share_missed(problem: Problem, predicted: Predicted) -> float:
 
 
 def _shown(each: Readout, left: Array, late_curved: list[float]) -> tuple[Readout, float]:
-    """Return readings without outliers, with their sensor, and their noise; 0 if none shows."""
+    """Return readings without outliers, with their sensor, and their noise, or 0 if hidden."""
     late_s, slow_s = slower(each.sensor.slow_s, *late_curved)
     out = lone_outliers(left)
     keeps, left, kept = 0.0, left[~out], each.without(out)
@@ -334,7 +334,7 @@ def _shown(each: Readout, left: Array, late_curved: list[float]) -> tuple[Readou
 
 
 def notes_of(problem: Problem) -> Iterator[str]:
-    """Yield what was found about the sensors."""
+    """Yield notes on the sensors."""
     for one, each, noise in problem.observed:
         sensor, name = each.sensor, f'{one.origin}: {each.quantity}'
         if not each.is_trace:
@@ -348,17 +348,17 @@ def notes_of(problem: Problem) -> Iterator[str]:
             yield f'{name}: the low-pass of its sensor, {sensor.undone_hz:g} Hz, was undone'
         if sensor.cyclic_m:
             yield (
-                f'{name}: a motion that repeats in each fringe of {1e9 * sensor.fringe_m:.4g} nm '
-                'counts as cyclic error of the interferometer, of the size of '
+                f'{name}: motion that repeats in each fringe of {1e9 * sensor.fringe_m:.4g} nm is '
+                'fitted as a cyclic error of the interferometer, of about '
                 f'{1e9 * sensor.cyclic_m:.2g} nm'
             )
         coarse = _COARSE * rounding_of(each.values) if not each.sigma else 0.0
         if each.unit == 'm' and SHAPE_M < noise <= coarse:
             yield (
-                f'{name} is rounded by more than its noise: the error of a reading is '
-                f'{1e9 * noise:.2g} nm, as consecutive readings share it'
+                f'{name} is rounded by more than its noise, so consecutive readings share an '
+                f'error; the error of a reading is {1e9 * noise:.2g} nm'
             )
         if sensor.slow_s > DELAY_S:
             shares = '; neighbouring readings share its noise' if sensor.noise_lasts_s else ''
             hertz = 0.5 / (math.pi * sensor.slow_s)
-            yield f'{name}: its sensor is slow, as behind a low-pass of {hertz:.2g} Hz{shares}'
+            yield f'{name}: its sensor is slow, like a low-pass of {hertz:.2g} Hz{shares}'

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Errors of a minimum: of the free parameters, together with the constants that a fit assumes.
+Errors at a minimum: of the free parameters, together with the constants that a fit assumes.
 
-Each free parameter is taken to be within a factor of ten of its start, each constant within its
-stated error; the slopes of the residuals do the rest.
+The prior of a free parameter is a factor of ten about its start, that of a constant its stated
+error; the slopes of the residuals give the errors.
 
 """
 
@@ -38,14 +38,14 @@ Flags = NDArray[np.bool_]
 LEVEL = 0.95  # confidence of the intervals
 QUANTILE_95 = 1.96  # half width of a 95 % interval in standard deviations
 _VAGUE = 10.0
-"""Standard error before a measurement that shows whether the readings alone determine it."""
+"""Wide prior error: it shows whether the readings alone determine a parameter."""
 UNDETERMINED = 1.0
-"""Largest standard error of a determined parameter, in e-folds: slopes do not reach further."""
-_FAR = 0.1  # least share of an offset that is extrapolated
+"""Largest standard error of a determined parameter, in e-folds: beyond, slopes do not hold."""
+_FAR = 0.1  # least information share from which a preferred value is extrapolated
 
 
 class Tension(NamedTuple):
-    """A constant from elsewhere, and the value that the readings alone prefer."""
+    """A known or assumed value, and the value that the readings alone prefer."""
 
     name: str
     value: float
@@ -59,13 +59,13 @@ class Estimate(Coordinate):
     """A free parameter with its value and 95 % interval, symmetric about its coordinate."""
 
     value: float
-    # infinite, without an interval, if one of the flags is set
+    # infinite, without an interval, if any flag below is set
     standard_error: float
     low: float
     high: float
     at_bound: bool
     inert: bool  # without effect on the readings
-    undetermined: bool  # exchangeable with others, or known to less than a factor of e
+    undetermined: bool  # compensated by others, or with an error above a factor of e
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,41 +73,41 @@ class Uncertainty:
     """Errors at a minimum: of the coordinates z of the free parameters, and of the constants."""
 
     z: Array  # shape (free,)
-    sizes: Array  # 1 for a logarithm, else the coordinate, at least 1
+    sizes: Array  # 1 for a logarithm, else the coordinate or 1, whichever is larger
     per_natural: Array  # slopes of z by natural coordinates, shape (free, free)
     chi_square: float  # sum of squared residuals, of known parameters too
     dof: int  # degrees of freedom: points less free parameters
     variance_scale: float  # factor of the covariance, 1 or more
-    # half width of the intervals in standard errors: of the normal distribution with known errors
-    # of the points, else of the t distribution
+    # half width of the intervals in standard errors: by the normal distribution if the points have
+    # known errors, else by the t distribution
     quantile: float
-    # covariance by the recording alone, with exact constants but for SHOWN, shape (free, free)
+    # covariance by the recording alone, with all constants but SHOWN exact, shape (free, free)
     shown_z: Array
     recorded_z: Array  # with exact constants and with known parameters, shape (free, free)
-    alone_z: Array  # standard errors by the readings alone, nearly without those before
+    alone_z: Array  # standard errors by the readings alone, with a wide prior, shape (free,)
     at_bound: Flags  # parameters on a bound, shape (free,)
-    # how far the readings pull a parameter beyond such a bound, in standard errors, shape (free,)
+    # pull of the readings on a parameter beyond its bound, in standard errors, shape (free,)
     excess: Array
     inert: Flags  # parameters without effect
     shares: Mapping[str, float]  # relative errors of the constants, by name
     whole_z: Array  # covariance of z and constants, shape (free + constants, same)
-    pulled: Array  # where the readings would move z and the constants, shape (free + constants,)
-    # explanations of a misfit whose error is not assumed: their chances, and the moves of z
+    pulled: Array  # moves of z and the constants by the readings, shape (free + constants,)
+    # explanations of a misfit other than assumed constants: their chances, and their moves of z
     chances: Array  # shape (explanations,)
     moves_z: Array  # shape (explanations, free)
 
     @cached_property
     def covariance_z(self) -> Array:
-        """Covariance whose 95 % intervals reach what the constants and explanations tell."""
+        """Covariance with 95 % intervals that include the constants and the explanations."""
         errors = np.sqrt(np.diag(self.assumed_z))
         factors = self.widening(errors, self.moves_z)
         return np.asarray(self.assumed_z * np.outer(factors, factors))
 
     def widening(self, errors: Array, moves: Array) -> Array:
         """
-        Return factors of errors with which 95 % intervals hold, whatever explains the misfit.
+        Return factors that widen errors until the 95 % intervals include the explanations.
 
-        With its chance, each explanation moves the centre of a normal distribution.
+        Each explanation moves the centre of a normal distribution, with its probability.
 
         """
         known = np.isfinite(errors) & (errors > 0.0)
@@ -128,7 +128,7 @@ class Uncertainty:
 
     @cached_property
     def assumed_z(self) -> Array:
-        """Covariance with the errors of the constants, whose pull its 95 % intervals reach."""
+        """Covariance with the errors of the constants; its 95 % intervals include their pull."""
         free = len(self.z)
         covariance_z = self.whole_z[:free, :free]
         errors = QUANTILE_95 * np.sqrt(np.diag(covariance_z))
@@ -144,7 +144,7 @@ class Uncertainty:
 
     @property
     def undetermined(self) -> Flags:
-        """Parameters known to less than a factor of e, or than themselves."""
+        """Parameters with an error above a factor of e, or above their value."""
         errors = np.maximum(self.errors_z, self.alone_z)
         return np.asarray(np.isfinite(errors) & (errors > UNDETERMINED * self.sizes))
 
@@ -163,10 +163,10 @@ class Uncertainty:
         return np.asarray(per_z @ finite @ per_z.T)
 
     def tensions(self, problem: Problem) -> tuple[Tension, ...]:
-        """Return the known and the assumed values about which the readings tell."""
+        """Return the known and the assumed values that the readings also determine."""
         rows, variances = list[tuple[str, float, float, float, float]](), np.diag(self.recorded_z)
         for k, one in enumerate(problem.free):
-            if one.name in problem.known:  # with exact constants, as the minimum was sought
+            if one.name in problem.known:  # constants are exact in a search
                 value, share = problem.known[one.name]
                 per = one.slope(value) / value
                 offset = (self.z[k] - one.to_coordinate(value)) * per
@@ -178,26 +178,26 @@ class Uncertainty:
             rows.append((name, value_of(stand, name), share, variance, pull))
         found = []
         for name, value, share, variance, offset in rows:
-            told = 1.0 - variance / share**2
-            if told < _FAR and abs(offset) > TENSION_MAX * share:
-                told = 1.0  # no linear way leads so far: it is at least where the fit has come to
-            if told > variance / UNDETERMINED**2:
+            gained = 1.0 - variance / share**2
+            if gained < _FAR and abs(offset) > TENSION_MAX * share:
+                gained = 1.0  # too far for a linear extrapolation: report the fitted value
+            if gained > variance / UNDETERMINED**2:
                 with np.errstate(over='ignore'):
-                    preferred = value * float(np.exp(offset / told))
-                apart = abs(float(offset)) / (share * math.sqrt(told))
+                    preferred = value * float(np.exp(offset / gained))
+                apart = abs(float(offset)) / (share * math.sqrt(gained))
                 found.append(Tension(name, value, share, preferred, apart))
         return tuple(found)
 
 
 class _Slopes(NamedTuple):
-    """Residuals at a minimum without those of bounds, and their slopes, all per noise."""
+    """Whitened residuals at a minimum, without those of bounds, and their slopes."""
 
     missed: Array  # shape (n,)
     of_z: Array  # shape (n, free)
     inert: Flags  # coordinates without effect, shape (free,)
     active: list[int]  # numbers of the coordinates that the residuals determine
     shares: Mapping[str, float]  # relative errors of the constants with an effect
-    seen: Array  # by these coordinates, then by the constants, shape (n, active + constants)
+    joint: Array  # by active coordinates, then by constants, shape (n, active + constants)
 
 
 def _slopes(
@@ -210,17 +210,17 @@ def _slopes(
     free = len(place)
     of_z = problem.slopes(place, central=True)[:-free] @ np.linalg.inv(per_natural)
     inert = np.asarray(np.sqrt(np.sum(of_z**2, axis=0)) <= EFFECT * problem.signal)
-    # on a bound that is no limit of the model nothing is determined
+    # a parameter on a bound is not determined, unless the bound is a limit of the model
     pairs = zip(problem.free, problem.values(place), strict=True)
     held = at_bound & np.array([not one.is_limit(value) for one, value in pairs])
     active = np.flatnonzero(~held & ~inert).tolist()
-    seen = of_z[:, active]
+    joint = of_z[:, active]
     if shares:
         constants = slopes_of_constants(problem, place, list(shares))[:-free]
         moves = np.linalg.norm(constants, axis=0) * [*shares.values()] > EFFECT * problem.signal
         shares = dict(compress(shares.items(), moves))
-        seen = np.hstack((seen, constants[:, moves]))
-    return _Slopes(problem.residuals(place)[:-free], of_z, inert, active, shares, seen)
+        joint = np.hstack((joint, constants[:, moves]))
+    return _Slopes(problem.residuals(place)[:-free], of_z, inert, active, shares, joint)
 
 
 def uncertainty(
@@ -229,7 +229,7 @@ def uncertainty(
     """
     Return the errors at a minimum.
 
-    ``shares`` are relative errors of assumed constants, ``missing`` what the stand may lack.
+    ``shares`` are relative errors of assumed constants, ``missing`` explanations of the misfit.
 
     """
     shares = {name: share for name, share in shares.items() if share}
@@ -240,17 +240,17 @@ def uncertainty(
     # zero and drift of each trace are fitted too
     chi_square, dof = float(missed @ missed), problem.count - 2 * len(problem.metrics) - free
     scale = max(chi_square / dof, 1.0) if problem.has_traces else 1.0
-    readings = slopes.seen.T @ slopes.seen / scale
+    readings = slopes.joint.T @ slopes.joint / scale
     information = readings + np.diag(np.array([*[PRIOR] * known, *shares.values()]) ** -2.0)
     starts = np.array([one.to_coordinate(one.start) for one in problem.free])
-    gradient = slopes.seen.T @ missed / scale
+    gradient = slopes.joint.T @ missed / scale
     gradient[:known] += PRIOR**-2.0 * (z - starts)[slopes.active]
     rows = [*slopes.active, *range(free, free + len(shares))]
     pulled = np.zeros(free + len(shares))
     pulled[rows] = -_inverse(information) @ gradient
     vague = readings[:known, :known] + _VAGUE**-2.0 * np.eye(known)
-    untold = [each for each in missing if not is_assumed(each.name, shares)]
-    moves_z = [problem.natural.back(place + each.moves) - z for each in untold]
+    others = [each for each in missing if not is_assumed(each.name, shares)]
+    moves_z = [problem.natural.back(place + each.moves) - z for each in others]
     upper, is_log = 0.5 * (1.0 + LEVEL), [one.is_log for one in problem.free]
     return Uncertainty(
         z=z,
@@ -269,13 +269,13 @@ def uncertainty(
         shares=shares,
         whole_z=_spread(information, rows, free + len(shares)),
         pulled=pulled,
-        chances=np.array([each.chance for each in untold]),
+        chances=np.array([each.chance for each in others]),
         moves_z=np.reshape(moves_z, (-1, free)),
     )
 
 
 def is_assumed(name: str, shares: Mapping[str, float]) -> bool:
-    """Return whether the covariance has the error of a constant already."""
+    """Return whether the covariance already contains the error of a constant."""
     return name in shares or (name == LOAD and LOAD_FACTOR in shares)
 
 
@@ -283,7 +283,7 @@ def _shown(problem: Problem, slopes: _Slopes, information: Array, scale: float) 
     """Return the covariance of z by the recording alone, with the constants of SHOWN unknown."""
     known = len(slopes.active)
     rows = [*range(known), *(known + k for k, name in enumerate(slopes.shares) if name in SHOWN)]
-    of_known = slopes.seen[len(slopes.seen) - len(problem.known) :, rows]
+    of_known = slopes.joint[len(slopes.joint) - len(problem.known) :, rows]
     alone = information[np.ix_(rows, rows)] - of_known.T @ of_known / scale
     left = _inverse(alone)[:known, :known]
     return _spread(_inverse(left), slopes.active, len(problem.free))
@@ -292,7 +292,7 @@ def _shown(problem: Problem, slopes: _Slopes, information: Array, scale: float) 
 def _excess(
     problem: Problem, place: Array, slopes: Array, missed: Array, at_bound: Flags
 ) -> Array:
-    """Return how far the residuals pull parameters beyond their bounds, in standard errors."""
+    """Return the pull of the residuals on parameters beyond their bounds, in standard errors."""
     is_lower = problem.excess(place, -BOUND) < 0.0
     basis, found = np.linalg.qr(slopes[:, ~at_bound])[0], np.zeros(len(place))
     for number in np.flatnonzero(at_bound):
@@ -303,13 +303,13 @@ def _excess(
 
 
 def _inverse(information: Array) -> Array:
-    """Return the inverse of an information of any units."""
+    """Return the inverse of an information matrix, scaled against different units."""
     sizes = np.sqrt(np.diag(information))
     return np.asarray(np.linalg.inv(information / np.outer(sizes, sizes)) / np.outer(sizes, sizes))
 
 
 def _spread(information: Array, rows: list[int], size: int) -> Array:
-    """Return the covariance, with rows for held coordinates, which have infinite variances."""
+    """Return the covariance; held coordinates get rows with infinite variances."""
     whole = np.full((size, size), np.nan)
     np.fill_diagonal(whole, np.inf)
     whole[np.ix_(rows, rows)] = _inverse(information)
@@ -325,7 +325,7 @@ def estimates_of(problem: Problem, doubt: Uncertainty) -> tuple[Estimate, ...]:
         low = high = math.nan
         if math.isfinite(error_z) and not is_vague:
             low, high = (one.to_value(z + way * doubt.quantile * error_z) for way in (-1.0, 1.0))
-            # Twice a roughness is as likely as half of it.
+            # The error of a roughness is a factor, so the interval reaches further upwards.
             if not one.is_log and 0.0 < error_z < z:
                 high = max(high, min(value * math.exp(doubt.quantile * error_z / z), one.upper))
         estimates.append(

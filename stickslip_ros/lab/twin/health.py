@@ -18,16 +18,16 @@ from stickslip_ros.lab.twin.watch import ELSE, LookEstimate, Watch
 from stickslip_ros.parameters import spec_of
 
 _SOMETHING_ELSE = (
-    'something else has changed than one parameter: the preload, a load, one foot, the clock of '
-    'the sensor, or messages are lost'
+    'the change is not that of a single parameter: check the preload, the load, each foot, the '
+    'clock of the sensor, and lost messages'
 )
-_GREW = 1.5  # growth of chi-square per reading since the start that marks another motion
+_GREW = 1.5  # growth of chi-square per reading since the start that shows another motion
 _MISSED_MOST = 1.5
-"""Most chi-square per reading, of noise and sensor alone, of a model that explains a motion."""
+"""Largest chi-square per reading, of noise and sensor alone, of a model that explains a motion."""
 _MEANS_NOTHING = 5.0
-"""Chi-square per reading above which parameters mean nothing: with travelling roughness it went
-from 2 to 85 between places, and the mass changed by a fifth."""
-_MORE_STARTS = 3  # searches of the first suspicious fit, as a jumped parameter is far away
+"""Chi-square per reading above which changes are ignored: with travelling roughness it went from 2
+to 85 between places, and the fitted mass changed by a fifth."""
+_MORE_STARTS = 3  # searches of the first suspicious fit, as a changed parameter may be far off
 
 
 class Health(NamedTuple):
@@ -53,7 +53,7 @@ class Doctor:
         self._was_late = False
 
     def examine(self, look: Look) -> Health:
-        """Return the health in a window; StickSlipError if it cannot be fitted."""
+        """Return the health in a window; StickSlipError if the fit is impossible."""
         fit = self._twin.fit(look)
         is_odd = self._watch.has_begun and (
             self._watch.is_suspect(_estimate_of(fit)) or _chi(fit) > self._largest_chi(fit)
@@ -83,7 +83,7 @@ class Doctor:
         return Health(look.window.end_ns, names, values, errors, _chi(fit), words)
 
     def _clock_text(self, look: Look) -> str:
-        """Return what is said of a clock that has moved since the start, in two windows."""
+        """Return a message if a clock has moved since the start in two windows, or ''."""
         away_s = look.late_s - float(np.median(self._first_late_s))
         is_late = abs(away_s) > LATE_MIN_S + float(np.ptp(self._first_late_s))
         was_late, self._was_late = self._was_late, is_late
@@ -100,11 +100,9 @@ class Doctor:
 def _estimate_of(fit: Fit) -> LookEstimate:
     """Return the estimate of a fit, with errors widened by its misfit."""
     wider = max(1.0, fit.reduced_chi_square or 1.0)
-    # Without the widening by what may be missing: it was missing at the start, too.
+    # Errors are not widened by missing effects, which were missing at the start, too.
     covariance = wider * fit.uncertainty.assumed_z
-    known = np.isfinite(
-        np.diag(covariance)
-    )  # on a bound, or undetermined, a coordinate is unknown
+    known = np.isfinite(np.diag(covariance))  # false on a bound, or if undetermined
     covariance = np.where(np.outer(known, known), covariance, 0.0)
     covariance[~known, ~known] = 1.0 / np.finfo(np.float32).eps
     return LookEstimate(fit.found.place, covariance)
@@ -125,7 +123,7 @@ def _limit(fit: FitResult) -> float:
 def _misfit_text(fit: FitResult) -> str:
     text = f'the model does not explain the motion: chi-square per reading is {_chi(fit):.3g}'
     if not fit.missing:
-        return f'{text}, and no parameter that was tried would lower it: check clocks and sensor'
+        return f'{text}, and no tested parameter would lower it: check clocks and sensor'
     worst = fit.missing[0]
     return f'{text}, with {worst.name} free {worst.expected / fit.readings:.3g}'
 

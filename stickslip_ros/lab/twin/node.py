@@ -42,8 +42,8 @@ from stickslip_ros.units import NS_PER_S
 TWIN_NODE = 'stickslip_twin'
 _PREFIX = 'twin.'
 _LOOK_S, _REPORT_S = 0.2, 1.0
-_DEPTH = 10_000  # queued messages of the rig while the node is busy
-_TIME_MAX_S = 1e10  # beyond the times of a header
+_DEPTH = 10_000  # most queued messages of the rig while the node is busy
+_TIME_MAX_S = 1e10  # limit of converted times, above all times of a header
 _TRACE_COLUMNS = {'voltage': 'voltage_v', 'position': 'position_m', 'force': 'force_n'}
 """Columns of a trace that the twin reads."""
 _TYPES = {POINT_STAMPED: PointStamped, WRENCH_STAMPED: WrenchStamped}
@@ -54,7 +54,7 @@ _SUCCESS, _FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.
 
 class StickSlipTwin(CheckedNode, GuardedNode, LifecycleNode):
     """
-    A fitted stand beside a rig, as a ROS 2 lifecycle node.
+    A fitted stand that follows a rig, as a ROS 2 lifecycle node.
 
     Its parameters, of the stand and of `TwinParameters` (``twin.*``), are read once at the start.
 
@@ -194,7 +194,7 @@ class StickSlipTwin(CheckedNode, GuardedNode, LifecycleNode):
                 self._tell(f'{topic}: {why}; source its package')
 
     def _take(self, fields: Any, message: Any, info: Any) -> None:
-        """Take numbers of a message, at its stamp or its send time in the clock of the rig."""
+        """Add numbers of a message, at its stamp or its send time in the clock of the rig."""
         sent_ns = info['source_timestamp'] or info['received_timestamp']
         header = getattr(message, 'header', None)
         stamp_ns = 0 if header is None else header.stamp.sec * NS_PER_S + header.stamp.nanosec
@@ -222,7 +222,7 @@ class StickSlipTwin(CheckedNode, GuardedNode, LifecycleNode):
         for name, series in split_columns([block], 'trace').items():
             is_force = name == 'force' and self.stand.load_cell.contact == 'absent'
             if name in _TRACE_COLUMNS and not is_force:
-                time_s = np.clip(series.time_s, -1.0, _TIME_MAX_S)  # beyond both they are refused
+                time_s = np.clip(series.time_s, -1.0, _TIME_MAX_S)  # beyond: refused
                 stamps_ns = np.round(time_s * NS_PER_S).astype(np.int64).tolist()
                 samples[_TRACE_COLUMNS[name]] = stamps_ns, series.value.tolist()
         if 'voltage_v' not in samples:
@@ -240,7 +240,7 @@ class StickSlipTwin(CheckedNode, GuardedNode, LifecycleNode):
             if why := self._windows.add(name, stamps_ns, values):
                 raise StickSlipError(why)
         assert self._work is not None  # there are no subscriptions without it
-        for window in self._windows.complete():  # before a pause clears it
+        for window in self._windows.complete():  # a pause would clear them
             self._work.put(window)
 
     # --- the twin

@@ -37,7 +37,7 @@ _FITTED_MOST = 3000  # readings of a window used in a fit, the first ones; more 
 _SAMPLES_MIN = 32  # fewest readings per window; with fewer, the quantity is ignored
 _REACHED = 0.9  # least share of a window that the voltage covers
 _LAG_S, _LAGS = 2e-5, 250  # steps of the search for a delay, and their number on either side
-_COMPARED = 1000  # readings of a window that it compares, about
+_COMPARED = 1000  # approximate number of readings in the search for a delay
 
 
 class RigAtRest(StickSlipError):
@@ -66,7 +66,7 @@ class Look(NamedTuple):
     steps: int  # whole cycles that end in a fall
     step_rig_m: float  # mean motion per cycle; NaN without cycles
     step_twin_m: float
-    late_s: float  # delay of the clock of the first quantity, followed from window to window
+    late_s: float  # delay of the clock of the first quantity
 
 
 class Twin:
@@ -92,7 +92,7 @@ class Twin:
         """Return rig and twin in a window; RigAtRest without input, else StickSlipError."""
         experiment = self.experiment(window)
         self._late_s = self._lateness(experiment)
-        late_s = self._late_s if abs(self._late_s) > LATE_MIN_S else 0.0  # the rest is of a fit
+        late_s = self._late_s if abs(self._late_s) > LATE_MIN_S else 0.0  # a fit solves the rest
         on_time = tuple(replace(each, time_s=each.time_s - late_s) for each in experiment.observed)
         experiment = replace(experiment, observed=on_time)
         first, *others = experiment.sensed(late_s=self._sensor.late_s).observed
@@ -122,12 +122,12 @@ class Twin:
         return Look(window, experiment, tuple(shown), len(whole), rig_m, twin_m, self._late_s)
 
     def _lateness(self, one: Experiment) -> float:
-        """Return the delay, s, next to the last one of those with which the stand moves alike."""
+        """Return the delay, s, nearest to the last one among those that fit about equally well."""
         first = one.observed[0]
         time_s, reach_s = first.time_s, min(_LAG_S * _LAGS, 0.25 * float(np.ptp(first.time_s)))
         even_s = np.arange(0.0, time_s[-1], SAMPLE_S)
         even = Readout(first.quantity, even_s, even_s)
-        # with the readings themselves the run is that of ``look``, which is made once
+        # the readings make the run equal to that of ``look``, so that it is made only once
         [[model, *_]] = predict(self.stand, [replace(one, observed=(even, *one.observed))])
         inside = np.flatnonzero((time_s > time_s[0] + reach_s) & (time_s < time_s[-1] - reach_s))
         some = inside[:: 1 + len(inside) // _COMPARED]
@@ -137,11 +137,11 @@ class Twin:
         places = np.rint((time_s - lags_s[:, np.newaxis]) / SAMPLE_S).astype(np.intp)
         moved = model.values[places.clip(0, len(even_s) - 1)] - values
         missed = np.sum(np.diff(moved) ** 2, axis=1)
-        alike_s = lags_s[missed <= CERTAIN_FACTOR * missed.min() + len(values) * first.noise**2]
-        return float(alike_s[np.argmin(np.abs(alike_s - self._late_s))])
+        good_s = lags_s[missed <= CERTAIN_FACTOR * missed.min() + len(values) * first.noise**2]
+        return float(good_s[np.argmin(np.abs(good_s - self._late_s))])
 
     def experiment(self, window: Window) -> Experiment:
-        """Return a window as an experiment; errors as in ``look``."""
+        """Return a window as an experiment; RigAtRest without input, else StickSlipError."""
         time_s, voltage_v = window.samples['voltage_v']
         hint = 'check the topic for lost messages, set its clock, or raise twin.lag'
         is_short = time_s[-1:] < _REACHED * self.settings.window
@@ -167,7 +167,7 @@ class Twin:
         return experiment_over_time(name, drive, observed, self.stand, None, self._options, {})
 
     def is_due(self, look: Look) -> bool:
-        """Return whether a window is the first of a period, to be fitted; call once per window."""
+        """Return whether a window is the first of a fit period; call once per window."""
         end_ns, period_ns = look.window.end_ns, to_nanoseconds(self.settings.period)
         if self._due_ns is not None and self._due_ns - period_ns < end_ns < self._due_ns:
             return False
@@ -194,7 +194,7 @@ class Twin:
         )
 
     def follow(self, fitted: Fit) -> None:
-        """Start the next fit from a good one, with its sensor."""
+        """Start the next fits from this one, with its sensor."""
         values = fitted.problem.values(fitted.found.place)
         self._free = tuple(
             replace(one, start=min(max(value, one.lower), one.upper))

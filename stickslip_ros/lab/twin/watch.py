@@ -5,17 +5,17 @@
 A test of changed parameters of a rig, with a stated rate of false alarms.
 
 Each look gives estimates z with covariance C. Successive looks share errors to an unknown degree,
-so they are not summed up, as in CUSUM: each look is tested against the first ones, at its share of
-the allowed rate, which then holds for any correlation. With z0 the median of the first looks,
-d = z - z0, and W the inverse of the sum of the covariances of two looks,
+so a sum of looks, as in CUSUM, is not used. Each look is tested against the first ones, at its
+share of the allowed rate, which then holds for any correlation. With z0 the median of the first
+looks, d = z - z0, and W the inverse of the sum of the covariances of two looks,
 
     T_j = (W d)_j^2 / W_jj
 
 is the fall of chi-square if parameter j alone has changed (Rao's score): without a change,
 chi-square with one degree of freedom. A change is reported if the same T is the largest and above
-the limit in two successive looks, since one may hold a knock. If more than chance is left of
-chi-square after that, no parameter alone has changed, but something else. Errors are enlarged,
-never reduced, to the scatter of the looks.
+the limit in two successive looks, as a single look may contain a knock. If the rest of chi-square
+is above chance, no parameter alone has changed. Errors are enlarged, never reduced, to the scatter
+of the looks.
 
 """
 
@@ -30,10 +30,10 @@ from stickslip_ros.arrays import Array
 _FIRST_LOOKS = 3  # looks of the baseline
 _TRUST = 4.0  # weight of the stated errors, in looks, against their scatter
 _DAY_S = 86400.0
-_LEFT_CHANCE = 1e-4  # largest chance of what a change of one parameter leaves
-_LEFT_SHARE = 0.05  # least share of T that a large change of one parameter does not leave
+_LEFT_CHANCE = 1e-4  # least chance of the rest of chi-square after a change of one parameter
+_LEFT_SHARE = 0.05  # largest rest after a large change of one parameter, per T
 ELSE = -1
-"""What has changed if it is no single parameter."""
+"""Result for a change that no single parameter explains."""
 
 
 class LookEstimate(NamedTuple):
@@ -45,7 +45,7 @@ class LookEstimate(NamedTuple):
 
 @dataclass
 class Watch:
-    """Monitors parameters at looks ``period_s`` apart, with a rate of false alarms."""
+    """A test of looks ``period_s`` apart, with at most ``alarms_per_day`` false alarms."""
 
     period_s: float
     alarms_per_day: float
@@ -73,7 +73,7 @@ class Watch:
         return float(f.isf(chance, 1, freedom))
 
     def scores(self, look: LookEstimate) -> tuple[Array, float, float]:
-        """Return T of each coordinate, the same if all have changed, and the factor of both."""
+        """Return T of each coordinate, T of all together, and the factor applied to both."""
         start = self.start
         weight = np.linalg.inv(look.covariance + start.covariance)
         along = weight @ (look.place - start.place)
@@ -94,7 +94,7 @@ class Watch:
         """Return the changed coordinate, or ELSE; None without a change."""
         if not self.has_begun:
             self._first.append(look)
-            if self.has_begun:  # their scatter is that of two looks without a change
+            if self.has_begun:  # the scatter of three looks counts as two looks
                 ways = [each.place for each in self._first]
                 ways -= np.mean(ways, axis=0)
                 weight = np.linalg.inv(self.start.covariance)

@@ -5,8 +5,8 @@
 Windows of samples of a rig, ordered by their stamps.
 
 Windows start at multiples of their length, so a replayed recording gives the same windows. A
-window is complete when all quantities have passed its end, or one has by more than the lag.
-After a pause or a reset clock, windows restart: none spans a gap.
+window is complete when all quantities have passed its end, or one quantity by more than the lag.
+After a pause or a reset clock, windows restart: no window spans a gap.
 
 """
 
@@ -24,7 +24,7 @@ from stickslip_ros.parameters import to_nanoseconds
 from stickslip_ros.units import NANO, NS_PER_S
 
 _PAUSE_S = 0.5  # shortest time without samples that counts as a pause, s
-_BLOCK_MAX_S = 2.0  # longest time in a block; that of a drive has at most 1 s
+_BLOCK_MAX_S = 2.0  # longest block; a drive sends at most 1 s
 _KEPT_MAX = 1_000_000  # samples of a quantity that wait for the end of a window
 _STAMP_END_NS = (INT32_MAX + 1) * NS_PER_S  # first time beyond those of a header
 _LEAD_NS = to_nanoseconds(LEAD_S)
@@ -54,14 +54,14 @@ def _fault_of(stamps_ns: Sequence[int]) -> str:
 
 
 class RigClock:
-    """The clock of a rig, for messages without a stamp: least delay between stamp and sending."""
+    """The clock of a rig, for messages without a stamp, by the least delay of stamped ones."""
 
     def __init__(self) -> None:
         self._behind_ns: float | None = None
         self._sent_ns = 0
 
     def learn(self, stamp_ns: int, sent_ns: int) -> None:
-        """Take a stamp, and the send time of its message by the system clock."""
+        """Update the delay by a stamp and the send time of its message, in the system clock."""
         behind_ns, passed_ns = sent_ns - stamp_ns, max(sent_ns - self._sent_ns, 0)
         before_ns = self._behind_ns
         if before_ns is None or abs(behind_ns - before_ns) > APART_S / NANO:
@@ -74,7 +74,7 @@ class RigClock:
 
 
 class Windows:
-    """Cuts samples into windows; counts those left out, doubled or reordered, and gaps."""
+    """Cuts samples into windows; counts omitted, doubled and reordered samples, and gaps."""
 
     def __init__(self, quantities: Sequence[str], length_s: float, lag_s: float) -> None:
         self._length_ns, self._lag_ns = to_nanoseconds(length_s), to_nanoseconds(lag_s)
@@ -83,12 +83,12 @@ class Windows:
         self.expect(quantities)
 
     def expect(self, quantities: Iterable[str]) -> None:
-        """Begin anew with these quantities."""
+        """Restart with these quantities."""
         self._stamps: dict[str, list[int]] = {name: [] for name in quantities}
         self._values: dict[str, list[float]] = {name: [] for name in self._stamps}
         self.quantities = set(self._stamps)
         self._newest = dict.fromkeys(self._stamps, -1)
-        self._came = dict[str, int]()  # last stamp of each quantity, whether kept or not
+        self._came = dict[str, int]()  # last stamp of each quantity, kept or dropped
         self._last_ns = self._start_ns = self._oldest_ns = -1
 
     def add(self, quantity: str, stamps_ns: Sequence[int], values: Sequence[float]) -> str:
@@ -112,9 +112,9 @@ class Windows:
         if self._last_ns < 0:
             self._begin(first_ns)
         elif pauses or restarts:
-            if before_ns >= 0 and abs(first_ns - before_ns) < _PAUSE_S / NANO:  # its clock goes on
+            if before_ns >= 0 and abs(first_ns - before_ns) < _PAUSE_S / NANO:  # no pause here
                 off_s = (first_ns - self._last_ns) * NANO
-                return f'{quantity} is {off_s:+.3g} s off the other stamps; set their clocks alike'
+                return f'{quantity} is {off_s:+.3g} s off the other stamps; synchronise the clocks'
             self.pauses, self.restarts = self.pauses + pauses, self.restarts + restarts
             self._begin(first_ns)
         if first_ns < self._oldest_ns:
@@ -132,7 +132,7 @@ class Windows:
         self._last_ns = max(self._last_ns, stamps_ns[-1])
         if len(self._stamps[quantity]) + len(stamps_ns) > _KEPT_MAX:
             why = f'{quantity} would have more than {_KEPT_MAX} samples before the end of a window'
-            return f'{why}; send fewer, and stamps that go on'
+            return f'{why}; send fewer samples, with advancing stamps'
         self._stamps[quantity].extend(stamps_ns)
         self._values[quantity].extend(values)
         return ''

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The threads of a twin: windows are compared and published, and some are fitted."""
+"""The threads of a twin: one compares and publishes windows, one fits some of them."""
 
 import queue
 import threading
@@ -31,18 +31,19 @@ TWIN_OUTPUTS = {
     'twin/parameters': FLOAT64_ARRAY,
 }
 """Topics of a twin."""
-_THINNED_NS = 1_000_000  # least distance of messages on a topic of the twin, ns
-_WAITING = 20  # waiting windows, above which new ones are dropped
-_BEHIND = 5  # waiting windows, from which no fit starts
+_THINNED_NS = 1_000_000  # least time between messages on a topic of the twin, ns
+_WAITING = 20  # most waiting windows; further ones are dropped
+_BEHIND = 5  # number of waiting windows from which no fit starts
 
 
 class Work:
     """
     Two threads of a twin: one compares windows, one fits them.
 
-    ``health`` is that of the last fit, ``trouble`` the error of the last window. ``shown``,
+    ``health`` is the result of the last fit, ``trouble`` the error of the last window. ``shown``,
     ``dropped``, ``fits`` and ``left_out`` count windows with motion, windows lost to a full queue,
-    fits and skipped fits. ``publish`` takes a message of TWIN_OUTPUTS, ``tell`` a warning.
+    fits and skipped fits. ``publish`` is called with a topic of TWIN_OUTPUTS and a message,
+    ``tell`` with a warning.
 
     """
 

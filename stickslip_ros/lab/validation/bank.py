@@ -23,7 +23,7 @@ _stored_in_springs = entry_point(stored_in_springs)
 TURN_SEED, TURNS, TURN_STEPS = 20140, 60, 8
 """Random history at constant preload, with nested loops and full slip."""
 FAR_M = 1e-6  # displacement of full slip
-RAMP_N = (2.0, 0.1, 1.5, 0.2, 1.0)  # corners of the preload on ramps, which start at the last one
+RAMP_N = (2.0, 0.1, 1.5, 0.2, 1.0)  # corners of the preload on ramps, from the last corner
 RAMP_SEED, RAMP_TURNS, RAMP_STEPS = 97, 25, 40
 RAMP_REACH_M = 120e-9  # largest turn on ramps: full slip at light preload, stick at heavy preload
 _BALANCE_STEPS = 4000
@@ -54,7 +54,7 @@ def ramp(refinement: int = 1) -> tuple[Array, Array]:
 
 @lru_cache(maxsize=16)
 def bank_for(profile: str, preload_n: float) -> Record:
-    """Return the springs of a drive for preloads up to this one."""
+    """Return the springs of a drive for preloads up to ``preload_n``."""
     values = {'contact.profile': profile, 'stand.preload': preload_n}
     return all_contacts(Parameters().updated(values)).bank
 
@@ -79,7 +79,7 @@ def random_log(profile: str, preload_n: float, reach_m: float) -> Array:
 
 
 def bank_full_slip_n(profile: str, preload_n: float) -> float:
-    """Return the force of the springs in full slip (bank for up to 2 N)."""
+    """Return the force in full slip of springs for up to 2 N."""
     there_m = np.array([0.0, FAR_M])
     bank = bank_for(profile, max(RAMP_N))
     return float(drag_bank(bank, there_m, np.full(2, preload_n))[-1, 0])
@@ -92,7 +92,7 @@ def ramp_log(profile: str) -> Array:
 
 
 def bank_missing(profile: str) -> float:
-    """Return the share of work neither stored nor lost while the preload changes."""
+    """Return the share of work that is neither stored nor lost while the preload changes."""
     angles = np.linspace(0.0, 4.0 * np.pi, _BALANCE_STEPS + 1, dtype=np.float64)
     path_m, preloads_n = RAMP_REACH_M * np.sin(angles), 0.6 + 0.4 * np.cos(0.7 * angles)
     log = drag_bank(bank_for(profile, max(RAMP_N)), path_m, preloads_n)

@@ -99,7 +99,7 @@ def remember(profile: str, force_n: float, places_m: tuple[float, ...]) -> Array
 
 
 def drive_max_displacement_m(profile: str, preload_n: float) -> float:
-    """Return u_max of the lower contacts of the drive of the paper, which come last."""
+    """Return u_max of the lower contacts of the drive of the paper, the last ones."""
     stand = Parameters().updated({'contact.profile': profile, 'stand.preload': preload_n})
     return contacts_of(stand)[-1].max_displacement_m
 
@@ -148,7 +148,7 @@ def missing_share(history: Array, force_n: Array, energies_j: Array) -> float:
 
 
 def wandering_missing(profile: str, force_n: float, reach_m: float) -> float:
-    """Return the share of work along WANDERING neither stored nor lost."""
+    """Return the share of work along WANDERING that is neither stored nor lost."""
     path_m = wandering(reach_m, _BALANCE_STEPS)
     log = remember(profile, force_n, tuple(path_m.tolist()))
     return missing_share(path_m, log[:, 0], log[:, 1] + log[:, 2])
@@ -207,7 +207,7 @@ def ball_shift_m(pull: float, **ball: float) -> float:
 
 
 def ball_stick_share(pull: float, **ball: float) -> float:
-    """Return the sticking share of the contact area at that displacement."""
+    """Return the sticking share of the contact area at the displacement of a pull."""
     one = sphere(**ball)
     return float(one.stick_radius(ball_shift_m(pull, **ball)) / one.indentation.radius_m) ** 2
 

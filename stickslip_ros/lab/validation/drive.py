@@ -49,7 +49,7 @@ def _motion(voltage_v: float, load_n: float, *changes: tuple[str, float | str]) 
 
 
 def motion(voltage_v: float, load_n: float = 0.0, **changes: Any) -> CycleMotion:
-    """Run the drive with changed parameters; a voltage below 0 goes backwards."""
+    """Run the drive with changed parameters; a voltage below 0 drives it backwards."""
     kinds = {name: type(value) for name, value in Parameters().flat().items()}
     return _motion(voltage_v, load_n, *((name, kinds[name](changes[name])) for name in changes))
 

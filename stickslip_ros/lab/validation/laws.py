@@ -137,7 +137,7 @@ def virgin_friction_n(law: str, displacement_m: float) -> float:
 
 @lru_cache(maxsize=1)
 def steady_loop(law: str, amplitude_m: float) -> tuple[Array, Array]:
-    """Return friction, N, and lost energy, J, along loops that become steady."""
+    """Return friction, N, and lost energy, J, along loops until they are steady."""
     path_m = zigzag((amplitude_m, -amplitude_m) * LOOP_CYCLES, LOOP_STEPS)
     return trace(plain_law(LAWS.index(law)), path_m)
 

@@ -71,7 +71,7 @@ def arguments_of(case: str) -> dict[str, float | str]:
 
 
 def case_of(arguments: Mapping[str, Any]) -> str:
-    """Return arguments as a case."""
+    """Return the text of a case with these arguments."""
     return ', '.join(
         f'{name}={value if isinstance(value, str) else format(value, ".10g")}'
         for name, value in arguments.items()

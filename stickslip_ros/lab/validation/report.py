@@ -28,7 +28,7 @@ def summary_text(outcomes: Answers) -> str:
 
 
 def failure_text(found: CheckedAnswer) -> str:
-    """Return a wrong answer, and the expected error."""
+    """Return a line on a failed answer: both values, the error and its tolerance."""
     row = found.reference
     return (
         f'FAIL {row.quantity} of {row.case or "the default"}: {with_unit(found.ours, row.unit)}, '

@@ -41,7 +41,7 @@ def answer(row: Reference) -> float:
 def validate(
     rows: Iterable[Reference] | None = None, progress: Callable[[int, int], None] = lambda *_: None
 ) -> dict[str, list[CheckedAnswer]]:
-    """Compare with references, all for None; return outcomes by family."""
+    """Compare with references, by default all; return outcomes by family."""
     compared = [row for row in read_references() if row.is_compared] if rows is None else rows
     families: dict[str, list[Reference]] = {}
     for row in compared:
@@ -57,5 +57,5 @@ def validate(
 
 
 def failed(outcomes: Mapping[str, Sequence[CheckedAnswer]]) -> list[CheckedAnswer]:
-    """Return the failed outcomes."""
+    """Return the answers that failed."""
     return [each for found in outcomes.values() for each in found if not each.passed]

@@ -16,7 +16,7 @@ def rough_surface(spectrum: Spectrum, length_m: float, points: int, seed: int) -
     power[0, 0] = 0.0
     if points % 2 == 0:
         power[points // 2, :] = power[:, -1] = 0.0
-    # The omitted half of a real transform repeats all columns but the first.
+    # The omitted half of a real transform repeats all columns except the first.
     power *= spectrum.rms_height_m**2 / (2.0 * np.sum(power) - np.sum(power[:, 0]))
     phases = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, power.shape)
     middle = (points + 1) // 2
@@ -25,12 +25,7 @@ def rough_surface(spectrum: Spectrum, length_m: float, points: int, seed: int) -
 
 
 def line_spectrum(heights_m: Array, length_m: float) -> tuple[Array, Array]:
-    """
-    Return wave numbers, rad/m, and C_1D = |B_1D|^2 L/(2 pi), m^3 (Eq.
-
-    13), of a periodic line.
-
-    """
+    """Return wave numbers, rad/m, and C_1D = |B_1D|^2 L/(2 pi), m^3 (Eq. 13), of a line."""
     points = len(heights_m)
     wanted = slice(1, (points + 1) // 2)
     amplitudes = np.abs(np.fft.rfft(heights_m)[wanted]) / points
@@ -62,8 +57,8 @@ def fit_hurst(wave_number_per_m: Array, density: Array, dimensions: int) -> floa
     """
     Return the Hurst exponent of C_1D ~ q^(-2H-1) or C_2D ~ q^(-2H-2), by dimensions.
 
-    Least squares of logarithms. Waves of a line are weighted by 1/q, so octaves count equally;
-    rings of a surface are not, as the first ones average over octaves.
+    Least squares of logarithms. Waves of a line have the weight 1/q, so octaves count equally;
+    rings of a surface have equal weights, as the first rings average over octaves.
 
     """
     filled = density > 0.0

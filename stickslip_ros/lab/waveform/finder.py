@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Find the pieces of a wave in samples from the left, each as long as it explains them."""
+"""Find the pieces of a wave in samples, from left to right, each as long as possible."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -22,22 +22,22 @@ from stickslip_ros.lab.waveform.wave_piece import WavePiece
 
 LINE_MIN = 3  # samples of the shortest line
 STRAYS_IN_A_ROW = 2
-"""Most strays in a row; more are a part of their own."""
+"""Most unexplained samples in a row; more are a segment of their own."""
 SAW_CYCLES_MIN = 1.5
-"""Cycles of the shortest saw-tooth: any two lines may make fewer."""
+"""Cycles of the shortest saw-tooth, as any two lines could make fewer."""
 FALL_TAIL = 3.0
-"""Time of a fall with its ringing, in falls at the slew rate."""
+"""Time of a fall with its ringing, in durations of a fall at the slew rate."""
 _WEAK, _WEAK_MOST = 128, 32
-"""Most lines in a row with fewer samples: more are a curve if they are smooth."""
-_COST = 25.0  # variances of the noise by which a boundary must lower the sum of squares
-PIECES_MOST = 10_000  # a minute of a processor
+"""Samples of a short line, and most short lines in a row; more are a curve if smooth."""
+_COST = 25.0  # least decrease of the sum of squares by a boundary, in variances of the noise
+PIECES_MOST = 10_000  # most pieces in a search, a minute of a processor
 
 
 def pieces_of(monitor: Monitor) -> tuple[list[WavePiece], Monitor]:
     """
-    Return the pieces in order, perhaps with other samples between them, and their monitor.
+    Return the pieces in order, possibly with gaps between them, and their monitor.
 
-    If saw-teeth scatter more than the noise, by a hum, the search is repeated with more noise.
+    If hum makes saw-teeth scatter more than the noise, the search is repeated with more noise.
 
     """
     if monitor.shows_falls:
@@ -71,7 +71,7 @@ def _pieces(monitor: Monitor) -> list[WavePiece]:
 
 
 def _from_left(monitor: Monitor) -> Iterator[WavePiece]:
-    """Yield pieces, each after the one before; of a curve none from where it is smooth."""
+    """Yield pieces from left to right; skip the smooth parts of a curve."""
     times_s, first, weak = monitor.times_s, 0, 0
     off_v = off_neighbours_v(times_s, monitor.volts_v)
     rough = np.append(np.flatnonzero(off_v > monitor.smooth_v), len(monitor.times_s))
@@ -93,7 +93,7 @@ def _from_left(monitor: Monitor) -> Iterator[WavePiece]:
 
 
 def _line(monitor: Monitor, first: int) -> WavePiece | None:
-    """Return the line from a sample on; None if it explains too few."""
+    """Return the line that begins at a sample; None if it explains too few samples."""
     samples = slice(first, first + LINE_MIN)
     times_s, volts_v = monitor.times_s[samples], monitor.volts_v[samples]
     start = WavePiece(first, first + LINE_MIN, monitor.slew_v_per_s, times_s[0], volts_v[0])
@@ -105,7 +105,7 @@ def _line(monitor: Monitor, first: int) -> WavePiece | None:
 
 
 def _sawtooth(monitor: Monitor, line: WavePiece) -> WavePiece | None:
-    """Return the saw-tooth of a line and the next line, after a fall; None without one."""
+    """Return the saw-tooth of a line and the next line after a fall, or None."""
     starts = range(
         line.last, min(line.last + STRAYS_IN_A_ROW, len(monitor.times_s) - LINE_MIN) + 1
     )
@@ -131,7 +131,7 @@ def _sawtooth(monitor: Monitor, line: WavePiece) -> WavePiece | None:
 
 
 def _extended(monitor: Monitor, piece: WavePiece) -> WavePiece:
-    """Return a piece fitted to all samples it explains, twice as many at a time."""
+    """Extend a piece to all samples that it explains, doubling their number in each step."""
     while piece.last < len(monitor.times_s):
         count = piece.last - piece.first
         last = min(len(monitor.times_s), piece.last + count)
@@ -152,7 +152,7 @@ def _extended(monitor: Monitor, piece: WavePiece) -> WavePiece:
 
 
 def _holds(monitor: Monitor, off: NDArray[np.bool_], piece: WavePiece) -> int:
-    """Return the number of samples a piece explains; single samples may lie off, in falls."""
+    """Return how many first samples a piece explains; short runs of misfits may be falls."""
     if piece.height_v:
         fall_s = FALL_TAIL * piece.height_v / piece.slew_v_per_s
         run = 2 + int(fall_s / monitor.period_s)
@@ -176,9 +176,9 @@ def _merged(monitor: Monitor, a: WavePiece, b: WavePiece) -> WavePiece | None:
 
 
 def _met(monitor: Monitor, a: WavePiece, b: WavePiece) -> tuple[WavePiece, WavePiece]:
-    """Return two pieces divided at the sample that lets them explain all samples best."""
+    """Return two pieces with the boundary that minimises their sum of squares."""
     costs = [_cost(monitor, each, a.first, b.last) for each in (a, b)]
-    total = costs[0] + costs[1][-1] - costs[1]  # all up to a sample on a, those behind it on b
+    total = costs[0] + costs[1][-1] - costs[1]  # samples up to each one on a, the rest on b
     low, high = LINE_MIN - 1, len(total) - LINE_MIN
     split = a.first + low + int(np.argmin(total[low:high])) + 1 if low < high else a.last
     if (a.last, b.first) == (split, split):

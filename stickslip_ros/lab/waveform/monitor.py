@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Samples of a voltage monitor: their rate, their noise, and those that a piece explains."""
+"""Samples of a voltage monitor: rate, noise, and the samples that a piece explains."""
 
 import math
 from dataclasses import dataclass
@@ -15,20 +15,20 @@ from stickslip_ros.lab.waveform.wave_piece import WavePiece
 from stickslip_ros.parameters import Parameters
 
 OUT = 4.5
-"""Standard deviations within which a piece explains a sample: 7 of a million lie beyond."""
+"""Largest distance of a sample from its piece, per noise; 7 of a million samples exceed it."""
 NOISE_FACTOR_MAX = 2.0
-"""Most scatter of samples about a piece, in that of the noise."""
+"""Largest scatter of samples about a piece, per noise."""
 EQUAL = 0.01
-"""Share of the range within which voltages are equal: beyond a rail, or of neighbours that show a
-curve; and share of the samples that may lie beyond the rails."""
+"""Share of the range within which voltages are equal, at a rail or between neighbours of a curve;
+also the share of the samples that may lie beyond the rails."""
 GAUSSIAN = 1.4826
 """Standard deviation of normal noise per median absolute deviation."""
 _NOISE_LEAST, _NOISE_MOST = 2e-4, 0.015
 """Least and most noise, as shares of the range of the samples: the least is that of an 11-bit
-converter and of an amplifier's overshoot; more hides a wave."""
-SEEN_FALL = 3.0  # samples of a fall that show the fall itself
+converter and of an amplifier's overshoot; noise above the most hides a wave."""
+FALL_SAMPLES_MIN = 3.0  # fewest samples within a fall that resolve it
 _SAMPLES_MIN = 12
-"""Fewest samples of a wave: a saw-tooth has four unknowns, and as many again test it."""
+"""Fewest samples of a wave: a saw-tooth has four unknowns, and others must test it."""
 REFITS = 4
 
 
@@ -41,19 +41,19 @@ class Monitor:
     period_s: float  # of the clock
     jitter_s: float  # standard deviation of the time stamps
     noise_v: float  # standard deviation of the volts about the wave
-    shows_falls: bool  # whether the samples are fast enough
-    left_out: int  # samples not finite, repeated, or beyond the rails
+    shows_falls: bool  # whether the samples resolve a fall
+    left_out: int  # number of samples not finite, repeated, or beyond the rails
     rails_v: tuple[float, float]  # of the amplifier
     slew_v_per_s: float
 
     @property
     def smooth_v(self) -> float:
-        """Largest distance of a sample from its neighbours; infinite if the samples show falls."""
+        """Largest distance of a sample from its neighbours; infinite if samples resolve falls."""
         share_v = EQUAL * float(np.ptp(self.volts_v))
         return math.inf if self.shows_falls else max(share_v, OUT * self.noise_v)
 
     def noise_of(self, piece: WavePiece) -> float:
-        """Return the noise about a piece, V: that of the voltages and of their time stamps."""
+        """Return the noise about a piece, V, of the voltages and of the time stamps."""
         return math.hypot(self.noise_v, self.jitter_s * piece.slope_v_per_s)
 
     def tolerance_v(self, piece: WavePiece) -> float:
@@ -63,9 +63,9 @@ class Monitor:
 
     def reach_v(self, piece: WavePiece) -> float:
         """
-        Return the tolerance for the samples beside a piece, V.
+        Return the tolerance for samples outside a piece, V.
 
-        A straight line through n samples is known to sigma sqrt(28/n) n samples behind them.
+        A line through n samples has the error sigma sqrt(28/n) at n samples after its end.
 
         """
         return self.tolerance_v(piece) * math.sqrt(1.0 + 28.0 / (piece.last - piece.first))
@@ -76,7 +76,7 @@ class Monitor:
         """Return a mask of the samples that a piece does not explain within a limit."""
         volts_v = self.volts_v[first:last]
         off = np.abs(piece.rest_v(self.times_s[first:last], volts_v)) > limit_v
-        if piece.height_v:  # all samples lie between a base and a top
+        if piece.height_v:  # all samples must lie between base and top
             least_v, most_v = np.quantile(self.volts_v[piece.samples], (EQUAL, 1.0 - EQUAL))
             reach_v = piece.height_v + limit_v
             off |= (volts_v > least_v + reach_v) | (volts_v < most_v - reach_v)
@@ -102,9 +102,9 @@ def monitor_of(times_s: ArrayLike, voltage_v: ArrayLike, stand: Parameters) -> M
     Return samples, shapes (n,), sorted and cleaned.
 
     Samples are dropped if they are not finite, repeat a time, or lie beyond the rails of the
-    amplifier by more than noise. Samples that would show one or two within a fall are thinned.
-    Raises WrongKind for arrays of different lengths, OutOfRange for too few samples or too many
-    beyond the rails.
+    amplifier by more than noise. They are thinned if one or two would lie within each fall. Raises
+    WrongKind for arrays of different lengths, OutOfRange for too few samples or too many beyond
+    the rails.
 
     """
     times, volts = np.asarray(times_s, np.float64), np.asarray(voltage_v, np.float64)
@@ -130,13 +130,13 @@ def monitor_of(times_s: ArrayLike, voltage_v: ArrayLike, stand: Parameters) -> M
         hint = 'record the drive while it runs'
         raise OutOfRange('voltage', float(volts[0]), 'V', 'at all times', hint)
     in_a_fall = float(np.ptp(volts) / stand.amplifier.slew_rate / np.median(np.diff(times)))
-    shows_falls = in_a_fall >= SEEN_FALL
+    shows_falls = in_a_fall >= FALL_SAMPLES_MIN
     every = 1 if shows_falls else max(round(in_a_fall), 1)
     times, volts = times[::every], volts[::every]
     spacing_s = np.diff(times)
     period_s = float(np.median(spacing_s))
     jitter_s = GAUSSIAN * float(np.median(np.abs(spacing_s - period_s))) / math.sqrt(2.0)
-    # drops and gaps last whole periods
+    # gaps count as whole periods
     period_s = float(np.sum(spacing_s) / np.maximum(np.rint(spacing_s / period_s), 1.0).sum())
     off_v = float(np.median(off_neighbours_v(times, volts)[1:-1]))
     shares = np.array((_NOISE_LEAST, _NOISE_MOST)) * np.ptp(volts)

@@ -5,8 +5,8 @@
 Recognise the wave in samples of an amplifier's voltage, or refuse it.
 
 A fall of the amplifier takes microseconds. A monitor of some kilohertz shows it as a ramp of
-hundreds, and a runner follows such a ramp without a slip: samples must not be played as they are.
-A recognised wave has its true corners, and falls at the slew rate.
+hundreds of microseconds, which a runner follows without a slip: samples must not be played as they
+are. A recognised wave has its true corners, and falls at the slew rate.
 
 """
 
@@ -25,27 +25,27 @@ from stickslip_ros.lab.waveform.wave_piece import WavePiece
 from stickslip_ros.parameters import Parameters
 
 HOLD, RAMP, SAWTOOTH, AS_SAMPLED = 'hold', 'ramp', 'saw-tooth', 'samples'
-WHOLE_CYCLES = 0.05  # cycles this near to a whole number are whole
-CYCLE_SAMPLES_MIN = 10.0  # fewest samples in a cycle of a wave that is recognised
+WHOLE_CYCLES = 0.05  # largest distance at which a number of cycles is rounded
+CYCLE_SAMPLES_MIN = 10.0  # fewest samples in a cycle of a recognised wave
 _UNSURE = 0.02
-"""Shares that may be wrong: of a fitted frequency at that limit; of the samples of a segment,
-missed by its corners; of a jump, whose moment between two samples is unknown."""
+"""Accepted errors: of a frequency at that limit, and of the height of a jump at an unknown time
+between two samples, as shares; and share of its samples that the corners of a segment miss."""
 GIVE_COMMANDS = 'give the commands with --commands (Python: commands)'
-LOW_SHARE = 0.1  # share of the amplifier's range below which the monitor may be divided
+LOW_SHARE = 0.1  # share of the amplifier's range below which a divider of the monitor is likely
 _QUOTED = 3  # refusals in a message
 
 
 @dataclass(frozen=True, eq=False)
 class Segment:
-    """A part of the course: a piece between two others, or samples as they are."""
+    """A part of a voltage: a piece of a wave, or samples as they are."""
 
     first: int  # samples [first, last)
     last: int
     piece: WavePiece | None
     rows: Array  # its corners, shape (n, 2), s and V
     jump_v: float = 0.0  # from the piece before; 0 if both meet
-    unsure_v: float = 0.0  # change of both between the samples beside the jump
-    rough_v: float = 0.0  # of samples as they are: largest distance from the neighbours
+    unsure_v: float = 0.0  # error of the jump, as its time between two samples is unknown
+    rough_v: float = 0.0  # largest distance of unexplained samples from their neighbours
 
     @property
     def kind(self) -> str:
@@ -71,7 +71,7 @@ class Segment:
 
     @property
     def at(self) -> str:
-        """Times of both as text."""
+        """Times of the first and last corner as text."""
         return f'{self.start_s:.6f} to {self.end_s:.6f} s'
 
     @property
@@ -111,8 +111,8 @@ class RecognisedWave:
         """
         Return the corners of the wave, shape (n, 2): s, V.
 
-        Straight lines join them; falls have the slew rate. Raises NotRecognised, ending in the
-        hint, if the wave was refused.
+        Straight lines join them; falls have the slew rate. Raises NotRecognised if the wave was
+        refused; ``hint`` ends the message.
 
         """
         if self.refusals:
@@ -138,9 +138,9 @@ def recognise(times_s: ArrayLike, voltage_v: ArrayLike, stand: Parameters) -> Re
     """
     Recognise the wave in samples of a voltage, shapes (n,), in any order.
 
-    Values that are not finite are dropped; an error of the monitor's gain does not show. Raises
-    OutOfRange or WrongKind if there are too few samples, or too many beyond the rails, or if their
-    numbers differ.
+    Values that are not finite are dropped; an error of the monitor's gain is not detected. Raises
+    WrongKind for arrays of different lengths, OutOfRange for too few samples or too many beyond
+    the rails.
 
     """
     low_v, high_v = stand.amplifier.voltage_min, stand.amplifier.voltage_max
@@ -173,7 +173,7 @@ def recognise(times_s: ArrayLike, voltage_v: ArrayLike, stand: Parameters) -> Re
 
 
 def _segments(pieces: Sequence[WavePiece], monitor: Monitor) -> list[Segment]:
-    """Return the segments of a course, one after another, from the first sample to the last."""
+    """Return the successive segments of a voltage, from the first sample to the last."""
     pieces, times_s = _settled(pieces, monitor), monitor.times_s
     met = [
         _meeting(a, b, monitor) if b.first - a.last <= STRAYS_IN_A_ROW else None
@@ -197,9 +197,9 @@ def _settled(pieces: Sequence[WavePiece], monitor: Monitor) -> list[WavePiece]:
     """
     Return pieces with level holds and bases of saw-teeth.
 
-    A slope that is within its error counts as 0. Without a sample at the ends of a cycle, the base
-    of a saw-tooth is free within bounds. A hold within these bounds is the base or the top;
-    otherwise the base is in the middle, within the rails.
+    A slope within its error is set to 0. Without a sample at the ends of a cycle, the base of a
+    saw-tooth is known only within bounds. If a hold lies within these bounds of the base or the
+    top, it sets them; otherwise the base is in the middle, within the rails.
 
     """
     found, holds_v = list[WavePiece](), list[float]()
@@ -214,13 +214,13 @@ def _settled(pieces: Sequence[WavePiece], monitor: Monitor) -> list[WavePiece]:
 
 
 def _with_base(piece: WavePiece, holds_v: Sequence[float], monitor: Monitor) -> WavePiece:
-    """Return a saw-tooth with its base."""
+    """Return a saw-tooth with its base set."""
     volts_v, tolerance_v = monitor.volts_v[piece.samples], monitor.tolerance_v(piece)
     rest_v = piece.rest_v(monitor.times_s[piece.samples], volts_v)
-    seen_v = (volts_v - rest_v)[np.abs(rest_v) <= tolerance_v]
-    low_v, high_v = float(seen_v.max()) - piece.amplitude_v, float(seen_v.min())
+    fitted_v = (volts_v - rest_v)[np.abs(rest_v) <= tolerance_v]
+    low_v, high_v = float(fitted_v.max()) - piece.amplitude_v, float(fitted_v.min())
     base_v, free_v = 0.5 * (low_v + high_v), max(high_v - low_v, 0.0)
-    if free_v:  # the samples leave it free, the amplifier does not
+    if free_v:  # the rails bound a base that the samples leave free
         least_v, most_v = monitor.rails_v
         base_v = min(max(base_v, least_v), most_v - piece.amplitude_v)
         base_v = min(max(base_v, low_v), high_v)
@@ -232,17 +232,17 @@ def _with_base(piece: WavePiece, holds_v: Sequence[float], monitor: Monitor) -> 
 
 def _meeting(a: WavePiece, b: WavePiece, monitor: Monitor) -> tuple[float, float, float]:
     """
-    Return where two pieces meet, s, the jump there, and the error of its height, both V.
+    Return the time at which two pieces meet, s, the jump there, and the error of its height, V.
 
-    Of corners of both pieces and of their crossings, between the last sample of A alone and the
-    first of B alone, the smallest gap and the nearest to the boundary is taken; the voltage jumps
-    halfway between two samples.
+    Candidates are the corners of both pieces and their crossings, between the last sample of A
+    alone and the first of B alone. The smallest gap, nearest to the boundary, is taken. A jump
+    lies halfway between two samples.
 
     """
     times_s, limits_v = monitor.times_s, [monitor.reach_v(each) for each in (a, b)]
     not_b = np.flatnonzero(monitor.misfits(b, a.first, a.last, limits_v[1]))
     not_a = np.flatnonzero(monitor.misfits(a, b.first, b.last, limits_v[0]))
-    # one sample more on either side: one within a fall may be explained by neither
+    # one sample more on either side, as neither piece may explain a sample within a fall
     low = a.first + max(int(np.max(not_b, initial=0)) - 1, 0)
     high = min(b.first + int(np.min(not_a, initial=b.last - b.first)) + 1, b.last - 1)
     rows_a, rows_b = (each.corners(times_s[low], times_s[high]) for each in (a, b))
@@ -274,8 +274,8 @@ def _as_sampled(first: int, last: int, monitor: Monitor) -> Segment:
     stretch = slice(max(first - 1, 0), last + 1)
     times_s, volts_v = monitor.times_s[stretch], monitor.volts_v[stretch]
     rises_v = np.diff(volts_v)
-    beside_v = np.abs(np.pad(rises_v, 1))
-    most_v = np.maximum(beside_v[:-2], beside_v[2:])
+    padded_v = np.abs(np.pad(rises_v, 1))
+    most_v = np.maximum(padded_v[:-2], padded_v[2:])
     is_jump = np.abs(rises_v) > np.maximum(monitor.smooth_v, most_v / _UNSURE)
     smooth_v = volts_v - np.concatenate(([0.0], np.cumsum(np.where(is_jump, rises_v, 0.0))))
     rough_v = float(off_neighbours_v(times_s, smooth_v).max())
@@ -291,7 +291,7 @@ def _as_sampled(first: int, last: int, monitor: Monitor) -> Segment:
 
 
 def _joined(segments: Sequence[Segment], slew_v_per_s: float) -> Array:
-    """Return the corners of a course, shape (n, 2), s and V, with falls between its segments."""
+    """Return the corners of all segments, shape (n, 2), s and V, with falls between them."""
     found = [segments[0].rows]
     for segment in segments[1:]:
         (time_s, from_v), rows = found[-1][-1], segment.rows
@@ -348,7 +348,7 @@ def _refusals(segment: Segment, rows: Array, monitor: Monitor) -> Iterator[str]:
 
 
 def _off_course_v(times_s: Array, volts_v: Array, rows: Array, near_s: float) -> Array:
-    """Return distances of samples from a course, corners of shape (n, 2), within a time, V."""
+    """Return distances of samples, V, from the range of a wave with corners within a time."""
     corners_s = np.concatenate(([-np.inf], rows[:, 0], [np.inf]))
     behind = np.searchsorted(rows[:, 0], times_s) + 1
     low_s, high_s = times_s - near_s, times_s + near_s

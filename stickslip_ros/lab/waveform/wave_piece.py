@@ -4,9 +4,9 @@
 """
 A piece of a wave: a straight line, or a saw-tooth that falls at the slew rate.
 
-Within a saw-tooth, whatever the sampling rate, v = c + s t - H m with the number m of falls before
-the sample. A line is a saw-tooth without falls, H = 0. With m known the fit is linear, and m is
-the whole number next to (c + s t - v)/H.
+Within a saw-tooth, at any sampling rate, v = c + s t - H m with the number m of falls before the
+sample. A line is a saw-tooth without falls, H = 0. The fit is linear for known m, and m is the
+whole number next to (c + s t - v)/H.
 
 """
 
@@ -17,7 +17,7 @@ import numpy as np
 
 from stickslip_ros.arrays import Array
 
-BENT = 1e-6  # least singular value, as a share, of numbers of falls that give a height
+BENT = 1e-6  # least relative singular value of a fit that determines the height of falls
 
 
 @dataclass(frozen=True)
@@ -30,8 +30,8 @@ class WavePiece:
     origin_s: float
     level_v: float
     slope_v_per_s: float = 0.0
-    height_v: float = 0.0  # of a fall without duration; 0: a line
-    scatter_v: float = 0.0  # standard deviation of the samples about it
+    height_v: float = 0.0  # of an instantaneous fall; 0: a line
+    scatter_v: float = 0.0  # standard deviation of the samples about the piece
     base_v: float = 0.0  # lower end of a saw-tooth
 
     @property
@@ -56,7 +56,7 @@ class WavePiece:
         return self.origin_s + (begin_v - self.level_v) / self.slope_v_per_s
 
     def line_v(self, times_s: Array) -> Array:
-        """Return its line without falls."""
+        """Return the voltage without falls."""
         return self.level_v + self.slope_v_per_s * (times_s - self.origin_s)
 
     def falls(self, times_s: Array, volts_v: Array) -> Array:
@@ -66,11 +66,11 @@ class WavePiece:
         return np.asarray(np.rint((self.line_v(times_s) - volts_v) / self.height_v))
 
     def rest_v(self, times_s: Array, volts_v: Array) -> Array:
-        """Return the distance of each sample above it."""
+        """Return the distance of each sample above the piece."""
         return volts_v - self.line_v(times_s) + self.height_v * self.falls(times_s, volts_v)
 
     def corners(self, start_s: float, end_s: float) -> Array:
-        """Return times and voltages of both ends and all corners between them, shape (n, 2)."""
+        """Return times and voltages of both ends and of all corners between, shape (n, 2)."""
         ends_s = np.array((start_s, end_s))
         if not self.height_v:
             return np.column_stack((ends_s, self.line_v(ends_s)))
@@ -88,7 +88,7 @@ class WavePiece:
         return np.column_stack((all_s, np.interp(all_s, times_s, volts_v)))
 
     def least_squares(self, times_s: Array, volts_v: Array) -> 'WavePiece | None':
-        """Return the piece with level, slope and height by least squares; None without these."""
+        """Return the piece with level, slope and height by least squares, or None."""
         origin_s, lasts_s = float(times_s.mean()), float(np.ptp(times_s)) or 1.0
         columns = [np.ones(len(times_s)), (times_s - origin_s) / lasts_s]
         if self.height_v:

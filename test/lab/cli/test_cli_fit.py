@@ -62,7 +62,7 @@ def test_the_fitted_stand_runs_from_its_yaml_and_the_json_says_how_good_it_is(
     told = re.search(r'# contact.friction: (\S+) ± ', written)
     assert told is not None
     assert float(told[1]) == pytest.approx(stand.contact.friction, rel=1e-3)
-    assert '# The experiments differ in stand.preload: the stand keeps its own.\n' in written
+    assert '# The experiments differ in stand.preload: the file has the values of' in written
     assert picture.read_bytes().startswith(b'\x89PNG')
     shown = page.read_text(encoding='utf-8')
     assert f'<td>contact.friction</td><td>{stand.contact.friction:.4g}</td>' in shown

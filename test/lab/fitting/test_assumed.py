@@ -148,7 +148,7 @@ def test_the_report_says_where_the_scale_comes_from(other: tuple[Experiment, Fit
     untold = {'contact.radius': 0.5, FEET_NUMBER: 0.5, LOAD_FACTOR: 0.03}
     assert content['assumed'] == {**ASSUMED_SHARES, **untold, **CALIBRATIONS}
     assert [each['name'] for each in content['ratios']][-1] == 'gain'
-    assert content['bands'].startswith('bands are those of motions; forces have the error of')
+    assert content['bands'].startswith('bands hold for motions; forces also have the error of')
 
 
 def test_the_scale_moves_whatever_opposes_a_motion_and_nothing_else(other: tuple[Experiment, Fit]):

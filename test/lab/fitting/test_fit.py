@@ -235,7 +235,7 @@ def test_forces_that_are_not_steady_yet_are_fitted_where_their_steps_are_told(tr
     assert_same_values(fit, list(TRUTH.values()))
     assert [steps_of(one).steps for one in fit.experiments] == [30] * len(points)
     [warning] = warnings_of(fit)
-    assert warning.startswith('some runs are not steady after 30 steps: their forces are those')
+    assert warning.startswith('some runs are not steady after 30 steps: their forces depend')
 
 
 def test_on_a_bound_nothing_is_estimated_and_the_others_hold_for_its_value(truth):
@@ -317,8 +317,8 @@ def test_two_moduli_that_act_as_one_are_told(truth):
     assert all(one.undetermined for one in fit.estimates)
     assert not any(math.isfinite(one.standard_error) for one in fit.estimates)
     warned = ' '.join(warnings_of(fit))
-    assert 'contact.young_runner is not determined by the readings: others' in warned
-    assert 'contact.young_runner and contact.young_sphere go together: ' in repr(fit)
+    assert 'contact.young_runner is not determined by the readings, as' in warned
+    assert 'contact.young_runner and contact.young_sphere are strongly correlated: ' in repr(fit)
 
 
 def test_ten_times_a_start_is_one_standard_error_away_from_it(truth):

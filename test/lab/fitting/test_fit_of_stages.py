@@ -25,7 +25,7 @@ NAMES = (
 HERTZ = {'clamp': 400.0, 'heavy': 120.0, 'rod': 400.0, 'three_balls': 120.0, 'walker': 80.0}
 DRAWS, RUN, STEPS = 400, 20, 12
 """Draws, whose median errs by a sixteenth of their spread; those that are run, and their steps."""
-STEP_SHARE = 3e-3  # of a step, which a model owes by default
+STEP_SHARE = 3e-3  # least allowed error of a step
 
 
 def rig_of(stage: str, on: Parameters) -> StageRig:

@@ -155,7 +155,7 @@ def test_a_sensor_too_slow_for_the_ringing_is_told_and_its_intervals_are_wide(
     assert_holds(found, rig)
     slow_s = 1.0 / (2.0 * np.pi * rig.low_pass_hz)
     assert sensor_of(found).slow_s == pytest.approx(slow_s, rel=0.1, abs=0.0)
-    assert any('its sensor is slow, as behind a low-pass of' in note for note in found.notes)
+    assert any('its sensor is slow, like a low-pass of' in note for note in found.notes)
     assert found.estimates[0].standard_error > 0.03  # less than 0.02 behind 6.5 kHz
 
 
@@ -251,7 +251,7 @@ def test_a_misfit_without_a_suspect_is_warned_of(learned: tuple[Rig, Fit]):
     _, found = learned
     ended = replace(found.found, converged=False)
     told = warnings_of(replace(found, refined=(ended,), missing=()))
-    assert told[0].startswith('nothing that was tried explains the misfit: check preload')
+    assert told[0].startswith('no tested cause explains the misfit: check preload')
 
 
 def test_a_mass_that_was_weighed_makes_the_others_surer():
@@ -324,7 +324,7 @@ def test_draws_have_the_mean_and_the_spread_of_the_fit(learned: tuple[Rig, Fit],
     _, found = learned
     path = tmp_path / 'fitted.json'
     path.write_text(json.dumps(as_object(found)), encoding='utf-8')
-    assert read_note(path).endswith('forces have the error of the assumed contact too, 58 %')
+    assert read_note(path).endswith('forces also have the error of the assumed contact, 58 %')
     draws = read_draws(path, 400)
     assert [each.flat() for each in draws] == [each.flat() for each in found.draws(400)]
     z = np.array(

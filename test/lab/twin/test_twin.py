@@ -134,7 +134,9 @@ def test_another_preload_is_told_as_no_change_of_a_single_parameter(begun: tuple
     twin, doctor = deepcopy(begun)
     other = replace(Rig(), preload_n=0.8 * Rig().preload_n)
     _, found = (doctor.examine(twin.look(seen(other, k))) for k in (3, 4))
-    assert found.words.startswith('something else has changed than one parameter: the preload')
+    assert found.words.startswith(
+        'the change is not that of a single parameter: check the preload'
+    )
 
 
 @pytest.mark.parametrize('damping', [0.0, 20.0])

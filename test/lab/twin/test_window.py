@@ -59,7 +59,7 @@ def test_clocks_that_are_apart_are_told_and_the_first_to_begin_anew_has_windows(
         found += windows.complete()
     assert len(found) > 5
     assert windows.pauses + windows.restarts == 1
-    said = f'voltage_v is {-apart_s:+.2g} s off the other stamps; set their clocks alike'
+    said = f'voltage_v is {-apart_s:+.2g} s off the other stamps; synchronise the clocks'
     assert told == ['', '', *[said, ''] * 1999]
     both = [*fed(windows, even(30.0, 31.0)), *fed(windows, even(2.0, 3.0))]
     assert {len(time_s) for each in both for time_s, _ in each.samples.values()} == {250}
