@@ -364,6 +364,11 @@ def _missing(
 ) -> RecordingError:
     """Return the refusal of missing columns, of each of which one is needed, with those there."""
     specs = VOCABULARIES[kind].quantities
+    for each in unread:
+        name = VOCABULARIES[kind].recognise(each.name, each.unit)
+        if each.kind == 'text' and any(name in names for names in missing):
+            problem = f'column {quoted(each.text)} has text, {quoted(each.cell)}'
+            return unclear(table, problem, (), 'write numbers alone, and the unit in the header')
     units = [each.unit for each in unread if each.kind in {'number', 'date'}]
     listed = [
         ' or '.join(each[:_LISTED]) + ' or another number' * (len(each) > _LISTED)

@@ -198,7 +198,7 @@ def test_step_lengths_are_those_of_a_free_runner(tmp_path):
             'line 1: there is no force_n or step_length_m',
         ),
         (f'{HEADER}\n0.1,60e-9,0\n', 'has only 0 as force_n'),
-        (f'{HEADER}\n0.1,60 nm,0.03\n', "line 2, column amplitude_m: '60 nm' is not a finite"),
+        (f'{HEADER}\n0.1,60 nm,0.03\n', "column 'amplitude_m' has text, '60 nm'"),
     ],
 )
 def test_a_file_without_usable_numbers_is_refused(text, message, tmp_path):
