@@ -120,8 +120,8 @@ def _numbers(recording: Recording, mapped: Mapped) -> tuple[Places, Array, Place
     times_ns, values, logs_ns = numbers_of(
         recording.files, topic, path, by_stamp=not mapped.by_log, in_blocks=rate_hz is not None
     )
-    placed_ns = recording.placed(logs_ns)
-    return np.where(times_ns == logs_ns, placed_ns, times_ns), values, placed_ns
+    drive_ns = recording.drive_times(logs_ns)
+    return np.where(times_ns == logs_ns, drive_ns, times_ns), values, drive_ns
 
 
 def parse_map(topics: Mapping[str, str]) -> dict[str, Mapped]:

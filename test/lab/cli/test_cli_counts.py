@@ -313,14 +313,14 @@ def test_a_message_of_another_time_is_exported_and_told(
     expected = rows_of_table(late, '--readings')
     capsys.readouterr()
     rows = rows_of_table(path, '--readings')
-    assert 'some have probably a wrong time' in capsys.readouterr().out
+    assert 'some times are probably wrong' in capsys.readouterr().out
     assert len(rows) == len(expected) + len(times_ns)
     added_s = sorted((each - YEAR_NS) * 1e-9 for each in times_ns)
     for row in expected:
         rows.remove(row)
     assert [float(row[0]) for row in rows] == pytest.approx(added_s, rel=1e-12)
     assert main(['info', str(path)]) == 0
-    assert 'some have probably a wrong time' in capsys.readouterr().out
+    assert 'some times are probably wrong' in capsys.readouterr().out
 
 
 def test_a_message_of_another_time_is_drawn_compared_and_told(late, tmp_path, capsys):
@@ -331,7 +331,7 @@ def test_a_message_of_another_time_is_drawn_compared_and_told(late, tmp_path, ca
     ):
         assert main(words) == 0
         shown = ' '.join(capsys.readouterr().out.split())
-        assert 'some have probably a wrong time' in shown
+        assert 'some times are probably wrong' in shown
 
 
 def test_a_trace_whose_blocks_are_logged_before_their_rows_loses_none_of_them_in_silence(
