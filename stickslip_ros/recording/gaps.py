@@ -32,14 +32,11 @@ def _gaps_within(
     recording: Recording, topics: list[str]
 ) -> dict[str, tuple[ChannelSummary, tuple[float, float] | None]]:
     """Return content of topics, and the span, s, of their missing messages, or None."""
-    found = {topic: ChannelSummary(topic) for topic in topics}
+    sums = {topic: ChannelSummary(topic) for topic in topics}
     gaps_s: dict[str, tuple[float, float]] = {}
     for topic, message in recording.records(topics):
-        before_s, gaps = (found[topic].last_ns or 0) * NANO, found[topic].gaps or 0
-        found[topic].add(message.log_time - recording.time_origin_ns, message.sequence)
-        if (found[topic].gaps or 0) > gaps:
-            gaps_s[topic] = (
-                gaps_s.get(topic, (before_s,))[0],
-                (found[topic].last_ns or 0) * NANO,
-            )
-    return {topic: (each, gaps_s.get(topic)) for topic, each in found.items()}
+        before_s, gaps = (sums[topic].last_ns or 0) * NANO, sums[topic].gaps or 0
+        sums[topic].add(message.log_time - recording.time_origin_ns, message.sequence)
+        if (sums[topic].gaps or 0) > gaps:
+            gaps_s[topic] = gaps_s.get(topic, (before_s,))[0], (sums[topic].last_ns or 0) * NANO
+    return {topic: (each, gaps_s.get(topic)) for topic, each in sums.items()}
