@@ -65,7 +65,7 @@ def test_a_rate_counts_rows_and_sets_the_columns_of_times_aside():
         read(points, TableOptions(rate_hz=1e3))
     with pytest.raises(StickSlipError, match='--rate with --map time_s= is without effect'):
         read(text, TableOptions({'time_s': 'Time (s)'}, rate_hz=1e3))
-    with pytest.raises(StickSlipError, match=r'line 3: is empty, so that the times of the rows'):
+    with pytest.raises(StickSlipError, match=r'line 3: is empty, so the times of the rows'):
         read('voltage (V),a\n1,2\n\n3,4\n', TableOptions(rate_hz=1e3))
     for wrong in (0.0, -1.0, float('nan')):
         with pytest.raises(StickSlipError, match='--rate'):
