@@ -64,9 +64,7 @@ def draw_comparison(comparison: Comparison, quantities: Sequence[Compared]) -> F
         ):
             _draw_quantity(comparison, quantity, overlay, residuals, only_s)
             if len(axes) > 1 or residuals is columns[-1]:
-                place = (
-                    'center' if only_s is None else 'left'
-                )  # the right shows the common time axis
+                place = 'center' if only_s is None else 'left'  # right: offset of the time axis
                 residuals.set_xlabel(CURVE_AXES[quantity.parts[0].axis][1], loc=place)
     if enlarged:
         for each, ticks in zip((panels, *enlarged), _TICKS_MAX, strict=True):
@@ -93,11 +91,7 @@ def cycle_of(part: Part) -> tuple[float, float] | None:
     first = int(np.argmax(products <= 0.0))  # after the peak at lag 0
     lag = first + int(np.argmax(products[first:]))
     readings = lag * len(part.x) / _CYCLE_SAMPLES
-    if (
-        not first
-        or readings < _READINGS_MIN
-        or correlation[lag] < _CORRELATION_MIN * correlation[0]
-    ):
+    if not first or readings < _READINGS_MIN or products[lag] < _CORRELATION_MIN * products[0]:
         return None
     middle_s = float(time_s[_CYCLE_SAMPLES // 2])
     return middle_s, middle_s + _CYCLE_SHOWN * float(time_s[lag] - time_s[0])
