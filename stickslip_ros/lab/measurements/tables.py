@@ -250,9 +250,13 @@ def _read(
         for each, numbers in zip(rows.columns, rows.numbers, strict=True)
     ]
     left_out, gaps = [each.shown for each in unread], gaps + notes
-    notes = (*table.layout.notes, *(f'column {quoted(e)} was not read' for e in left_out), *gaps)
+    comments = (
+        *table.layout.notes,
+        *(f'column {quoted(e)} was not read' for e in left_out),
+        *gaps,
+    )
     experiment = MeasuredTable(
-        table.origin, kind, values, notes, tuple(firsts), tuple(left_out), tuple(gaps)
+        table.origin, kind, values, comments, tuple(firsts), tuple(left_out), tuple(gaps)
     )
     if options.report is not None:
         options.report(experiment)
