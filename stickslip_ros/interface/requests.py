@@ -233,7 +233,7 @@ def receive_request(topic: Topic, data: bytes) -> Request:
     joints = max(map(len, request.joints))
     if joints > JOINTS_MAX:
         limit = f'above the {JOINTS_MAX} of a message'
-        raise OutOfRange('joints', joints, '', limit, 'send those of the drive')
+        raise OutOfRange('joints', joints, '', limit, 'send only joints of the drive')
     rows = len(request.values) // len(topic.numbers)
     if topic.is_table and rows > WAVEFORM_ROWS_MAX:
         limit = f'above the {WAVEFORM_ROWS_MAX} of a message'
@@ -253,6 +253,6 @@ def _check_layout(topic: Topic, message: m.ArrayMessage, first: int) -> None:
     )
     if (sizes and not (fits and in_order)) or message.offset:
         shown = f'sizes {sizes[:4]}, strides {strides[:4]}, offset {message.offset}'
-        hint = f'say [n, 2] with strides [2 n, 2], or nothing; behind {CYCLE!r}, if it repeats'
+        hint = f'give sizes [n, 2] and strides [2 n, 2], or none; after {CYCLE!r} to repeat'
         name = f'layout of a {topic.request} of {count} numbers'
         raise WrongKind(name, shown, 'rows of two', hint)

@@ -63,8 +63,8 @@ def recover_hint(path: Path) -> str:
     """Return the command that saves the readable part of a file or directory."""
     name = shlex.quote(str(path))
     if is_database(path):
-        return f'save what is whole with: sqlite3 {name} .recover | sqlite3 saved.db3'
-    return f'save what is whole with "stickslip recover {name}"'
+        return f'save the readable part with: sqlite3 {name} .recover | sqlite3 saved.db3'
+    return f'save the readable part with "stickslip recover {name}"'
 
 
 def convert_hint(path: Path) -> str:

@@ -345,7 +345,7 @@ class Recording:
                 summaries[topic].add(time_ns, message.sequence)
                 is_numbered |= message.sequence > 0
             for each in summaries.values():
-                if each.messages and not is_numbered:  # a single 0 is no number either
+                if each.messages and not is_numbered:  # a single 0 does not count
                     each.gaps = None
             return list(summaries.values())
         for file, counts in zip(self.files, self._counts, strict=True):

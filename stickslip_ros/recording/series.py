@@ -111,7 +111,7 @@ class TraceColumns:
             raise WrongKind(
                 f'layout of a block of {self._origin}',
                 (block.labels, block.data.shape),
-                'that of one table with distinct columns, one of them t[s]',
+                'a table with distinct columns, one of them t[s]',
                 'read a topic that carries a trace',
             )
         begin, self._rows = self._rows, self._rows + len(block.data)

@@ -52,7 +52,7 @@ def predicted_run(experiment: Experiment, stand: Parameters) -> TimeRun:
         moved = float(np.ptp(series[each.quantity].value))
         if moved < STANDS_STILL * float(np.ptp(each.values)):
             share = moved / float(np.ptp(each.values))
-            notes += (f'the range of {each.quantity} of the model is {share:.2g} of that of A',)
+            notes += (f'the model covers only {share:.2g} of the range of {each.quantity} of A',)
     side = Side(MODEL, MODEL, rows, described, stand.changed(), notes)
     alignment = Alignment(late_s, 'estimated', decided_by='falls of the voltage')
     return TimeRun(side, series, alignment=alignment if late_s else None)
@@ -99,7 +99,7 @@ def compare_runs(a: TimeRun, b: TimeRun, *, offset: bool = False) -> tuple[Compa
             ranges = [f'{first_s:.6g} s to {last_s:.6g} s' for first_s, last_s in spans_s]
             raise Incomparable(
                 f'{name} of {b.side.origin}',
-                f'covers {ranges[1]}, that of {a.side.origin} {ranges[0]}',
+                f'covers {ranges[1]}, but {a.side.origin} covers {ranges[0]}',
                 'shift B with --shift or --align',
             )
         inside = series_a.window(start_s, end_s)

@@ -153,9 +153,9 @@ def times_in_blocks(
     counted_s = np.append(0.0, np.cumsum(blocks * lasts_s))
     off_s = time_s[starts] - counted_s
     if abs(typical - 1.0) > _UNEVEN or np.ptp(off_s) > np.max(lasts_s, initial=0.0):
-        seen_hz = rate_hz * counted_s[-1] / np.ptp(time_s)
-        limit = f'not that of its blocks of {np.median(sizes):g} samples, {seen_hz:.6g} Hz'
-        raise OutOfRange(f'rate of {origin}', rate_hz, 'Hz', limit, f'write at {seen_hz:.6g}Hz')
+        block_hz = rate_hz * counted_s[-1] / np.ptp(time_s)
+        limit = f'not the rate {block_hz:.6g} Hz of its blocks of {np.median(sizes):g} samples'
+        raise OutOfRange(f'rate of {origin}', rate_hz, 'Hz', limit, f'write at {block_hz:.6g}Hz')
     lost = f', {np.sum(blocks - 1.0):g} are lost' if np.any(blocks > 1.0) else ''
     begin_s = counted_s + np.median(off_s) - (0.0 if is_first else (sizes - 1) / rate_hz)
     place = np.arange(len(time_s)) - np.repeat(starts, sizes)

@@ -83,7 +83,7 @@ def tables_in(path: 'Path | DataFrame', *, is_named: bool = False) -> Sources:
         raise RecordingError(path, problem, 'check the file, or save it as CSV') from None
     if len(tables) > 1 and not is_named:
         lengths = '; '.join(f'{", ".join(map(str, each))} of {len(each)}' for each in tables)
-        hint = 'name those of one length: --map time_s="NAME (s)" --map voltage_v="NAME (V)"'
+        hint = 'name vectors of one length: --map time_s="NAME (s)" --map voltage_v="NAME (V)"'
         raise RecordingError(path, f'has vectors of several lengths: {lengths}', hint)
     for each in tables:
         part = f', vectors of {len(each)}' if len(tables) > 1 else ''
