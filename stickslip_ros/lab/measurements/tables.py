@@ -250,13 +250,9 @@ def _read(
         for each, numbers in zip(rows.columns, rows.numbers, strict=True)
     ]
     left_out, gaps = [each.shown for each in unread], gaps + notes
-    comments = (
-        *table.layout.notes,
-        *(f'column {quoted(e)} was not read' for e in left_out),
-        *gaps,
-    )
+    texts = (*table.layout.notes, *(f'column {quoted(e)} was not read' for e in left_out), *gaps)
     experiment = MeasuredTable(
-        table.origin, kind, values, comments, tuple(firsts), tuple(left_out), tuple(gaps)
+        table.origin, kind, values, texts, tuple(firsts), tuple(left_out), tuple(gaps)
     )
     if options.report is not None:
         options.report(experiment)
@@ -282,8 +278,7 @@ def _preload_n(found: Found, options: TableOptions, number: int, where: str) -> 
     preload_n = options.preload_n(number)
     if preload_n is not None and 'preload_n' in found:
         hint = 'leave out --preload, or give a preload for each file'
-        problem = f'has a preload column, but --preload is {preload_n:g} N'
-        raise RecordingError(where, problem, hint)
+        raise RecordingError(where, f'has a preload column and --preload {preload_n:g}', hint)
     return options.stand_n if preload_n is None and 'preload_n' not in found else preload_n
 
 
@@ -291,8 +286,7 @@ def _kind(
     table: TextTable, options: TableOptions, kind: str | None
 ) -> tuple[str, Found, list[Header]]:
     """Return kind of a table (over time or by amplitude), its columns, and unread columns."""
-    # A force alone, or a loop, may also be over time.
-    needed = {'preload_n', 'amplitude_m', *MEASURED[BY_AMPLITUDE]} - {'force_n'}
+    needed = {'preload_n', 'amplitude_m', *MEASURED[BY_AMPLITUDE]} - {'force_n'}  # or over time
     kinds = [(OVER_TIME, {'time_s'}), (BY_AMPLITUDE, needed | _TRAVEL)]
     if options.rate_hz is not None:  # then each table has a time
         kinds.insert(0, (BY_AMPLITUDE, {'preload_n', *_TRAVEL}))

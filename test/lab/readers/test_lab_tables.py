@@ -189,7 +189,7 @@ def test_one_file_per_preload_becomes_one_table(tmp_path: Path):
     again = read_experiment(clean)
     assert again.columns['preload_n'].tolist() == [0.1] * 3
     assert again.columns['amplitude_m'].tolist() == points['amplitude_m'].tolist()
-    with pytest.raises(StickSlipError, match=r'but --preload is 0\.1 N; leave'):
+    with pytest.raises(StickSlipError, match=r'has a preload column and --preload 0\.1; leave'):
         read_experiment(clean, TableOptions(preloads_n=(0.1,)))
     other = written(tmp_path, 'c.csv', 'stroke_nm;step_nm\n60;1,5\n')
     with pytest.raises(StickSlipError, match=r'c\.csv: has no force_n, as another file has'):
