@@ -339,7 +339,7 @@ NOT_ROWS = {
 
 @pytest.mark.parametrize('message', NOT_ROWS.values(), ids=NOT_ROWS)
 def test_a_layout_that_is_not_rows_of_two_is_refused(message: Float64MultiArray):
-    with pytest.raises(WrongKind, match='rows of two; say'):
+    with pytest.raises(WrongKind, match='rows of two; give'):
         received('waveform', message)
 
 
