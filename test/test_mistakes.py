@@ -110,7 +110,7 @@ REFUSED = {
     # files and tables
     "open_run('nope.mcap')": 'nope.mcap: it cannot be opened .*check the name',
     'open_run(5)': 'data 5 is not a table .*give a path, a Run, a DataFrame or',
-    'open_run(table)': 'is by amplitude and has no times; give it to compare or fit',
+    'open_run(table)': 'is by amplitude and has no times; use compare or fit',
     "load_yaml('nope.yaml')": 'nope.yaml: cannot be read .*check the path',
     "load_yaml({'stand.preload': 0.25})": 'is not str or Path',
     "fit('nope.csv', 'contact.friction')": 'nope.csv: cannot be read .*check the path',

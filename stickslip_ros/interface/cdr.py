@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Messages to bytes and back, as ROS 2 carries and records them.
+Encode and decode messages in the format that ROS 2 sends and records.
 
-The layout is that of the OMG's DDS-XTypes 1.3, Section 7.4.1 (plain CDR, version 1), little
-endian: a header of four bytes, then each number aligned to its own size, counted from behind the
-header. Padding is zero, so equal messages are equal bytes. Numbers that a field cannot hold are
-refused by `struct.error`, as `struct` does.
+The format is plain CDR, version 1, of the OMG's DDS-XTypes 1.3, Section 7.4.1, little endian:
+a header of four bytes, then each number aligned to its own size, counted from the end of the
+header. Padding is zero, so equal messages give equal bytes. Numbers out of a field's range raise
+`struct.error`.
 
 """
 
@@ -28,15 +28,15 @@ from stickslip_ros.units import NS_PER_S
 
 _HEADER: Final = b'\x00\x01\x00\x00'
 LONGEST_TAIL_BYTES: Final = 3
-"""Largest padding behind the last field: some serialisers fill the last word."""
+"""Largest padding after the last field: some serialisers fill the last word."""
 JOINT_TAIL_BYTES: Final = 12
-"""Largest padding behind joints with an empty array, as Fast CDR writes it."""
+"""Largest padding that Fast CDR writes after joints with an empty array."""
 CACHED_HEADS: Final = 64
-"""Number of frames and array layouts that stay packed."""
+"""Packed frames and array layouts cached."""
 
 _pack_words: Final = struct.Struct('<II').pack
 _pack_stamp: Final = struct.Struct('<4siI').pack
-pack_number: Final = struct.Struct('<d').pack  # a number behind a header, aligned
+pack_number: Final = struct.Struct('<d').pack  # a number after a header, aligned
 pack_float64: Final = partial(struct.Struct('<4sd').pack, _HEADER)
 pack_int32: Final = partial(struct.Struct('<4si').pack, _HEADER)
 pack_uint32: Final = partial(struct.Struct('<4sI').pack, _HEADER)
@@ -54,9 +54,9 @@ def pack_float64_array(
     """
     Pack a ``std_msgs/msg/Float64MultiArray`` in row-major order, with a label for each axis.
 
-    The stride of an axis is the product of its size and all later sizes; that of the axes in
-    ``front``, by label and size, is 0: nothing changes along them. Raises WrongKind if there are
-    not as many labels as axes.
+    The stride of an axis is the product of its size and all later sizes. Axes in ``front``
+    (label, size) have stride 0: the array is constant along them. Raises WrongKind if labels and
+    axes differ in number.
 
     """
     head = _array_head(np.shape(values), tuple(labels), front)
@@ -81,7 +81,7 @@ def pack_stamp(stamp_ns: int) -> bytes:
 
 @lru_cache(maxsize=CACHED_HEADS)
 def frame_field(frame_id: str) -> bytes:
-    """Pack the frame of a ``std_msgs/msg/Header``, with the padding that numbers need."""
+    """Pack the frame of a ``std_msgs/msg/Header``, padded for numbers."""
     text = _text_field(frame_id)
     # 8: seconds and nanoseconds of the stamp stand in front.
     return text + _padding(8 + len(text), 8)
@@ -102,10 +102,10 @@ def pack_joints(message: m.JointMessage) -> bytes:
 
 def unpack(type_name: str, data: bytes) -> m.Message:
     """
-    Return the content of one message with its header, of a type such as ``std_msgs/msg/Float64``.
+    Decode one message with its header, of a type such as ``std_msgs/msg/Float64``.
 
-    Raises UnknownName if the type is not one that this package records; RecordingError if the
-    bytes are cut off, in another encoding, or of another type.
+    Raises UnknownName if this package does not record the type; RecordingError if the bytes are
+    cut off, in another encoding, or of another type.
 
     """
     read = _READERS.get(type_name)
@@ -128,7 +128,7 @@ def _text_field(text: str) -> bytes:
     """
     Pack a string: its length with the closing zero, the text, a zero.
 
-    A zero inside is refused: programs in C would cut the string there.
+    A zero inside is refused: C programs would cut the string there.
 
     """
     encoded = text.encode()
@@ -138,7 +138,7 @@ def _text_field(text: str) -> bytes:
 
 
 def _padding(length_bytes: int, alignment_bytes: int) -> bytes:
-    """Give the zeros that fill a length up to a multiple of the alignment."""
+    """Return zeros that pad a length to a multiple of the alignment."""
     return bytes(-length_bytes % alignment_bytes)
 
 
@@ -147,10 +147,9 @@ def _array_head(
     sizes: tuple[int, ...], labels: tuple[str, ...], front: tuple[tuple[str, int], ...]
 ) -> bytes:
     """
-    Pack the head of a Float64MultiArray: all that stands in front of its numbers.
+    Pack the head of a Float64MultiArray: everything before its numbers.
 
-    An array without numbers gets no padding. Fast CDR adds some, other readers refuse it, and
-    all of them read a message without.
+    An array without numbers gets no padding: Fast CDR adds some, but other readers refuse it.
 
     """
     if len(sizes) != len(labels):
@@ -181,7 +180,7 @@ class _Cursor:
         return int.from_bytes(self._claim(4, 4), 'little')
 
     def text(self, limit: Limit = CHUNK_BYTES) -> str:
-        """Take a string; some writers leave out the closing zero of an empty string."""
+        """Read a string; some writers omit the closing zero of an empty string."""
         encoded = bytes(self._claim(self.uint32(), 1))
         limit.check(len(encoded) - 1)
         if encoded[-1:] not in (b'', b'\0'):
@@ -194,18 +193,18 @@ class _Cursor:
         return self.float64s(1)[0]
 
     def float64s(self, count: int) -> tuple[float, ...]:
-        """Take `count` numbers; 0 numbers need no alignment."""
+        """Read `count` numbers; 0 numbers need no alignment."""
         if not count:
             return ()
         return struct.unpack(f'<{count}d', self._claim(8 * count, 8))
 
     def stamped(self, count: int) -> m.StampedMessage:
-        """Take a ``std_msgs/msg/Header`` and `count` numbers."""
+        """Read a ``std_msgs/msg/Header`` and `count` numbers."""
         stamp_ns = self.int32() * NS_PER_S + self.uint32()
         return m.StampedMessage(stamp_ns, self.text(LABEL_MOST), self.float64s(count))
 
     def array(self) -> m.ArrayMessage:
-        """Take a ``std_msgs/msg/Float64MultiArray``; its numbers are a copy, aligned, writable."""
+        """Read a ``std_msgs/msg/Float64MultiArray``; its numbers are a copy, aligned, writable."""
         AXES.check(count := self.uint32())
         axes = [(self.text(LABEL_MOST), self.uint32(), self.uint32()) for _ in range(count)]
         labels, sizes, strides = zip(*axes, strict=True) if axes else ((), (), ())
@@ -220,7 +219,7 @@ class _Cursor:
         return m.ArrayMessage(labels, sizes, data, strides, offset)
 
     def joints(self) -> m.JointMessage:
-        """Take a ``sensor_msgs/msg/JointState``."""
+        """Read a ``sensor_msgs/msg/JointState``."""
         stamp_ns = self.int32() * NS_PER_S + self.uint32()
         frame_id = self.text(LABEL_MOST)
         AXES.check(count := self.uint32())
@@ -237,7 +236,7 @@ class _Cursor:
             raise ValueError(f'{left_bytes} of them are left over')
 
     def _claim(self, size_bytes: int, alignment_bytes: int) -> memoryview:
-        """Return the bytes of a field and move behind it."""
+        """Return the bytes of a field and advance past it."""
         start = self._at + -self._at % alignment_bytes
         missing_bytes = start + size_bytes - len(self._body)
         if missing_bytes > 0:

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Topics as a recording declares them: name, type, quality of service."""
+"""Channels of a recording: name, type, quality of service of topics."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -20,10 +20,9 @@ class Qos:
 
     def to_yaml(self) -> str:
         """
-        Return the profile in the form of a recording: a YAML sequence of one complete entry.
+        Return the profile for a recording: a YAML sequence of one complete entry.
 
-        The numbers are those of ``rmw/types.h``. Every distribution reads numbers; only later
-        ones read names.
+        The numbers are those of ``rmw/types.h``: only later distributions read names.
 
         """
         fields = {
@@ -50,5 +49,5 @@ class Channel:
 
 
 def name_in_file(key: str) -> str:
-    """Return the name under which the metadata of a recording has the topic of a key."""
+    """Return the name of a topic, by its key, in the metadata of a recording."""
     return _NAMES_IN_FILES.get(key, key.removeprefix('command/').replace('/', '_'))

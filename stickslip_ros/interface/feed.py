@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Packs the bench's output once: the same bytes go to a topic and to a file."""
+"""Pack the bench's output once: the same bytes go to a topic and to a file."""
 
 import math
 from collections.abc import Callable, Container, Iterator
@@ -45,11 +45,11 @@ class Packed(NamedTuple):
 _PERIODIC = ('voltage', 'trace')
 """Topics with a message for each period of the trace."""
 IsHeard = Callable[[str], bool]
-"""Tells whether the messages of a topic, by its key, go anywhere."""
+"""Whether a topic, by its key, has a subscriber or a file."""
 
 
 def pack_event(event: Event, time_origin_ns: int) -> Packed:
-    """Pack the end of a command; its stamp begins with the time origin."""
+    """Pack the end of a command; its stamp counts from the time origin."""
     return Packed('event', event.time_ns, pack_string(event.to_json(time_origin_ns)))
 
 
@@ -77,7 +77,7 @@ class Feed:
             _Scalar(
                 row.reading,
                 frame_field(getattr(parameters.frame_id, row.frame)),
-                bytes(8 * len(STAMPED_FIELDS[READING_TYPES[row.unit][0]]) - 8),
+                bytes(8 * len(STAMPED_FIELDS[READING_TYPES[row.unit][0]]) - 8),  # zeros
                 column,
                 TRUTH.index(row.sees),
             )
@@ -90,23 +90,23 @@ class Feed:
         self._keys = (*(each.key for each in self._sensors), *('joint_states',) * bool(rate_hz))
         self._block_ns = parameters.block_ns
         self._samples = parameters.block_ns // parameters.sample_ns
-        self.pending: list[Array] = []  # blocks of the trace that no message has held yet
-        self.status: Status | None = None  # the last that a message has held
+        self.pending: list[Array] = []  # unsent blocks of the trace
+        self.status: Status | None = None  # status in the last message
         self.joint = (0, 0.0)  # ns and m of the last message of the joint, or of the start
 
     def resume(
         self, pending: list[Array], status: Status | None, joint: tuple[int, float]
     ) -> None:
-        """Continue with unsent samples, and with status and joint of the last message."""
+        """Continue with unsent samples, and with status and joint of the last messages."""
         self.pending, self.status, self.joint = list(pending), status, joint
 
     def pack(
         self, output: Output, time_origin_ns: int = 0, is_heard: IsHeard = lambda _: True
     ) -> Iterator[Packed]:
         """
-        Yield the messages of one update; stamps begin with the time origin.
+        Yield the messages of one update; stamps count from the time origin.
 
-        Readings and events that are not heard, by the key of their topic, are left out.
+        Readings and events of topics that are not heard are left out.
 
         """
         readings, end_ns = output.readings, output.readings.time_ns
@@ -167,7 +167,7 @@ class Feed:
     def _joint_after(
         self, time_ns: int, position_m: float, force_n: float
     ) -> tuple[tuple[float], ...]:
-        """Return position, velocity since the joint before, and force."""
+        """Return position, mean velocity since the last joint message, and force."""
         before_ns, before_m = self.joint
         self.joint = time_ns, position_m
         velocity_m_per_s = (position_m - before_m) / ((time_ns - before_ns) * NANO)

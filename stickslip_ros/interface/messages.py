@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Recorded messages without ROS: one small record per kind of message."""
+"""Recorded messages without ROS: a record for each kind of message."""
 
 from typing import Final, NamedTuple, TypeAlias
 
@@ -23,9 +23,9 @@ STAMPED_FIELDS: Final = {
     VECTOR3_STAMPED: ('x', 'y', 'z'),
     WRENCH_STAMPED: ('force.x', 'force.y', 'force.z', 'torque.x', 'torque.y', 'torque.z'),
 }
-"""Numbers behind the header of each type that has one."""
+"""Numbers after the header of each type with a header."""
 JOINT_UNITS: Final = {'position': 'm', 'velocity': 'm/s', 'effort': 'N'}
-"""Units of the numbers of a joint that slides, in their order."""
+"""Units of the numbers of a sliding joint, in message order."""
 
 
 class ArrayMessage(NamedTuple):
@@ -33,13 +33,13 @@ class ArrayMessage(NamedTuple):
 
     labels: tuple[str, ...]  # one per dimension of the layout
     sizes: tuple[int, ...]  # length of each dimension
-    data: Array  # shaped by `sizes` where the layout fits the data, otherwise flat
-    strides: tuple[int, ...] = ()  # of each dimension, as the layout gives it
-    offset: int = 0  # numbers in front of the data, as the layout gives it
+    data: Array  # shaped by `sizes` if the layout fits the data, otherwise flat
+    strides: tuple[int, ...] = ()  # of each dimension, by the layout
+    offset: int = 0  # numbers before the data, by the layout
 
 
 class StampedMessage(NamedTuple):
-    """A message of STAMPED_FIELDS: time in ns, frame, and its numbers in SI units."""
+    """A message of a type in STAMPED_FIELDS: time in ns, frame, numbers in SI units."""
 
     stamp_ns: int
     frame_id: str
@@ -52,7 +52,7 @@ class JointMessage(NamedTuple):
     stamp_ns: int
     frame_id: str
     names: tuple[str, ...]  # one per joint
-    # One number per joint, m, m/s and N of joints that slide; empty where there are none:
+    # One number per joint; m, m/s and N for sliding joints; may be empty:
     positions: tuple[float, ...] = ()
     velocities: tuple[float, ...] = ()
     efforts: tuple[float, ...] = ()
@@ -71,10 +71,10 @@ class Quantity(NamedTuple):
 
     name: str  # the field: ``x``, ``force.x``, ``data``, ``velocity``
     unit: str  # SI unit; empty for a pure number
-    place: int  # in a message of several
+    place: int  # index in the numbers of a message
 
     def of(self, message: Message) -> float:
-        """Return the number; refuse a message of several joints."""
+        """Return the number from a message; refuse several joints."""
         if isinstance(message, JointMessage):
             numbers = message.arrays[self.place]
             if len(numbers) != 1:
@@ -89,10 +89,10 @@ class Quantity(NamedTuple):
 
 def find_quantity(topic: str, type_name: str, field: str) -> Quantity:
     """
-    Look up a field of a topic's messages; empty is the first, which is x, force.x or data.
+    Look up a field of a topic's messages; an empty name means the first: x, force.x or data.
 
-    The last part of the topic gives the unit of a plain number. Raises UnknownName if the type has
-    no such field, or none that is a number.
+    The last part of the topic gives the unit of a plain number. Raises UnknownName if the type
+    lacks the field, or has no numbers.
 
     """
     names = STAMPED_FIELDS.get(type_name, ())
@@ -109,7 +109,7 @@ def find_quantity(topic: str, type_name: str, field: str) -> Quantity:
 
 def _unit(topic: str, type_name: str, field: str) -> str:
     if field == 'data' or type_name == VECTOR3_STAMPED:
-        command = COMMANDS.get(topic.rpartition('/')[2])  # that of a reading is the same
+        command = COMMANDS.get(topic.rpartition('/')[2])  # a reading has the unit of its command
         return command.numbers[0].partition(' ')[2] if command and command.numbers else ''
     units = {'force': 'N', 'torque': 'N m', **JOINT_UNITS}
     return units.get(field.partition('.')[0], 'm')

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Requests as messages: to bytes and back."""
+"""Encode and decode requests as messages."""
 
 import json
 import math
@@ -37,22 +37,22 @@ from stickslip_ros.parameters.typed import to_si, with_point
 from stickslip_ros.units import NS_PER_S, parse_quantity
 
 _NAME_MAX = 1000
-"""Characters of the name of a frame, or of a joint, in a message."""
+"""Longest name of a frame or joint in a message, characters."""
 JOINTS_MAX = 1000
-"""Joints of a message."""
+"""Most joints in a message."""
 BY_TOPIC = {topic.request: topic for topic in COMMAND_TOPICS if topic.recorded}
-"""Topic of each request that has a topic."""
+"""Topic of each request with a topic."""
 CYCLE = 'cycle'
-"""Label of a table's first axis; its size is the number of cycles to play."""
+"""Label of a repeated table's first axis; its size is the number of cycles to play."""
 TAG = '#'
-"""Separator in front of a tag, in the frame of a header or the label of a first axis."""
+"""Separator before a tag, in the frame of a header or the label of a first axis."""
 NOTES = 'request'
 """Key of the topic that reports every other request."""
 INT32_MAX, UINT32_MAX = 2**31 - 1, 2**32 - 1
 
 
 def pack_request(request: Request, time_ns: int) -> Packed:
-    """Pack a request as the message of its topic, at the time when it takes effect."""
+    """Pack a request as the message of its topic, at the time of its effect."""
     topic = BY_TOPIC.get(request.name)
     if topic is not None:
         if topic.type_name == JOINT_STATE:
@@ -73,7 +73,7 @@ def pack_request(request: Request, time_ns: int) -> Packed:
 
 
 def tagged(name: str, tag: str) -> str:
-    """Return the name of a frame or an axis, with a tag if there is one."""
+    """Return the name of a frame or axis, with the tag if any."""
     return f'{name}{TAG}{tag}' if tag else name
 
 
@@ -88,11 +88,11 @@ def pack_command(
     """
     Return the message of a command topic.
 
-    The values are a number or the numbers in order, or rows for a waveform; for a load or a
+    The values are a number, the numbers in order, or rows for a waveform; for a load or a
     position, x alone is enough; for a joint, its position. NaN means "not commanded". A table is
-    played so many ``cycles``; 0 repeats until replaced. The ``tag`` comes back in its events.
-    Raises WrongKind if a value is no number, their count is wrong, or the message has no room for
-    a tag; OutOfRange if a number for a field of 32 bits is not whole, or too large.
+    played for ``cycles`` cycles; 0 repeats until replaced. The ``tag`` is returned in events.
+    Raises WrongKind if a value is no number, their count is wrong, or the message has no field
+    for a tag; OutOfRange if a number for a field of 32 bits is not whole, or too large.
 
     """
     wanted = f'send {", ".join(topic.numbers)}'
@@ -127,7 +127,7 @@ def pack_command(
 
 
 def _whole(name: str, value: Any, low: int, high: int) -> int:
-    """Return a number for a field of 32 bits; refuse a fraction or a number out of range."""
+    """Return a whole number for a field of 32 bits; refuse a fraction or one out of range."""
     try:
         if low <= float(value) <= high and float(value).is_integer():
             return int(float(value))
@@ -138,7 +138,7 @@ def _whole(name: str, value: Any, low: int, high: int) -> int:
 
 
 def typed_numbers(command: Command, words: Sequence[str]) -> list[float]:
-    """Parse the numbers of a command as a user types them: in order, or by name."""
+    """Parse the typed numbers of a command, in order or by name."""
     labels = [label.partition(' ')[::2] for label in command.numbers]
     wanted = ', '.join(command.numbers) or 'no numbers'
     hint = f'{command.name} takes {wanted}' + ', row after row' * command.is_table
@@ -162,7 +162,7 @@ def typed_numbers(command: Command, words: Sequence[str]) -> list[float]:
 
 
 def _typed_number(name: str, text: str, unit: str) -> float:
-    """Parse a typed number; a number without unit is a count, or a choice of ``0 or 1``."""
+    """Parse a typed number; without a unit it is a count or a choice of ``0 or 1``."""
     if unit and not unit[0].isdigit():
         return to_si(name, text, unit)
     number = parse_quantity(text, '')
@@ -174,7 +174,7 @@ def _typed_number(name: str, text: str, unit: str) -> float:
 
 
 def _column(label: str) -> str:
-    """Return the label of a number as a layout has it: ``voltage V`` as ``voltage[V]``."""
+    """Return the label of a number in a layout: ``voltage[V]`` for ``voltage V``."""
     name, _, unit = label.partition(' ')
     return f'{name}[{unit}]' if unit else name
 
@@ -183,9 +183,8 @@ def read_request(topic: Topic, data: bytes) -> Request:
     """
     Return the request in a message on a command topic.
 
-    Raises RecordingError if the bytes are not such a message; WrongKind if the layout of a table
-    says anything but its rows; OutOfRange if the stamp lies beyond the times that a header can
-    hold.
+    Raises RecordingError if the bytes are no message of the topic's type; WrongKind if the layout
+    of a table does not describe its rows; OutOfRange if the stamp is too late for a header.
 
     """
     message = unpack(topic.type_name, data)
@@ -193,7 +192,7 @@ def read_request(topic: Topic, data: bytes) -> Request:
     cycles, tag = 1, ''
     if isinstance(message, m.StampedMessage | m.JointMessage):
         stamp_ns = message.stamp_ns
-        if stamp_ns // NS_PER_S > INT32_MAX:  # more than 1e9 ns in a second: no header holds it
+        if stamp_ns // NS_PER_S > INT32_MAX:  # its nanoseconds exceed 1e9
             limit = f'above the {INT32_MAX} s of a header'
             hint = 'send a stamp of this time, with nanoseconds below 1e9, or none'
             raise OutOfRange(f'stamp of {topic.request}', stamp_ns, 'ns', limit, hint)
@@ -219,10 +218,10 @@ def read_request(topic: Topic, data: bytes) -> Request:
 
 def receive_request(topic: Topic, data: bytes) -> Request:
     """
-    Return the request in a message from the network, where waveforms have a largest size.
+    Return the request in a message from the network, which limits its size.
 
-    Raises StickSlipError as `read_request`, and if a waveform has too many rows for a message, if
-    there are too many joints, or a name is too long.
+    Raises StickSlipError like `read_request`, and for too many rows of a waveform, too many
+    joints, or too long a name.
 
     """
     request = read_request(topic, data)
@@ -234,7 +233,7 @@ def receive_request(topic: Topic, data: bytes) -> Request:
     joints = max(map(len, request.joints))
     if joints > JOINTS_MAX:
         limit = f'above the {JOINTS_MAX} of a message'
-        raise OutOfRange('joints', joints, '', limit, 'send those of the drive')
+        raise OutOfRange('joints', joints, '', limit, 'send only joints of the drive')
     rows = len(request.values) // len(topic.numbers)
     if topic.is_table and rows > WAVEFORM_ROWS_MAX:
         limit = f'above the {WAVEFORM_ROWS_MAX} of a message'
@@ -244,16 +243,16 @@ def receive_request(topic: Topic, data: bytes) -> Request:
 
 
 def _check_layout(topic: Topic, message: m.ArrayMessage, first: int) -> None:
-    """Refuse a table unless its layout, from axis `first` on, has rows in order."""
+    """Refuse a table unless its layout, from axis `first` on, describes contiguous rows."""
     count, width = message.data.size, len(topic.numbers)
     sizes, strides = list(message.sizes[first:]), list(message.strides[first:])
-    # A count that gives no whole rows may be declared: the check of the numbers refuses it.
+    # Accept a count that gives no whole rows: the check of the numbers refuses it.
     fits = sizes == [count // width, width] if count % width == 0 else sizes == [count]
     in_order = all(
         given in (0, meant) for given, meant in zip(strides, (count, width), strict=False)
     )
     if (sizes and not (fits and in_order)) or message.offset:
         shown = f'sizes {sizes[:4]}, strides {strides[:4]}, offset {message.offset}'
-        hint = f'say [n, 2] with strides [2 n, 2], or nothing; behind {CYCLE!r}, if it repeats'
+        hint = f'give sizes [n, 2] and strides [2 n, 2], or none; after {CYCLE!r} to repeat'
         name = f'layout of a {topic.request} of {count} numbers'
         raise WrongKind(name, shown, 'rows of two', hint)

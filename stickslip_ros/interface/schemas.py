@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Definitions and type hashes of the recorded message types, as a recording must carry them."""
+"""Definitions and type hashes of the recorded message types, for recordings."""
 
 from typing import Final
 
@@ -56,7 +56,7 @@ def _parts(name: str) -> list[str]:
 
 
 def _definition(type_name: str) -> str:
-    """Join a message and the messages inside it, as the ``ros2msg`` encoding asks."""
+    """Join a message and the messages inside it in the ``ros2msg`` encoding."""
     name = type_name.replace('/msg/', '/')
     inner = (f'{_SEPARATOR}\nMSG: {part}\n{FIELDS[part]}' for part in _parts(name))
     return FIELDS[name] + ''.join(inner)
@@ -75,5 +75,5 @@ TYPE_HASHES: Final = {
     JOINT_STATE: 'RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e',
 }
 
-#: Definition of each type with those of the types inside it.
+#: Definition of each type, with the definitions of its inner types.
 SCHEMAS: Final = {type_name: _definition(type_name) for type_name in TYPE_HASHES}

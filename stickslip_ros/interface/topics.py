@@ -30,13 +30,13 @@ TRACE = 'trace'
 
 COMMAND = Qos(depth=100)
 SET_POINT = Qos(depth=1000)
-"""Holds what arrives behind a lost message, until DDS sends it again up to 3 s later."""
+"""Depth for the messages after a lost one: DDS may take up to 3 s to send it again."""
 STREAM = Qos(depth=100)
-"""Requested by our subscribers, and the least that a stream keeps for a slow subscriber."""
+"""Depth of our subscribers; smallest depth of a stream."""
 KEPT_S = 1.0
-"""Simulated time that a stream keeps for a slow subscriber, if that is more."""
+"""Depth of a stream as simulated time, s, if that is more messages."""
 LONG_COMMAND = Qos(depth=2)
-"""For messages of megabytes: each queued message takes memory of the node."""
+"""For messages of megabytes, which take memory of the node while queued."""
 LATCHED = Qos(depth=1, latched=True)
 EVENTS = Qos(depth=100)
 SELDOM = Qos(depth=10)
@@ -55,17 +55,17 @@ class Topic:
 
     name: str  # relative name, so that a namespace moves it; ``~/`` stands for the node
     type_name: str  # message type
-    # quality of service that the node offers or requests; for a stream, the least offered
+    # quality of service of the node's end; for a stream, the smallest depth
     qos: Qos
     text: str  # meaning, unit and rate
     recorded: bool = True  # whether recordings hold it
     pace: str = ''  # parameter that gives the period, s, or the rate, Hz, of a stream
-    # parameters that must all be true or above 0 for the topic to exist; empty: it always exists
+    # the topic exists if these parameters are all true or above 0
     switches: tuple[str, ...] = ()
-    # numbers of a command and their units; for a table, those of a row
+    # numbers of a command, or of a table's row, with units
     numbers: tuple[str, ...] = ()
-    is_table: bool = False  # whether a command has any count of rows
-    # policies of its quality of service that a user may override at the start
+    is_table: bool = False  # whether a command has rows
+    # policies of quality of service that a user may override
     overridable: tuple[str, ...] = ()
 
     @property
@@ -93,7 +93,7 @@ class Topic:
         return self.recorded and is_wanted and self.exists(parameters)
 
     def offered_qos(self, parameters: Parameters) -> Qos:
-        """Return the quality of service under these parameters; a stream keeps `KEPT_S`."""
+        """Return the quality of service under these parameters; a stream's depth is `KEPT_S`."""
         if not self.pace:
             return self.qos
         pace = float(parameters.value(self.pace))
@@ -126,9 +126,9 @@ READING_TYPES = {
     'N': (WRENCH_STAMPED, 'wrench.force.x'),
     'V': (VECTOR3_STAMPED, 'vector.x'),
 }
-"""Message type of the readings in a unit, and the field of the reading; other fields are 0."""
+"""Message type and field of the readings in a unit; other fields are 0."""
 FORMER_TYPES = {'voltage': FLOAT64}
-"""Types of readings in recordings of versions up to 1.0, in which the voltage had no stamp."""
+"""Types of readings in recordings of versions up to 1.0: the voltage had no stamp."""
 
 
 def _reading_topic(row: Sensor, name: str, text: str, *switches: str) -> Topic:
@@ -197,7 +197,7 @@ READINGS = tuple(topic for topic in TOPICS if not topic.is_command)
 
 @dataclass(frozen=True)
 class Service:
-    """A service of the node other than those of its lifecycle, or an action."""
+    """A service or action of the node; services of its lifecycle are not listed."""
 
     name: str
     type_name: str

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Reads numbers from messages of any type, by the definition that a recording carries."""
+"""Read numbers from messages of any type by the definition that a recording carries."""
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
@@ -47,16 +47,16 @@ FRONTS: Final = {
     VECTOR3_STAMPED: 'vector.',
     WRENCH_STAMPED: 'wrench.',
 }
-"""Start of a number's line in a definition, in front of its name."""
-_PLAIN: Final = {FLOAT64: '<f8', INT32: '<i4', UINT32: '<u4'}  # types of one number, `data`
-_HEADER_BYTES: Final = 12  # seconds, nanoseconds, and length of the frame behind them
+"""Field of each type that holds its numbers, with a dot."""
+_PLAIN: Final = {FLOAT64: '<f8', INT32: '<i4', UINT32: '<u4'}  # messages of one number, `data`
+_HEADER_BYTES: Final = 12  # seconds, nanoseconds, length of the frame
 _NUMBER = bool, int, float, np.generic
-LISTED: Final = 20  # numbers in a refusal
+LISTED: Final = 20  # most numbers listed in a refusal
 _Numbers = tuple[Places, Array, Places]  # times, ns, numbers, log times, ns
 
 
 class Joint(str):
-    """The name of an element of arrays, as a message has it in its array ``name``."""
+    """Name of an array element, from the array ``name`` of its message."""
 
     __slots__ = ()
 
@@ -72,14 +72,14 @@ def numbers_of(
     window_ns: tuple[int, int] = ALL_TIMES_NS,
 ) -> _Numbers:
     """
-    Return time, ns, one number, and log time, ns, of each message of a topic, in order of time.
+    Return time, ns, number and log time, ns, of each message of a topic, in order of time.
 
-    The time is the stamp of the header if the message has one and it is requested, else the log
-    time. A field is a path such as ``point.x``, ``wrench.force.x``, ``data`` or ``position[0]``;
-    ``position[x]`` is the number of the joint x. ``in_blocks`` gives all numbers of an array, or
-    of a column, at the time of their message. Messages that parts of a run repeat count once. For
-    a window, all chunks that may hold messages of these log times are read. RecordingError: a
-    message is damaged, or of unknown definition; UnknownName: no such field, or it is no number.
+    ``by_stamp`` takes the stamp of the header as time, if there is one; else the log time counts.
+    A field is a path such as ``point.x``, ``wrench.force.x``, ``data`` or ``position[0]``;
+    ``position[x]`` is the number of the joint x. ``in_blocks`` returns all numbers of an array or
+    column, at the time of their message. Messages repeated in parts of a run count once. A window
+    reads all chunks that may hold messages of its log times. RecordingError: a message is damaged
+    or its definition unknown; UnknownName: the field is unknown or no number.
 
     """
     none = np.empty(0, np.int64)
@@ -111,7 +111,7 @@ def numbers_of(
 
 
 class Field:
-    """A number in the messages of a channel, or all numbers of an array in each."""
+    """One number, or all numbers of an array, in each message of a channel."""
 
     def __init__(
         self, file: Path, channel: Channel, schema: Schema | None, field: str, *, in_blocks: bool
@@ -120,10 +120,10 @@ class Field:
         self._field, self._in_blocks = field, in_blocks
         self._topic, self._path = channel.topic, path_of(channel.topic, field)
         self._decode: Decode | None = None
-        self._joints = set[str]()  # known names: those at the place of the path, or all
+        self._joints = set[str]()  # joints at the place of the path, or all
 
     def read(self, piece: ChunkMessages, places: Places, *, by_stamp: bool) -> _Numbers:
-        """Return time, number and log time of some messages; ValueError if one is damaged."""
+        """Return time, number and log time of messages; ValueError for a damaged message."""
         times_ns = logs_ns = piece.times_ns[places]
         at_once = None if self._in_blocks else self._read_at_once(piece, piece.starts[places])
         seconds, nanoseconds, values, counts = at_once or self._read_each(piece, places)
@@ -135,7 +135,7 @@ class Field:
     def _read_at_once(
         self, piece: ChunkMessages, starts: Places
     ) -> tuple[NDArray[Any], NDArray[Any], Array, Places] | None:
-        """Return the same of messages that we record too; None of others."""
+        """Read messages of our own types at once; None for other types."""
         data, kind = piece.data, self._schema.name if self._schema else ''
         front, is_plain = FRONTS.get(kind, ''), kind in _PLAIN
         names = ['data'] if is_plain else [front + e for e in STAMPED_FIELDS.get(kind, ())]
@@ -164,7 +164,7 @@ class Field:
     def _read_each(
         self, piece: ChunkMessages, places: Places
     ) -> tuple[NDArray[Any], NDArray[Any], Array, Places]:
-        """Return stamps and numbers of messages, and how many numbers each has."""
+        """Return seconds, nanoseconds and numbers of messages, and the count in each."""
         decode = self._decode = self._decode or decoder_of(self._channel, self._schema, self._file)
         stamps, values = list[tuple[Any, Any]](), list[Array]()
         for place in places.tolist():
@@ -182,7 +182,7 @@ class Field:
         return seconds, nanoseconds, np.concatenate(values), counts
 
     def _find(self, message: Any) -> Any:
-        """Return the numbers of a message; none if it lacks the joint."""
+        """Return the numbers of a message; empty if it lacks the joint."""
         path, column, found = self._path, None, message
         if self._in_blocks and isinstance(path[-1], int):
             *path, column = path
@@ -201,8 +201,8 @@ class Field:
                 is_array = isinstance(found, list | dict | np.ndarray)
                 found = found[place] if is_array else vars(found)[place]
         except IndexError:
-            said = f'the array of a message has {len(found)} elements'
-            raise UnknownName(f'field of {self._topic}', self._field, said) from None
+            reason = f'the array of a message has {len(found)} elements'
+            raise UnknownName(f'field of {self._topic}', self._field, reason) from None
         except (KeyError, TypeError):
             raise self._unknown(_leaves_in(message)) from None
         is_array = isinstance(found, list | np.ndarray) and (
@@ -216,19 +216,19 @@ class Field:
         raise self._unknown([*_leaves_in(message), *samples])
 
     def _samples(self, message: Any, array: Any, column: Any) -> Any:
-        """Return all numbers of an array, or a column of a table whose layout has its width."""
+        """Return all numbers of an array, or one column of a table."""
         axes: Any = getattr(getattr(message, 'layout', None), 'dim', ())
         width = axes[1].size if len(axes) > 1 else 1
         if column is None and width not in {1, len(array)}:
-            said = f'a message is a table of {width} columns; name one, {self._field}[0]'
-            raise UnknownName(f'field of {self._topic}', self._field, said)
+            reason = f'a message is a table of {width} columns; name one, {self._field}[0]'
+            raise UnknownName(f'field of {self._topic}', self._field, reason)
         if column is not None and (not column < width > 1 or len(array) % width):
-            said = f'a message of {len(array)} numbers is a table of {width} columns, or none'
-            raise UnknownName(f'field of {self._topic}', self._field, said)
+            reason = f'a message of {len(array)} numbers is a table of {width} columns, or none'
+            raise UnknownName(f'field of {self._topic}', self._field, reason)
         return array if column is None else array[column::width]
 
     def _check_joint(self) -> None:
-        """Refuse a place at which messages have different joints."""
+        """Refuse an array index if the joint at it changes between messages."""
         if len(self._joints) > 1 and not any(isinstance(each, Joint) for each in self._path):
             known = sorted(self._joints)
             problem = f'{self._field} of {self._topic} is {" and ".join(known)} in turn'
@@ -236,18 +236,18 @@ class Field:
             raise RecordingError(self._file, problem, f'name the joint: {ways}')
 
     def refuse_absent(self) -> None:
-        """Refuse a joint that no message had."""
+        """Refuse a joint that is in no message."""
         if self._joints:
             raise self._unknown(f'{self._path[0]}[{each}]' for each in sorted(self._joints))
 
     def _unknown(self, numbers: Iterable[str]) -> UnknownName:
-        """Return the refusal of the field, with the numbers that there are."""
+        """Return the refusal of the field, which lists the numbers of the message."""
         known = [*islice(numbers, LISTED + 1)]
         listed = ', '.join([*known[:LISTED], *['...'] * (len(known) > LISTED)]) or 'none'
         return UnknownName(f'field of {self._topic}', self._field, f'its numbers are {listed}')
 
     def _to_ns(self, seconds: NDArray[Any], nanoseconds: NDArray[Any]) -> Places:
-        """Return stamps; RecordingError if one is no time."""
+        """Return stamps; RecordingError for an invalid time."""
         wrong: NDArray[np.bool_] = np.zeros(len(seconds), np.bool_)
         if {seconds.dtype.kind, nanoseconds.dtype.kind} - {'i', 'u'}:
             pairs = zip(seconds.tolist(), nanoseconds.tolist(), strict=True)
@@ -257,15 +257,15 @@ class Field:
             wrong |= (nanoseconds < 0) | (nanoseconds >= NS_PER_S)
         if wrong.any():
             at = int(np.argmax(wrong))
-            said = f'{quoted(seconds.tolist()[at])} s {quoted(nanoseconds.tolist()[at])} ns'
-            problem = f'has the stamp {said} on {self._topic}'
+            stamp = f'{quoted(seconds.tolist()[at])} s {quoted(nanoseconds.tolist()[at])} ns'
+            problem = f'has the stamp {stamp} on {self._topic}'
             hint = 'write whole seconds and nanoseconds below 1e9, or 0 for the time of the file'
             raise RecordingError(self._file, problem, hint)
         return seconds.astype(np.int64) * NS_PER_S + nanoseconds.astype(np.int64)
 
 
 def _stamp_in(message: Any) -> tuple[Any, Any]:
-    """Return seconds and nanoseconds, as ROS and Foxglove name them; 0 without a stamp."""
+    """Return seconds and nanoseconds of a ROS or Foxglove message; 0 without a stamp."""
     fields = message if isinstance(message, dict) else vars(message)
     header = fields.get('header')
     stamp = header.get('stamp') if isinstance(header, dict) else getattr(header, 'stamp', None)
@@ -277,7 +277,7 @@ def _stamp_in(message: Any) -> tuple[Any, Any]:
 
 
 def _leaves_in(value: Any, name: str = '') -> Iterator[str]:
-    """Yield the paths of the numbers in a message; for an array, those of its first element."""
+    """Yield the paths of the numbers in a message, of arrays only the first element."""
     if isinstance(value, list | np.ndarray):
         yield from _leaves_in(value[0], f'{name}[0]') if len(value) else ()
     elif isinstance(value, _NUMBER):
@@ -288,7 +288,7 @@ def _leaves_in(value: Any, name: str = '') -> Iterator[str]:
 
 
 def path_of(topic: str, field: str) -> list[str | int]:
-    """Return the names and places on the way to a number."""
+    """Split the path of a field into names and array indices."""
     path: list[str | int] = []
     for part in re.split(r'\.(?![^\[]*\])', _JOINT_FIRST.sub(r'\2\1', field)):
         if (found := PART.fullmatch(part)) is None:

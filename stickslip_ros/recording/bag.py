@@ -26,10 +26,10 @@ from stickslip_ros.recording.integrity import (
 from stickslip_ros.recording.layout import STORAGES, SUFFIX
 
 METADATA_FILE: Final = 'metadata.yaml'
-_NUMBER: Final = re.compile(r'_\d{1,4}$')  # of a part; longer ones are times of the day
+_NUMBER: Final = re.compile(r'_\d{1,4}$')  # number of a part; longer numbers are times of day
 METADATA_ROOT: Final = 'rosbag2_bagfile_information'
 _VERSION: Final = 9
-"""Version of the file's form; Jazzy and Kilted write it, and read all earlier ones."""
+"""Version of the format; Jazzy and Kilted write it, and read all earlier versions."""
 
 #: Words of ``rmw/qos_string_conversions.h``, in the order of the numbers of ``rmw/types.h``.
 _WORDS: Final = {
@@ -43,7 +43,7 @@ _WORDS: Final = {
 
 
 def write_metadata(folder: Path, parts: Sequence[Path]) -> Path:
-    """Write the description of a bag of finished files, in the order of playing."""
+    """Write the description of a bag of finished files, listed in playing order."""
     content = yaml.safe_dump({METADATA_ROOT: _describe(parts)}, sort_keys=False)
     path = folder / METADATA_FILE
     try:
@@ -58,10 +58,10 @@ def write_metadata(folder: Path, parts: Sequence[Path]) -> Path:
 
 def file_metadata() -> dict[str, dict[str, str]]:
     """
-    Return the record that tells rosbag2 the ROS distribution of a single file.
+    Return the metadata record with the ROS distribution, for rosbag2.
 
     rosbag2_storage_mcap (``read_metadata``) decodes it like a ``metadata.yaml``, and counts topics
-    and messages by itself. Empty if the distribution is not known.
+    and messages by itself. Empty if the distribution is unknown.
 
     """
     if not os.environ.get('ROS_DISTRO'):
@@ -70,7 +70,7 @@ def file_metadata() -> dict[str, dict[str, str]]:
 
 
 def _describe(paths: Sequence[Path]) -> dict[str, Any]:
-    """Describe the content of the files from their summaries; each topic once."""
+    """Describe files by their summaries, each topic once."""
     topics: dict[str, dict[str, Any]] = {}
     files: list[dict[str, Any]] = []
     times_ns: list[int] = []
@@ -80,22 +80,22 @@ def _describe(paths: Sequence[Path]) -> dict[str, Any]:
             summary, is_packed = reader.get_summary(), reader.is_packed
         if summary.statistics is None:
             raise RecordingError(path, 'it has no statistics', 'record it anew')
-        said = summary.statistics
-        start_ns, end_ns = said.message_start_time, said.message_end_time
-        times_ns += [start_ns, end_ns] if said.message_count else []
+        statistics = summary.statistics
+        start_ns, end_ns = statistics.message_start_time, statistics.message_end_time
+        times_ns += [start_ns, end_ns] if statistics.message_count else []
         files.append(
             {
                 'path': path.name,
                 'starting_time': {'nanoseconds_since_epoch': start_ns},
                 'duration': {'nanoseconds': end_ns - start_ns},
-                'message_count': said.message_count,
+                'message_count': statistics.message_count,
             }
         )
         for key, channel in summary.channels.items():
             entry = topics.setdefault(
                 channel.topic, _topic(channel, summary.schemas.get(channel.schema_id))
             )
-            entry['message_count'] += said.channel_message_counts.get(key, 0)
+            entry['message_count'] += statistics.channel_message_counts.get(key, 0)
     start_ns = min(times_ns, default=0)
     return {
         'version': _VERSION,
@@ -114,13 +114,13 @@ def _describe(paths: Sequence[Path]) -> dict[str, Any]:
 
 
 def _topic(channel: Channel, schema: Schema | None) -> dict[str, Any]:
-    """Describe a topic, before its messages are counted."""
+    """Describe a topic with 0 messages."""
     profiles: Any = None
     with suppress(RecordingError):
         text = channel.metadata.get('offered_qos_profiles', '')
         profiles = read_yaml(text, channel.topic, 'record it anew')
     if not isinstance(profiles, list) or not all(isinstance(each, dict) for each in profiles):
-        profiles = []  # rosbag2 takes its default for it
+        profiles = []  # rosbag2 then takes its default
     for profile in profiles:
         for key, words in _WORDS.items():
             value = profile.get(key)
@@ -139,7 +139,7 @@ def _topic(channel: Channel, schema: Schema | None) -> dict[str, Any]:
 
 
 def bag_parts(path: Path) -> list[Path]:
-    """Return the files that the description of a bag lists, all in its folder."""
+    """Return the files listed in the description of a bag, all in its folder."""
     if not (path / METADATA_FILE).is_file():
         raise _undescribed(path)
     storage, names, mode = _description_of(path)
@@ -171,21 +171,21 @@ def _undescribed(path: Path) -> RecordingError:
 
 
 def _description_of(path: Path) -> tuple[str, list[str], str]:
-    """Return storage, names of the files and mode of compression of a bag."""
+    """Return storage, file names and compression mode of a bag."""
     file, hint = path / METADATA_FILE, recover_hint(path)
     try:
-        said: Any = read_yaml(read_text(file, hint, hint), str(file), hint)
-        said = said[METADATA_ROOT]
-        names = [PurePath(name).name for name in said['relative_file_paths']]
-        mode = str(said.get('compression_mode') or 'none').lower()
-        return said['storage_identifier'], names, mode
+        bag: Any = read_yaml(read_text(file, hint, hint), str(file), hint)
+        bag = bag[METADATA_ROOT]
+        names = [PurePath(name).name for name in bag['relative_file_paths']]
+        mode = str(bag.get('compression_mode') or 'none').lower()
+        return bag['storage_identifier'], names, mode
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         problem = f'its {METADATA_FILE} cannot be read ({type(error).__name__} {error})'
         raise RecordingError(path, ' '.join(problem.split()), hint) from error
 
 
 def files_of_a_bag(path: Path) -> list[Path]:
-    """Return the files of a directory without description; refuse those of several runs."""
+    """Return the files of a directory without description; refuse files of several runs."""
     files = [each for suffix in STORAGES for each in path.glob(f'*{suffix}')]
     files.sort(key=lambda each: (len(each.name), each.name))
     names = {_NUMBER.sub('', each.stem) for each in files}

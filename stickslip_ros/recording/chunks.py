@@ -46,19 +46,19 @@ ALL_TIMES_NS: Final = 0, (1 << 64) - 1  # log times, ns; those above TIME_MAX_NS
 RECORD_HEAD: Final = struct.Struct('<BQ')  # opcode and length
 MESSAGE_HEAD: Final = struct.Struct('<HIQQ')  # channel, sequence number, log and publish time
 SEQUENCE_AT, LOG_TIME_AT = 2, 6
-LENGTH_BYTES: Final = 8  # of a record, in front of it
-INDEX_HEAD_BYTES: Final = 15  # of a message index: opcode, length, channel, size of its rows
-INDEX_ROW_BYTES: Final = 16  # a time and a place
+LENGTH_BYTES: Final = 8  # size of a record's length field
+INDEX_HEAD_BYTES: Final = 15  # head of a message index: opcode, length, channel, size of its rows
+INDEX_ROW_BYTES: Final = 16  # time and place
 _DATA_END: Final = struct.Struct('<BQI')
 _CRC_BYTES: Final = 4
 _BLOCK_BYTES: Final = 1 << 20
-CHANNELS: Final = 1 << 16  # numbers that a channel may have
+CHANNELS: Final = 1 << 16  # largest number of channels
 MAGIC: Final = b'\x89MCAP0\r\n'
 _INDEX_ANEW: Final = 'copy its messages with "stickslip recover", which makes one'
 _COUNT_ANEW: Final = 'copy its messages with "stickslip recover", which counts anew'
 SUMMARIES_KEPT: Final = 4
-"""Summaries of files that are opened again for each stretch of a long recording: the summary of
-an hour has 20,000 numbers and takes half a second to read."""
+"""Summaries cached, since windows of a long recording reopen its files: the summary of an hour
+has 20,000 numbers and takes half a second to read."""
 ZSTD_MAGIC: Final = b'\x28\xb5\x2f\xfd'
 
 
@@ -66,14 +66,14 @@ class ChunkMessages(NamedTuple):
     """Unpacked records, and the wanted messages among them."""
 
     data: bytes
-    starts: Places  # of each message in the data, behind opcode and length
+    starts: Places  # of each message in the data, after opcode and length
     channels: NDArray[np.uint16]
     times_ns: Places  # log times
     described: Places  # starts of schemas and channels
-    is_packed: bool = False  # whether each message was compressed by itself
+    is_packed: bool = False  # whether each message was compressed separately
 
     def descriptions(self) -> Iterator[bytes]:
-        """Give the records of schemas and channels."""
+        """Yield the records of schemas and channels."""
         for start in self.described.tolist():
             _, length = RECORD_HEAD.unpack_from(self.data, start - RECORD_HEAD.size)
             yield self.data[start - RECORD_HEAD.size : start + length]
@@ -87,18 +87,18 @@ class ChunkMessages(NamedTuple):
 
 
 _MergeRow = tuple[int, int, int, ChunkMessages | None]
-"""Log time, chunk and place of a message; nothing where a chunk begins."""
+"""Log time, chunk and place of a message; nothing at the start of a chunk."""
 
 
 def gather(data: bytes, places: Places, kind: str) -> NDArray[Any]:
-    """Return the numbers of a numpy type that begin at some places of the data."""
+    """Return the numbers of a numpy type at byte offsets of the data."""
     width = np.dtype(kind).itemsize
     everywhere = max(len(data) - width + 1, 0)
     return np.ndarray((everywhere,), kind, data, strides=(1,))[places]
 
 
 def unpack_chunk(chunk: Chunk) -> bytes:
-    """Return the records of a chunk; ValueError if size or checksum is wrong."""
+    """Decompress the records of a chunk; ValueError if size or checksum is wrong."""
     size = chunk.uncompressed_size
     if size > CHUNK_MAX_BYTES:
         raise ValueError(f'a chunk of {size} bytes is above the limit of {CHUNK_MAX_BYTES}')
@@ -107,7 +107,7 @@ def unpack_chunk(chunk: Chunk) -> bytes:
         if (announced := zstandard.frame_content_size(data)) in {-1, size}:
             data = zstandard.decompress(data, size)
     elif chunk.compression == 'lz4':
-        # One byte more than announced: a frame that is too long is seen, and no bomb unpacks.
+        # Read one byte more than announced: detects a longer frame without unpacking a bomb.
         data = LZ4FrameDecompressor().decompress(data, max_length=size + 1)
     elif chunk.compression:
         raise ValueError(f'its compression {chunk.compression!r} is not known')
@@ -155,7 +155,7 @@ def find_messages(
 
 
 def unpack_messages(piece: ChunkMessages) -> ChunkMessages:
-    """Return messages that rosbag2 compressed one by one, unpacked; others as they are."""
+    """Decompress messages that rosbag2 compressed separately; return others unchanged."""
     if not len(piece.starts) or not piece.message(0).data.startswith(ZSTD_MAGIC):
         return piece
     parts, room = [*piece.descriptions()], CHUNK_MAX_BYTES
@@ -173,14 +173,14 @@ def unpack_messages(piece: ChunkMessages) -> ChunkMessages:
 
 class ChunkReader(SeekingReader):
     """
-    Reads the messages of a finished file, of some topics or all.
+    Reads messages of some or all topics of a finished file.
 
-    A file that contradicts itself raises ValueError, LookupError or struct.error; Miscounted, if
-    its messages, their indexes and its statistics differ.
+    An inconsistent file raises ValueError, LookupError or struct.error; Miscounted, if its
+    messages, their indexes and its statistics differ.
 
     """
 
-    _opened_bytes = 0  # chunks whose messages are being given in the order of time
+    _opened_bytes = 0  # size of all chunks open in the merge by time
 
     def __init__(self, stream: BinaryIO, summary_start: int) -> None:
         size_bytes, _ = stream.seek(0, os.SEEK_END), stream.seek(0)
@@ -194,27 +194,27 @@ class ChunkReader(SeekingReader):
             budget.INDEX_BYTES.check(size_bytes, self._stream.name)
             self._stream.seek(self._summary_start)
             data = self._stream.read()
-            checked, behind = data[: -_CRC_BYTES - len(MAGIC)], data[-_CRC_BYTES - len(MAGIC) :]
-            if int.from_bytes(behind[:_CRC_BYTES], 'little') not in {0, zlib.crc32(checked)}:
+            checked, ending = data[: -_CRC_BYTES - len(MAGIC)], data[-_CRC_BYTES - len(MAGIC) :]
+            if int.from_bytes(ending[:_CRC_BYTES], 'little') not in {0, zlib.crc32(checked)}:
                 raise ValueError('the checksum of its summary is wrong')
             self._summary = _summary_of(data)
-            said, listed = self._summary.statistics, len(self._summary.chunk_indexes)
-            if not listed and (said is None or said.message_count):
+            statistics, listed = self._summary.statistics, len(self._summary.chunk_indexes)
+            if not listed and (statistics is None or statistics.message_count):
                 problem = 'it has no index of chunks'
                 raise RecordingError(self._stream.name, problem, _INDEX_ANEW)
-            if said and said.chunk_count != listed:
-                raise ValueError(f'its index lists {listed} of {said.chunk_count} chunks')
+            if statistics and statistics.chunk_count != listed:
+                raise ValueError(f'its index lists {listed} of {statistics.chunk_count} chunks')
             check_names(self._stream.name, self._summary)
         return self._summary
 
     @property
     def is_packed(self) -> bool:
-        """Whether each message was compressed by itself, as rosbag2 can do."""
+        """Whether each message was compressed separately, as rosbag2 can do."""
         indexes, _ = self._select(None, ALL_TIMES_NS)
         return any(self._read(each, None).is_packed for each in indexes[:1])
 
     def check(self) -> None:
-        """Check the data by their checksum, and the statistics by the lengths of the indexes."""
+        """Check the data by checksum, and the statistics by the lengths of the indexes."""
         left_bytes, crc = self._summary_start - _DATA_END.size, 0
         self._stream.seek(left_bytes)
         opcode, _, expected = _DATA_END.unpack(self._stream.read(_DATA_END.size))
@@ -228,11 +228,11 @@ class ChunkReader(SeekingReader):
         self._check_counts()
 
     def _check_counts(self) -> None:
-        """Refuse messages of channels that are not described, or that the statistics deny."""
+        """Refuse messages of undescribed channels, and statistics that differ from the indexes."""
         summary, counts = self.get_summary(), Counter[int]()
         for index in summary.chunk_indexes:
-            said = _counts_in(index)
-            counts += Counter(self._read(index, None).channels.tolist()) if said is None else said
+            rows = _counts_in(index)
+            counts += Counter(self._read(index, None).channels.tolist()) if rows is None else rows
         if unknown := counts.keys() - summary.channels.keys():
             raise ValueError(f'channel {min(unknown)} is not described')
         if (statistics := summary.statistics) is None:
@@ -248,13 +248,13 @@ class ChunkReader(SeekingReader):
     def pieces(
         self, topics: Collection[str] | None = None, window_ns: tuple[int, int] = ALL_TIMES_NS
     ) -> Iterator[ChunkMessages]:
-        """Give messages chunk by chunk, in the order of the file; a window takes whole chunks."""
+        """Yield messages chunk by chunk, in file order; a window takes whole chunks."""
         indexes, wanted = self._select(topics, window_ns)
         for index in indexes:
             yield self._read(index, wanted)
 
     def ends(self, topic: str) -> list[Message]:
-        """Give the first and the last message of a topic, in the order of the file."""
+        """Return the first and the last message of a topic, in file order."""
         indexes, wanted = self._select([topic], ALL_TIMES_NS)
         found = []
         for place, order in ((0, indexes), (-1, indexes[::-1])):
@@ -269,7 +269,7 @@ class ChunkReader(SeekingReader):
         *,
         in_time_order: bool = True,
     ) -> Iterator[tuple[Schema | None, Channel, Message]]:
-        """Give schema, channel and message, in the order of log times or of the file."""
+        """Yield schema, channel and message, in the order of log times or of the file."""
         summary = self.get_summary()
         indexes, wanted = self._select(topics, window_ns)
         rows: Iterator[_MergeRow]
@@ -286,7 +286,7 @@ class ChunkReader(SeekingReader):
                 yield schema, channel, message
 
     def _by_time(self, index: ChunkIndex, wanted: set[int] | None) -> Iterator[_MergeRow]:
-        """Give the begin of a chunk, which opens it when it is due, and its messages by time."""
+        """Yield the start of a chunk, then its messages by time; a chunk opens when it is due."""
         yield *begin_of(index), -1, None
         piece = self._read(index, wanted)
         self._opened_bytes += len(piece.data)
@@ -300,7 +300,7 @@ class ChunkReader(SeekingReader):
     def _select(
         self, topics: Collection[str] | None, window_ns: tuple[int, int]
     ) -> tuple[list[ChunkIndex], set[int] | None]:
-        """Return the chunks that may hold wanted messages, and their channels; None: all."""
+        """Return chunks that may hold wanted messages, and the channels; None means all."""
         summary = self.get_summary()
         wanted = None
         if topics is not None:
@@ -327,11 +327,11 @@ class ChunkReader(SeekingReader):
         first_ns, last_ns = index.message_start_time, index.message_end_time
         at = f'the chunk at byte {index.chunk_start_offset}'
         wrong = (piece.times_ns < first_ns) | (piece.times_ns > last_ns)
-        if wrong.any():  # a window chooses chunks by these times
+        if wrong.any():  # windows select chunks by these times
             at_ns = piece.times_ns[wrong][0]
             raise ValueError(f'{at} announces {first_ns} ns to {last_ns} ns, and holds {at_ns} ns')
-        found, said = Counter(piece.channels.tolist()), _counts_in(index)
-        if said is not None and any(found[key] != said[key] for key in wanted or found | said):
+        found, rows = Counter(piece.channels.tolist()), _counts_in(index)
+        if rows is not None and any(found[key] != rows[key] for key in wanted or found | rows):
             problem = f'{at} holds {found.total()} messages, but its index lists others'
             raise Miscounted(self._stream.name, problem, _COUNT_ANEW)
         return unpack_messages(piece)
@@ -340,9 +340,9 @@ class ChunkReader(SeekingReader):
 @lru_cache(maxsize=SUMMARIES_KEPT)
 def _summary_of(data: bytes) -> Summary:
     """
-    Return the summary at the end of a file, with its chunks in order; do not change it.
+    Return the summary at the end of a file, its chunks sorted; it is cached: do not change it.
 
-    The library's own reader would unpack a chunk that stands there, however large.
+    The library's own reader would unpack a chunk inside the summary, however large.
 
     """
     summary = Summary()
@@ -373,7 +373,7 @@ def _summary_of(data: bytes) -> Summary:
 
 
 def check_names(path: object, summary: Summary) -> None:
-    """Refuse too many or too long names of what is in a file; it may list one thing twice."""
+    """Refuse too many or too long names in a summary; duplicates count."""
     kinds = [each.name for each in summary.schemas.values()]
     topics = [each.topic for each in summary.channels.values()]
     extras = len(summary.metadata_indexes) + len(summary.attachment_indexes)
@@ -382,7 +382,7 @@ def check_names(path: object, summary: Summary) -> None:
 
 
 def _counts_in(index: ChunkIndex) -> Counter[int] | None:
-    """Return the messages of each channel by the lengths of their indexes; None without any."""
+    """Count the messages of each channel by the lengths of its index; None without indexes."""
     if not index.message_index_length:
         return None
     begin = index.chunk_start_offset + index.chunk_length
@@ -398,5 +398,5 @@ def _counts_in(index: ChunkIndex) -> Counter[int] | None:
 
 
 def begin_of(index: ChunkIndex) -> tuple[int, int]:
-    """Return the time and the place at which a chunk begins."""
+    """Return start time and offset of a chunk."""
     return index.message_start_time, index.chunk_start_offset

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The clock of a drive of this package whose messages another recorder wrote."""
+"""Clock of a drive of this package in recordings of other programs."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -18,12 +18,12 @@ from stickslip_ros.recording.chunks import Places
 from stickslip_ros.recording.integrity import open_whole
 from stickslip_ros.units import NS_PER_S
 
-TRACE_END_MAX_S: Final = 1e9  # longer times of a trace are no times
+TRACE_END_MAX_S: Final = 1e9  # later times of a trace are invalid
 
 
 @dataclass(frozen=True, eq=False)
 class DriveClock:
-    """Log times of readings and their stamps, each since the first; floats, ns."""
+    """Log times and stamps of readings, ns, each counted from the first."""
 
     logs: Array
     stamps: Array
@@ -32,10 +32,10 @@ class DriveClock:
     origin_ns: int  # time origin of the drive
 
     @classmethod
-    def found(
+    def fit(
         cls, files: Sequence[Path], topics: Mapping[str, str], origin_ns: int
     ) -> 'DriveClock | None':
-        """Return the clock by the topics ``position``, else ``trace``; None if the log has it."""
+        """Return the clock of ``position`` or ``trace``; None if log times are simulated times."""
         logs_ns: Places = np.empty(0, np.int64)
         stamps_ns = logs_ns
         if 'position' in topics:
@@ -46,19 +46,19 @@ class DriveClock:
             stamps_ns = np.rint(ends_s * NS_PER_S).astype(np.int64) + origin_ns
         if not len(logs_ns) or np.array_equal(logs_ns, stamps_ns):
             return None
-        since = [(each - each[0]).astype(np.float64) for each in (logs_ns, stamps_ns)]
-        return cls(since[0], since[1], int(logs_ns[0]), int(stamps_ns[0]), origin_ns)
+        elapsed = [(each - each[0]).astype(np.float64) for each in (logs_ns, stamps_ns)]
+        return cls(elapsed[0], elapsed[1], int(logs_ns[0]), int(stamps_ns[0]), origin_ns)
 
-    def placed(self, log_ns: Any) -> Any:
-        """Return the times of the drive at some log times, ns."""
+    def drive_times(self, log_ns: Any) -> Any:
+        """Convert log times to times of the drive, ns."""
         at = log_ns - self.first_log_ns
-        beyond = np.minimum(at, 0) + np.maximum(at - int(self.logs[-1]), 0)
-        within = np.rint(np.interp(at, self.logs, self.stamps)).astype(np.int64)
-        return np.maximum(self.first_stamp_ns + within + beyond, self.origin_ns)
+        outside = np.minimum(at, 0) + np.maximum(at - int(self.logs[-1]), 0)
+        inside = np.rint(np.interp(at, self.logs, self.stamps)).astype(np.int64)
+        return np.maximum(self.first_stamp_ns + inside + outside, self.origin_ns)
 
 
 def _ends_of_blocks(files: Sequence[Path], topic: str) -> tuple[Places, Array]:
-    """Return the log time of each block of a trace, ns, and the time of its last row, s."""
+    """Return log time, ns, and last sample time, s, of each block of a trace."""
     ends = list[tuple[int, float]]()
     for file in files:
         with open_whole(file) as reader:

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A file of rosbag2's storage ``sqlite3``, read block by block as the chunks of an MCAP file."""
+"""Read rosbag2's storage ``sqlite3`` in blocks that look like chunks of MCAP."""
 
 import shlex
 import sqlite3
@@ -23,12 +23,12 @@ from stickslip_ros.process.stopping import is_stop_requested, stop_if_asked
 from stickslip_ros.recording import chunks
 
 DATABASE_MAGIC: Final = b'SQLite format 3\0'
-_BLOCK_BYTES: Final = 1 << 22  # of messages that are read at once; a larger message is alone
+_BLOCK_BYTES: Final = 1 << 22  # messages read at once; a larger message is a block of its own
 _HEADS_BYTES: Final = chunks.RECORD_HEAD.size + chunks.MESSAGE_HEAD.size  # of each message
 _TABLES: Final = 'topics', 'messages', 'message_definitions'
-_ROWS: Final = budget.NAMES_MOST.most + 1  # that are read of topics and definitions
-_STEPS: Final = 10_000  # of SQLite, after which it asks whether to go on
-_SIDE_FILES: Final = '-wal', '-journal'  # what a recorder has not yet put into the file
+_ROWS: Final = budget.NAMES_MOST.most + 1  # most rows read of topics and of definitions
+_STEPS: Final = 10_000  # SQLite steps between two checks for a stop
+_SIDE_FILES: Final = '-wal', '-journal'  # data not yet merged into the database
 _JOIN: Final = 'import sqlite3; sqlite3.connect({!r}).execute("PRAGMA journal_mode=DELETE")'
 
 
@@ -40,15 +40,15 @@ class DatabaseReader(chunks.ChunkReader):
         self._summary, self._numbers = _content_of(path, status.st_size, status.st_mtime_ns)
 
     def get_header(self) -> Header:
-        """Return the head of an MCAP file of ROS 2."""
+        """Return the header of an MCAP file of ROS 2."""
         return Header('ros2', 'rosbag2')
 
     def check(self) -> None:
-        """Check the pages; all counts are those of the rows."""
+        """Check the pages; the counts are counts of rows and need no check."""
         for table in _plain_tables(self._path, self._connection):
-            [[said]] = self._connection.execute(f'PRAGMA quick_check({table})').fetchmany(1)
-            if said != 'ok':
-                raise ValueError(' '.join(str(said).split()))
+            [[result]] = self._connection.execute(f'PRAGMA quick_check({table})').fetchmany(1)
+            if result != 'ok':
+                raise ValueError(' '.join(str(result).split()))
 
     def _read(self, index: ChunkIndex, wanted: set[int] | None) -> chunks.ChunkMessages:
         data, first = bytearray(), index.chunk_start_offset
@@ -66,11 +66,11 @@ class DatabaseReader(chunks.ChunkReader):
 
 @contextmanager
 def open_database(path: Path) -> Iterator[DatabaseReader]:
-    """Open a database, which is never written to; refuse one that its recorder has not closed."""
+    """Open a database read-only; refuse a database that its recorder has not closed."""
     path = path.resolve()
-    for beside in (path.with_name(path.name + ending) for ending in _SIDE_FILES):
-        if beside.exists() and beside.stat().st_size:
-            problem = f'its last messages are in {beside.name}: its recorder runs, or was killed'
+    for file in (path.with_name(path.name + ending) for ending in _SIDE_FILES):
+        if file.exists() and file.stat().st_size:
+            problem = f'its last messages are in {file.name}: its recorder runs, or was killed'
             command = shlex.quote(_JOIN.format(str(path)))
             raise RecordingError(path, problem, f'end it, then join them: python3 -c {command}')
     with _connected(path) as connection:
@@ -81,22 +81,22 @@ def open_database(path: Path) -> Iterator[DatabaseReader]:
 
 
 def _connected(path: Path) -> 'closing[sqlite3.Connection]':
-    """Open a database so that none of its SQL is run, and its queries end."""
+    """Open a database: its own SQL is not run, and the steps of a query are limited."""
     uri = f'file:{quote(str(path))}?mode=ro&immutable=1'
     connection = sqlite3.connect(uri, uri=True, check_same_thread=False)
     connection.executescript('PRAGMA trusted_schema=OFF; PRAGMA ignore_check_constraints=ON')
-    # A query over a file that lies may never end: its steps are limited by the size of the file.
+    # A query of a malformed file may never end: limit its steps by the size of the file.
     left = iter(range(1, 1000 + path.stat().st_size // 100))
     connection.set_progress_handler(lambda: is_stop_requested() or not next(left, 0), _STEPS)
     return closing(connection)
 
 
 def _plain_tables(path: Path, connection: sqlite3.Connection) -> set[str]:
-    """Return those of our tables that are there; refuse those that SQL in the file makes."""
+    """Return which of our tables the file has; refuse views and computed tables."""
     query = 'SELECT name, type, rootpage FROM sqlite_master WHERE name IN (?, ?, ?)'
     found = set[str]()
     for name, kind, page in connection.execute(query, _TABLES).fetchmany(len(_TABLES) + 1):
-        computed = [  # a long default stands in each row
+        computed = [  # each row would repeat a long default
             hidden or len(default or '') > budget.NAME_CHARACTERS.most
             for *_, default, _, hidden in connection.execute(f'PRAGMA table_xinfo({name})')
         ]
@@ -108,7 +108,7 @@ def _plain_tables(path: Path, connection: sqlite3.Connection) -> set[str]:
 
 
 def _whole(column: str) -> str:
-    """Return SQL for a whole number, or NULL in place of another value, however long."""
+    """Return SQL for a column's whole numbers; other values, however long, become NULL."""
     return f"CASE typeof({column}) WHEN 'integer' THEN {column} END"
 
 
@@ -137,11 +137,11 @@ def _take_topics(path: Path, connection: sqlite3.Connection, summary: Summary) -
 
 @lru_cache(maxsize=chunks.SUMMARIES_KEPT)
 def _content_of(path: Path, size_bytes: int, _changed_ns: int) -> tuple[Summary, dict[int, int]]:
-    """Return topics, blocks and counts, and the channel of each topic's id; do not change them."""
+    """Return summary and channel of each topic id; both are cached: do not change them."""
     summary, counts = Summary(), Counter[int]()
     with _connected(path) as connection:
         numbers = _take_topics(path, connection, summary)
-        blocks, room, held = summary.chunk_indexes, 0, 0
+        blocks, room, total_bytes = summary.chunk_indexes, 0, 0
         query = f'SELECT rowid, {_whole("topic_id")}, {_whole("timestamp")}, length(data)'
         query += ', typeof(rowid) || typeof(data) FROM messages ORDER BY rowid'
         for row, topic, time_ns, size, kind in connection.execute(query):
@@ -150,7 +150,7 @@ def _content_of(path: Path, size_bytes: int, _changed_ns: int) -> tuple[Summary,
                 raise ValueError(f'message {row} of topic {quoted(topic)} is not a message')
             if time_ns < 0:
                 raise ValueError(f'message {row} has the time {time_ns} ns, below 0 ns')
-            if (held := held + size) > size_bytes:
+            if (total_bytes := total_bytes + size) > size_bytes:
                 raise ValueError(f'message {row} has {size} bytes that belong to others')
             budget.CHUNK_BYTES.check(size, path)
             size += _HEADS_BYTES  # noqa: PLW2901

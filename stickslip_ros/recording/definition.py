@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Messages of any type become objects, by the definition that a recording carries."""
+"""Decode messages of any type by the definition that a recording carries."""
 
 import os
 import re
@@ -17,8 +17,8 @@ from stickslip_ros.budget import DEFINITION_MOST, load_json
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.extras import load_extra
 
-ENCODING_BYTES: Final = 4  # of a message: encoding, byte order, options
-_ENCODINGS: Final = 'ros2msg', 'ros2idl', ''  # of a definition; without one a known type is taken
+ENCODING_BYTES: Final = 4  # header of a message: encoding, byte order, options
+_ENCODINGS: Final = 'ros2msg', 'ros2idl', ''  # of a definition; '' means a known type
 BIG_ENDIAN, LITTLE_ENDIAN = 0, 1
 """First two bytes of a message in plain CDR."""
 ELEMENTS_MOST: Final = 10_000
@@ -31,11 +31,11 @@ Fields = tuple[list[Any], list[tuple[str, Any]]]  # constants, and name and type
 
 def decoder_of(channel: Channel, schema: Schema | None, path: Path) -> Decode:
     """
-    Return what makes an object of each message of a file's channel; of JSON, a dictionary.
+    Return a function that decodes messages of a channel to objects, or JSON to dictionaries.
 
-    The fields of a message are attributes. For types that the definition lacks, those of ROS 2 are
-    taken, then those that are installed. Raises RecordingError if the definition cannot be read;
-    what it returns raises ValueError for bytes that are no message, RecordingError for no JSON.
+    The fields of a message are attributes. Types missing in the definition are taken from ROS 2,
+    then from installed packages. Raises RecordingError if the definition cannot be read; the
+    function raises ValueError for malformed messages, and RecordingError for malformed JSON.
 
     """
     if channel.message_encoding == 'json':
@@ -50,8 +50,8 @@ def decoder_of(channel: Channel, schema: Schema | None, path: Path) -> Decode:
         store.register(types := _types_of(typesys, schema))
         kind = store.get_msgdef(next(iter(types)))
     except (ValueError, LookupError, RecursionError, typesys.TypesysError) as error:
-        form, said = schema.encoding or 'no text', ' '.join(str(error).split())[:200]
-        problem = f'has a definition ({form}) of {channel.topic} that cannot be read: {said}'
+        form, reason = schema.encoding or 'no text', ' '.join(str(error).split())[:200]
+        problem = f'has a definition ({form}) of {channel.topic} that cannot be read: {reason}'
         hint = 'source the ROS 2 workspace that has it, or record it anew'
         raise RecordingError(path, problem, hint) from None
     readers = {BIG_ENDIAN: kind.deserialize_cdr_be, LITTLE_ENDIAN: kind.deserialize_cdr_le}
@@ -59,9 +59,9 @@ def decoder_of(channel: Channel, schema: Schema | None, path: Path) -> Decode:
     def decode(data: bytes) -> Any:
         read = readers.get(int.from_bytes(data[:2], 'big'))
         if read is None or len(data) < ENCODING_BYTES:
-            said = f'begins with "{data[:ENCODING_BYTES].hex(" ")}", not as plain CDR'
-            raise ValueError(f'a message on {channel.topic} {said}')
-        try:  # not by the store, which refuses the padding that Fast CDR writes at the end
+            begin = f'begins with "{data[:ENCODING_BYTES].hex(" ")}", not as plain CDR'
+            raise ValueError(f'a message on {channel.topic} {begin}')
+        try:  # the store's own method refuses the final padding of Fast CDR
             return read(memoryview(data)[ENCODING_BYTES:], 0, kind.cls, store)[0]
         except Exception as error:
             problem = f'a message on {channel.topic} is no {schema.name}: {error}'
@@ -79,7 +79,7 @@ def _load_json(path: Path, topic: str, data: bytes) -> Any:
 
 
 def _types_of(typesys: Any, schema: Schema) -> dict[str, Fields]:
-    """Return a type, then those inside it; ValueError if one is unknown, or an array too long."""
+    """Return a type and its inner types; ValueError if a type is unknown or an array too long."""
     text, given = schema.data.decode() if schema.encoding else '', dict[str, Fields]()
     if schema.encoding == 'ros2idl':
         for section in filter(str.strip, _SEPARATOR.split(text)):
@@ -87,7 +87,7 @@ def _types_of(typesys: Any, schema: Schema) -> dict[str, Fields]:
     elif text:
         given = typesys.get_types_from_msg(_SEPARATOR.sub('=' * 80, text), schema.name)
     known = typesys.get_typestore(typesys.Stores.LATEST).fielddefs
-    # A name may lack `msg`, which rosbags adds; the first definition is that of the message.
+    # The first definition is the message's; rosbags adds `msg` to names without it.
     types, wanted = dict[str, Fields](), [next(iter(given), schema.name)]
     while wanted:
         if (name := wanted.pop()) not in types:
@@ -106,7 +106,7 @@ def _check_names(kind: str, fields: Fields) -> None:
 
 
 def _inner_types(fields: Fields) -> Iterator[str]:
-    """Yield the names of the types of fields; ValueError for an array that is too long."""
+    """Yield the type names of fields; ValueError if an array is too long."""
     for name, (node, content) in fields[1]:
         element, length = content if node.name in {'ARRAY', 'SEQUENCE'} else ((node, content), 0)
         is_type, inner = element[0].name == 'NAME', element[1]
@@ -118,7 +118,7 @@ def _inner_types(fields: Fields) -> Iterator[str]:
 
 
 def _installed_text(name: str) -> str:
-    """Return the definition of a type of an installed ROS 2; ValueError if there is none."""
+    """Return the definition of a type from an installed ROS 2 package, or raise ValueError."""
     package, _, kind = name.rpartition('/msg/')
     for prefix in (*os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep), sys.prefix):
         path = Path(prefix, 'share', package, 'msg', f'{kind}.msg')

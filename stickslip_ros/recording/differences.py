@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The first message in which two recordings differ, and a digest of all."""
+"""Compare the messages of two recordings; compute a digest of all messages."""
 
 import hashlib
 from dataclasses import dataclass
@@ -15,19 +15,19 @@ from stickslip_ros.units import NANO
 
 @dataclass(frozen=True)
 class Difference:
-    """The first message in which two recordings differ."""
+    """The first different message of two recordings."""
 
     message: int  # its place in the file, from 0
-    topic: str  # in the first recording; in the second where the first has ended
+    topic: str  # in the first recording, or in the second if the first has ended
     time_s: float  # its simulated time
     what: str  # missing, data, time, sequence or topic
 
 
 def compare_data(first: Recording, second: Recording) -> Difference | None:
     """
-    Return the first difference of the messages of two recordings; None if there is none.
+    Return the first different message of two recordings, or None.
 
-    Of a bag by ros2 bag record, the bytes of each topic are compared.
+    For a bag of ros2 bag record, only the bytes of each topic are compared.
 
     """
     if first.is_copy:
@@ -43,7 +43,7 @@ def compare_data(first: Recording, second: Recording) -> Difference | None:
 
 
 def _different_in(ours: tuple[str, Stored], theirs: tuple[str, Stored]) -> str:
-    """Return in what two messages with their topics differ; empty if in nothing."""
+    """Describe the difference of two messages with their topics, or return ''."""
     (topic, one), (other_topic, other) = ours, theirs
     differs = {
         'topic': topic != other_topic,
@@ -55,7 +55,7 @@ def _different_in(ours: tuple[str, Stored], theirs: tuple[str, Stored]) -> str:
 
 
 def _compare_topics(first: Recording, second: Recording) -> Difference | None:
-    """Return the first difference of the bytes of each topic that both have."""
+    """Return the first difference in the bytes of the common topics."""
     for name in (each for each in second.types if each in first.types):
         both = (each.records([name]) for each in (first, second))
         for place, each in enumerate(zip_longest(*both)):
@@ -67,7 +67,7 @@ def _compare_topics(first: Recording, second: Recording) -> Difference | None:
 
 
 def data_digest(recording: Recording) -> str:
-    """Return the SHA-256 of all messages of a recording, in the order of the file."""
+    """Return the SHA-256 of all messages in file order."""
     digest = hashlib.sha256()
     for topic, each in recording.records():
         times_ns = each.log_time, each.publish_time

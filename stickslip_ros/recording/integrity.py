@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Check that a recording is complete; refuse another with a remedy."""
+"""Check that a recording is complete; refuse incomplete files with a remedy."""
 
 import os
 import shlex
@@ -25,7 +25,7 @@ from stickslip_ros.recording.layout import STORAGES
 _ROS_1_MAGIC: Final = b'#ROSBAG V'
 PROFILE: Final = 'ros2'
 
-#: What the libraries underneath raise on bytes that make no sense.
+#: Errors that libraries raise on malformed bytes.
 DAMAGE: Final = (
     McapError,
     ValueError,
@@ -42,7 +42,7 @@ _FOOTER: Final = struct.Struct('<BQQQI')
 
 
 def is_recording(path: Path) -> bool:
-    """Return whether a path is that of a recording, or of a log of another program."""
+    """Return whether a file or directory is a recording or another program's log."""
     if path.is_dir():
         return not any(path.glob(SWEEP_PARTS))
     if path.suffix.lower() in STORAGES:
@@ -51,7 +51,7 @@ def is_recording(path: Path) -> bool:
 
 
 def is_database(path: Path) -> bool:
-    """Return whether a path is that of a file of storage sqlite3."""
+    """Return whether a file has storage sqlite3."""
     return path.is_file() and _begin_of(path) == DATABASE_MAGIC
 
 
@@ -60,15 +60,15 @@ def _begin_of(path: Path) -> bytes:
 
 
 def recover_hint(path: Path) -> str:
-    """Say how to save what can be read of a file or a directory."""
+    """Return the command that saves the readable part of a file or directory."""
     name = shlex.quote(str(path))
     if is_database(path):
-        return f'save what is whole with: sqlite3 {name} .recover | sqlite3 saved.db3'
-    return f'save what is whole with "stickslip recover {name}"'
+        return f'save the readable part with: sqlite3 {name} .recover | sqlite3 saved.db3'
+    return f'save the readable part with "stickslip recover {name}"'
 
 
 def convert_hint(path: Path) -> str:
-    """Say how a compressed bag, or one of ROS 1, becomes one that opens here."""
+    """Return the commands that convert a compressed bag, or a bag of ROS 1."""
     source, target = map(shlex.quote, (str(path), str(path.with_name(f'{path.stem}_ros2'))))
     return f'"pip install rosbags", then "rosbags-convert --src {source} --dst {target}"'
 
@@ -76,7 +76,7 @@ def convert_hint(path: Path) -> str:
 @contextmanager
 def open_whole(path: Path) -> Iterator[ChunkReader]:
     """
-    Open a recording, and give the reader's complaints about its bytes as RecordingError.
+    Open a recording; turn the reader's errors into RecordingError.
 
     Raises RecordingError if the file is not there, is no MCAP, is cut off or is damaged.
 
@@ -98,14 +98,14 @@ def open_whole(path: Path) -> Iterator[ChunkReader]:
         except StickSlipError:
             raise
         except DAMAGE as error:
-            stop_if_asked()  # which ends a query of a database
+            stop_if_asked()  # a stop interrupts a query of a database
             kind = '' if isinstance(error, ValueError) else f'{type(error).__name__} '
             problem = f'it is damaged ({kind}{error})'
             raise RecordingError(path, problem, recover_hint(path)) from error
 
 
 def refuse_foreign(path: Path, begin: bytes = b'') -> None:
-    """Refuse a file that does not begin as a bag of ROS 2 does, and name the way to one."""
+    """Refuse a file that is no bag of ROS 2 by its first bytes; name the remedy."""
     begin = begin or _begin_of(path)
     if begin.startswith(_ROS_1_MAGIC):
         raise RecordingError(path, 'it is a bag of ROS 1', convert_hint(path))
@@ -121,7 +121,7 @@ def refuse_foreign(path: Path, begin: bytes = b'') -> None:
 
 
 def _summary_start(path: Path, stream: BinaryIO) -> int:
-    """Return where the summary begins; its end if it has none; refuse a file without its end."""
+    """Return the offset of the summary, or of the footer without one; refuse a cut-off file."""
     end_bytes = _FOOTER.size + len(MAGIC)
     stream.seek(max(stream.seek(0, os.SEEK_END) - end_bytes, 0))
     tail = stream.read()

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Place and form of a run: the names of its files, chunks, parts, bag."""
+"""Files of a run: names, chunks, parts, bag."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +11,7 @@ from stickslip_ros.errors import RecordingError
 
 SUFFIX: Final = '.mcap'
 STORAGES: Final = {SUFFIX: 'mcap', '.db3': 'sqlite3'}
-"""Suffixes of the files of rosbag2, and its names of their storages."""
+"""Suffix and storage name of the files of rosbag2."""
 TIME_MAX_NS: Final = (1 << 63) - 1
 
 
@@ -19,11 +19,11 @@ TIME_MAX_NS: Final = (1 << 63) - 1
 class FileForm:
     """Form in which a run is written."""
 
-    compression: str = 'zstd'  # of the chunks; or lz4, none
-    chunk_size_bytes: int = 512 * 1024  # before compression; a chunk ends sooner by the clock
-    flush_period_s: float = 1.0  # messages older than this, by the clock, are on the disk
+    compression: str = 'zstd'  # of chunks: zstd, lz4 or none
+    chunk_size_bytes: int = 512 * 1024  # before compression; the flush period may end it sooner
+    flush_period_s: float = 1.0  # older messages are on the disk; wall-clock time
     in_parts: bool = False  # whether a run can have several files
-    keep_parts: int = 0  # how many of these are kept; 0 is all
+    keep_parts: int = 0  # number of parts kept; 0 keeps all
     bag: bool = False  # whether to make a directory with metadata.yaml, as rosbag2 does
 
 
@@ -47,7 +47,7 @@ class Layout:
         return cls(path, path.parent, stem, numbered=split, bag=False)
 
     def part(self, number: int | str) -> Path:
-        """Return the path of a file, counted from 0."""
+        """Return the path of a part, counted from 0."""
         if not self.numbered:
             return self.path
         return self.folder / f'{self.stem}_{number}{SUFFIX}'
@@ -60,7 +60,7 @@ class Layout:
         return [self.part(number) for number in sorted(numbers) if self.part(number).exists()]
 
     def refuse_existing(self) -> None:
-        """Refuse an existing run in parts; an existing single file is refused when it is made."""
+        """Refuse an existing run in parts; single files are checked when they are opened."""
         taken = (self.path, *self.parts()) if self.numbered else ()
         if found := [path for path in taken if path.exists()]:
             raise RecordingError(

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Reads a recording: messages, descriptions, quantities over time."""
+"""Read a recording: messages, descriptions, quantities over time."""
 
 import math
 from collections import Counter
@@ -39,8 +39,8 @@ from stickslip_ros.recording.run_file import (
     RUN_RECORD,
     TIME_ORIGIN,
     TOPICS_RECORD,
+    run_from_info,
     to_time_ns,
-    told_run,
 )
 from stickslip_ros.recording.series import Series, TraceColumns
 from stickslip_ros.recording.storage import CLOSING_RECORD, FIRST_PART, FOLLOWED_BY, PART_RECORD
@@ -51,22 +51,22 @@ _SEQUENCE_NUMBERS: Final = 1 << 32
 TRACE_ROWS_MAX: Final = 10_000_000
 """Largest number of trace rows read without a window: 200 s at 50 kHz, 0.4 GB."""
 MESSAGE_S: Final = 10.0
-"""Mean time between messages, s, above which some of their times are probably wrong."""
-TOPICS_MOST: Final = 100  # of a recording whose messages are counted by its summary
+"""Mean time between messages, s; above this, some times are probably wrong."""
+TOPICS_MOST: Final = 100  # from this number on, one pass counts all messages
 ALL_S: Final = -math.inf, math.inf
 Described = dict[str, dict[str, str]]  # metadata of a file
 
 
 @dataclass
 class ChannelSummary:
-    """Content of a topic, counted message by message in the order of the file."""
+    """Content of a topic, counted in file order."""
 
     topic: str = ''
     type_name: str = ''
     messages: int = 0
     first_ns: int | None = None  # earliest time; None without messages
     last_ns: int | None = None  # latest time
-    # Sequence numbers missing between messages: lost on the way to the file. None: not numbered.
+    # Missing sequence numbers: messages lost before the file. None: messages are not numbered.
     gaps: int | None = 0
     first_sequence: int = 0  # number of the first message
 
@@ -75,13 +75,13 @@ class ChannelSummary:
 
     @property
     def rate_hz(self) -> float:
-        """Mean rate from the first to the last message; 0 where it is not defined."""
+        """Mean rate from the first to the last message; 0 if undefined."""
         if self.first_ns is None or self.last_ns is None or self.first_ns == self.last_ns:
             return 0.0
         return (self.messages - 1) * NS_PER_S / (self.last_ns - self.first_ns)
 
     def add_all(self, messages: int, first: Stored, last: Stored, *, origin_ns: int) -> None:
-        """Count the messages of a file, whose times and numbers rise; one may be repeated."""
+        """Count the messages of a file; times and numbers rise, the first may be repeated."""
         is_repeated = self._sequence == first.sequence
         new = messages - is_repeated
         ends = [last] if is_repeated else [first, last]
@@ -93,7 +93,7 @@ class ChannelSummary:
             self.gaps -= between
 
     def add(self, time_ns: int, sequence: int) -> None:
-        """Count a message; numbers that repeat or run backwards leave no gap."""
+        """Count a message; repeated or falling numbers count as no gap."""
         self.first_ns = time_ns if self.first_ns is None else min(self.first_ns, time_ns)
         self.last_ns = time_ns if self.last_ns is None else max(self.last_ns, time_ns)
         if self._sequence is None:
@@ -109,24 +109,24 @@ class Recording:
     """
     A finished MCAP recording: one file, numbered parts of a run, or a bag directory.
 
-    Files are opened for each question and closed after it. The end of a topic's name is enough:
-    ``position`` finds ``/stand/position``, the shortest name with this end. A bag that rosbag2
-    made of a drive of this package has no sequence numbers, and its parameters stand in
-    ``~/info``. All times are simulated time: log time less the time origin; those of such a bag
-    are first placed by the stamps of its readings. Raises RecordingError if the recording is
-    missing, no MCAP file of ROS 2, cut off, or damaged; damage may be found only when that part
+    Files are opened for each call and closed after it. The end of a topic's name is enough:
+    ``position`` finds ``/stand/position``, the shortest name with this end. All times are
+    simulated time: log time less the time origin. A bag that rosbag2 made of a drive of this
+    package has no sequence numbers; its parameters are taken from ``~/info``, and its log times
+    are converted by the stamps of the readings. Raises RecordingError if the recording is
+    missing, cut off, damaged or no recording of ROS 2; damage may be found only when that part
     is read.
 
     """
 
     def __init__(self, path: str | Path, origin: str = '') -> None:
         self.path = Path(path)
-        self.origin = origin or str(path)  # as told to users
+        self.origin = origin or str(path)  # name shown to users
         self.files = _find_parts(self.path)
         self.metadata: Described = {}
         self.attachments: dict[str, tuple[str, bytes]] = {}
         self.types: dict[str, str] = {}
-        self._counts: list[dict[str, int]] = []  # messages by topic, of each file that says so
+        self._counts: list[dict[str, int]] = []  # messages by topic of each file with statistics
         # First and last log time of each file that has messages.
         self._spans_ns: list[tuple[int, int] | None] = []
         described = [self._describe(file) for file in self.files]
@@ -135,8 +135,8 @@ class Recording:
             self._check_part(file, described[0], own)
         self._repeats = PART_RECORD in self.metadata
         self.window_s = ALL_S
-        self.lost = Counter[str]()  # rows of traces read in all windows, less those in their times
-        if self._repeats and not self.path.exists():  # by the name that parts share
+        self.lost = Counter[str]()  # rows of traces read in all windows, less the rows inside
+        if self._repeats and not self.path.exists():  # the path is the parts' common name
             layout = Layout.plan(self.path, split=True)
             oldest = layout.part(self.metadata[PART_RECORD].get(FIRST_PART, 0))
             if self.files[0] not in (layout.part(0), oldest):
@@ -144,55 +144,55 @@ class Recording:
         follower = described[-1].get(CLOSING_RECORD, {}).get(FOLLOWED_BY, '')
         if follower and self.path not in self.files:
             raise _missing_part(self.files[-1].with_name(follower))
-        self.is_copy = False  # messages of a drive of this package, by another recorder
+        self.is_copy = False  # a drive of this package, another program's recorder
         self.is_copy = not self.is_ours and self._adopt()
 
     def _adopt(self) -> bool:
-        """Take parameters and topics of the drive whose ``~/info`` is recorded; if it is one."""
-        told = {}
+        """Take parameters and topics from a recorded ``~/info``; return whether there is one."""
+        runs = {}
         for topic, text in self._infos():
-            if topic not in told and (known := told_run(topic, text)):
-                told[topic] = known
-        for metadata, attachments in told.values() if len(told) == 1 else ():
+            if topic not in runs and (run := run_from_info(topic, text)):
+                runs[topic] = run
+        for metadata, attachments in runs.values() if len(runs) == 1 else ():
             self.metadata |= metadata
             self.attachments |= attachments
-        return len(told) == 1
+        return len(runs) == 1
 
     def _infos(self) -> Iterator[tuple[str, str]]:
-        """Give topic and text of each message on a ``~/info``, in the order of time."""
+        """Yield topic and text of each message on a ``~/info``, in the order of time."""
         texts = [name for name, kind in self.types.items() if kind == STRING]
         infos = [name for name in texts if name.endswith(INFO_ENDING)]
         for kind, topic, message in self._stored(infos, in_time_order=True) if infos else ():
             text = None
-            with suppress(ValueError, RecordingError):  # somebody else's may be of another form
+            with suppress(ValueError, RecordingError):  # maybe another program's topic
                 text = str(unpack(kind, message.data))
             if text is not None:
                 yield topic, text
 
     @property
     def _is_by_us(self) -> bool:
-        """Whether a recorder of this package wrote it: messages have numbers and drive's times."""
+        """Whether a recorder of this package wrote it, with numbers and the drive's times."""
         return self.is_ours and not self.is_copy
 
     @cached_property
     def _clock(self) -> DriveClock | None:
-        """The clock of the drive; None where log times are its simulated time."""
+        """Clock of the drive; None if log times are its simulated time."""
         if not self.is_copy:
             return None
         topics = self.metadata[TOPICS_RECORD]
         kinds = {'position': POINT_STAMPED, 'trace': FLOAT64_ARRAY}
         names = {key: load_json(topics[key])['topic'] for key in kinds}
         there = {each: name for each, name in names.items() if self.types.get(name) == kinds[each]}
-        return DriveClock.found(self.files, there, self.time_origin_ns)
+        return DriveClock.fit(self.files, there, self.time_origin_ns)
 
-    def placed(self, log_ns: Any) -> Any:
-        """Return the times at which the drive sent what was recorded at some log times, ns."""
-        return log_ns if self._clock is None else self._clock.placed(log_ns)
+    def drive_times(self, log_ns: Any) -> Any:
+        """Convert log times to the times at which the drive sent the messages, ns."""
+        return log_ns if self._clock is None else self._clock.drive_times(log_ns)
 
     def _check_part(self, file: Path, first: Described, own: Described) -> None:
-        """Refuse a part of another run, or another part than the one that comes next."""
+        """Refuse a part of another run, or a part out of order."""
         place, runs = self.files.index(file), [each.get(RUN_RECORD, {}) for each in (own, first)]
-        if self._spans_ns[place] is None:  # nothing is left of it
+        if self._spans_ns[place] is None:  # it has no messages
             return
         if runs[0] != runs[1]:
             origins = ', not '.join(each.get(TIME_ORIGIN, 'unknown') for each in runs)
@@ -213,7 +213,7 @@ class Recording:
             profile = reader.get_header().profile
             encodings = {each.encoding for each in summary.schemas.values()}
             encodings |= {each.message_encoding for each in summary.channels.values()}
-            # Some programs name no profile; then the schemas decide, or that messages are JSON.
+            # Some programs name no profile; then schemas, or JSON messages, decide.
             if profile != PROFILE and (profile or not encodings & {'ros2msg', 'ros2idl', 'json'}):
                 raise RecordingError(
                     file,
@@ -233,8 +233,8 @@ class Recording:
     def _take_summary(self, summary: Summary) -> None:
         """Add the types, the span and the counts of a file."""
         schemas = {0: '', **{key: each.name for key, each in summary.schemas.items()}}
-        said = summary.statistics.channel_message_counts if summary.statistics else {}
-        # A chunk of descriptions alone has no end.
+        by_channel = summary.statistics.channel_message_counts if summary.statistics else {}
+        # A chunk without messages has no end.
         chunks = [each for each in summary.chunk_indexes if each.message_end_time]
         begins_ns = [each.message_start_time for each in chunks]
         ends_ns = [each.message_end_time for each in chunks]
@@ -242,22 +242,22 @@ class Recording:
         counts = Counter[str]()
         for channel in summary.channels.values():
             self.types.setdefault(channel.topic, schemas[channel.schema_id])
-            counts[channel.topic] += said.get(channel.id, 0)
-        self._counts.append(dict(counts) if said else {})
+            counts[channel.topic] += by_channel.get(channel.id, 0)
+        self._counts.append(dict(counts) if by_channel else {})
 
     @cached_property
     def time_origin_ns(self) -> int:
-        """Time origin of the run; 0 if neither metadata nor a recorded ``~/info`` give it."""
-        said = self.metadata.get(RUN_RECORD, {}).get(TIME_ORIGIN)
-        if said is None:  # of several drives, the first that told it
-            for _, text in self._infos():
+        """Time origin of the run; 0 if it is neither in metadata nor in a recorded ``~/info``."""
+        text = self.metadata.get(RUN_RECORD, {}).get(TIME_ORIGIN)
+        if text is None:  # take the first drive with a time origin
+            for _, info in self._infos():
                 with suppress(ValueError, TypeError, KeyError, RecursionError, RecordingError):
-                    return to_time_ns(load_json(text)[TIME_ORIGIN])
+                    return to_time_ns(load_json(info)[TIME_ORIGIN])
             return 0
         try:
-            return to_time_ns(said)
+            return to_time_ns(text)
         except ValueError:
-            problem, hint = f'has the time origin {said!r}', 'record with a drive of this package'
+            problem, hint = f'has the time origin {text!r}', 'record with a drive of this package'
             raise RecordingError(self.path, problem, hint) from None
 
     @cached_property
@@ -267,24 +267,24 @@ class Recording:
         if not spans_ns:
             return math.nan, math.nan
         ends_ns = min(spans_ns)[0], max(end_ns for _, end_ns in spans_ns)
-        first_ns, last_ns = (int(self.placed(each)) for each in ends_ns)
+        first_ns, last_ns = (int(self.drive_times(each)) for each in ends_ns)
         origin_ns = self.time_origin_ns
         return (first_ns - origin_ns) / NS_PER_S, (last_ns - origin_ns) / NS_PER_S
 
     @property
     def notes(self) -> list[str]:
-        """Warn of messages that are more than 10 s apart on average."""
+        """Return a warning if messages are more than 10 s apart on average."""
         messages, (first_s, last_s) = sum(sum(each.values()) for each in self._counts), self.span_s
         if self.window_s != ALL_S or not last_s - first_s > MESSAGE_S * messages > 0:
             return []
         span = f'{messages} messages lie between {first_s:.6g} s and {last_s:.6g} s'
-        return [f'{span}: some have probably a wrong time; leave them out with --window']
+        return [f'{span}: some times are probably wrong; leave those messages out with --window']
 
     def within(self, start_s: float, end_s: float) -> 'Recording':
         """
         Return the recording with ``series`` and ``trace`` of a window, both ends included.
 
-        From a recording of this package only the chunks of that window are read.
+        Of a recording of this package only the chunks of the window are read.
 
         """
         part = copy(self)
@@ -292,26 +292,26 @@ class Recording:
         return part
 
     def cuts_s(self, size_bytes: int) -> list[float]:
-        """Return rising times, s, between which chunks of at most this size, or one, begin."""
-        cuts_ns, held = set[int](), 0
+        """Return times, s, that cut the recording into pieces of at most this size, or a chunk."""
+        cuts_ns, piece_bytes = set[int](), 0
         for file in self.files if self._clock is None else ():
             with open_whole(file) as reader:
                 for chunk in sorted(reader.get_summary().chunk_indexes, key=begin_of):
-                    held += chunk.uncompressed_size
-                    if held > size_bytes:
+                    piece_bytes += chunk.uncompressed_size
+                    if piece_bytes > size_bytes:
                         cuts_ns.add(chunk.message_start_time)
-                        held = chunk.uncompressed_size
+                        piece_bytes = chunk.uncompressed_size
         return [(each - self.time_origin_ns) / NS_PER_S for each in sorted(cuts_ns)]
 
     @property
     def is_ours(self) -> bool:
-        """Whether a drive of this package made it."""
+        """Whether a drive of this package sent the messages."""
         return RUN_RECORD in self.metadata
 
     def _window_ns(self, *, is_open: bool) -> tuple[int, int]:
         """Return the range of log times of messages in the window."""
         start_s, end_s = self.window_s
-        if not self.is_ours or self._clock:  # its messages are placed at their stamps
+        if not self.is_ours or self._clock:  # its messages count at their stamps
             return ALL_TIMES_NS
         first_ns, last_ns = ALL_TIMES_NS
         if not math.isinf(start_s):
@@ -333,8 +333,8 @@ class Recording:
         """
         Content of each topic, in the order of the file.
 
-        For a run of this package the first and the last message are enough; another recording,
-        or one of many topics, takes one pass over all messages.
+        A run of this package needs only the first and the last message of each topic; other
+        recordings, and those with many topics, take one pass over all messages.
 
         """
         summaries = {topic: ChannelSummary(topic, kind) for topic, kind in self.types.items()}
@@ -345,7 +345,7 @@ class Recording:
                 summaries[topic].add(time_ns, message.sequence)
                 is_numbered |= message.sequence > 0
             for each in summaries.values():
-                if each.messages and not is_numbered:  # a single 0 is no number either
+                if each.messages and not is_numbered:  # a single 0 does not count
                     each.gaps = None
             return list(summaries.values())
         for file, counts in zip(self.files, self._counts, strict=True):
@@ -356,18 +356,17 @@ class Recording:
         return list(summaries.values())
 
     def messages(self, topics: Iterable[str] | None = None) -> Iterator[tuple[str, int, Message]]:
-        """Give topic, simulated time in ns and message, in the order of their times."""
+        """Yield topic, simulated time in ns and message, in the order of their times."""
         if topics is None:
             return self._read([name for name, kind in self.types.items() if kind in SCHEMAS])
         return self._read([self.find(topic) for topic in topics])
 
     def series(self, topic: str, field: str = '') -> Series:
         """
-        Give one quantity over time, by log time for a run of this package.
+        Return one quantity over time, by log time for a run of this package.
 
-        In a recording of another program the time of a message is its stamp, if it has one: the
-        file may have been written long after the message was sent. Raises UnknownName if the topic
-        or the field is not known.
+        In a recording of another program the stamp of a message counts, if there is one, because
+        the log time may be much later. Raises UnknownName if the topic or the field is unknown.
 
         """
         name = self.find(topic)
@@ -399,20 +398,21 @@ class Recording:
                 window_ns=window_ns,
             )
             has_stamp = type_name in FRONTS
-            times_ns = (times_ns if has_stamp else self.placed(times_ns)) - self.time_origin_ns
+            times_ns = times_ns if has_stamp else self.drive_times(times_ns)
+            times_ns = times_ns - self.time_origin_ns
         series = Series(times_ns / NS_PER_S, values, quantity.unit, self._origin(name))
         return series.window(*self.window_s)
 
     def trace(self, topic: str = 'trace') -> dict[str, Series]:
         """
-        Give all columns of a trace, by name: ``voltage``, ``foot``, ``position``, ``force``.
+        Return all columns of a trace by name: ``voltage``, ``foot``, ``position``, ``force``.
 
-        RecordingError: they have more than TRACE_ROWS_MAX rows, and there is no window.
+        RecordingError: the trace has more than TRACE_ROWS_MAX rows, and there is no window.
 
         """
         name = self.find(topic)
         columns = None
-        # A block comes when its last sample has been taken.
+        # A block is sent after its last sample.
         window_ns = self._window_ns(is_open=True)
         start_s, end_s = self.window_s
         for kind, _, message in self._stored([name], window_ns, in_time_order=True):
@@ -433,7 +433,7 @@ class Recording:
         return found
 
     def _rows_ahead(self, topic: str, block_rows: int) -> int:
-        """Return the rows of a whole trace, and refuse too many; 0 for a window."""
+        """Return the number of rows of a whole trace, or refuse it; 0 for a window."""
         if self.window_s != ALL_S:
             return 0
         rows = block_rows * sum(each.get(topic, 0) for each in self._counts)
@@ -462,7 +462,7 @@ class Recording:
         return found[0]
 
     def records(self, topics: list[str] | None = None) -> Iterator[tuple[str, Stored]]:
-        """Give topic and message of some topics or all, in the order of the file, unopened."""
+        """Yield topic and stored message of some topics or all, in file order."""
         for _, topic, message in self._stored(topics, in_time_order=False):
             yield topic, message
 
@@ -480,7 +480,7 @@ class Recording:
         *,
         in_time_order: bool,
     ) -> Iterator[tuple[str, str, Stored]]:
-        """Give type, topic and message, file by file, without a part's repetitions."""
+        """Yield type, topic and message, file by file; skip messages repeated in parts."""
         last: dict[str, int] = {}
         for file in self._files_within(window_ns):
             before = dict(last) if self._repeats else {}
@@ -493,7 +493,7 @@ class Recording:
                         continue
                     last[channel.topic] = message.sequence
                     if self.is_copy:
-                        message.log_time = int(self.placed(message.log_time))
+                        message.log_time = int(self.drive_times(message.log_time))
                     yield schema.name if schema else '', channel.topic, message
 
     def _origin(self, topic: str) -> str:

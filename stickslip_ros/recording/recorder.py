@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Records messages during an experiment, without holding it up."""
+"""Record messages during an experiment without delaying it."""
 
 import atexit
 from collections import deque
@@ -18,10 +18,10 @@ from stickslip_ros.recording.layout import FileForm, Layout
 from stickslip_ros.recording.storage import PartMark, RunFiles
 from stickslip_ros.recording.writer import Attachments, Metadata, Stored
 
-#: Messages that wake the writer: more wake it less often, but it then holds the GIL longer.
+#: Queued messages that wake the writer; with more it wakes less often, but holds the GIL longer.
 BATCH: Final = 64
 QUEUE_LENGTH: Final = 20_000
-#: Share of the flush period after which the writer looks at its queue even without a batch.
+#: Share of the flush period after which the writer wakes even without a batch.
 PATIENCE: Final = 1 / 4
 
 _SEQUENCE_MASK: Final = 0xFFFF_FFFF
@@ -29,15 +29,15 @@ _SEQUENCE_MASK: Final = 0xFFFF_FFFF
 
 class Recorder:
     """
-    An MCAP recording in progress: a bounded queue with one writing thread behind it.
+    An MCAP recording in progress: a bounded queue and a writing thread.
 
-    A message that finds the queue full is dropped and counted, unless its topic is ``kept``.
+    If the queue is full, a message is dropped and counted, unless its topic is ``kept``.
 
-    Equal messages in equal order give equal messages in the file; its chunks end by the clock.
+    Equal messages in equal order give equal messages in the file; chunk boundaries may differ.
     Messages older than the flush period are on the disk, even if the process is killed or the
     power fails; ``stickslip recover`` then makes a whole file of them. A recorder that is not
-    closed is finished when the interpreter ends. Raises RecordingError if the file exists, cannot
-    be written, or a topic is named twice; UnknownName if a type or the compression is not known.
+    closed is closed when the interpreter ends. Raises RecordingError if the file exists, cannot
+    be written, or a topic is named twice; UnknownName if a type or the compression is unknown.
 
     """
 
@@ -57,7 +57,7 @@ class Recorder:
         self.path = self._layout.path
         described = list(channels.values() if isinstance(channels, Mapping) else channels)
         self._topics = [channel.topic for channel in described]
-        for channel in described:  # what ROS tools would drop in silence
+        for channel in described:  # ROS tools would drop these without a message
             if channel.type_name not in SCHEMAS:
                 known = f'the known ones are {", ".join(SCHEMAS)}'
                 raise UnknownName('message type', channel.type_name, known)
@@ -86,12 +86,12 @@ class Recorder:
         self._changed = Condition(self._lock)
         self._thread = Thread(target=self._run, name=f'record {self.path.name}', daemon=True)
         self._thread.start()
-        # The thread is a daemon, which an ending interpreter would stop in the middle of a file.
+        # Close at exit: the interpreter would stop the daemon thread in the middle of a file.
         atexit.register(self.close)
 
     @property
     def files(self) -> list[Path]:
-        """The files that were begun, in the order of time."""
+        """The files begun, in the order of time."""
         return [self._layout.part(number) for number in range(self._files.parts)]
 
     @property
@@ -112,22 +112,22 @@ class Recorder:
 
     @property
     def written(self) -> int:
-        """Messages handed to the file."""
+        """Number of messages given to the file."""
         return self._files.written
 
     @property
     def stored(self) -> int:
-        """Messages in all files together, with those that every part repeats."""
+        """Number of messages in all files, repeated messages included."""
         return self._files.stored
 
     @property
     def secured(self) -> int:
-        """Messages that are on the disk: they survive a power failure."""
+        """Number of messages on the disk, which survive a power failure."""
         return self._files.secured
 
     @property
     def dropped(self) -> int:
-        """Messages lost to a full queue, a failed disk or a closed recorder."""
+        """Number of messages lost to a full queue, a failed disk or a closed recorder."""
         return sum(self._dropped)
 
     @property
@@ -139,11 +139,11 @@ class Recorder:
 
     @property
     def queued(self) -> int:
-        """Messages waiting for the writer, which wakes up for a batch of them."""
+        """Number of messages waiting for the writer."""
         return len(self._queue)
 
     def put(self, name: str, time_ns: int, data: bytes, *, wait: bool = False) -> bool:
-        """Queue a message, or wait for room; return whether it was taken; count it if not."""
+        """Queue a message, waiting for room if asked; return False and count it if dropped."""
         return self.put_all([(name, time_ns, data)], wait=wait) == 1
 
     def put_all(
@@ -168,7 +168,7 @@ class Recorder:
                     self._dropped[channel_id - 1] += 1
                     continue
                 message = Stored(channel_id, time_ns, data, sequence)
-                # Before the queue is so long: no reader sees a queue above its peak.
+                # Update the peak before the queue grows, so no reader sees a queue above it.
                 self.queue_peak = max(self.queue_peak, length)
                 queue.append(message)
                 if channel_id in self._latches:
@@ -192,7 +192,7 @@ class Recorder:
                 self._queue.append(PartMark(attachments or {}, repeated))
 
     def continue_numbers(self, sequences: Mapping[str, int]) -> None:
-        """Set the number of the next message of each channel, for a run that goes on."""
+        """Set the number of the next message of each channel, to continue a run."""
         with self._lock:
             for name, sequence in sequences.items():
                 self._sequences[self._ids[name] - 1] = sequence
@@ -201,7 +201,7 @@ class Recorder:
         """
         Write the queue, finish the file and end the thread; a second call does nothing.
 
-        A failed disk raises no error here: it stands in `error`.
+        A failed disk raises nothing here: its error is kept in `error`.
 
         """
         with self._lock:
@@ -233,7 +233,7 @@ class Recorder:
         """Run the writing thread; a failure ends it and is kept in `error`."""
         try:
             while self._await_work():
-                # A message leaves the queue when it is written.
+                # Messages leave the queue only after they are written.
                 for _ in range(len(self._queue)):
                     match self._queue[0]:
                         case Stored() as message:
@@ -241,7 +241,7 @@ class Recorder:
                         case PartMark() as mark:
                             self._files.begin_part(mark)
                     self._queue.popleft()
-                if not self._has_ended:  # the end of a file syncs it too
+                if not self._has_ended:  # closing a file syncs it too
                     self._files.keep()
             self._files.finish()
         except Exception as error:  # noqa: BLE001 - kept in `error`: a thread has no caller
@@ -255,7 +255,7 @@ class Recorder:
             self._files.abandon()
 
     def _await_work(self) -> bool:
-        """Sleep until there is work; False when all is written and the recorder closed."""
+        """Sleep until there is work; return False if all is written and the recorder closed."""
         with self._lock:
             self._changed.notify_all()
             self._changed.wait_for(

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Copies what is whole of an unfinished or damaged recording to a new, finished file."""
+"""Copy the whole records of an unfinished or damaged recording to a new, finished file."""
 
 import json
 import os
@@ -43,14 +43,14 @@ from stickslip_ros.recording.integrity import (
 from stickslip_ros.recording.layout import SUFFIX, Layout
 
 RECOVERY_RECORD: Final = 'stickslip_recovery'
-"""Metadata record in which a recovered file says what it was made of and what is lost."""
-MARK: Final = '.recovered'  # what is added to the name of a recovered file or directory
+"""Metadata record of a recovered file: its source and its losses."""
+MARK: Final = '.recovered'  # added to the name of a recovered file or directory
 _KINDS: Final = {int(each): each.name.lower().replace('_', ' ') for each in Opcode}
 
 
 @dataclass(frozen=True)
 class Loss:
-    """Bytes that cannot be read, and what is wrong with them."""
+    """Bytes that cannot be read, and the reason."""
 
     offset: int
     size_bytes: int
@@ -59,14 +59,14 @@ class Loss:
 
 @dataclass
 class Recovery:
-    """What could be read of a file, and what became of it."""
+    """Report on the recovery of a file."""
 
     source: str
     size_bytes: int
-    is_whole: bool = False  # nothing was to recover; then all but the number of messages is empty
+    is_whole: bool = False  # nothing to recover: all fields below but `messages` are empty
     output: str = ''  # the readable copy
-    messages: int = 0  # that were read
-    counted: int | None = None  # by the statistics of the file; None if it has none
+    messages: int = 0  # messages read
+    counted: int | None = None  # messages by the file's statistics; None without statistics
     losses: list[Loss] = field(default_factory=list)
 
     @property
@@ -75,7 +75,7 @@ class Recovery:
 
 
 def recover(path: Path, output: Path | None = None) -> tuple[list[Recovery], Path | None]:
-    """Copy what is whole of a recording; return a report for each file, and the path."""
+    """Copy the whole records of a recording; return a report for each file, and the path."""
     is_bag = path.is_dir()
     path = path if path.name else path.resolve()
     parts = _parts_of(path)
@@ -96,7 +96,7 @@ def recover(path: Path, output: Path | None = None) -> tuple[list[Recovery], Pat
                     shutil.copyfile(each.source, new)
         if is_bag:
             write_metadata(copy.folder, copy.parts())
-    except BaseException:  # a part of a copy is none
+    except BaseException:  # leave no partial copy
         for part in copy.parts() if copy.numbered else []:
             part.unlink()
         if copy.bag:
@@ -106,14 +106,14 @@ def recover(path: Path, output: Path | None = None) -> tuple[list[Recovery], Pat
 
 
 def _parts_of(path: Path) -> list[Path]:
-    """Return the parts of a run or of a bag, none of a single file; refuse other directories."""
+    """Return the parts of a run or bag, [] for a single file; refuse other directories."""
     if path.is_dir():
-        return files_of_a_bag(path) or bag_parts(path)  # which says why it has none
+        return files_of_a_bag(path) or bag_parts(path)  # raises with the reason if there are none
     return [] if path.is_file() else Layout.plan(path, split=True).parts()
 
 
 def _describe_bag(path: Path, parts: list[Path]) -> Path | None:
-    """Write the description of a whole bag that has none; return its path."""
+    """Write the missing description of a whole bag; return its path."""
     try:
         if path.is_dir():
             bag_parts(path)
@@ -123,7 +123,7 @@ def _describe_bag(path: Path, parts: list[Path]) -> Path | None:
 
 
 def recover_file(source: Path, output: Path, *, is_part: bool = False) -> Recovery:
-    """Write what can be read of a file, if it is not whole, to a new one, finished and indexed."""
+    """Copy the readable records of a damaged file to a new file, finished and indexed."""
     try:
         with readable(source).open('rb') as stream:
             result = Recovery(str(source), stream.seek(0, os.SEEK_END))
@@ -147,7 +147,7 @@ def recover_file(source: Path, output: Path, *, is_part: bool = False) -> Recove
 
 
 def _check(path: Path, result: Recovery) -> Summary:
-    """Count the messages of a whole file; return the summary, empty if there is none."""
+    """Count the messages of a whole file; return its summary, empty if missing."""
     summary = Summary()
     try:
         with open_whole(path) as reader:
@@ -164,7 +164,7 @@ def _check(path: Path, result: Recovery) -> Summary:
 
 
 def _copy(stream: BinaryIO, target: BinaryIO, result: Recovery, summary: Summary) -> bool:
-    """Copy record by record until no record begins; return whether there was any."""
+    """Copy records until bytes are no record; return whether there was a record."""
     header, at, size = None, len(MAGIC), result.size_bytes
     with suppress(*DAMAGE):
         header = _parse(_content(stream, at, size))
@@ -193,8 +193,8 @@ def _copy(stream: BinaryIO, target: BinaryIO, result: Recovery, summary: Summary
         )
         result.losses.append(Loss(min(at, size), max(size - at, 0), why))
     result.messages = copy.messages
-    if said := summary.statistics:
-        result.counted = said.message_count
+    if statistics := summary.statistics:
+        result.counted = statistics.message_count
     account = {**asdict(result), 'source': Path(result.source).name, 'output': ''}
     writer.add_metadata(RECOVERY_RECORD, {key: json.dumps(each) for key, each in account.items()})
     writer.finish()  # type: ignore[no-untyped-call]
@@ -202,25 +202,25 @@ def _copy(stream: BinaryIO, target: BinaryIO, result: Recovery, summary: Summary
 
 
 def _content(stream: BinaryIO, at: int, size: int) -> bytes:
-    """Return the record that begins here; ValueError if none does, or if its end is missing."""
+    """Return the record at an offset; ValueError if there is none or its end is missing."""
     stream.seek(at)
     head = stream.read(RECORD_HEAD.size)
     opcode, length = RECORD_HEAD.unpack(head.ljust(RECORD_HEAD.size, b'\xff'))
     kind = _KINDS.get(opcode, 'bytes')
     if opcode not in _KINDS or length > min(CHUNK_MAX_BYTES, size - stream.tell()):
         raise ValueError(f'{kind} cut off, or a length in it is wrong')
-    content, behind = head + stream.read(length), stream.read(1)
-    if opcode == Opcode.MESSAGE and behind and behind[0] not in _KINDS:  # it has no checksum
+    content, next_byte = head + stream.read(length), stream.read(1)
+    if opcode == Opcode.MESSAGE and next_byte and next_byte[0] not in _KINDS:  # it has no checksum
         raise ValueError('a message with a wrong length')
     return content
 
 
 def _parse(content: bytes) -> r.McapRecord:
     """
-    Return a record; ValueError if it is not whole.
+    Parse a record; ValueError if it is not whole.
 
-    It is whole if writing it gives the same bytes: then all lengths in it agree, and so does the
-    checksum of an attachment, unless that is 0, which means that there is none.
+    A record is whole if writing it gives the same bytes: all lengths agree, and the checksum of
+    an attachment too. A checksum of 0 means none.
 
     """
     record = next(StreamReader(BytesIO(content), skip_magic=True, emit_chunks=True).records)
@@ -235,7 +235,7 @@ def _parse(content: bytes) -> r.McapRecord:
 
 
 class _Copy:
-    """Adds records of a file to a new one, which gives its own numbers to schemas and channels."""
+    """Adds records to a new file, and renumbers their schemas and channels."""
 
     def __init__(self, writer: Writer, path: str) -> None:
         self._writer, self._path = writer, path
@@ -245,7 +245,7 @@ class _Copy:
         self.messages = 0
 
     def add(self, record: r.McapRecord) -> None:
-        """Write a record; of two descriptions of one thing the first one counts."""
+        """Write a record; the first of two descriptions with one number counts."""
         match record:
             case r.Chunk():
                 packed = self._path, len(record.data)
@@ -268,8 +268,8 @@ class _Copy:
             case r.Channel() if record.id not in self._channels:
                 NAMES_MOST.check(len(self._channels) + 1, self._path)
                 schema = self._schemas.get(record.schema_id, 0)
-                said = record.topic, record.message_encoding, schema, record.metadata
-                self._channels[record.id] = self._writer.register_channel(*said)
+                fields = record.topic, record.message_encoding, schema, record.metadata
+                self._channels[record.id] = self._writer.register_channel(*fields)
             case r.Metadata():
                 self._writer.add_metadata(record.name, record.metadata)
             case r.Attachment():

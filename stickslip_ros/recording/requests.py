@@ -18,7 +18,7 @@ from stickslip_ros.recording.run_file import TOPICS_RECORD
 
 
 def channels_of(recording: Recording) -> dict[str, Channel]:
-    """Return the channels of a run of this package by the keys of their topics."""
+    """Return the channels of a run of this package by topic key."""
     topics = {name_in_file(topic.key): topic for topic in TOPICS}
     channels = {}
     try:
@@ -34,7 +34,7 @@ def channels_of(recording: Recording) -> dict[str, Channel]:
 
 
 def recorded_requests(recording: Recording) -> Iterator[TimedRequest]:
-    """Give every request of a run of this package, in the order of their execution."""
+    """Yield every request of a run of this package in the order of execution."""
     channels = channels_of(recording)
     commands = {channels[each.key].topic: each for each in COMMAND_TOPICS if each.key in channels}
     notes = channels[NOTES].topic

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""One run: a bench whose requests and readings go to a file and to a publisher."""
+"""A run: a bench whose requests and readings go to a file and to a publisher."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping
@@ -31,12 +31,12 @@ Publish = Callable[[Packed], None]
 
 class RunWriter:
     """
-    The new file of a run; as a context it is finished at the end.
+    The new file of a run; a context manager that finishes the file.
 
     The file holds the parameters; log times are the time origin plus simulated time. If the queue
-    is full, the writer waits for the disk, or drops and counts readings: commands, events and the
-    like are never dropped. Raises RecordingError if the file exists or cannot be written; at the
-    end of a context, if writing has failed.
+    is full, the writer waits for the disk, or drops and counts readings; commands and events are
+    never dropped. Raises RecordingError if the file exists or cannot be written; at the end of a
+    context, if writing has failed.
 
     """
 
@@ -89,15 +89,15 @@ class RunWriter:
 
     def write(self, *packed: Packed) -> None:
         """Queue the messages of recorded topics."""
-        held = [each for each in packed if each.key in self._held]
-        self._part_bytes += sum([len(each.data) for each in held])
-        self.recorder.put_all(held, self._time_origin_ns, wait=self.waits)
+        recorded = [each for each in packed if each.key in self._held]
+        self._part_bytes += sum([len(each.data) for each in recorded])
+        self.recorder.put_all(recorded, self._time_origin_ns, wait=self.waits)
 
     def check(self) -> None:
-        """Raise the error that has ended the writing, such as a full disk; else do nothing."""
+        """Raise the error that has ended the writing, such as a full disk."""
         error = self.recorder.error
         if isinstance(error, OSError):
-            problem = f'cannot be written on ({error.strerror})'
+            problem = f'cannot be written further ({error.strerror})'
             raise RecordingError(self.recorder.path, problem, 'make room, or choose another place')
         if error is not None:
             raise error
@@ -119,10 +119,10 @@ class ReportingBench:
     """
     A bench whose requests and reports are packed once, for a file and for a publisher.
 
-    `publish` receives every packed message except requests that came over a topic. A given writer
-    holds the run from its start; a given bench was restored and goes on. Stamps are the time
+    `publish` receives every packed message except requests that came over a topic. A `writer`
+    records the run from its start; a `bench` was restored and is continued. Stamps are the time
     origin, which may be set before the first update, plus simulated time. Readings and
-    events that neither a file holds nor anyone hears are not packed.
+    events without a file or a subscriber are not packed.
 
     """
 
@@ -164,11 +164,11 @@ class ReportingBench:
 
     @property
     def status(self) -> Status:
-        """Status of the drive as last published; before that, the present status."""
+        """Last published status of the drive; the present status before the first."""
         return self.bench.status if self._feed.status is None else self._feed.status
 
     def record(self, writer: RunWriter | None) -> RunWriter | None:
-        """Record into another file, or none, from now on; return the previous file, still open."""
+        """Switch to another file or none; return the previous file, still open."""
         previous, self.writer = self.writer, writer
         if writer is not None:
             checkpoint = b'' if self.bench.is_at_start else self.save()
@@ -193,7 +193,7 @@ class ReportingBench:
         return output
 
     def accept(self, request: Request) -> None:
-        """Carry out a request at the present time, and note it."""
+        """Execute a request at the present time, and record it."""
         is_noted = request.name not in BY_TOPIC
         if is_noted or self.writer is not None:
             packed = pack_request(request, self.bench.time_ns)
@@ -203,12 +203,12 @@ class ReportingBench:
                 self.writer.write(packed)
         before = self.bench.parameters
         self.bench.accept(request)
-        if self.bench.parameters is not before:  # the present ones, as a part to come begins
+        if self.bench.parameters is not before:  # for the start of the next part
             info = pack_string(info_json(self.bench.parameters, self.time_origin_ns))
             self._tell(Packed('info', self.bench.time_ns, info))
 
     def advance_bench(self, until_ns: int) -> Output:
-        """Advance without a report; if the part of the recording is full, begin the next first."""
+        """Advance without a report; first begin the next part if this one is full."""
         if self.writer is not None:
             self.writer.split_if_full(self.bench.time_ns, self.save)
         return self.bench.update(until_ns)

@@ -49,12 +49,12 @@ EXPERIMENT_FILE = 'experiment.csv'
 NAME_MAX_BYTES = 200
 """Leaves room for the number of a part, ``.recovered`` and the suffix within the usual 255."""
 _Function = TypeVar('_Function', bound=Callable[..., Any])
-STANDS_KEPT = 8  # of which the texts that a recording begins with are kept
+STANDS_KEPT = 8  # stands whose texts at the start of a recording are cached
 WALL_TIME = '%Y-%m-%dT%H:%M:%S.%fZ'
 
 
 def _kept_per_stand(function: _Function) -> _Function:
-    """Keep what a function of a stand returned; -0.0 and 0.0 are equal, and have two texts."""
+    """Cache a function of a stand; tell -0.0 from 0.0, which are equal but print differently."""
 
     @lru_cache(maxsize=STANDS_KEPT)
     def kept(parameters: Parameters, _exactly: bytes, *rest: Any) -> Any:
@@ -82,28 +82,28 @@ def info_json(parameters: Parameters, time_origin_ns: int) -> str:
     )
 
 
-def to_time_ns(said: object) -> int:
+def to_time_ns(value: object) -> int:
     """Return a time from a file, a whole number of ns; ValueError for anything else."""
-    time_ns = int(str(said))
+    time_ns = int(str(value))
     if not 0 <= time_ns <= TIME_MAX_NS:
-        raise ValueError(f'{said} ns is outside of 0 to {TIME_MAX_NS} ns')
+        raise ValueError(f'{value} ns is outside of 0 to {TIME_MAX_NS} ns')
     return time_ns
 
 
 Records = dict[str, dict[str, str]]
 
 
-def told_run(topic: str, text: str) -> tuple[Records, dict[str, tuple[str, bytes]]] | None:
-    """Return what a recording of ours holds, metadata and parameters, out of its ``~/info``."""
+def run_from_info(topic: str, text: str) -> tuple[Records, dict[str, tuple[str, bytes]]] | None:
+    """Return metadata and parameters from ``~/info``; None for other programs' topics."""
     try:
-        said = load_json(text)
-        flat = dict(said['parameters'])
-        run = {name: str(each) for name, each in said['versions'].items()}
+        info = load_json(text)
+        flat = dict(info['parameters'])
+        run = {name: str(each) for name, each in info['versions'].items()}
         run |= {'seed': str(flat['sim.seed']), 'dt_s': repr(flat['sim.dt'])}
-        run |= {TIME_ORIGIN: str(to_time_ns(said[TIME_ORIGIN]))}
+        run |= {TIME_ORIGIN: str(to_time_ns(info[TIME_ORIGIN]))}
         written = yaml.safe_dump({'/**': {'ros__parameters': flat}}).encode()
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
-        return None  # of somebody else
+        return None  # another program's topic
     namespace, _, node = topic.removesuffix('/info').rpartition('/')
     topics = {
         name_in_file(each.key): json.dumps(
@@ -127,7 +127,7 @@ def versions() -> dict[str, str]:
 
 
 def run_path(parameters: Parameters, namespace: str = '') -> Path:
-    """Return the path of a new recording: its given name, or date, time and namespace."""
+    """Return the path of a new recording, named as requested or by date, time and namespace."""
     name = parameters.record.name
     if not name:
         drive = namespace.rstrip('/').replace('/', '_')
@@ -149,7 +149,7 @@ def run_path(parameters: Parameters, namespace: str = '') -> Path:
 
 
 def save_checkpoint(checkpoint: bytes, parameters: Parameters) -> Path:
-    """Write a checkpoint, named by date and time, beside the recordings; return its path."""
+    """Write a checkpoint, named by date and time, to the recordings' folder; return its path."""
     folder = Path(parameters.record.directory)
     path = folder / f'checkpoint_{datetime.now(timezone.utc):%Y%m%dT%H%M%S_%f}.bin'
     try:

@@ -23,7 +23,7 @@ _LABEL: Final = re.compile(r'(?P<name>[^\[\]]+)(\[(?P<unit>[^\[\]]*)\])?')
 class Series:
     """A quantity sampled at rising times."""
 
-    # times in s; finite, never falling. Two samples of one instant are a jump, shape (n,)
+    # times in s, shape (n,); finite, never falling. Two samples of one instant are a jump.
     time_s: Array
     value: Array  # the quantity in `unit`, shape (n,)
     unit: str  # SI unit; empty for a pure number
@@ -43,10 +43,10 @@ class Series:
         ends_s = self.time_s[:1], self.time_s[-1:]
         if np.isfinite(ends_s).all() and (self.time_s[1:] >= self.time_s[:-1]).all():
             return
-        fallen = np.diff(self.time_s, prepend=self.time_s[:1]) < 0.0
+        falls = np.diff(self.time_s, prepend=self.time_s[:1]) < 0.0
         for wrong, limit in (
             (~np.isfinite(self.time_s), 'not finite'),
-            (fallen, 'before the sample in front of it'),
+            (falls, 'before the sample in front of it'),
         ):
             if wrong.any():
                 index = int(np.argmax(wrong))
@@ -62,7 +62,7 @@ class Series:
         return len(self.time_s)
 
     def window(self, start_s: float, end_s: float) -> 'Series':
-        """Give the samples from `start_s` to `end_s`, both included."""
+        """Return the samples from `start_s` to `end_s`, both included."""
         if not start_s <= end_s:
             raise OutOfRange(
                 'end of the window', end_s, 's', f'before its start {start_s:.6g} s', 'swap them'
@@ -72,7 +72,7 @@ class Series:
         return self._of_checked_times(time_s=self.time_s[first:last], value=self.value[first:last])
 
     def with_value(self, value: Array, unit: str, origin: str) -> 'Series':
-        """Give another quantity at the same times, shape (n,)."""
+        """Return another quantity, shape (n,), at the same times."""
         return self._of_checked_times(value=value, unit=unit, origin=origin)
 
     def _of_checked_times(self, **changed: Array | str) -> 'Series':
@@ -86,7 +86,7 @@ class TraceColumns:
     """
     Joins the blocks of a trace, labelled ``t[s],voltage[V]``.
 
-    ``rows`` are allocated at first; the arrays grow if there are more.
+    ``room`` rows are allocated at first; the arrays grow as needed.
 
     """
 
@@ -97,7 +97,7 @@ class TraceColumns:
         self._table, self._rows = np.empty((0, 0)), 0
 
     def add(self, block: ArrayMessage) -> None:
-        """Add a block; WrongKind if its layout differs from that of the blocks before."""
+        """Add a block; WrongKind if its layout differs from earlier blocks."""
         if not self._units:
             self._labels = block.labels[1:]  # the label of the rows changes with each activation
             names = block.labels[1].split(',') if len(block.labels) == 2 else []
@@ -111,7 +111,7 @@ class TraceColumns:
             raise WrongKind(
                 f'layout of a block of {self._origin}',
                 (block.labels, block.data.shape),
-                'that of one table with distinct columns, one of them t[s]',
+                'a table with distinct columns, one of them t[s]',
                 'read a topic that carries a trace',
             )
         begin, self._rows = self._rows, self._rows + len(block.data)
@@ -122,7 +122,7 @@ class TraceColumns:
         self._table[:, begin : self._rows] = block.data.T
 
     def series(self) -> dict[str, Series]:
-        """Return the columns by their bare names; none without blocks."""
+        """Return the columns by name without unit; {} without blocks."""
         if not self._units:
             return {}
         columns = dict(zip(self._units, self._table[:, : self._rows], strict=True))
@@ -135,7 +135,7 @@ class TraceColumns:
 
 
 def split_columns(blocks: Iterable[ArrayMessage], origin: str) -> dict[str, Series]:
-    """Give the columns of the blocks of a trace."""
+    """Join the blocks of a trace; return its columns by name."""
     columns = TraceColumns(origin)
     for block in blocks:
         columns.add(block)

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The files of a run: MCAP files as ROS 2 tools expect them, one part after the other."""
+"""The MCAP files of a run, part after part, in the form of ROS 2 tools."""
 
 import os
 import time
@@ -20,18 +20,18 @@ CLOSING_RECORD: Final = 'stickslip_recorder'
 """Metadata record of a finished file: its content and its losses."""
 PART_RECORD: Final = 'stickslip_part'  # metadata record with the number of a part
 FIRST_PART: Final = 'first'
-"""Entry of that record: number of the oldest part that is kept beside it."""
+"""Entry of the part record: number of the oldest part that is kept."""
 FOLLOWED_BY: Final = 'followed_by'
-"""Entry of a part's closing record: the file in which the run goes on, or nothing."""
+"""Entry of a part's closing record: name of the next file, or nothing."""
 SECURE_AFTER: Final = 1 / 2
-"""Share of the flush period, by the clock, after which a chunk is written to the disk."""
+"""Share of the flush period (wall-clock) after which a chunk is written to the disk."""
 
 _BUFFER_BYTES: Final = 1 << 12
-"""Buffer of a file. A full disk loses it, and that of Python 3.14 has 128 kiB."""
+"""Buffer of a file. A full disk loses it; the default of Python 3.14 is 128 kiB."""
 
 
 class PartMark(NamedTuple):
-    """Start of a file: its own attachments, and the messages that it repeats."""
+    """Start of a part: its attachments, and the messages repeated from earlier parts."""
 
     attachments: Attachments
     repeated: Sequence[Stored]
@@ -70,8 +70,8 @@ class McapFile(McapWriter):
                 problem = f'it cannot be begun ({error})'
                 raise RecordingError(path, problem, 'choose another place') from error
             raise
-        # A synced file of which the folder was not synced may have no name after a power failure.
-        with suppress(OSError):  # a file system may not know how to bring a name to the disk
+        # Unless its folder is synced, a synced file may lose its name in a power failure.
+        with suppress(OSError):  # some file systems cannot sync a folder
             folder = os.open(path.parent, os.O_RDONLY)
             try:
                 os.fsync(folder)
@@ -91,7 +91,7 @@ class McapFile(McapWriter):
         self._stream.close()
 
     def abandon(self) -> None:
-        """Close the unfinished file, with all that fits on the disk."""
+        """Close the file unfinished, with all data that fits on the disk."""
         with suppress(OSError):
             self._stream.close()
 
@@ -110,11 +110,11 @@ class McapFile(McapWriter):
 
 class RunFiles:
     """
-    The files of one run; one caller at a time.
+    The files of one run; not thread-safe.
 
-    Every file begins with the metadata and the attachments; `losses` returns the lost messages for
-    its closing record. Raises RecordingError if the run exists or cannot be begun, UnknownName if
-    the compression is not known.
+    Every file begins with the metadata and the attachments; `losses` returns the counts of lost
+    messages for the closing record. Raises RecordingError if the run exists or cannot be begun,
+    UnknownName if the compression is unknown.
 
     """
 
@@ -131,9 +131,9 @@ class RunFiles:
             known = ', '.join(COMPRESSIONS)
             raise UnknownName('compression', form.compression, f'take one of {known}')
         layout.refuse_existing()
-        self.parts = 0  # files that were begun
-        self.written = self.secured = 0  # messages handed over; those of them on the disk
-        self.stored = 0  # messages in all files, with those that every part repeats
+        self.parts = 0  # files begun
+        self.written = self.secured = 0  # messages given to the file; messages on the disk
+        self.stored = 0  # messages in all files, repeated messages included
         self._layout, self._channels, self._form = layout, channels, form
         self._metadata, self._attachments, self._losses = metadata, attachments, losses
         self._due_s = 0.0
@@ -160,17 +160,17 @@ class RunFiles:
         return file
 
     def write(self, message: Stored) -> None:
-        """Add a message; its time must not be earlier than the last one's."""
+        """Add a message; times must not fall."""
         self._file.write(message)
         self.stored += 1
         self.written += 1
 
     def begin_part(self, mark: PartMark) -> None:
-        """Begin the next file; before the first message, the first file is the next."""
+        """Begin the next file; before the first message, set the mark of the first file."""
         if not self.written:
             self._file.attach(mark.attachments)
         else:
-            # Before the last file ends: so a file that names its successor has one.
+            # Begin before the last file ends: its named successor then exists.
             try:
                 following = self._begin({**self._attachments, **mark.attachments})
             except BaseException:
@@ -189,7 +189,7 @@ class RunFiles:
             self.stored += 1
 
     def keep(self) -> None:
-        """Sync new messages to the disk, if the last sync is old by the clock."""
+        """Sync new messages to the disk if the last sync is old (wall-clock)."""
         if self.secured < self.written and time.monotonic() >= self._due_s:
             self._file.secure()
             self.secured = self.written
@@ -207,6 +207,6 @@ class RunFiles:
 
     def _end_file(self, next_name: str) -> None:
         own = {FOLLOWED_BY: next_name} if self._layout.numbered else {}
-        said = {'written': str(self.written), **self._losses(), **own}
-        self._file.finish({CLOSING_RECORD: said})
+        record = {'written': str(self.written), **self._losses(), **own}
+        self._file.finish({CLOSING_RECORD: record})
         self.secured = self.written

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Writes an MCAP file; numbers and names of records are those of https://mcap.dev/spec."""
+"""Write an MCAP file; numbers and names of records are those of https://mcap.dev/spec."""
 
 import struct
 import zlib
@@ -23,21 +23,21 @@ from stickslip_ros.recording.integrity import PROFILE
 from stickslip_ros.recording.layout import FileForm
 
 ZSTD_LEVEL: Final = 2
-"""Makes recordings 1 to 4 % smaller than level 3, the default, in 0.75 of the time."""
+"""Recordings are 1 to 4 % smaller than at the default level 3, in 0.75 of the time."""
 COMPRESSIONS: Final[Mapping[str, Callable[[], Callable[[bytes], bytes]]]] = {
     'zstd': lambda: zstandard.ZstdCompressor(level=ZSTD_LEVEL).compress,
     'lz4': lambda: lz4.frame.compress,
     'none': lambda: bytes,
 }
 _MESSAGE: Final = struct.Struct(RECORD_HEAD.format + MESSAGE_HEAD.format.strip('<'))
-_MESSAGE_CODE: Final = int(Opcode.MESSAGE)  # quicker to pack
+_MESSAGE_CODE: Final = int(Opcode.MESSAGE)  # an int packs faster than the enum
 
 Attachments = Mapping[str, tuple[str, bytes]]  # media type and bytes of each attachment
 Metadata = Mapping[str, Mapping[str, str]]
 
 
 class Stored(NamedTuple):
-    """A message as stored in a file; channels are numbered from 1 in the order of declaration."""
+    """A message in a file; channels are numbered from 1 in the order of declaration."""
 
     channel_id: int
     time_ns: int
@@ -80,17 +80,17 @@ def _pack_topics(channels: tuple[Channel, ...]) -> tuple[bytes, bytes]:
         schemas += _record(Opcode.SCHEMA, _pack('H', number), content)
     for number, each in enumerate(channels, 1):
         numbers = _pack('HH', number, types.index(each.type_name) + 1)
-        said = {'offered_qos_profiles': each.qos.to_yaml()}
-        said['topic_type_hash'] = TYPE_HASHES[each.type_name]
-        described += _record(Opcode.CHANNEL, numbers, _texts(each.topic, 'cdr'), _table(said))
+        metadata = {'offered_qos_profiles': each.qos.to_yaml()}
+        metadata['topic_type_hash'] = TYPE_HASHES[each.type_name]
+        described += _record(Opcode.CHANNEL, numbers, _texts(each.topic, 'cdr'), _table(metadata))
     return schemas, described
 
 
 class McapWriter:
     """
-    Writes messages in the order of their times, each logged when it was published.
+    Writes messages in the order of their times; log time and publish time are equal.
 
-    The library's writer makes the same records in five times as long: it packs field by field.
+    The library's writer takes five times as long for the same records: it packs field by field.
     The first message ends the first chunk: damage to later chunks leaves the topics readable.
 
     """
@@ -103,7 +103,7 @@ class McapWriter:
         self._size_bytes = self._checksum = 0  # of the file
         indexes = Opcode.CHUNK_INDEX, Opcode.ATTACHMENT_INDEX, Opcode.METADATA_INDEX
         self._indexes: dict[Opcode, list[bytes]] = {each: [] for each in indexes}
-        self._counts = Counter[int]()  # messages of a channel
+        self._counts = Counter[int]()  # messages by channel
         self._span_ns = (0, 0)  # of all messages
         # Records of the present chunk, their size, and times and places of messages by channel:
         self._records, self._records_bytes = [*self._topics], sum(map(len, self._topics))
@@ -125,7 +125,7 @@ class McapWriter:
             self._append_listed(record, Opcode.ATTACHMENT_INDEX, times, size, names)
 
     def write(self, message: Stored) -> None:
-        """Add a message to the present chunk; its time must not be before that of the last one."""
+        """Add a message to the present chunk; times must not fall."""
         channel_id, time_ns, data, sequence = message
         self._rows.setdefault(channel_id, []).extend((time_ns, self._records_bytes))
         length = MESSAGE_HEAD.size + len(data)
@@ -162,20 +162,20 @@ class McapWriter:
         return _record(Opcode.STATISTICS, packed, _numbers(self._counts))
 
     def _append(self, packed: bytes) -> int:
-        """Write records behind the others; return where they begin."""
+        """Append records; return their offset."""
         begin = self._size_bytes
         self._stream.write(packed)
         self._checksum = zlib.crc32(packed, self._checksum)
         self._size_bytes += len(packed)
         return begin
 
-    def _append_listed(self, record: bytes, index: Opcode, *said: bytes) -> None:
-        """Write a record; the summary says its place and more."""
+    def _append_listed(self, record: bytes, index: Opcode, *fields: bytes) -> None:
+        """Append a record, and list it in the summary."""
         place = _pack('QQ', self._append(record), len(record))
-        self._indexes[index].append(_record(index, place, *said))
+        self._indexes[index].append(_record(index, place, *fields))
 
     def end_chunk(self) -> None:
-        """Write chunk and index of the messages since the last chunk, if there are any."""
+        """Write chunk and index of the messages since the last chunk, if any."""
         if not self._rows:
             return
         data, columns = b''.join(self._records), self._rows.items()
@@ -192,8 +192,8 @@ class McapWriter:
         place = _pack('QQ', start, end - start), _numbers(starts)
         form = _pack('Q', self._size_bytes - end), self._compression
         sizes = _pack('QQ', len(packed), len(data))
-        said = times, *place, *form, sizes
-        self._indexes[Opcode.CHUNK_INDEX].append(_record(Opcode.CHUNK_INDEX, *said))
+        fields = times, *place, *form, sizes
+        self._indexes[Opcode.CHUNK_INDEX].append(_record(Opcode.CHUNK_INDEX, *fields))
         self._span_ns = self._span_ns[0] if self._counts else first_ns, last_ns
         self._counts.update({number: len(rows) // 2 for number, rows in columns})
         self._records, self._records_bytes, self._rows = [], 0, {}

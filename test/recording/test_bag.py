@@ -326,7 +326,7 @@ def test_a_directory_without_description_is_called_that_with_what_mends_it(tmp_p
     (bag / METADATA_FILE).unlink()
     with pytest.raises(RecordingError, match=f'a directory without {METADATA_FILE}') as refused:
         Recording(bag)
-    *_, recovery = shlex.split(str(refused.value).partition('whole with "')[2][:-1])
+    *_, recovery = shlex.split(str(refused.value).partition('part with "')[2][:-1])
     assert recover(Path(recovery))[1] == bag / METADATA_FILE
     assert Recording(bag).series('position').value.tolist() == [0.0, 1.0, 2.0]
 

@@ -252,7 +252,7 @@ def test_a_database_that_is_no_bag_is_refused(tmp_path: Path, kind: str):
 def test_a_damaged_database_is_refused_with_what_saves_it(tmp_path: Path):
     path = humble(tmp_path / 'a.db3', numbers(2000))
     content = path.read_bytes()
-    told = rf'it is damaged \(.*; save what is whole with: sqlite3 {path} .recover'
+    told = rf'it is damaged \(.*; save the readable part with: sqlite3 {path} .recover'
     for damaged in (
         content[: len(content) // 2],
         content[:100],
@@ -261,5 +261,5 @@ def test_a_damaged_database_is_refused_with_what_saves_it(tmp_path: Path):
         path.write_bytes(damaged)
         with pytest.raises(RecordingError, match=told):
             Recording(path)
-        with pytest.raises(RecordingError, match='save what is whole with: sqlite3'):
+        with pytest.raises(RecordingError, match='save the readable part with: sqlite3'):
             recover(path)

@@ -338,7 +338,7 @@ def test_a_file_with_a_hole_much_larger_than_the_memory_is_read(files, tmp_path,
         (b'', 'it is empty'),
         (MAGIC, 'it ends before its first record'),
         (b'time,position\n' * 20, 'it is not an MCAP file'),
-        (b'SQLite format 3\0' + bytes(84), 'save what is whole with: sqlite3'),
+        (b'SQLite format 3\0' + bytes(84), 'save the readable part with: sqlite3'),
     ],
     ids=['empty', 'magic', 'text', 'sqlite3'],
 )

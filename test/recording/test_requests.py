@@ -320,7 +320,7 @@ def test_a_first_axis_labelled_cycle_says_how_often_a_waveform_is_played(rest: l
 def test_a_cycle_does_not_excuse_a_layout_of_other_columns():
     message = waveform([(4, 0), (2, 6), (3, 3)], 6)
     message.layout.dim[0].label = 'cycle'
-    with pytest.raises(WrongKind, match="or nothing; behind 'cycle', if it repeats"):
+    with pytest.raises(WrongKind, match="or none; after 'cycle' to repeat"):
         received('waveform', message)
 
 
@@ -339,7 +339,7 @@ NOT_ROWS = {
 
 @pytest.mark.parametrize('message', NOT_ROWS.values(), ids=NOT_ROWS)
 def test_a_layout_that_is_not_rows_of_two_is_refused(message: Float64MultiArray):
-    with pytest.raises(WrongKind, match='rows of two; say'):
+    with pytest.raises(WrongKind, match='rows of two; give'):
         received('waveform', message)
 
 

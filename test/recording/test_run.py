@@ -73,7 +73,7 @@ def record_blocks(path: Path, values: Mapping[str, object], blocks: int) -> list
 
 def test_of_a_run_that_fills_the_disk_the_file_is_named(tmp_path: Path, small_disk: Callable):
     small_disk(100_000)
-    with pytest.raises(RecordingError, match=r'run\.mcap: cannot be written on .* make room'):
+    with pytest.raises(RecordingError, match=r'run\.mcap: cannot be written further .* make room'):
         record_blocks(tmp_path / 'run.mcap', {'record.compression': 'none'}, 10_000)
 
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Compare force curves of sweeps, experiments and the model by preload and stroke."""
+"""Compare force curves of sweeps, experiments and the model, by preload and stroke."""
 
 import math
 from collections.abc import Sequence
@@ -26,7 +26,7 @@ from stickslip_ros.progress import progress_of
 from stickslip_ros.units import NM
 
 MODEL = 'model'
-"""Kind of a side; it also stands for the drive in place of a file."""
+"""Kind of a side; also its name in place of a file."""
 
 
 def predicted_points(
@@ -36,17 +36,17 @@ def predicted_points(
     progress: bool | Progress,
 ) -> PointTable:
     """
-    Return the points of the drive at the settings of a table; equal runs are made once.
+    Simulate the drive at the settings of a table, equal settings once; return the points.
 
-    The columns of the table set preload and parameters, the options a frequency without a column.
-    Raises StickSlipError if the stand cannot make a point, or a parameter is set and a column.
+    Columns of the table set preload and parameters; the options set a frequency without a column.
+    Raises StickSlipError if a point cannot be simulated, or a parameter is set and has a column.
 
     """
     names = [name for name in table.settings if name not in {*POINT_COLUMNS, 'loop'}]
     changed = parameters.changed()
     for name in map(bare_name, names):
         if name in changed:
-            problem = f'is set, and a column of {table.side.origin} too'
+            problem = f'is set, but {table.side.origin} has a column of it'
             raise Incomparable(name, problem, 'leave out --set or the column')
     if 'force_n' not in table.columns and 'step_length_m' in table.columns:
         parameters = parameters.updated(WITHOUT_CELL)
@@ -69,7 +69,7 @@ def predicted_points(
 
 
 def compare_points(a: PointTable, b: PointTable) -> tuple[Compared, ...]:
-    """Compare the quantities of both tables at equal settings, B interpolated to A's strokes."""
+    """Compare the common quantities at equal settings, B interpolated to A's strokes."""
     names = [name for name in a.quantities if name in b.quantities]
     if not names:
         problem = f'has {", ".join(b.quantities)}, {a.side.origin} has {", ".join(a.quantities)}'
@@ -93,7 +93,7 @@ def compare_points(a: PointTable, b: PointTable) -> tuple[Compared, ...]:
 
 
 def _range_of(table: PointTable) -> str:
-    """Return the preloads and the strokes of a table in words."""
+    """Return preloads and strokes of a table in words."""
     preloads_n = dict.fromkeys(table.columns['preload_n'])
     words = f'{", ".join(f"{n:g}" for n in preloads_n)} N'
     if table.axis != 'amplitude_m':
@@ -103,7 +103,7 @@ def _range_of(table: PointTable) -> str:
 
 
 def _varied(a: PointTable, b: PointTable) -> list[str]:
-    """Return the settings besides the preload by which rows are matched."""
+    """Return the settings, besides the preload, that match rows of A and B."""
     varied = [
         name
         for table in (a, b)
@@ -141,7 +141,7 @@ def _part(a: PointTable, b: PointTable, at: dict[str, Scalar], name: str) -> Par
 
 
 def _averaged(table: PointTable, name: str, rows: Sequence[int]) -> tuple[Array, Array]:
-    """Return rising strokes and the means of a column there."""
+    """Return rising strokes and the mean of a column at each."""
     nodes_m, index = np.unique(table.values(table.axis, rows), return_inverse=True)
     return nodes_m, np.bincount(index, table.values(name, rows)) / np.bincount(index)
 
@@ -149,10 +149,10 @@ def _averaged(table: PointTable, name: str, rows: Sequence[int]) -> tuple[Array,
 def _sigma(
     a: PointTable, b: PointTable, name: str, rows_a: Sequence[int], rows_b: Sequence[int]
 ) -> Array | None:
-    """Return the uncertainty of B - A; that of an amplitude counts by the slope of B."""
+    """Return the uncertainty of B - A; an amplitude's uncertainty is scaled by the slope of B."""
     x_m = a.values(a.axis, rows_a)
     terms, (nodes_m, nodes) = [], _averaged(b, name, rows_b)
-    slope = np.full(len(x_m), np.nan)  # of B, unless it has one amplitude only
+    slope = np.full(len(x_m), np.nan)  # of B; unknown for a single amplitude
     if len(nodes_m) > 1:
         slope = np.interp(x_m, nodes_m, np.gradient(nodes, nodes_m))
     for what, factor in ((name, 1.0), ('amplitude_m', slope)):

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The shift between two clocks that recorded the same quantity, its error and its rivals."""
+"""Estimate the shift between two clocks from records of the same quantity, and its error."""
 
 import math
 from typing import Any
@@ -17,39 +17,39 @@ from stickslip_ros.lab.waveform.monitor import GAUSSIAN
 from stickslip_ros.recording.series import Series
 
 MOST_OF_B = 0.05, 0.95
-"""Quantiles of B; values further beyond than they are apart are cut in the first look."""
+"""Quantiles of B; the coarse search clips values farther outside than their distance."""
 OVERLAP_MIN = 0.5
-"""Share of the shorter record that must overlap: a short overlap correlates by chance."""
-NO_SPREAD = 1e-9  # variance, relative to that of the whole record, below which it is constant
+"""Least overlap as a share of the shorter record: short overlaps correlate by chance."""
+NO_SPREAD = 1e-9  # largest variance of a constant, relative to the whole record
 PER_SAMPLE = 4  # steps of the coarse search in a period of the slower record
 GRID_MOST = 1 << 19
-_PEAKS, _DIGITS = 6, 2  # peaks that are refined; digits of the coefficient, equals by small shift
-_NEWTON_STEPS, _TRIMS = 12, 3  # Gauss-Newton steps at most; fits without outliers in each
-CLOSE = 0.01  # share of the standard error below which a step ends the search
+_PEAKS, _DIGITS = 6, 2  # peaks refined; digits of the score (the smallest shift wins a tie)
+_NEWTON_STEPS, _TRIMS = 12, 3  # most Gauss-Newton steps; trimmed fits in each
+CLOSE = 0.01  # the search ends at steps below this share of the standard error
 FALLS, RAMPS = 8.0, 0.25
-"""Slopes beyond so many medians are falls, whose samples show noise only; slopes so far below that
-of a share of the way are rests, of which the median knows nothing."""
+"""Slopes above FALLS medians are falls and left out. The median excludes rests: slopes below
+1/FALLS of the weighted quantile RAMPS."""
 _RIVAL, _EQUAL, _EXACT, _COARSE = 4.0, 1.1, 1e-6, 0.01
-"""Most unexplained variance of a rival and of an equal, relative to the best shift's, which counts
-as no less than that of exact records, or of the coarse search."""
+"""Largest unexplained variance of a rival and of an equal, relative to the best shift's; smallest
+unexplained variance of the best shift, of exact records and in the coarse search."""
 _TURNS, _FAST, _SPARSE = 0.3, 0.25, 0.1
-"""Least correlation of each way between samples with minus the next, and least square of a way per
-variance, of fewer than about four samples a cycle; these leave so much unexplained between."""
+"""A record has fewer than about four samples per cycle if successive changes correlate below
+-_TURNS and their mean square exceeds _FAST variances; _SPARSE is then its unexplained variance."""
 _PARTS, _STEADY = 10, 5.0
-"""Parts of a record that are shifted alone; the largest of their shifts, in their standard errors,
-that noise makes. Beyond it the clock wanders, so that more samples make its shift no surer."""
+"""Parts of a record shifted separately; largest shift of a part by noise, in standard errors. A
+larger shift means a wandering clock: more samples do not reduce the error."""
 TRUSTED = 0.8
-"""Least coefficient of two records of the same quantity."""
+"""Least correlation of two records of the same quantity."""
 
 
 def clock_shift(a: Series, b: Series, name: str) -> Alignment:
     """
-    Return the time to add to samples B, so that they agree with samples A of the same quantity.
+    Return the time to add to the times of B to match A, a record of the same quantity.
 
-    Times rise. Straight lines join A. Gain and zero of B are free. The coarse shifts are peaks of
-    Pearson's coefficient over the overlap. At each, with e(t) = B - g A(t + d) - z, least squares
-    in g, z and d give d = sum(e A')/sum(A'^2), the slope A' freed of A and of its mean. Outliers
-    by the median of |e| are left out. The lines between the samples of A add to the error.
+    Times must rise. A is interpolated linearly; gain and zero of B are free. Coarse shifts are
+    peaks of Pearson's coefficient over the overlap. Each is refined by least squares of
+    e(t) = B - g A(t + d) - z in g, z and d: d = sum(e A')/sum(A'^2), with the slope A' orthogonal
+    to A and to 1. Outliers by the median of |e| are left out. Interpolation adds error.
 
     """
     ta, ya, kept = a.time_s, a.value, ~lone_outliers(b.value)
@@ -64,10 +64,10 @@ def clock_shift(a: Series, b: Series, name: str) -> Alignment:
     rival, rival_s = others[0][:2] if others else (0.0, math.nan)
     sparse, between = sparseness(ya)
     if sparse or as_good(rival, coefficient):
-        alike_s = [each[1] for each in found if as_good(each[0], coefficient)]
+        similar_s = [each[1] for each in found if as_good(each[0], coefficient)]
         limits = (_SPARSE, _RIVAL) if sparse else (_COARSE, _EQUAL)
-        alike_s += [*shifts_s[as_good(scores, scores.max(), *limits)]]
-        error_s += farthest_s(alike_s, shift_s)
+        similar_s += [*shifts_s[as_good(scores, scores.max(), *limits)]]
+        error_s += farthest_s(similar_s, shift_s)
     error_s += between * float(np.median(np.diff(ta)))
     doubt = (
         f'a shift of {rival_s:.6f} s is nearly as good, correlation {rival:.5f} '
@@ -78,7 +78,7 @@ def clock_shift(a: Series, b: Series, name: str) -> Alignment:
 
 
 def sparseness(values: Array) -> tuple[bool, float]:
-    """Return whether samples turn at almost each, and a typical error between them, in samples."""
+    """Return whether samples are sparse, and the typical error of interpolation, in samples."""
     ways = np.diff(values)
     steep, square = np.abs(ways), float(np.mean(ways**2))
     turns = float(np.mean(ways[1:] * ways[:-1])) < -_TURNS * square
@@ -89,24 +89,24 @@ def sparseness(values: Array) -> tuple[bool, float]:
 
 
 def as_good(scores: Any, best: float, least: float = _EXACT, most: float = _RIVAL) -> Any:
-    """Return whether coefficients leave little more unexplained than the best, or than least."""
+    """Return whether the unexplained variance is at most `most` times the best's, or `least`'s."""
     return 1.0 - np.maximum(scores, 0.0) ** 2 <= most * max(1.0 - best**2, least)
 
 
 def farthest_s(shifts_s: ArrayLike, shift_s: float) -> float:
-    """Return the distance of the farthest of some shifts."""
+    """Return the distance of the farthest shift."""
     return float(np.max(np.abs(np.asarray(shifts_s) - shift_s), initial=0.0))
 
 
 def weighted_quantile(values: Array, weights: Array, share: float) -> float:
-    """Return the value below which a share of the weights lies."""
+    """Return the quantile of values for a share of the weights."""
     order = np.argsort(values)
     sums = np.cumsum(weights[order])
     return float(values[order][np.searchsorted(sums, share * sums[-1])]) if len(values) else 0.0
 
 
 def wander_s(slope: Array, rest: Array) -> float:
-    """Return the largest shift of a part of a record, each a median of what moves."""
+    """Return the largest shift of a part, a median over its moving samples."""
     steep = np.abs(slope)
     moves = steep > weighted_quantile(steep, steep, RAMPS) / FALLS
     slope, rest = slope[moves], rest[moves]
@@ -117,11 +117,11 @@ def wander_s(slope: Array, rest: Array) -> float:
 
 
 def correlation_peaks(ta: Array, ya: Array, tb: Array, yb: Array) -> tuple[Array, Array]:
-    """Return the shifts of the peaks of the correlation of two records, and their heights."""
+    """Return shifts and heights of the peaks of the correlation of two records."""
     step_s = max(np.median(np.diff(tb)) / PER_SAMPLE, max(np.ptp(ta), np.ptp(tb)) / GRID_MOST)
     grids = [np.arange(times[0], times[-1], step_s) for times in (ta, tb)]
     low, high = np.quantile(yb, MOST_OF_B)
-    yb = np.clip(yb, 2.0 * low - high, 2.0 * high - low)  # large values would weigh most
+    yb = np.clip(yb, 2.0 * low - high, 2.0 * high - low)  # large values would dominate
     on_a, on_b = np.interp(grids[0], ta, ya), np.interp(grids[1], tb, yb)
     scores = coefficients(on_a - on_a.mean(), on_b - on_b.mean())
     lasts = overlaps(len(on_a), len(on_b))[2]
@@ -136,15 +136,15 @@ def correlation_peaks(ta: Array, ya: Array, tb: Array, yb: Array) -> tuple[Array
 def refined_shift(
     ta: Array, ya: Array, tb: Array, yb: Array, shift_s: float
 ) -> tuple[float, float, float]:
-    """Return coefficient, shift and its standard error near a shift."""
+    """Refine a shift; return coefficient, shift and its standard error."""
     slopes = np.diff(ya) / np.maximum(np.diff(ta), np.finfo(np.float64).tiny)
     apart_s, moved_s = float(np.median(np.diff(tb))), 0.0
     for _ in range(_NEWTON_STEPS):
         at_s = tb + shift_s + moved_s
         inside = (at_s >= ta[0]) & (at_s <= ta[-1])
-        seen, at_s = yb[inside], at_s[inside]
+        target, at_s = yb[inside], at_s[inside]
         slope = slopes[np.clip(np.searchsorted(ta, at_s) - 1, 0, len(slopes) - 1)]
-        columns = np.column_stack((np.interp(at_s, ta, ya), np.ones(len(seen)), slope))
+        columns = np.column_stack((np.interp(at_s, ta, ya), np.ones(len(target)), slope))
         steep = np.abs(slope)
         ways = np.abs(np.interp(at_s + apart_s, ta, ya) - columns[:, 0])
         ramp = weighted_quantile(steep, ways, RAMPS)
@@ -153,18 +153,18 @@ def refined_shift(
             return 0.0, shift_s, math.inf
         kept = usable
         for _ in range(_TRIMS):
-            gains = np.linalg.lstsq(columns[kept], seen[kept], rcond=None)[0]
-            rest = seen - columns @ gains
+            gains = np.linalg.lstsq(columns[kept], target[kept], rcond=None)[0]
+            rest = target - columns @ gains
             limit = OUTLIERS * GAUSSIAN * float(np.median(np.abs(rest[usable])))
             kept = usable & (np.abs(rest) <= limit)
-        spread = float(np.var(gains[0] * columns[usable, 0]))  # outliers have no part in it
+        spread = float(np.var(gains[0] * columns[usable, 0]))  # without outliers
         if not (gains[0] > 0.0 and spread > 0.0):
             return 0.0, shift_s, math.inf
         variance = float(np.mean(rest[kept] ** 2))
         inverse = np.linalg.pinv(columns[kept].T @ columns[kept])
         error_s = math.sqrt(variance * float(inverse[2, 2])) / float(gains[0])
         step_s = float(np.clip(gains[2] / gains[0], -0.5 * apart_s, 0.5 * apart_s))
-        if abs(moved_s + step_s) > apart_s:  # that is another peak
+        if abs(moved_s + step_s) > apart_s:  # another peak
             break
         moved_s += step_s
         if abs(step_s) < CLOSE * error_s:
@@ -192,7 +192,7 @@ def coefficients(a: Array, b: Array) -> Array:
 
 
 def overlaps(count_a: int, count_b: int) -> tuple[Array, Array, Array]:
-    """Return first and last sample of A in the overlap of each lag, and its length."""
+    """Return first sample of A, last (excluded) and length of the overlap at each lag."""
     lags = np.arange(1 - count_b, count_a)
     first, last = np.maximum(lags, 0), np.minimum(count_a, lags + count_b)
     return first, last, last - first

@@ -43,14 +43,14 @@ if TYPE_CHECKING:
 @checked_arguments
 @dataclass(frozen=True, kw_only=True)
 class CompareOptions(ReadingOptions):
-    """Options of reading two experiments and of matching their times and positions."""
+    """Options of reading two experiments, and of matching times and positions."""
 
     shift_s: float | None = None
     """Time to add to the times of B, s."""
     align: bool = False
-    """Estimate that shift by cross-correlation."""
+    """Estimate the shift by cross-correlation."""
     offset: bool = False
-    """Shift the position of B to that of A, as its zero is arbitrary."""
+    """Shift the position of B to that of A, since its zero is arbitrary."""
 
 
 class ComparisonReport(Plottable, Comparison):
@@ -61,7 +61,7 @@ class ComparisonReport(Plottable, Comparison):
         return sections(self, self._draw)
 
     def _draw(self, quantities: Sequence[Compared] = ()) -> 'Figure':
-        # It takes long.
+        # slow import
         from stickslip_ros.lab.comparison.figure import draw_comparison  # noqa: PLC0415
 
         return draw_comparison(self, quantities or self.quantities)
@@ -86,34 +86,34 @@ def compare(
     Parameters
     ----------
     a : path-like, Run, DataFrame, or sequence of them
-        A recording, the table of a sweep, an experiment, or several of these by amplitude.
+        A recording, the table of a sweep, an experiment, or several experiments by amplitude.
     b : path-like, Run, DataFrame or Parameters, optional
-        Another one; parameters run the model at the points of A, or under the voltage that drove
-        A; without it a recording is compared with the experiment that it carries.
+        The same. Parameters run the model at the points of A, or under the voltage of A. By
+        default a recording is compared with its attached experiment.
     options : CompareOptions, optional
-        Options of reading both and of matching their times and positions.
+        Options of reading both, and of matching times and positions.
     draws : sequence of Parameters
-        Stands as likely as B, ``Fit.draws(100)``; bands show their spread.
+        Stands as likely as B, such as ``Fit.draws(100)``; bands show their spread.
     report : callable, optional
-        Called with each ``MeasuredTable`` after reading, before anything is computed.
+        Called with each ``MeasuredTable`` after reading, before the computation.
     progress : bool or callable
-        Whether to show the progress; or a function, called with runs done and their number.
+        Whether to show progress; or a function, called with runs done and total runs.
 
     Raises
     ------
     StickSlipError
-        If one cannot be read, or the two cannot be compared.
+        If a side cannot be read, or the sides cannot be compared.
 
     """
     if isinstance(b, Mapping) and all('.' in str(each) for each in b):
         b = Parameters().updated(b)
     given = listed_sources(a)
-    window_s = None if options.align else options.window_s  # to align needs all of both
+    window_s = None if options.align else options.window_s  # alignment needs both in full
     others = [] if b is None or isinstance(b, Parameters) else listed_sources(b)
     reading = options.reading(report, b if isinstance(b, Parameters) else None)
     reading = reading.for_sources([*given, *others])
     stretch_s = None
-    if window_s is not None and options.commands is None:  # a model runs from before the window
+    if window_s is not None and options.commands is None:  # a model starts before the window
         stretch_s = window_s[0] - LEAD_S * isinstance(b, Parameters), window_s[1]
     first = measured(given, reading, window_s=stretch_s)
     has_times = options.align or options.offset or options.shift_s is not None or options.window_s
@@ -127,7 +127,7 @@ def compare(
         if b is None:
             return _compared(first, attached(first, reading), options)
         [other], shift_s = others, options.shift_s or 0.0
-        window_s = window_s and (window_s[0] - shift_s, window_s[1] - shift_s)  # in B's own times
+        window_s = window_s and (window_s[0] - shift_s, window_s[1] - shift_s)  # in the times of B
         second = measured(other, reading, number=len(given), window_s=window_s)
         return _compared(first, second, options)
     quiet = False if draws else progress
@@ -144,7 +144,7 @@ def _model_for(
     options: CompareOptions,
     progress: bool | Progress,
 ) -> tuple[Callable[[Parameters], Measurement], CompareOptions]:
-    """Return what a stand shows under the voltage or at the points of A, and the options."""
+    """Return a function that runs a stand as A was run, and the options."""
     if isinstance(a, TimeRun):
         _check_unmoved(a, options)
         options = replace(options, offset=True)
@@ -158,7 +158,7 @@ def _model_for(
 
 
 def _check_unmoved(a: TimeRun, options: CompareOptions) -> None:
-    """Refuse a shift, a frequency or steps for the model under the voltage that drove A."""
+    """Refuse shift, frequency and steps for the model under the voltage of A."""
     if options.align or options.shift_s is not None:
         hint = 'leave out --shift and --align: the falls of the voltage give the clock'
         raise Incomparable(a.side.origin, 'is compared with a model under its own voltage', hint)
@@ -198,7 +198,7 @@ def _with_bands(
     draws: Sequence[Parameters],
     progress: bool | Progress,
 ) -> ComparisonReport:
-    """Return the comparison with a stand, with bands from draws and noise."""
+    """Compare with a stand; add bands from draws and noise."""
     report = compared_with(stand)
     if not draws:
         return report

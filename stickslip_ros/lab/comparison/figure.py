@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The picture of a comparison: A and B above, their difference below."""
+"""Figure of a comparison: A and B above, their difference below."""
 
 from collections.abc import Sequence
 from pathlib import PurePath
@@ -32,18 +32,18 @@ from stickslip_ros.lab.measurements.words import (
 from stickslip_ros.units import display_unit
 
 _PIXELS = 800  # most points per curve
-_NAME_MAX = 40  # most characters of a file name in a legend; the end of a longer name is shown
-_CYCLE_SAMPLES = 1 << 16  # samples of a course in which a cycle is looked for
-_CYCLES_MIN, _CYCLE_SHOWN = 4, 1.2  # least cycles of a course with one enlarged, and cycles shown
-_TICKS_MAX = 6, 3  # intervals between times below a course and below a cycle
+_NAME_MAX = 40  # most characters of a file name in a legend; longer names are cut at the start
+_CYCLE_SAMPLES = 1 << 16  # samples of a run to search for a cycle
+_CYCLES_MIN, _CYCLE_SHOWN = 4, 1.2  # least cycles of a run to enlarge a cycle; cycles shown
+_TICKS_MAX = 6, 3  # most tick intervals under a run and under a cycle
 _READINGS_MIN = 10  # least readings of an enlarged cycle
-_ALIKE_MIN = 0.2  # least autocorrelation of the changes after a cycle
-BARS_MAX = 200  # error bars of more points hide the points
+_CORRELATION_MIN = 0.2  # least autocorrelation of the changes at the lag of a cycle
+BARS_MAX = 200  # most points with error bars: more would hide the points
 
 
 @styled()
 def draw_comparison(comparison: Comparison, quantities: Sequence[Compared]) -> Figure:
-    """Draw quantities below each other, each with its difference below it."""
+    """Draw quantities in rows, each with its difference below."""
     figure = new_figure(8.0, 3.5 + 2.5 * len(quantities))
     ratios, axes = (2.0, 1.0) * len(quantities), {each.parts[0].axis for each in quantities}
     is_wide = axes == {'time_s'} and not is_narrow(figure)
@@ -64,7 +64,7 @@ def draw_comparison(comparison: Comparison, quantities: Sequence[Compared]) -> F
         ):
             _draw_quantity(comparison, quantity, overlay, residuals, only_s)
             if len(axes) > 1 or residuals is columns[-1]:
-                place = 'center' if only_s is None else 'left'  # beside a common part of times
+                place = 'center' if only_s is None else 'left'  # right: offset of the time axis
                 residuals.set_xlabel(CURVE_AXES[quantity.parts[0].axis][1], loc=place)
     if enlarged:
         for each, ticks in zip((panels, *enlarged), _TICKS_MAX, strict=True):
@@ -83,15 +83,15 @@ def draw_comparison(comparison: Comparison, quantities: Sequence[Compared]) -> F
 
 
 def cycle_of(part: Part) -> tuple[float, float] | None:
-    """Return start and end of a little more than a cycle in the middle of a course, s, if any."""
+    """Return start and end, s, of a little more than a cycle in mid-run; None without cycles."""
     time_s = np.linspace(part.x[0], part.x[-1], _CYCLE_SAMPLES)
     changes = np.diff(np.interp(time_s, part.x, part.a))
     power = np.abs(np.fft.rfft(changes - changes.mean(), 2 * _CYCLE_SAMPLES)) ** 2
-    alike = np.fft.irfft(power)[: _CYCLE_SAMPLES // _CYCLES_MIN]
-    first = int(np.argmax(alike <= 0.0))  # behind the peak at 0
-    lag = first + int(np.argmax(alike[first:]))
+    products = np.fft.irfft(power)[: _CYCLE_SAMPLES // _CYCLES_MIN]
+    first = int(np.argmax(products <= 0.0))  # after the peak at lag 0
+    lag = first + int(np.argmax(products[first:]))
     readings = lag * len(part.x) / _CYCLE_SAMPLES
-    if not first or readings < _READINGS_MIN or alike[lag] < _ALIKE_MIN * alike[0]:
+    if not first or readings < _READINGS_MIN or products[lag] < _CORRELATION_MIN * products[0]:
         return None
     middle_s = float(time_s[_CYCLE_SAMPLES // 2])
     return middle_s, middle_s + _CYCLE_SHOWN * float(time_s[lag] - time_s[0])
@@ -145,7 +145,7 @@ def _draw_part(
     style: dict[str, Any],
     labels: Sequence[str],
 ) -> None:
-    """Draw one curve: A as points, with error bars where known, B as a line."""
+    """Draw a curve: A as points with known error bars, B as a line."""
     order, scale = np.argsort(part.x, kind='stable'), CURVE_AXES[part.axis][0]
     over = scale * (part.x if part.way_m is None else part.way_m)
     x, a, b = over[order], factor * part.a[order], factor * part.b[order]
@@ -163,7 +163,7 @@ def _draw_part(
 
 
 def _fill_bands(axes: Axes, x: Array, part: Part, factor: float) -> None:
-    """Shade the differences expected from the unknowns of B and noise."""
+    """Shade the differences expected from the uncertainty of B and noise."""
     order = np.argsort(part.x, kind='stable')
     order = order[:: 1 + len(order) // _PIXELS]
     band = part.band or {}

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Compare runs quantity by quantity in their common time."""
+"""Compare runs quantity by quantity over their common time."""
 
 from dataclasses import replace
 
@@ -27,15 +27,15 @@ from stickslip_ros.lab.runs.sawtooth_run import scatter_of
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.series import Series
 
-STANDS_STILL = 0.05  # least range of a model, per range of the readings
+STANDS_STILL = 0.05  # least range of the model relative to the readings'
 _POSITION, _VOLTAGE = 'position_m', 'voltage_v'
-_SAMPLES_MIN = 4  # fewer give no shift
-RAMPS_MIN = 10  # ramps of a run with steps
-PERIOD_SLACK = 0.1  # largest deviation of the period of a ramp from the median, as a share
+_SAMPLES_MIN = 4  # least samples to estimate a shift
+RAMPS_MIN = 10  # least ramps of a run with steps
+PERIOD_SLACK = 0.1  # largest relative deviation of a ramp's period from the median
 
 
 def predicted_run(experiment: Experiment, stand: Parameters) -> TimeRun:
-    """Return the run of a model under the voltage of an experiment, in the times of its sensor."""
+    """Simulate a stand under the voltage of an experiment; return it at the sensor's times."""
     stand = stand.updated(dict(experiment.settings))
     late_s = lateness_in(experiment, stand)
     [found] = predict(stand, [experiment.sensed(late_s=late_s)])
@@ -52,7 +52,7 @@ def predicted_run(experiment: Experiment, stand: Parameters) -> TimeRun:
         moved = float(np.ptp(series[each.quantity].value))
         if moved < STANDS_STILL * float(np.ptp(each.values)):
             share = moved / float(np.ptp(each.values))
-            notes += (f'the range of {each.quantity} of the model is {share:.2g} of that of A',)
+            notes += (f'the model covers only {share:.2g} of the range of {each.quantity} of A',)
     side = Side(MODEL, MODEL, rows, described, stand.changed(), notes)
     alignment = Alignment(late_s, 'estimated', decided_by='falls of the voltage')
     return TimeRun(side, series, alignment=alignment if late_s else None)
@@ -60,9 +60,9 @@ def predicted_run(experiment: Experiment, stand: Parameters) -> TimeRun:
 
 def align(a: TimeRun, b: TimeRun) -> Alignment:
     """
-    Estimate the shift of B from the voltage, or else from the quantity with the least error.
+    Estimate the shift of B from the voltage, else from the quantity with the smallest error.
 
-    Raises Incomparable without a common quantity that changes alike.
+    Raises Incomparable without a common quantity with correlated changes.
 
     """
     found, coefficients = list[Alignment](), list[float]()
@@ -87,7 +87,7 @@ def align(a: TimeRun, b: TimeRun) -> Alignment:
 
 
 def compare_runs(a: TimeRun, b: TimeRun, *, offset: bool = False) -> tuple[Compared, ...]:
-    """Compare all common quantities at A's times; ``offset`` moves B's position to A's zero."""
+    """Compare all common quantities at A's times; ``offset`` shifts B's position to A's zero."""
     found = []
     for name in _shared(a, b):
         series_a, series_b = a.series[name], b.series[name]
@@ -99,7 +99,7 @@ def compare_runs(a: TimeRun, b: TimeRun, *, offset: bool = False) -> tuple[Compa
             ranges = [f'{first_s:.6g} s to {last_s:.6g} s' for first_s, last_s in spans_s]
             raise Incomparable(
                 f'{name} of {b.side.origin}',
-                f'covers {ranges[1]}, that of {a.side.origin} {ranges[0]}',
+                f'covers {ranges[1]}, but {a.side.origin} covers {ranges[0]}',
                 'shift B with --shift or --align',
             )
         inside = series_a.window(start_s, end_s)
@@ -108,14 +108,14 @@ def compare_runs(a: TimeRun, b: TimeRun, *, offset: bool = False) -> tuple[Compa
         if not usable.any():
             problem = f'has no numbers at common times in {a.side.origin} and {b.side.origin}'
             raise Incomparable(name, problem, 'compare another run')
-        chosen = slice(None) if usable.all() else usable  # a copy of a long record takes room
+        chosen = slice(None) if usable.all() else usable  # a slice avoids a copy of a long record
         time_s = inside.time_s[chosen]
         known = [run.series[each] for run in (a, b) if (each := sigma_name(name)) in run.series]
         terms = [np.interp(time_s, each.time_s, each.value) for each in known]
         sigma = np.sqrt(np.sum(np.square(terms), axis=0)) if terms else None
         of_a, of_b = inside.value[chosen], values_b[chosen]
         moved = float(np.median(of_a - of_b)) if offset and name == _POSITION else 0.0
-        of_b += moved  # interpolated, so that it is nobody else's
+        of_b += moved  # in place: `values_b` is not shared
         part = Part({}, 'time_s', time_s, of_a, of_b, sigma)
         found.append(Compared(name, (part,), len(inside) - len(time_s), moved))
     return tuple(found)
@@ -125,8 +125,8 @@ def steps_of(run: TimeRun) -> StepStatistics | None:
     """
     Return the steps in the second half of a run, from ramp to ramp of its voltage.
 
-    The ramps are the rises between 40 and 60 % of the voltage range, or the falls if these last
-    longer: there the runner is slow too. None with fewer than ten ramps.
+    Ramps are the rises from 40 to 60 % of the voltage range, or the falls if they are slower: the
+    runner is slow there too. None with fewer than ten ramps.
 
     """
     if not {_VOLTAGE, _POSITION} <= run.series.keys():
@@ -141,7 +141,7 @@ def steps_of(run: TimeRun) -> StepStatistics | None:
         return None
     starts, ends = outside[changes], outside[changes + 1]
     lasts_s = time_s[ends] - time_s[starts]
-    ways = slice(0, None, 2), slice(1, None, 2)  # rises and falls follow each other
+    ways = slice(0, None, 2), slice(1, None, 2)  # rises and falls alternate
     after = ends[max(ways, key=lambda way: np.median(lasts_s[way]))]
     before, level = after - 1, 0.6 if share[after[0]] > 0.5 else 0.4
     passed = (level - share[before]) / (share[after] - share[before])

@@ -18,7 +18,7 @@ from stickslip_ros.parameters import Scalar
 from stickslip_ros.sections import as_json
 from stickslip_ros.units import unit_of
 
-FLANK = (0.1, 0.5)  # shares of the largest force between which a force curve is almost straight
+FLANK = (0.1, 0.5)  # range of a force curve's straight part, as shares of the largest force
 FLANK_POINTS_MIN = 2
 ROUNDING = 1e-12  # largest relative spread of a constant
 
@@ -37,7 +37,7 @@ class ChiSquare:
 
 @dataclass(frozen=True)
 class Agreement:
-    """Numbers of the difference of B and A."""
+    """Statistics of the difference B - A."""
 
     points: int
     bias: float
@@ -47,14 +47,14 @@ class Agreement:
     correlation: float | None  # None if A or B is constant
     relative_rms: float | None  # None if A is constant
     chi_square: ChiSquare | None  # None without uncertainties
-    within_68: float | None = None  # share of A within the bands of B, if there are any
+    within_68: float | None = None  # share of A within the bands of B, if any
     within_95: float | None = None
-    width_95: float | None = None  # mean
+    width_95: float | None = None  # mean width of the 95 % band
 
 
 @dataclass(frozen=True)
 class Threshold:
-    """0-amplitude (with a flank only) and largest force of a force curve."""
+    """0-amplitude (None without a flank) and largest force of a force curve."""
 
     zero_amplitude_m: float | None
     saturation: float
@@ -63,23 +63,23 @@ class Threshold:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """Finite points of a quantity, at least one: of one preload, or of a whole run."""
+    """One or more finite points of a quantity, of one preload or of a whole run."""
 
     at: dict[str, Scalar]  # preload and other settings that vary; empty for a run
     axis: str  # 'amplitude_m', 'time_s', or the column of preloads
-    # amplitudes, times or preloads of A's points, A, and B interpolated to these, shape (n,)
+    # amplitudes, times or preloads of A; values of A; values of B interpolated to x; shape (n,)
     x: Array
     a: Array
     b: Array
     sigma: Array | None = None  # uncertainty of B - A, shape (n,)
-    threshold_a: Threshold | None = None  # of forces by amplitude
+    threshold_a: Threshold | None = None  # only of forces by amplitude
     threshold_b: Threshold | None = None
-    # ends of the bands of B by their names, shapes (n,), see ``lab.runs.bands``
+    # ends of the bands of B by name, shapes (n,), see ``lab.runs.bands``
     band: dict[str, Array] | None = None
     way_m: Array | None = None  # displacement of the rows of a friction loop, shape (n,)
 
     def within(self, limits: tuple[float, float] | None) -> 'Part':
-        """Return the points whose x lies within limits, if any are given."""
+        """Return the points with x within limits; all points if limits is None."""
         if limits is None:
             return self
         here = (self.x >= limits[0]) & (self.x <= limits[1])
@@ -97,7 +97,7 @@ class Part:
         return agreement_of([self])
 
     def to_json(self) -> dict[str, Any]:
-        """Return an object for JSON, without the many points of a run."""
+        """Return an object for JSON, without the points of a run."""
         points = {self.axis: self.x, 'a': self.a, 'b': self.b, 'sigma': self.sigma}
         points |= self.band or {}
         return {
@@ -110,7 +110,7 @@ class Part:
 
 
 def agreement_of(parts: Sequence[Part]) -> Agreement:
-    """Return the difference of B and A over all points of at least one part."""
+    """Return the statistics of B - A over all points of one or more parts."""
     a = np.concatenate([part.a for part in parts])
     b = np.concatenate([part.b for part in parts])
     difference = b - a
@@ -132,7 +132,7 @@ def agreement_of(parts: Sequence[Part]) -> Agreement:
 
 
 def _within_bands(a: Array, found: Sequence[dict[str, Array]]) -> dict[str, float]:
-    """Return the shares of A within bands, and their width; nothing without bands."""
+    """Return the shares of A within bands, and the mean width; {} without bands."""
     if not found:
         return {}
     ends = {name: np.concatenate([each[name] for each in found]) for name in found[0]}
@@ -147,14 +147,14 @@ def correlation_of(a: Array, b: Array) -> float | None:
     """Return Pearson's coefficient; None if A or B is constant."""
     if _is_constant(a) or _is_constant(b):
         return None
-    # Scaled first: squares of nanometres of nanometres would lose digits.
+    # Scale first: squares of differences in nanometres would lose digits.
     from_mean = [(each - each.mean()) / np.ptp(each) for each in (a, b)]
     norms = [float(np.sqrt(np.sum(each**2))) for each in from_mean]
     return float(np.sum(from_mean[0] * from_mean[1]) / (norms[0] * norms[1]))
 
 
 def threshold_of(amplitude_m: Array, force_n: Array) -> Threshold:
-    """Return 0-amplitude and saturation of a force curve of one preload, shapes (n,)."""
+    """Return 0-amplitude and saturation of a force curve at one preload; shapes (n,)."""
     top = int(np.argmax(force_n))
     largest_n = float(force_n[top])
     on_flank = (force_n >= FLANK[0] * largest_n) & (force_n <= FLANK[1] * largest_n)
@@ -195,11 +195,11 @@ class StepStatistics:
     count: int
     mean_m: float
     scatter_m: float  # standard deviation, with the noise of the position
-    correlation_m: float  # distance over which their correlation falls to 1/e; 0: equal steps
+    correlation_m: float  # distance at which the correlation of steps is 1/e; 0: equal steps
 
 
 class Incomparable(StickSlipError):
-    """Two valid inputs cannot be compared."""
+    """Valid inputs that cannot be compared."""
 
     def __init__(self, what: object, problem: str, hint: str) -> None:
         super().__init__(f'{what} {problem}; {hint}')
@@ -220,7 +220,7 @@ class Alignment:
 
     shift_s: float
     method: str  # ``given`` or ``estimated``
-    correlation: float | None = None  # of the quantity that decided
+    correlation: float | None = None  # of the quantity used
     error_s: float | None = None  # standard error, wander, or distance of the farthest rival
     decided_by: str = ''
     doubts: tuple[str, ...] = ()  # reasons for another shift
@@ -232,7 +232,7 @@ class Compared:
 
     name: str  # with its unit
     parts: tuple[Part, ...]
-    left_out: int  # points of A without a part
+    left_out: int  # points of A in no part
     offset: float = 0.0  # added to all values of B
 
     @cached_property
@@ -256,9 +256,9 @@ class Comparison:
     b: Side
     axis: str
     quantities: tuple[Compared, ...]
-    alignment: Alignment | None = None  # None: times as they are
-    window_s: tuple[float, float] | None = None  # part of A that was used
-    # of A and B, if both have a periodic voltage
+    alignment: Alignment | None = None  # None: times unchanged
+    window_s: tuple[float, float] | None = None  # part of A used
+    # steps of A and B, if both have a periodic voltage
     steps: tuple[StepStatistics, StepStatistics] | None = None
 
     @property

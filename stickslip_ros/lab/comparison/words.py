@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Sentences and tables of a comparison, the same on a screen and on a page."""
+"""Sentences and tables of a comparison, for screen and page."""
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
@@ -18,7 +18,7 @@ from stickslip_ros.units import MN, NM, display_unit, with_unit
 _NONE = '–'
 _UNKNOWN = 'not in the file'
 _SAME_SETTINGS = (
-    'None. Parameters, seed, versions and columns with one value count if both files have them.'
+    'None. Parameters, seed, versions and constant columns are compared if both files have them.'
 )
 _OWN = 'own'  # the unit of the quantity
 _NUMBERS = (
@@ -39,13 +39,13 @@ _NUMBERS = (
     ('A within the 95 % band', 'within_95', '.3g', '%'),
     ('width of the 95 % band', 'width_95', '.4g', _OWN),
 )
-"""Rows of a table: name in docs/howto/compare.md, field, format, unit."""
+"""Rows of the numbers' table: name in docs/howto/compare.md, field, format, unit."""
 
 
 def sections(
     comparison: Comparison, draw: Callable[[Sequence[Compared]], Any]
 ) -> Iterator[Section]:
-    """Yield the findings, the two sides, and the numbers and figure of each quantity."""
+    """Yield sections: findings, the two sides, numbers and figure of each quantity."""
     a, b = comparison.a, comparison.b
     yield Section(f'comparison of {a.origin} and {b.origin}', notes=sentences(comparison))
     sides: list[tuple[str, ...]] = [
@@ -55,7 +55,7 @@ def sections(
             (words, *(str(each.described.get(name, _UNKNOWN)) for each in (a, b)))
             for words, name in (('version', 'stickslip_ros'), ('seed', 'sim.seed'))
         ),
-        ('parameters that are not the default', _changed(a), _changed(b)),
+        ('parameters other than the default', _changed(a), _changed(b)),
     ]
     if a.notes or b.notes:
         sides.append(('notes', '\n'.join(a.notes), '\n'.join(b.notes)))
@@ -105,7 +105,7 @@ def sentences(comparison: Comparison) -> list[str]:
 
 
 def _numbers(quantity: Compared) -> Section:
-    """Return the numbers of a quantity, a column for each part and a column for all."""
+    """Return the numbers of a quantity: a column for each part, and one for all parts."""
     columns = [
         (setting_words(part.at) or 'whole run', part.agreement, part.at) for part in quantity.parts
     ]
@@ -118,7 +118,7 @@ def _numbers(quantity: Compared) -> Section:
         cells = []
         for _, agreement, known in columns:
             chi, cell = agreement.chi_square, {**vars(agreement)}
-            if field == 'largest_at':  # without the settings of the column
+            if field == 'largest_at':  # the column names the other settings
                 worst = agreement.largest_at.items()
                 cells.append(
                     setting_words({name: each for name, each in worst if name not in known})

@@ -32,29 +32,29 @@ from stickslip_ros.units import NS_PER_S, parse_quantity
 _EXAMPLE = 'position_m=/rig/encoder.point.x, or "force_n=/rig/cell.data (mN)"'
 _BY_LOG = ' by log time'
 _RATE = re.compile(r' at (\S+ ?k?M?Hz|\S+)(?= |$)')
-_COLUMN = re.compile(r'\[([^\[\]]+)\](?:\.data)?')  # of a table of samples
+_COLUMN = re.compile(r'\[([^\[\]]+)\](?:\.data)?')  # column of a table of samples
 _FINER = {'m': 'nm', 'N': 'mN', 'V': 'mV'}
 
 
 class Mapped(NamedTuple):
-    """Where a quantity comes from."""
+    """Source of a quantity."""
 
     field: str  # topic and path of the number, ``/rig/cell.wrench.force.x``
     factor: float = 1.0  # to SI
-    by_log: bool = False  # timed by the log times of its messages, whatever their stamps say
-    rate_hz: float | None = None  # of the samples of an array in each message
+    by_log: bool = False  # timed by log times, not by stamps
+    rate_hz: float | None = None  # sample rate of the array in each message
 
 
 def mapped_series(
     recording: Recording, topics: Mapping[str, str]
 ) -> tuple[dict[str, Series], list[str]]:
     """
-    Return quantities over the time since the first of their messages, and notes on their clocks.
+    Return quantities over the time since their first message, and notes on their clocks.
 
     ``topics`` are topic, field and unit, ``{'force_n': '/rig/cell.wrench.force.x (mN)'}``; the
-    default unit is SI. ``at 10kHz`` behind it reads blocks of samples, ``by log time`` leaves the
-    stamps of the messages unread. Times of a recording of this package are those of its run.
-    RecordingError: no such topic, or clocks that are not the same.
+    default unit is SI. A suffix ``at 10kHz`` reads blocks of samples, ``by log time`` ignores the
+    stamps of the messages. A recording of this package keeps the times of its run.
+    RecordingError: a topic is unknown, or the clocks differ.
 
     """
     read, clocks, notes = {}, list[Clock](), list[str]()
@@ -92,7 +92,7 @@ def mapped_series(
 
 
 def _numbers(recording: Recording, mapped: Mapped) -> tuple[Places, Array, Places]:
-    """Return times, numbers and log times of a mapped field, ns; refuse a topic that is not."""
+    """Return times, ns, numbers and log times, ns, of a mapped field; refuse an unknown topic."""
     field, rate_hz, origin_ns = mapped.field, mapped.rate_hz, recording.time_origin_ns
     topic = topic_of(field, recording.types)
     if topic is None:
@@ -120,12 +120,12 @@ def _numbers(recording: Recording, mapped: Mapped) -> tuple[Places, Array, Place
     times_ns, values, logs_ns = numbers_of(
         recording.files, topic, path, by_stamp=not mapped.by_log, in_blocks=rate_hz is not None
     )
-    placed_ns = recording.placed(logs_ns)
-    return np.where(times_ns == logs_ns, placed_ns, times_ns), values, placed_ns
+    drive_ns = recording.drive_times(logs_ns)
+    return np.where(times_ns == logs_ns, drive_ns, times_ns), values, drive_ns
 
 
 def parse_map(topics: Mapping[str, str]) -> dict[str, Mapped]:
-    """Return topic with field, factor to SI, and clock of each quantity; refuse unknown ones."""
+    """Parse field, unit, clock and rate of each quantity; refuse unknown quantities."""
     found = {}
     for name, text in topics.items():
         if name == 'time_s' or name not in TIME_COLUMNS:
@@ -138,15 +138,15 @@ def parse_map(topics: Mapping[str, str]) -> dict[str, Mapped]:
         unit = behind.strip(' ()[]')
         factor = factor_of(unit, si_unit) if unit else 1.0
         if factor is None:
-            raise WrongKind(f'unit of {name}', unit, f'a unit of {si_unit}', 'say mN, nm, mV ...')
+            raise WrongKind(f'unit of {name}', unit, f'a unit of {si_unit}', 'write mN, nm ...')
         rate_hz = parse_quantity(rate[1], 'Hz') if rate else None
         if rate and not rate_hz:
-            raise WrongKind(f'rate of {name}', rate[1], 'a rate', 'say at 10kHz, at 2e4 ...')
+            raise WrongKind(f'rate of {name}', rate[1], 'a rate', 'write at 10kHz, at 2e4 ...')
         found[name] = Mapped(field, factor, text.endswith(_BY_LOG), rate_hz)
     return found
 
 
 def topic_of(field: str, known: Iterable[str]) -> str | None:
-    """Return the longest matching topic: /rig/cell.raw may exist next to /rig/cell."""
+    """Return the longest matching topic: both /rig/cell.raw and /rig/cell may exist."""
     found = (each for each in known if field.startswith((f'{each}.', f'{each}[')))
     return max(found, key=len, default=None)

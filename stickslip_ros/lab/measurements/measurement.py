@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A measurement, read once: quantities over time, or points by amplitude, out of any source."""
+"""A measurement from any source: quantities over time, or points by amplitude."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -48,22 +48,22 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 NOT_COMPARED = {'wall_start', TIME_ORIGIN, 'seed', 'dt_s'}
-"""Metadata that differ by chance or repeat the parameters."""
+"""Metadata that differ between equal runs, or repeat the parameters."""
 _STROKES = 'amplitude_m', 'voltage_v'
 NO_SETTINGS = {each for name in (*_STROKES, *NUMBERS) for each in (name, sigma_name(name))}
 NO_SETTINGS |= {'row', 'displacement_m', 'normal_n', 'rig_n_per_m'}
 RENAMED = {'force_mean_n': 'force_n'}
-"""Columns of a sweep with another name in an experiment."""
-SAME = 1e-9  # largest relative difference of equal typed numbers
+"""Columns of a sweep and their names in an experiment."""
+SAME = 1e-9  # largest relative difference of equal numbers
 
 
 @dataclass(frozen=True)
 class Side:
-    """A or B: a file or the model, with its known settings."""
+    """A side of a comparison: a file or the model, with its known settings."""
 
     origin: str  # file, or ``model``
     kind: str
-    rows: int  # of a table; of a run samples of the finest quantity
+    rows: int  # rows of a table, or samples of a run's finest quantity
     described: dict[str, Scalar]  # parameters, seed, versions, columns with one value
     changed: dict[str, Scalar] | None  # parameters that differ from the default; None: unknown
     notes: tuple[str, ...] = ()
@@ -75,16 +75,16 @@ class Side:
 
 @dataclass(frozen=True, eq=False)
 class TimeRun:
-    """Quantities over time, and uncertainties where known, under the names of experiment files."""
+    """Quantities over time, and known uncertainties, by column names of experiment files."""
 
     side: Side
     series: dict[str, Series]
-    recording: Recording | None = None  # its source, which knows commands too
+    recording: Recording | None = None  # source of commands too
     alignment: Any = None  # to the times of another run
-    topics: Mapping[str, str] = field(default_factory=dict)  # of another program
+    topics: Mapping[str, str] = field(default_factory=dict)  # mapped, of another program
 
     def sigma(self, name: str) -> float | None:
-        """Return the typical uncertainty of a quantity, None if unknown."""
+        """Return the typical uncertainty of a quantity; None if unknown."""
         each = self.series.get(sigma_name(name))
         return None if each is None else float(np.median(each.value))
 
@@ -94,7 +94,7 @@ class TimeRun:
 
     @property
     def frame(self) -> 'DataFrame':
-        """All quantities over ``time_s``; NaN where one has no sample."""
+        """All quantities over ``time_s``; NaN for missing samples."""
         return table_of_series(self.series, self.side.origin)
 
     def within(self, start_s: float, end_s: float) -> 'TimeRun':
@@ -114,14 +114,14 @@ class TimeRun:
 
 @dataclass(frozen=True, eq=False)
 class PointTable:
-    """Points of force curves: columns under the names of an experiment file."""
+    """Points of force curves, by column names of an experiment file."""
 
     side: Side
     columns: dict[str, list[Scalar]]
 
     @property
     def axis(self) -> str:
-        """Column of the axis: rows of a loop, strokes, voltages, or preloads without these."""
+        """Column of the axis: rows of a loop, strokes, voltages, or else preloads."""
         return next(each for each in ('row', *_STROKES, 'preload_n') if each in self.columns)
 
     @property
@@ -149,7 +149,7 @@ class PointTable:
         return [row for row in rows if not math.isnan(float(self.columns[name][row]))]
 
     def rows_at(self, at: Mapping[str, Scalar]) -> list[int]:
-        """Return the rows that have these settings, in their order along the axis."""
+        """Return the rows with these settings, in order along the axis."""
         rows = [
             row
             for row in range(self.side.rows)
@@ -158,7 +158,7 @@ class PointTable:
         return sorted(rows, key=self.columns[self.axis].__getitem__)
 
     def groups(self, names: Sequence[str]) -> list[dict[str, Scalar]]:
-        """Return the different values of some settings, in the order of their appearance."""
+        """Return the distinct values of some settings, in order of appearance."""
         found: list[dict[str, Scalar]] = []
         for row in range(self.side.rows):
             at = {name: self.columns[name][row] for name in names}
@@ -171,7 +171,7 @@ Measurement = TimeRun | PointTable
 
 
 class OpenedSource:
-    """A recording or tables that were opened, with the topics or columns to read of them."""
+    """An opened recording or tables, with the topics or columns to read."""
 
     source: Any
     topics: Mapping[str, str]
@@ -186,7 +186,7 @@ def measured(
     kind: str | None = None,
     wanted: Sequence[str] = (),
 ) -> Measurement:
-    """Read a source by its content, not by its name; of a recording only the window."""
+    """Read a source by its content, not its name; of a recording only the window."""
     sources = listed_sources(source)
     if len(sources) > 1:
         for each in sources:
@@ -209,7 +209,7 @@ def measured(
 def measured_alone(
     sources: Sequence[Any], reading: TableOptions = TABLE_DEFAULTS
 ) -> Recording | Measurement:
-    """Return a recording to read by stretches, as it may be larger than memory, or else all."""
+    """Return a recording unread, since it may exceed memory; else read all sources."""
     recorded = recording_of(sources[0], reading) if len(sources) == 1 else None
     if recorded is None:
         return measured(sources, reading)
@@ -220,10 +220,10 @@ def recording_of(
     source: object, reading: TableOptions
 ) -> tuple[Recording, Mapping[str, str]] | None:
     """
-    Return a recording and the topics to map in it; None of a table.
+    Return a recording and the topics to map in it; None for a table.
 
-    Topics of a Run are its own. Beside another recording, one of this package is read by its own
-    names unless it has one of the mapped topics.
+    A Run keeps its own topics. With several recordings, a recording of this package is read by
+    its own names unless it has a mapped topic.
 
     """
     found, topics = source, dict[str, str]()
@@ -254,7 +254,7 @@ def attached(run: Measurement, reading: TableOptions = TABLE_DEFAULTS) -> Measur
 
 
 def of_recording(recording: Recording, topics: Mapping[str, str]) -> TimeRun:
-    """Return series and settings of a recording, of mapped ``topics`` if given; refuse none."""
+    """Return series and settings of a recording, by mapped ``topics`` if any; refuse none."""
     series, notes = (
         mapped_series(recording, topics) if topics else (recorded_series(recording), [])
     )
@@ -293,7 +293,7 @@ def of_table(table: MeasuredTable) -> Measurement:
 
 
 def as_table(run: Measurement) -> MeasuredTable:
-    """Return a measurement as columns; over time NaN where a quantity has no sample."""
+    """Return a measurement as columns; over time NaN for missing samples."""
     frame, notes = run.frame.reset_index(), run.side.notes
     columns: dict[str, Array] = {str(name): frame[name].to_numpy() for name in frame}
     if isinstance(run, PointTable):
@@ -306,7 +306,7 @@ def as_table(run: Measurement) -> MeasuredTable:
 
 
 def of_sweep(table: Any) -> PointTable:
-    """Return the points of the table of a sweep."""
+    """Return the points of a sweep's table."""
     rows, described = read_table(table)
     origin = str(table) if isinstance(table, Path) else DATA_FRAME
     columns = {
@@ -314,7 +314,7 @@ def of_sweep(table: Any) -> PointTable:
         for name in rows[0]
         if name not in RUN_COLUMNS
     }
-    # A free runner makes steps and no force; a held runner that is steady the other way round.
+    # A free runner has steps but no force; a steady held runner has a force but no steps.
     for name in ('step_length_m', STEP_BACK) if any(columns['force_n']) else ('force_n',):
         columns.pop(name, None)
     unsteady = sum(not row['steady'] for row in rows)
@@ -329,7 +329,7 @@ def point_table(
     unsteady: int,
     notes: tuple[str, ...] = (),
 ) -> PointTable:
-    """Return columns as points, with their known settings; a column replaces a description."""
+    """Return columns as points with known settings; a column overrides a described value."""
     rows = len(columns['preload_n'])
     in_columns = {'stand.preload', *map(bare_name, columns)}
     known = {name: each for name, each in (described or {}).items() if name not in in_columns}
@@ -347,7 +347,7 @@ def point_table(
 
 
 def is_same(one: Scalar, other: Scalar) -> bool:
-    """Return whether two values are equal apart from the rounding of typed numbers."""
+    """Return whether two values are equal except for rounding."""
     if isinstance(one, (bool, str)) or isinstance(other, (bool, str)):
         return one == other
     return abs(one - other) <= SAME * max(abs(one), abs(other))
@@ -359,7 +359,7 @@ def is_constant(column: Sequence[Scalar]) -> bool:
 
 
 def constants(columns: Mapping[str, Sequence[Scalar]]) -> dict[str, Scalar]:
-    """Return the settings with one value only."""
+    """Return the settings with a single value."""
     return {
         bare_name(name): each[0]
         for name, each in columns.items()
@@ -377,7 +377,7 @@ def table_of_series(found: Mapping[str, Series], source: str) -> 'DataFrame':
     }
     first = next(iter(columns.values()), pd.Series()).index
     is_one = all(each.index.equals(first) for each in columns.values())
-    if not is_one:  # the second sample of a time is a row of its own
+    if not is_one:  # a second sample at one time gets its own row
         for name, each in columns.items():
             columns[name] = each.set_axis([each.index, each.groupby(level=0).cumcount()])
     frame = pd.DataFrame(columns) if is_one else pd.DataFrame(columns).droplevel(1)

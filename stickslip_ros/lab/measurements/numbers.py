@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Numbers of a drive that owners have: one row each, with its column and its prediction."""
+"""Measured numbers of a drive: a row each, with its column and its prediction."""
 
 import math
 import re
@@ -14,30 +14,30 @@ from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import Parameters
 
 SHEET_SHARE = 0.2
-"""Standard error of a number of a data sheet without a tolerance, as a share of it."""
+"""Relative standard error of a data sheet's number without a tolerance."""
 SIGMA = '_sigma_'
 BACK = {'step_length_m': 'step_back_m', 'speed_m_per_s': 'speed_back_m_per_s'}
-"""Numbers with a way, and the same backwards."""
+"""Numbers forwards, and their names backwards."""
 
 
 def sigma_name(name: str) -> str:
-    """Return the column of the uncertainty: ``force_sigma_n`` for ``force_n``."""
+    """Return the column of an uncertainty: ``force_sigma_n`` for ``force_n``."""
     return re.sub('_((?:[mv]_per_)?[^_]+)$', rf'{SIGMA}\1', name)
 
 
 class MeasuredNumber(NamedTuple):
     """A measured number: its usual headers, and the prediction of a stand."""
 
-    words: str  # in lower case, with commas; empty: not in tables of laboratories
+    words: str  # headers in lower case, separated by commas; empty: not in laboratory tables
     drive: str  # steps, zero, ring, loop, or rest
-    # of the result of the drive and its stand; None: the field of its name
+    # prediction from the result of the drive and the stand; None: the result's field of that name
     shown: Callable[[Any, Parameters], float] | None = None
     runner: str = 'free'  # free, held by a load cell; empty: held if forces were measured
-    is_of_sheet: bool = False  # above 0, with an error of SHEET_SHARE unless one is stated
+    is_of_sheet: bool = False  # above 0; default error SHEET_SHARE
 
     @property
     def settings(self) -> tuple[str, ...]:
-        """Columns that it needs; a blocking force without a stroke has that of the full range."""
+        """Columns needed; a blocking force without a stroke is at the full range."""
         if self.drive == 'loop':
             return 'displacement_m', 'normal_n'
         is_full = self.drive in {'zero', 'rest'} or self.runner == 'held'

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The picture of points by amplitude, voltage or preload."""
+"""Figure of points by amplitude, voltage or preload."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -23,7 +23,7 @@ from stickslip_ros.units import display_unit, unit_of
 
 @dataclass(frozen=True)
 class PointsPlot:
-    """The content of a picture of points."""
+    """Content of a figure of points."""
 
     axis: str
     quantities: tuple[Extent, ...]

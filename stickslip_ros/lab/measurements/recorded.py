@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The content of a recording, or a stretch: quantities, commands, events."""
+"""Content of a recording or a part of it: quantities, commands, events."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -31,11 +31,11 @@ RUN_QUANTITIES = {
     'voltage_v': 'voltage at the piezo',
     'foot_m': 'displacement of the feet',
 }
-"""Quantities of a run in words, by their columns in an experiment file; without the unit they are
+"""Quantities of a run in words, by column of an experiment file. Without the unit the names are
 columns of the trace, and topics."""
 TRACE_SAMPLES_MIN = 2
 STRETCH_BYTES = 1 << 23
-"""Chunks of a recording that are held in memory at once, unpacked: some seconds of a trace."""
+"""Size of a stretch, unpacked: some seconds of a trace."""
 _NO_SAMPLES = Series(np.empty(0), np.empty(0), '', '')
 
 
@@ -50,7 +50,7 @@ _WHOLE = TimeWindow(-math.inf, math.inf)
 
 
 class LoggedCommand(NamedTuple):
-    """A command when it took effect, with its numbers as text."""
+    """A command at the time of its effect, with its numbers as text."""
 
     time_s: float
     command: str
@@ -66,7 +66,7 @@ class LoggedEvent(NamedTuple):
 
 
 def sections_of(recording: Recording) -> Iterator[Section]:
-    """Yield topics, metadata of the run, and changed parameters."""
+    """Yield sections: topics, metadata of the run, changed parameters."""
     rows = []
     for each in recording.channels:
         rate = f'{each.rate_hz:.1f}' if each.rate_hz else '-'
@@ -79,7 +79,7 @@ def sections_of(recording: Recording) -> Iterator[Section]:
     if PARAMETERS_FILE in recording.attachments:
         yield from recorded_stand(recording).sections()
     else:
-        yield Section(f'parameters: unknown, as the file has no {PARAMETERS_FILE}')
+        yield Section(f'parameters: unknown, since the file has no {PARAMETERS_FILE}')
 
 
 def recorded_stand(recording: Recording) -> Parameters:
@@ -99,7 +99,7 @@ def recorded_stand(recording: Recording) -> Parameters:
 
 def recorded_series(recording: Recording, *, traced: bool = True) -> dict[str, Series]:
     """
-    Return each quantity by name, from a trace of two or more samples if wanted, else its topic.
+    Return quantities by name, from a trace with two or more samples or (untraced) from topics.
 
     Topics have position and force at 1 kHz, voltage once per ``trace.period``, and no feet.
 
@@ -109,9 +109,9 @@ def recorded_series(recording: Recording, *, traced: bool = True) -> dict[str, S
 
 def stretches_of(recording: Recording, window: TimeWindow | None = None) -> list[TimeWindow]:
     """
-    Return a recording, or a window, as stretches between chunks of STRETCH_BYTES.
+    Split a recording, or a window, at chunks into stretches of STRETCH_BYTES.
 
-    A recording of another program is one stretch, as its messages may be in any order.
+    A recording of another program is one stretch: its messages may be in any order.
 
     """
     outer = window or _WHOLE
@@ -124,7 +124,7 @@ def stretches_of(recording: Recording, window: TimeWindow | None = None) -> list
 def series_by_stretch(
     recording: Recording, stretches: Sequence[TimeWindow], *, traced: bool = True
 ) -> Iterator[dict[str, Series]]:
-    """Yield ``recorded_series`` of stretches in turn; Miscounted at the end if rows lack."""
+    """Yield ``recorded_series`` of each stretch; Miscounted at the end if rows are missing."""
     sources = _sources(recording, traced=traced)
     recording.lost.clear()
     for stretch in stretches:
@@ -141,7 +141,7 @@ def series_by_stretch(
 
 
 def _sources(recording: Recording, *, traced: bool) -> dict[str, str]:
-    """Return the topic of each quantity; several may come from the trace."""
+    """Return the topic of each quantity; it may be the trace."""
     topic, columns, samples = topic_name(recording, 'trace') if traced else '', set[str](), 0
     for _, _, block in recording.messages([topic]) if topic else ():
         if isinstance(block, ArrayMessage):
@@ -158,7 +158,7 @@ def _sources(recording: Recording, *, traced: bool) -> dict[str, str]:
 
 
 def _read_window(recording: Recording, sources: Mapping[str, str]) -> dict[str, Series]:
-    """Return the quantities of a window; refuse one outside of the run."""
+    """Return the quantities of a window; refuse a window outside of the run."""
     found, window, run = _read(recording, sources), recording.window_s, recording.span_s
     if sources and not found and recording.is_ours:
         check_window(TimeWindow(*window), TimeWindow(*run))
@@ -184,7 +184,7 @@ def _read(recording: Recording, sources: Mapping[str, str]) -> dict[str, Series]
 
 
 def topic_name(recording: Recording, name: str) -> str:
-    """Return the full name of a published topic (not command or truth); empty if absent."""
+    """Return the full name of a published topic (no command, no truth); '' if absent."""
     kinds = {each.name.removeprefix('~/'): each.type_name for each in READINGS}
     known = {kinds.get(name), FORMER_TYPES.get(name)}
     found = [
@@ -198,7 +198,7 @@ def topic_name(recording: Recording, name: str) -> str:
 
 
 def recorded_commands(recording: Recording) -> list[LoggedCommand]:
-    """Return the commands of a run; none from another program."""
+    """Return the commands of a run; [] for another program."""
     if TOPICS_RECORD not in recording.metadata:
         return []
     return [
@@ -208,7 +208,7 @@ def recorded_commands(recording: Recording) -> list[LoggedCommand]:
 
 
 def text_of_numbers(request: Request) -> str:
-    """Return the numbers of a command with units; x of a vector."""
+    """Return the numbers of a command with units; of a vector only x."""
     command = COMMANDS[request.name]
     if not command.has_topic:
         return ''
@@ -230,7 +230,7 @@ def text_of_numbers(request: Request) -> str:
 
 
 def events_within(recording: Recording, window: TimeWindow) -> list[LoggedEvent]:
-    """Return the events of a stretch; other texts are skipped."""
+    """Return the events in a window; other texts are skipped."""
     found = []
     for time_s, message in timed_messages(recording, 'event'):
         event = read_event(str(message))
@@ -247,7 +247,7 @@ def timed_messages(recording: Recording, name: str) -> Iterator[tuple[float, Any
 
 
 def parse_window(text: str) -> TimeWindow:
-    """Return the window of a text: ``2ms@0.3s`` starts at 0.3 s and lasts 2 ms."""
+    """Parse a window: ``2ms@0.3s`` starts at 0.3 s and lasts 2 ms."""
     length, at, start = text.partition('@')
     if not at:
         raise WrongKind('window', text, 'LENGTH@START', 'write it as 2ms@0.3s or 0.002@0.3')

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A recorded or measured run: series, table, picture."""
+"""A recorded or measured run: series, table, figure."""
 
 import shutil
 import weakref
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from stickslip_ros.lab.readers.formats import Table
 
     class RunTable(DataFrame):
-        """A table of which ``plot`` returns figures, and ``to_xarray`` keeps the units."""
+        """A table whose ``plot`` returns figures and whose ``to_xarray`` keeps the units."""
 
         plot: Any
 
@@ -64,8 +64,7 @@ class Run(NotebookView, OpenedSource):
     folder : Path, optional
         A folder to remove with this object.
     topics : mapping of str to str, optional
-        For a recording of another program: topic and field of its quantities; for a table: their
-        columns.
+        Topic and field of each quantity in a recording of another program; its column in a table.
 
     """
 
@@ -85,7 +84,7 @@ class Run(NotebookView, OpenedSource):
 
     @cached_property
     def recording(self) -> Recording:
-        """Topics, messages, metadata, attachments; refused if missing, damaged or a table."""
+        """The recording; StickSlipError if it is missing, damaged or a table."""
         if self._path is None:
             raise StickSlipError('the run was not recorded; simulate without record=False')
         if not isinstance(self._path, Path):
@@ -94,7 +93,7 @@ class Run(NotebookView, OpenedSource):
 
     @property
     def path(self) -> Path:
-        """The file."""
+        """Path of the recording's file."""
         return self.recording.path
 
     @cached_property
@@ -121,7 +120,7 @@ class Run(NotebookView, OpenedSource):
 
     @cached_property
     def source(self) -> Any:
-        """The recording, or what tables were given."""
+        """The recording, or the tables as given."""
         is_table = self._path is not None and not (
             isinstance(self._path, Path) and is_recording(self._path)
         )
@@ -129,26 +128,26 @@ class Run(NotebookView, OpenedSource):
 
     @property
     def is_read_whole(self) -> bool:
-        """Whether stretches are cut from its series: a table, or a run of a rig."""
+        """Whether all series are in memory: a table, or a recording of another program."""
         return bool(self.topics) or not isinstance(self.source, Recording)
 
     @cached_property
     def measurement(self) -> TimeRun:
-        """Quantities over time with their source, its clocks and its stand, read once."""
+        """Quantities over time, with source, clocks and stand; cached."""
         found = measured(self.source, TableOptions(headers=self.topics))
         if isinstance(found, TimeRun):
             return found
-        hint = 'give it to compare or fit, or read it with pandas'
+        hint = 'use compare or fit, or read it with pandas'
         raise RecordingError(found.side.origin, 'is by amplitude and has no times', hint)
 
     @property
     def series(self) -> dict[str, Series]:
-        """Quantities over time, by the names of the columns of ``frame``."""
+        """Quantities over time by the column names of ``frame``."""
         return self.measurement.series
 
     @checked_arguments
     def series_within(self, start_s: float, end_s: float) -> dict[str, Series]:
-        """Return ``series`` of a stretch, both ends included."""
+        """Return ``series`` from start to end, both included."""
         if self.is_read_whole:
             return {name: each.window(start_s, end_s) for name, each in self.series.items()}
         return recorded_series(self.recording.within(start_s, end_s))
@@ -158,15 +157,15 @@ class Run(NotebookView, OpenedSource):
         """
         Table of the run: ``voltage_v``, ``foot_m`` and readings, ``position_m``, over ``time_s``.
 
-        Values come from the trace, else from topics with different times: NaN where unknown.
-        ``attrs`` hold units and source. Of a trace larger than memory take a ``table``.
+        Values come from the trace, else from topics with different times (NaN where unknown).
+        ``attrs`` hold units and source. For a run larger than memory use ``table``.
 
         """
         return self.table()
 
     @checked_arguments
     def table(self, window_s: tuple[float, float] | None = None) -> 'RunTable':
-        """Return ``frame`` from start to end of a window, s, of a run larger than memory."""
+        """Return ``frame`` for a window (start and end, s); reads only the window."""
         found = self.series if window_s is None else self.series_within(*window_s)
         is_recorded = isinstance(self.source, Recording)
         origin = self.source.origin if is_recorded else self.measurement.side.origin
@@ -182,15 +181,15 @@ class Run(NotebookView, OpenedSource):
         width_mm: float | None = None,
     ) -> 'Figure':
         """
-        Draw the run, or a stretch of it, with its commands and failures.
+        Draw the run, or a part of it, with commands and failures.
 
-        The style is ``screen``, ``paper`` or a style file of matplotlib; a width alone means
-        paper, where a column is 85 mm wide, with 8 pt text.
+        The style is ``screen``, ``paper`` (column of 85 mm, 8 pt text) or a style file of
+        matplotlib; a width alone means ``paper``.
 
         Raises
         ------
         RecordingError, OutOfRange
-            If the stretch has nothing to draw, or the size is refused.
+            If the part has nothing to draw, or the size is out of range.
 
         """
         window = None
@@ -211,7 +210,7 @@ class Run(NotebookView, OpenedSource):
         Raises
         ------
         RecordingError
-            If it exists, cannot be written, or the run has several files.
+            If the file exists or cannot be written, or the run has several files.
 
         """
         if self.recording.files != [self.path]:
@@ -221,10 +220,10 @@ class Run(NotebookView, OpenedSource):
         shutil.copyfile(self.path, target)
         return target
 
-    if not TYPE_CHECKING:  # a checker would then take every name
+    if not TYPE_CHECKING:  # a type checker would then accept every name
 
         def __getattr__(self, name: str) -> Any:
-            """Refuse a quantity, or another name, by the way to it."""
+            """Refuse an unknown name; suggest a similar attribute or column."""
             near = get_close_matches(name, [*dir(type(self)), *RUN_QUANTITIES], 1, 0.5)
             way = f'frame[{near[0]!r}]' if {*near} & RUN_QUANTITIES.keys() else ''.join(near)
             raise WrongUse(f'a Run has no {name}; did you mean run.{way or "frame"}?')
@@ -237,7 +236,7 @@ class Run(NotebookView, OpenedSource):
         return f'Run({text})'
 
     def sections(self) -> list[Section]:
-        """Return the result, if known, and the content of the file."""
+        """Return the result of a simulated run, and the content of the file."""
         shown = [] if self._result is None else self._result.sections()
         if self._path is None:
             return shown
@@ -261,19 +260,19 @@ def open_run(path: 'Table | Sequence[Table]', topics: Mapping[str, str] | None =
     path : path-like, DataFrame, or sequence of them
         The recording, or tables over time.
     topics : mapping of str to str, optional
-        For a recording of another program: topic, field and unit of its quantities, as
-        ``{'position_m': '/rig/encoder.point.x', 'force_n': '/rig/cell.data (mN)'}``; for a table
-        their columns, as ``{'position_m': 'Ch 2 (nm)'}``.
+        Topic, field and unit of each quantity in a recording of another program:
+        ``{'position_m': '/rig/encoder.point.x', 'force_n': '/rig/cell.data (mN)'}``; its column
+        in a table: ``{'position_m': 'Ch 2 (nm)'}``.
 
     Raises
     ------
     StickSlipError
-        If it cannot be read, or has no such topics.
+        If the recording cannot be read, or lacks a topic.
 
     """
     run = Run(path, topics=topics)
     if run.is_read_whole:
-        _ = run.series  # refuse what cannot be read now
+        _ = run.series  # refuse unreadable files now
     return run
 
 
@@ -285,7 +284,7 @@ def _equipped(frame: 'DataFrame') -> 'RunTable':
         return data
 
     for name, own in (('plot', _plots()(frame)), ('to_xarray', to_xarray)):
-        object.__setattr__(frame, name, own)  # each then keeps the other
+        object.__setattr__(frame, name, own)  # makes a reference cycle of frame and method
     return cast('RunTable', frame)
 
 

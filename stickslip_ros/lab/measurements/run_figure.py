@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The picture of a run or a stretch, with the commands of a recording."""
+"""Figure of a run or a part of it, with the commands of a recording."""
 
 import math
 from collections import Counter
@@ -62,21 +62,21 @@ COLOURS = {
     'foot_m': PURPLE,
 }
 WIDTH_INCHES, PANEL_INCHES, STEPS_INCHES, LANE_INCHES = 11.0, 1.7, 3.2, 0.28
-PIXELS = 1320  # of a screen, across the figure
-LABEL_CHARACTERS = 17, 13  # per line of an axis label, in wide and narrow figures
+PIXELS = 1320  # screen pixels across the figure
+LABEL_CHARACTERS = 17, 13  # characters per line of an axis label, in wide and narrow figures
 GAP_PX = 3.0  # between labels
 LABELLED_MAX = 12  # commands with written numbers; more would overlap
-_FALL_SHARE = 0.5  # a fall between two samples exceeds this share of the voltage range
-_STEPS = 4  # falls in the enlarged stretch
+_FALL_SHARE = 0.5  # least fall between two samples, as a share of the voltage range
+_STEPS = 4  # falls in the enlarged part
 BEFORE_PERIODS, AFTER_PERIODS = 1.2, 0.6
 """Periods shown before the first and after the last fall."""
-SLIP_SHARE = 0.1  # a step above this share of the stroke has slipped at the fall
+SLIP_SHARE = 0.1  # least step with slip at the fall, as a share of the stroke
 _DONE = Result.DONE.name
 
 
 @dataclass(frozen=True)
 class Extent:
-    """A quantity in the picture: number of samples, range, source."""
+    """A quantity in a figure: number of samples, range, source."""
 
     name: str
     unit: str
@@ -87,7 +87,7 @@ class Extent:
 
     @classmethod
     def of(cls, name: str, values: Array, unit: str, origin: str) -> 'Extent':
-        """Return the extent of values; None where none is finite."""
+        """Return the extent of values; its range is None without finite values."""
         known = values[np.isfinite(values)]
         smallest = float(known.min()) if len(known) else None
         largest = float(known.max()) if len(known) else None
@@ -96,7 +96,7 @@ class Extent:
 
 @dataclass(frozen=True)
 class RunPlot:
-    """The content of a picture."""
+    """Content of a figure."""
 
     start_s: float
     end_s: float
@@ -112,7 +112,7 @@ class RunPlot:
 def plot_run(
     run: Recording | TimeRun, picture: Path, window: TimeWindow | None = None, **how: Any
 ) -> RunPlot:
-    """Draw a run or a stretch into a PNG, SVG or PDF; options are those of ``draw_run``."""
+    """Draw a run or a part into a PNG, SVG or PDF, with the options of ``draw_run``."""
     check_picture(picture)
     figure, plot = draw_run(run, window, **how)
     save_figure(figure, picture)
@@ -127,9 +127,9 @@ def draw_run(
     with_steps: bool = False,
 ) -> tuple[Figure, RunPlot]:
     """
-    Draw position, force, voltage and feet, or a window of them, against time.
+    Draw position, force, voltage and feet over time, in a window if given.
 
-    A long recording is read by stretches; ``with_steps`` adds the enlarged first steps. Raises
+    A long recording is read in parts; ``with_steps`` adds the first steps, enlarged. Raises
     RecordingError and OutOfRange.
 
     """
@@ -142,7 +142,7 @@ def draw_run(
     series = {name: each for name, each in quantities.items() if name in RUN_QUANTITIES}
     if not series:
         problem = 'has neither position, force nor voltage'
-        hint = 'record a run that lasts a while, or say by --map which topic is what'
+        hint = 'record a longer run, or map its topics with --map'
         raise RecordingError(origin, problem, hint)
     commands = recorded_commands(recording) if recording else []
     firsts_s = [float(each.time_s[0]) for each in series.values()]
@@ -171,7 +171,7 @@ def draw_run(
 def _overview(
     recording: Recording, window: TimeWindow | None
 ) -> tuple[dict[str, Series], dict[str, Extent]]:
-    """Return quantities; for a long recording thinned, with the extents of all samples."""
+    """Return quantities, thinned for a long recording, and the extents of all samples."""
     stretches = stretches_of(recording)
     if len(stretches) == 1:
         return recorded_series(recording), {}
@@ -200,7 +200,7 @@ def _overview(
 
 
 def fall_times_s(voltage: Series) -> list[float]:
-    """Return the times, s, of the last samples before falls of a saw-tooth."""
+    """Return the times, s, of the last sample before each fall of a saw-tooth."""
     change = np.abs(np.diff(voltage.value))
     falls = np.flatnonzero(change > _FALL_SHARE * np.ptp(voltage.value))
     return [float(each) for each in voltage.time_s[falls]]
@@ -243,7 +243,7 @@ def _draw(
 
 
 def _zero_s(span: TimeWindow) -> float:
-    """Return the zero of the time axis, s: the start of a short, late stretch."""
+    """Return the zero of the time axis, s: the start of a short, late part, else 0."""
     return span.start_s if span.start_s > span.end_s - span.start_s else 0.0
 
 
@@ -266,7 +266,7 @@ def _draw_series(axes: Axes, name: str, series: Series, zero_s: float) -> Line2D
 
 
 def _draw_steps(axes: Axes, series: Mapping[str, Series], falls_s: Sequence[float]) -> TimeWindow:
-    """Draw runner and feet on one axis around falls; return the stretch."""
+    """Draw runner and feet on one axis around falls; return the time window."""
     period_s = (falls_s[-1] - falls_s[0]) / (len(falls_s) - 1)
     start_s = falls_s[0] - BEFORE_PERIODS * period_s
     span = TimeWindow(start_s, falls_s[-1] + AFTER_PERIODS * period_s)
@@ -294,14 +294,14 @@ def _draw_steps(axes: Axes, series: Mapping[str, Series], falls_s: Sequence[floa
 
 
 def _in_a_row(plot: RunPlot) -> list[list[LoggedCommand]]:
-    """Return groups of equal successive commands."""
+    """Group equal successive commands."""
     return [list(group) for _, group in groupby(plot.commands, lambda each: each.command)]
 
 
 def _draw_lanes(
     axes: Axes, plot: RunPlot, failed: Sequence[LoggedEvent], lanes: Sequence[str]
 ) -> list[tuple[int, float, float, str]]:
-    """Mark commands and failures; return lane, ends and text of labels."""
+    """Mark commands and failures; return lane, ends and text of each label."""
     labels, zero_s = [], _zero_s(TimeWindow(plot.start_s, plot.end_s))
     for number, group in enumerate(_in_a_row(plot)):
         lane, times_s = lanes.index(group[0].command), [each.time_s - zero_s for each in group]
@@ -320,7 +320,7 @@ def _draw_lanes(
 
 
 def _write_labels(axes: Axes, labels: Sequence[tuple[int, float, float, str]]) -> None:
-    """Write each label to the right of its mark, or to the left, where the room is free."""
+    """Write each label to the right or left of its mark, if there is room."""
     free_px: dict[int, float] = {}
     for number, (lane, first, last, words) in enumerate(labels):
         following = [start for row, start, *_ in labels[number + 1 :] if row == lane]

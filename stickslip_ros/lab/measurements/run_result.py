@@ -12,7 +12,7 @@ from stickslip_ros.sections import NotebookView, Section, report_field, rows_of
 class RunResult(NotebookView):
     """The result of a saw-tooth run."""
 
-    # as requested; for a drive alone, the preload at the end of its ramp
+    # requested preload; for a drive alone, the preload at the end of its ramp
     preload_n: float = report_field('preload', '.5g')
     amplitude_m: float = report_field('stroke of the feet', '.4g')
     frequency_hz: float = report_field('frequency', '.5g')
@@ -32,8 +32,8 @@ class RunResult(NotebookView):
     # standard deviation of steps in the second half, and distance of correlation 1/e; 0 if equal
     step_scatter_m: float = report_field('standard deviation of a step', '.4f', default=0.0)
     step_correlation_m: float = report_field('correlation length of steps', '.4f', default=0.0)
-    # 200 cycles or more, with force (free runner: step length) within 0.02 % of the limit that the
-    # last 40 extrapolate to
+    # at least 200 cycles; force (free runner: step length) within 0.02 % of the limit extrapolated
+    # from the last 40
     steady: bool = True
     steps: int = 0  # cycles made
     # error of the energy balance, relative to the work of the feet

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Data sheets, with a number in each row, and what rows by amplitude leave to be worked out."""
+"""Data sheets with a number in each row; computed columns of tables by amplitude."""
 
 import csv
 from collections.abc import Mapping, Sequence
@@ -25,11 +25,11 @@ _LOWEST, _HIGHEST = {'min', 'min.', 'minimum'}, {'max', 'max.', 'maximum'}
 """Headers of a sheet with a number in each row."""
 _TOLERANCE = 'tolerance (%)'
 _LIMIT_SIGMAS = 2.0
-"""Standard errors between a typical value and its limits, which nearly all devices keep."""
+"""Distance of limits from the typical value in standard errors: nearly all devices keep them."""
 
 
 def columns_of_sheet(table: TextTable) -> TextTable | None:
-    """Return a sheet of a number in each row as a table with columns; None if it is no sheet."""
+    """Turn a sheet with a number in each row into a table with columns; None if it is none."""
     source, layout, origin = table
     texts = [each.text for each in layout.columns]
     named, value, unit, lowest, highest = (
@@ -68,17 +68,17 @@ def _content(source: Path | bytes, origin: str) -> bytes:
     content = source if isinstance(source, bytes) else read_bytes(source, '', HEAD_BYTES + 1)
     if len(content) > HEAD_BYTES:
         problem = f'is a sheet with a number in each row, longer than {HEAD_BYTES} bytes'
-        raise RecordingError(origin, problem, 'leave rows out, or give each quantity a column')
+        raise RecordingError(origin, problem, 'leave out rows, or give each quantity a column')
     return content
 
 
 def _from_limits(typical: str, limits: Sequence[str], decimal: str) -> tuple[str, str, str]:
-    """Return the typical value, or the middle of both limits, its standard error in %, a note."""
+    """Return the typical value or the middle of the limits, its standard error in %, a note."""
     note = f'its limits are {_LIMIT_SIGMAS:g} standard errors from it'
     numbers = np.array([to_number(each, decimal) for each in limits])
     value = to_number(typical, decimal) if typical.strip() else float(np.mean(numbers))
     if not value or not np.isfinite(value):
-        return typical, '', note if typical else 'it has one limit only, and is not read'
+        return typical, '', note if typical else 'it has only one limit, and is not read'
     share = float(np.nanmean(np.abs(numbers - value))) / abs(value) / _LIMIT_SIGMAS
     error = f'{100.0 * share:.6g}' if share else ''
     return f'{value!r}'.replace('.', decimal), error.replace('.', decimal), note
@@ -86,9 +86,9 @@ def _from_limits(typical: str, limits: Sequence[str], decimal: str) -> tuple[str
 
 def completed(given: Mapping[str, Array], origin: str) -> tuple[dict[str, Array], list[str]]:
     """
-    Return columns by amplitude with a column for each way and standard errors, and notes.
+    Add columns for directions and standard errors; return all columns, and notes.
 
-    Empty cells of settings, which only numbers without a drive may have, become 0.
+    Empty cells of settings become 0: only numbers without a drive may have them.
 
     """
     columns, notes, assumed = dict(given), list[str](), list[str]()
@@ -123,12 +123,12 @@ def completed(given: Mapping[str, Array], origin: str) -> tuple[dict[str, Array]
 
 
 def _directed(columns: dict[str, Array], origin: str) -> list[str]:
-    """Give each way a column of its own, whose motions back are above 0; return notes."""
+    """Split columns by direction; motions backwards become positive. Return notes."""
     way, hertz = columns.pop('direction', None), columns.get('frequency_hz', np.ones(1))
     both = {name: back for name, back in BACK.items() if name in columns}
     if way is not None:
         if not both or {*both.values()} & columns.keys() or np.any(hertz < 0.0):
-            problem = 'has a direction, but no step or speed, or another column with its direction'
+            problem = 'has a direction, but no step or speed, or two columns with a direction'
             raise RecordingError(origin, problem, 'state the direction of steps or speeds once')
         both |= {sigma_name(name): sigma_name(back) for name, back in both.items()}
         for each in both.keys() & columns.keys():
@@ -138,10 +138,10 @@ def _directed(columns: dict[str, Array], origin: str) -> list[str]:
     for each in {*BACK.values()} & columns.keys():
         if np.nanmax(columns[each], initial=-np.inf) < 0.0:
             columns[each] = -columns[each]
-            notes.append(f'{each} below 0 in each row is taken as the size of a motion backwards')
+            notes.append(f'{each} is below 0 in each row: its size is taken')
     for each in both.keys() & columns.keys():
         is_size = (hertz < 0.0) & (columns[each] > 0.0) & (columns.get('load_n', 0.0) == 0.0)
         if np.any(is_size):
             columns[each] = np.where(is_size, -columns[each], columns[each])
-            notes.append(f'{each} above 0 at a frequency below 0 is taken as a motion backwards')
+            notes.append(f'{each} above 0 at a frequency below 0 is taken as backwards')
     return notes

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 CSV, PARQUET = '.csv', '.parquet'
 _VERSION, _PARAMETERS = 'stickslip_ros.version', 'stickslip_ros.parameters'
 SWEEP_DIGEST = 'stickslip_ros.sweep'
-"""Metadata in Parquet, comment lines above the header in CSV."""
+"""Keys of metadata in Parquet, or of comment lines above the header in CSV."""
 _COMMENT = '# '
 Row = dict[str, Scalar]  # result of a case: names with units, JSON values
 SETTINGS = ('preload_n', 'amplitude_m', 'frequency_hz')
@@ -34,12 +34,12 @@ SWEEP_COLUMNS = (
     *(*SETTINGS, 'force_mean_n', 'force_net_n', 'force_ramp_start_n', 'step_length_m'),
     *('energy_loss_per_step_j', 'steady', 'steps', 'energy_residual'),
 )
-"""Columns of a table that come from a run, next to ``STOP_RULE``."""
-STEP_BACK = 'step_back_m'  # size of the step backwards, where it was asked for
-STOP_RULE = 'stop_rule'  # a column of every sweep and of no experiment
+"""Columns with results of a run, besides ``STOP_RULE``."""
+STEP_BACK = 'step_back_m'  # size of the step backwards, if requested
+STOP_RULE = 'stop_rule'  # column of every sweep, but of no experiment
 _MEASURED = ('force_mean_n', 'step_length_m', 'energy_loss_per_step_j')
 RUN_COLUMNS = {*SWEEP_COLUMNS, STOP_RULE} - {*SETTINGS, *_MEASURED}
-"""Columns with details of a run; unknown columns are varied parameters."""
+"""Columns with details of a run; all other unknown columns are varied parameters."""
 _NUMBERS = {name: POINT_COLUMNS[name] for name in SETTINGS}
 _NUMBERS |= dict.fromkeys((*_MEASURED, STEP_BACK), Spec(float, 0.0, '', '', ''))
 INDEX = ('', 'Unnamed: 0')  # names of the index column that pandas writes
@@ -47,7 +47,7 @@ _REWRITE = 'write the table again with: stickslip sweep'
 
 
 def check_table_path(path: Path) -> None:
-    """Refuse a file that is not CSV or Parquet, or cannot be written, before the runs."""
+    """Refuse, before the runs, a file that is neither CSV nor Parquet or cannot be written."""
     if path.suffix not in {CSV, PARQUET}:
         raise WrongKind('output', str(path), 'a .csv or .parquet file', 'end its name so')
     if path.suffix == PARQUET:
@@ -56,7 +56,7 @@ def check_table_path(path: Path) -> None:
 
 
 def write_table(rows: Sequence[Row], path: Path, parameters: Parameters, digest: str = '') -> None:
-    """Write rows with a header, floats to the bit; the file appears when complete."""
+    """Write rows and a header, floats exactly; the file appears when complete."""
     described = {_VERSION: stickslip_ros.__version__, _PARAMETERS: json.dumps(parameters.flat())}
     described |= {SWEEP_DIGEST: digest} if digest else {}
     with replacing(path) as part:
@@ -81,7 +81,7 @@ def is_sweep(path: 'Path | DataFrame') -> bool:
         return any(STOP_RULE in each.column_names for each in _arrow_tables(path, 1))
     try:
         with path.open(newline='', encoding='utf-8') as file:
-            head = io.StringIO(file.read(1 << 20), newline='')  # the header, and what is above it
+            head = io.StringIO(file.read(1 << 20), newline='')  # the header and the lines above it
             below = (line for line in head if not line.startswith(_COMMENT))
             return STOP_RULE in next(csv.reader(below), [])
     except (UnicodeDecodeError, csv.Error):
@@ -117,19 +117,19 @@ def read_table(path: 'Path | DataFrame') -> tuple[list[Row], dict[str, Scalar] |
         if missing:
             raise RecordingError(where, f'column {missing[0]} has no value', _REWRITE)
         if None in row:
-            raise RecordingError(where, 'has more values than columns', 'take them away')
+            raise RecordingError(where, 'has more values than columns', 'remove them')
         cells = ((name, each) for name, each in row.items() if name not in INDEX)
         checked.append({n: _value(n, each, f'{where}, column {n}:') for n, each in cells})
     return checked, described
 
 
 def _arrow_tables(path: Path, most: int | None = None) -> list[Any]:
-    """Return a file, or all parts in a folder, at ``most`` so many; refuse missing parts."""
+    """Return a file, or parts in a folder (at most ``most``); refuse missing parts."""
     if not path.is_dir():
         return [read_arrow(path, _REWRITE)]
     files = sorted(path.glob(SWEEP_PARTS))
     if files and len(files) != (count := parts_of(files[0])):
-        hint = 'run the same sweep again: it makes the others'
+        hint = 'run the same sweep again: it makes the missing parts'
         raise RecordingError(path, f'has {len(files)} of {count} parts of a sweep', hint)
     sizes = [check_parquet(each) for each in files]
     NUMBERS_MOST.check(sum(each.num_rows * each.num_columns for each in sizes), path)
@@ -137,18 +137,18 @@ def _arrow_tables(path: Path, most: int | None = None) -> list[Any]:
 
 
 def parts_of(part: Path) -> int:
-    """Return the number of parts of a sweep, from the name of one."""
+    """Return the number of parts of a sweep, from the name of a part."""
     count = part.stem.rpartition('-')[2]
     return int(count) if count.isdecimal() else 0
 
 
 def read_arrow(path: Path, hint: str) -> Any:
-    """Return a Parquet file as a pyarrow table; RecordingError with this hint if invalid."""
+    """Read a Parquet file as a pyarrow table; RecordingError with the hint if invalid."""
     parquet = load_extra('a Parquet file', 'pyarrow.parquet')
     try:
         check_parquet(path)
         return parquet.read_table(path)
-    except (OSError, ValueError) as error:  # pyarrow's errors are both
+    except (OSError, ValueError) as error:  # the errors of pyarrow
         problem = f'cannot be read as a Parquet file ({str(error).splitlines()[0]})'
         raise RecordingError(path, problem, hint) from None
 
@@ -162,7 +162,7 @@ def _described(metadata: Mapping[str, str]) -> dict[str, Scalar] | None:
 
 
 def _value(name: str, value: Any, where: str) -> Any:
-    """Return a checked value of the right type."""
+    """Check a value; return it with the right type."""
     if name in _NUMBERS:
         return _NUMBERS[name].check(where, value)
     if name == 'steady':
@@ -172,5 +172,5 @@ def _value(name: str, value: Any, where: str) -> Any:
     try:
         spec = spec_of(bare_name(name))
     except UnknownName as error:
-        raise RecordingError(where, str(error), 'take the column away') from None
+        raise RecordingError(where, str(error), 'remove the column') from None
     return spec.check(where, value)

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Information about tables that only the user has."""
+"""Options of reading tables."""
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
@@ -26,18 +26,18 @@ _RATE = Spec(float, 0.0, 'Hz', 'measured', 'rows per second', 1e-6, 1e12)
 
 @dataclass(frozen=True)
 class TableOptions:
-    """Information about tables from the user."""
+    """Options of reading tables, given by the user."""
 
-    # headers by quantity, {'force_n': 'Force (mN)'}, whose unit overrides that of the file; for
-    # recordings of other programs topic and field
+    # header by quantity, {'force_n': 'Force (mN)'}; the unit overrides the file's. For recordings
+    # of other programs: topic and field by quantity
     headers: Mapping[str, str] = field(default_factory=dict)
-    preloads_n: Sequence[float] = ()  # of tables without such a column: one each, or one for all
+    preloads_n: Sequence[float] = ()  # for tables without a column of it: one each or one for all
     report: Callable[[MeasuredTable], None] | None = None  # called with each table
-    is_run: bool = False  # tables over time are simulated, so that preloads_n apply
-    stand_n: float | None = None  # preload of tables by amplitude without one; None: refused
-    rate_hz: float | None = None  # of rows; times are counted, columns of times are not read
-    only_tables: bool = True  # no recording is among the sources, so that no header is a topic
-    is_shared: bool = False  # several recordings are, so that a topic may be of one of them
+    is_run: bool = False  # tables over time are simulated: preloads_n apply
+    stand_n: float | None = None  # default preload of tables by amplitude; None: refused
+    rate_hz: float | None = None  # rate of rows; columns of times are then ignored
+    only_tables: bool = True  # no source is a recording: no header is a topic
+    is_shared: bool = False  # several sources are recordings: a topic may be in one only
 
     def __post_init__(self) -> None:
         """Check column names, preloads and rate."""
@@ -53,21 +53,21 @@ class TableOptions:
 
     @property
     def topics(self) -> dict[str, str]:
-        """Entries that recordings take: topic and field, ``/rig/cell.wrench.force.x (mN)``."""
+        """Headers that are topic and field, ``/rig/cell.wrench.force.x (mN)``."""
         return {name: text for name, text in self.headers.items() if text.startswith('/')}
 
     def for_sources(self, listed: Sequence[Any]) -> 'TableOptions':
-        """Return how to read these sources; refuse more preloads than sources."""
+        """Return the options for these sources; refuse more preloads than sources."""
         if len(self.preloads_n) > len(listed):
             limit = f'above the number of tables, {len(listed)}'
-            hint = 'give one of all, or one of each'
+            hint = 'give one for all tables, or one for each'
             raise OutOfRange('number of preloads', len(self.preloads_n), '', limit, hint)
         is_table = [
             hasattr(each, 'to_csv') or (isinstance(each, Path) and not is_recording(each))
             for each in listed
         ]
         if self.rate_hz is not None and not any(is_table):
-            hint = 'leave it away: a recording has times'
+            hint = 'leave it out: a recording has times'
             raise OutOfRange('--rate', self.rate_hz, 'Hz', 'without effect on recordings', hint)
         is_shared = is_table.count(False) > 1
         return dataclasses.replace(self, only_tables=all(is_table), is_shared=is_shared)
@@ -89,7 +89,7 @@ class TableOptions:
             useless.append('--rate' if kind == BY_AMPLITUDE else '--rate with --map time_s=')
         if useless:
             problem = f'{useless[0]} is without effect on an {kind}'
-            raise RecordingError(where, problem, 'leave it away')
+            raise RecordingError(where, problem, 'leave it out')
 
 
 TABLE_DEFAULTS = TableOptions()

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Measured tables of laboratories, read into columns in SI units."""
+"""Read measured tables of laboratories into columns in SI units."""
 
 import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
@@ -35,16 +35,16 @@ from stickslip_ros.recording.integrity import is_recording, refuse_foreign
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-_ONSET = 'zero_amplitude_m'  # without an amplitude
-_TRAVEL = {'travel_m', 'steps'}  # which together are a step length
-_LOOP = 'tangential_n'  # beside which a displacement and a normal force are those of one sphere
-_LISTED = 6  # names of missing quantities in a refusal
+_ONSET = 'zero_amplitude_m'  # needs no amplitude
+_TRAVEL = {'travel_m', 'steps'}  # together they give a step length
+_LOOP = 'tangential_n'  # marks a friction loop of one sphere: displacement and normal force
+_LISTED = 6  # most missing quantities listed in a refusal
 _SPREAD_SIGMAS = 5.0
-"""Standard errors by which readings of one setting may differ."""
+"""Largest difference of readings at one setting, in standard errors."""
 
 
 def listed_sources(given: Any) -> list[Any]:
-    """Return one source of data, or several, as a list; texts become paths."""
+    """Return one or several sources as a list; strings become paths."""
     is_one = isinstance(given, str | Mapping) or hasattr(given, 'to_csv')
     sources = given if isinstance(given, Iterable) and not is_one else [given]
     return [Path(each) if isinstance(each, str) else each for each in sources]
@@ -58,7 +58,7 @@ def read_experiment(
     kind: str | None = None,
     measured: Sequence[str] = (),
 ) -> MeasuredTable:
-    """Read a measured table, of a workbook the first suitable sheet; refuse with file and line."""
+    """Read a measured table (of a workbook the first suitable sheet); refuse by file and line."""
     if isinstance(path, Path):
         by_file = _by_file([path], options)
         if len(by_file) > 1:
@@ -69,7 +69,7 @@ def read_experiment(
         if path.is_file():
             refuse_foreign(path)
         problem = 'cannot be read as a table: it is a recording or a folder'
-        hint = 'compare, fit, plot and replay read it; make a table of it with stickslip export'
+        hint = 'use compare, fit, plot or replay, or make a table with stickslip export'
         raise RecordingError(path, problem, hint)
     for origin, source in tables_in(path, is_named=bool(options.headers)):
         try:
@@ -112,7 +112,7 @@ def read_joined(
 
 
 def _by_file(files: Sequence[Path], options: TableOptions) -> dict[Path, dict[str, str]]:
-    """Return the named columns of each file: of ``CH2.CSV:Ampl (V)``, or of those that have it."""
+    """Return the named columns by file: the file of ``CH2.CSV:Ampl (V)``, else files with it."""
     found: dict[Path, dict[str, str]] = {each: {} for each in files}
     for name, text in options.headers.items():
         before, _, column = text.partition(':')
@@ -137,7 +137,7 @@ def _layouts(path: Path) -> list[TextLayout]:
 
 
 def _is_over_time(path: Path) -> bool:
-    """Return whether no column of a table is a preload or an amplitude."""
+    """Return whether a table has neither preload nor amplitude."""
     recognise = VOCABULARIES[BY_AMPLITUDE].recognise
     columns = [each for layout in _layouts(path) for each in layout.columns]
     return not {recognise(e.name, e.unit) for e in columns} & {'preload_n', 'amplitude_m'}
@@ -179,7 +179,7 @@ def _joined_by_time(
 
 def _joined(parts: Sequence[MeasuredTable], origin: str) -> MeasuredTable:
     names = list(dict.fromkeys(name for part in parts for name in part.columns))
-    blanks = dict[str, float]()  # beside a data sheet
+    blanks = dict[str, float]()  # for columns missing in one part, if another is a data sheet
     if any(NUMBERS[name].is_of_sheet for name in names if name in NUMBERS):
         blanks = dict.fromkeys((*NUMBERS, *map(sigma_name, NUMBERS)), np.nan)
         blanks |= {'voltage_v': 0.0, 'load_n': 0.0}
@@ -201,7 +201,7 @@ def _joined(parts: Sequence[MeasuredTable], origin: str) -> MeasuredTable:
 
 
 def write_experiment(experiment: MeasuredTable, path: Path) -> None:
-    """Write CSV with our columns in SI units, numbers with 15 digits: 0.000817 for 0.817 mN."""
+    """Write CSV with our column names, in SI units with 15 digits: 0.000817 for 0.817 mN."""
     import pandas as pd  # noqa: PLC0415 - slow import
 
     frame = pd.DataFrame(experiment.columns)
@@ -231,7 +231,7 @@ def _read(
     values, notes = {each.name: numbers for each, numbers in pairs}, list[str]()
     if kind == OVER_TIME:
         values, notes = joined_clocks(rows, table.origin, f'sort the rows by time, or {RATE}')
-        if measured:  # all rows have what was asked for
+        if measured:  # keep rows with the requested quantities
             known = ~np.isnan(next(values[name] for name in measured if name in values))
             values = {name: numbers[known] for name, numbers in values.items()}
     elif len(rows.lines):
@@ -250,9 +250,9 @@ def _read(
         for each, numbers in zip(rows.columns, rows.numbers, strict=True)
     ]
     left_out, gaps = [each.shown for each in unread], gaps + notes
-    said = (*table.layout.notes, *(f'column {quoted(e)} was not read' for e in left_out), *gaps)
+    texts = (*table.layout.notes, *(f'column {quoted(e)} was not read' for e in left_out), *gaps)
     experiment = MeasuredTable(
-        table.origin, kind, values, said, tuple(firsts), tuple(left_out), tuple(gaps)
+        table.origin, kind, values, texts, tuple(firsts), tuple(left_out), tuple(gaps)
     )
     if options.report is not None:
         options.report(experiment)
@@ -260,7 +260,7 @@ def _read(
 
 
 def _instructed(table: TextTable, options: TableOptions) -> tuple[TextTable, TableOptions]:
-    """Return a table, with the rate of the user; and options without topics."""
+    """Return the table with the user's rate, and the options without topics."""
     table = columns_of_sheet(table) or table
     layout = table.layout
     headers = {
@@ -274,23 +274,23 @@ def _instructed(table: TextTable, options: TableOptions) -> tuple[TextTable, Tab
 
 
 def _preload_n(found: Found, options: TableOptions, number: int, where: str) -> float | None:
-    """Return the preload of a table by amplitude without such a column, N."""
+    """Return the preload, N, for a table by amplitude without a preload column."""
     preload_n = options.preload_n(number)
     if preload_n is not None and 'preload_n' in found:
-        hint = 'leave --preload away, or give as many as there are files'
-        raise RecordingError(where, f'names a preload, and --preload {preload_n:g} too', hint)
+        hint = 'leave out --preload, or give a preload for each file'
+        raise RecordingError(where, f'has a preload column and --preload {preload_n:g}', hint)
     return options.stand_n if preload_n is None and 'preload_n' not in found else preload_n
 
 
 def _kind(
     table: TextTable, options: TableOptions, kind: str | None
 ) -> tuple[str, Found, list[Header]]:
-    """Return whether a table is over time or by amplitude, its columns, and those unread."""
-    needed = {'preload_n', 'amplitude_m', *MEASURED[BY_AMPLITUDE]} - {'force_n'}  # in time too
+    """Return kind of a table (over time or by amplitude), its columns, and unread columns."""
+    needed = {'preload_n', 'amplitude_m', *MEASURED[BY_AMPLITUDE]} - {'force_n'}  # or over time
     kinds = [(OVER_TIME, {'time_s'}), (BY_AMPLITUDE, needed | _TRAVEL)]
-    if options.rate_hz is not None:  # which gives each table a time
+    if options.rate_hz is not None:  # then each table has a time
         kinds.insert(0, (BY_AMPLITUDE, {'preload_n', *_TRAVEL}))
-    kinds.insert(0, (BY_AMPLITUDE, {_LOOP}))  # in time too
+    kinds.insert(0, (BY_AMPLITUDE, {_LOOP}))
     for each, signs in kinds:
         if kind in {None, each}:
             found, unread = find_columns(table, VOCABULARIES[each], options.headers)
@@ -308,7 +308,7 @@ def _kind(
 
 
 def _of_points(found: Found, unread: list[Header]) -> Found:
-    """Return columns by amplitude: beside steps, a load acts on the runner, and travel counts."""
+    """Resolve columns by amplitude: in a table of steps, a load acts on the runner."""
     if _LOOP in found:
         if 'preload_n' in found:
             found.setdefault('normal_n', found.pop('preload_n'))
@@ -335,15 +335,15 @@ def _check_present(
     table: TextTable,
     unread: Sequence[Header],
 ) -> None:
-    """Refuse columns that exclude each other, and missing ones."""
+    """Refuse contradictory and missing columns."""
     there = {*measured} & {*names, *(['step_length_m'] if {*names} >= _TRAVEL else [])}
     needed = [['time_s']]
     if kind == BY_AMPLITUDE:
         if _ONSET in there and {'force_n', 'step_length_m'} & there:
-            hint = 'give it in a table of its own, a row for each preload'
+            hint = 'give it in a separate table, a row for each preload'
             raise RecordingError(table.where, f'has both {_ONSET} and numbers by amplitude', hint)
         if {'amplitude_m', 'voltage_v'} <= {*names}:
-            hint = 'take one away; a stroke is the gain times the voltage'
+            hint = 'remove one; a stroke is the gain times the voltage'
             raise RecordingError(table.where, 'has both amplitude_m and voltage_v', hint)
         of = [NUMBERS[each].settings for each in there & {*NUMBERS}]
         is_stroke = not there or any('amplitude_m' in each for each in of)
@@ -351,8 +351,8 @@ def _check_present(
     needed += [['displacement_m'], ['normal_n']] * (_LOOP in there)
     for name in names:
         if (whose := VOCABULARIES[kind].of(name)) not in names:
-            problem = f'{name!r} is there without {whose!r}'
-            raise RecordingError(table.where, problem, 'add that one')
+            problem = f'has {name!r} without {whose!r}'
+            raise RecordingError(table.where, problem, f'add a column {whose!r}')
     missing = [each for each in needed if not {*each} & {*names}]
     missing += [] if there else [[*measured]]
     if missing:
@@ -362,7 +362,7 @@ def _check_present(
 def _missing(
     missing: Sequence[Sequence[str]], kind: str, table: TextTable, unread: Sequence[Header]
 ) -> RecordingError:
-    """Return the refusal of missing columns, of each of which one is needed, with those there."""
+    """Return the refusal of missing columns, each a choice of names; show the columns there."""
     specs = VOCABULARIES[kind].quantities
     for each in unread:
         name = VOCABULARIES[kind].recognise(each.name, each.unit)
@@ -391,7 +391,7 @@ def _missing(
 def _check_conditions(
     values: Mapping[str, Array], table: TextTable, unread: Sequence[Header]
 ) -> None:
-    """Refuse readings of one setting that differ while a column that was left out varies."""
+    """Refuse different readings at one setting if an unread column varies."""
     recognise = VOCABULARIES[BY_AMPLITUDE].recognise
     free = [e for e in unread if e.kind != 'empty' and not recognise(e.name, e.unit)]
     sigmas = {sigma_name(name) for name in NUMBERS}
@@ -410,5 +410,5 @@ def _check_conditions(
                 listed = ', '.join(quoted(each.shown) for each in names)
                 problem = f'{name} differs, {np.min(numbers):.4g} and {np.max(numbers):.4g}, in '
                 problem += f'rows that differ only in columns that are not read: {listed}'
-                hint = 'save the rows of each condition in a file of its own'
+                hint = 'save the rows of each condition in a separate file'
                 raise RecordingError(table.where, problem, hint)

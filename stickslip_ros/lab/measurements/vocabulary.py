@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Quantities of measured tables: their kinds, units, limits and usual names."""
+"""Quantities of measured tables: kinds, units, limits, usual names."""
 
 import dataclasses
 import re
@@ -18,7 +18,7 @@ from stickslip_ros.units import unit_of
 
 BY_AMPLITUDE, OVER_TIME = 'experiment by amplitude', 'experiment over time'
 LARGEST_AMPLITUDE_M = 1e-3
-"""Ten times the stroke of a usual piezo stack; above, the unit was wrong."""
+"""Ten times the stroke of a usual piezo stack; a larger value has a wrong unit."""
 _LARGEST = {'N': 1e3, 'm': 1.0, 'm/s': 10.0, 'Hz': 1e6, 's': 10.0, 'V': 1e5, 'kg': 10.0, 'F': 1e-3}
 _NUMBERS = [name for name, each in NUMBERS.items() if each.words]
 USUAL: Mapping[str, tuple[str, ...]] = {
@@ -74,7 +74,7 @@ POINT_COLUMNS: Mapping[str, Spec] = {
     'steps': _measured('', 'number of steps', 1e12),
     'row': _measured('', 'number of a row of a friction loop', 1e12),
     'displacement_m': _measured('m', 'displacement of one sphere, with that of the rig', 1.0),
-    'normal_n': dataclasses.replace(_measured('N', 'normal force of it', 1e3), minimum=0.0),
+    'normal_n': dataclasses.replace(_measured('N', 'normal force on it', 1e3), minimum=0.0),
     'rig_n_per_m': Spec(float, 0.0, 'N/m', 'measured', 'stiffness of the rig', 0.0, 1e12),
     **{name: _number(name) for name in _NUMBERS},
     'amplitude_sigma_m': _sigma('m', 'the amplitude'),
@@ -94,7 +94,7 @@ MEASURED = {
     BY_AMPLITUDE: tuple(_NUMBERS),
     OVER_TIME: (*(each.quantity for each in SENSORS), 'voltage_v', 'foot_m'),
 }
-"""Columns of which at least one is needed."""
+"""Measured columns; a table needs at least one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,11 +107,11 @@ class MeasuredTable:
     notes: tuple[str, ...] = ()  # comment lines above the header
     recognised: tuple[Column, ...] = ()  # recognised columns
     unread: tuple[str, ...] = ()  # headers of columns that were not read
-    gaps: tuple[str, ...] = ()  # omitted rows with empty cells
+    gaps: tuple[str, ...] = ()  # notes on omitted rows and on times
 
 
 def recognised(bare: str, unit: str, specs: Mapping[str, Spec]) -> str | None:
-    """Return the quantity of a name, the last of a path; the unit decides between two."""
+    """Return the quantity of a name (last of a path); the unit decides between two."""
     name = plain(_MEAN.sub('', plain(bare.rpartition('/')[2])))
     if not name and unit and 'time_s' in specs and factor_of(unit, 's'):
         return 'time_s'
@@ -124,7 +124,7 @@ def recognised(bare: str, unit: str, specs: Mapping[str, Spec]) -> str | None:
 
 
 def _usually(name: str) -> Iterator[str]:
-    """Yield the quantities that usually have a name, such as ``step up``: those with a way."""
+    """Yield the quantities with a usual name, with or without a direction (``step up``)."""
     way = _DIRECTED.search(name)
     of_both = plain(_DIRECTED.sub('', name)) or 'step'
     for target, usual in USUAL.items():
@@ -135,7 +135,7 @@ def _usually(name: str) -> Iterator[str]:
 
 
 def _sign_of_way(text: str) -> str:
-    """Return the sign of a word for a direction, as text; of other text nothing."""
+    """Return the sign of a direction's word as text; '' for other text."""
     way = _DIRECTED.fullmatch(text)
     if way is not None:
         return '-1' if way[2] else '1'

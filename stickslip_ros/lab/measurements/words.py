@@ -24,14 +24,14 @@ CURVE_AXES = {
     'amplitude_m': (NM, 'stroke of the feet (nm)'),
     'voltage_v': (1.0, 'voltage (V)'),
     'preload_n': (1.0, 'preload (N)'),
-    'row': (NM, 'displacement (nm)'),  # rows of a loop are drawn over it
+    'row': (NM, 'displacement (nm)'),  # axis of loop rows in figures
 }
-"""Axes of curves: factor of SI and label."""
-LEGEND_MAX = 10  # most curves that a legend names
+"""Axes of curves: factor to SI and label."""
+LEGEND_MAX = 10  # most curves in a legend
 
 
 def quantity_words(name: str) -> str:
-    """Return the words of a quantity, by its column."""
+    """Return a quantity in words, by its column."""
     return _QUANTITIES.get(name, name)
 
 

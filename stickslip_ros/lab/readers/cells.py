@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Numbers of recognised columns, from text in chunks of rows, in SI units."""
+"""Read numbers of recognised columns in SI units, from text in chunks of rows."""
 
 import io
 import re
@@ -30,7 +30,7 @@ from stickslip_ros.lab.readers.vocabulary import CLOCK_QUANTITY, Vocabulary
 from stickslip_ros.process.stopping import stop_if_asked
 
 Lines = NDArray[np.intp]  # line numbers of rows, from 1
-CHUNK_CELLS = 1_000_000  # read at once, to limit memory
+CHUNK_CELLS = 1_000_000  # cells read at once, to limit memory
 TIME_DECIMALS = 15  # of computed times, s
 _NUMBER = 'a finite number'
 _TOO_MANY = 'give one value per column; with decimal commas separate columns by semicolons'
@@ -45,7 +45,7 @@ class Rows(NamedTuple):
 
 
 def read_columns(table: TextTable, found: Found, vocabulary: Vocabulary) -> tuple[Rows, list[str]]:
-    """Return the whole rows of columns, and notes; refuse the first wrong cell."""
+    """Return complete rows of the columns, and notes; refuse the first wrong cell."""
     columns = resolve_columns(found, table, vocabulary)
     rows, notes = whole_rows(read_rows(table, columns, vocabulary), vocabulary)
     check_values(rows, vocabulary, table)
@@ -53,7 +53,7 @@ def read_columns(table: TextTable, found: Found, vocabulary: Vocabulary) -> tupl
 
 
 def read_rows(table: TextTable, columns: Sequence[Column], vocabulary: Vocabulary) -> Rows:
-    """Read the rows with a number; refuse the first wrong cell and row."""
+    """Read the rows with a number; refuse the first wrong cell or row."""
     parts: list[list[Array]] = [[] for _ in columns]
     lines, empty = list[Lines](), list[Lines]()
     named = 1 + max(each.at for each in table.layout.columns if each.text)
@@ -74,8 +74,8 @@ def read_rows(table: TextTable, columns: Sequence[Column], vocabulary: Vocabular
     blank = np.concatenate(empty)
     is_counted = any(each.index == ROW.at for each in columns) and len(found.lines)
     if is_counted and (blank < found.lines[-1]).any():
-        problem = 'is empty, so that the times of the rows below are not known'
-        raise RecordingError(f'{table.origin}: line {blank[0]}', problem, 'take the line away')
+        problem = 'is empty, so the times of the rows below are unknown'
+        raise RecordingError(f'{table.origin}: line {blank[0]}', problem, 'remove the line')
     return found
 
 
@@ -113,7 +113,7 @@ def _chunks(table: TextTable, texts: Sequence[int]) -> Iterator[tuple[int, Any]]
     try:
         stream = io.BytesIO(source) if isinstance(source, bytes) else source.open('rb')
         with io.TextIOWrapper(stream, layout.encoding) as text:
-            for _ in range(layout.first - 1):  # a quotation above the first row ends there
+            for _ in range(layout.first - 1):  # a quotation may begin above the first row
                 text.readline()
             for chunk in pd.read_csv(
                 text,
@@ -134,7 +134,7 @@ def _chunks(table: TextTable, texts: Sequence[int]) -> Iterator[tuple[int, Any]]
                 line += len(chunk)
     except pd.errors.ParserError as error:
         where, problem = f'{origin}: below line {layout.first}', f'is no table ({error})'
-        hint = 'save it again as CSV, with quotations that end'
+        hint = 'save it again as CSV, with closed quotations'
         if found := re.search(r'Expected (\d+) fields in line (\d+), saw (\d+)', str(error)):
             where, hint = f'{origin}: line {layout.first - 1 + int(found[2])}', _TOO_MANY
             problem = f'has {found[3]} values, the lines above {found[1]}'
@@ -147,7 +147,7 @@ def _chunks(table: TextTable, texts: Sequence[int]) -> Iterator[tuple[int, Any]]
 def _floats(
     cells: Any, layout: TextLayout, column: Column, vocabulary: Vocabulary
 ) -> tuple[Array, NDArray[np.intp]]:
-    """Return cells less a whole number, NaN if empty or over range; and which are wrong."""
+    """Return numbers minus `begin`, NaN if empty or over range, and the rows of wrong cells."""
     if cells.dtype.kind in 'iuf':
         values = cells.to_numpy(dtype=np.float64)
         is_over = np.abs(values) >= OVER_RANGE_NUMBER
@@ -159,7 +159,7 @@ def _floats(
     texts = list(map(vocabulary.words.get(column.name, str), texts))
     values = np.array([to_number(text, layout.decimal) for text in texts])
     is_gap |= np.abs(values) >= OVER_RANGE_NUMBER
-    if column.begin:  # whole numbers are subtracted before they are floats
+    if column.begin:  # subtract as integers, before the conversion to floats
         whole = [int(text) if text.isdecimal() else nanoseconds(text.upper()) for text in texts]
         pairs = zip(whole, values - column.begin, strict=True)
         values = np.array([each - column.begin if each else value for each, value in pairs])
@@ -168,9 +168,9 @@ def _floats(
 
 def whole_rows(rows: Rows, vocabulary: Vocabulary) -> tuple[Rows, list[str]]:
     """
-    Return complete rows, and notes on omitted ones and on times.
+    Return complete rows, and notes on omitted rows and on times.
 
-    A row needs a time or, in a table without times, a number with its settings.
+    A row needs a time; in a table without times, a number and its settings.
 
     """
     pairs = [*zip(rows.columns, rows.numbers, strict=True)]
@@ -191,7 +191,7 @@ def whole_rows(rows: Rows, vocabulary: Vocabulary) -> tuple[Rows, list[str]]:
     notes = [f'{quoted(each.header)} counts from {each.begin_s:.9f} s' for each in begun]
     for each, numbers in pairs:
         is_missing = np.isnan(numbers) & is_lost
-        if clocks[1:]:  # a shorter column of several clocks ends before others
+        if clocks[1:]:  # columns with several clocks may end early
             is_missing &= np.logical_or.accumulate(~np.isnan(numbers)[::-1])[::-1]
         if len(without := rows.lines[is_missing]):
             count, which = f'{len(without)} of {len(rows.lines)}', quoted(each.header)
@@ -206,7 +206,7 @@ def _place(table: TextTable, line: int, column: Column) -> str:
 
 
 def check_values(rows: Rows, vocabulary: Vocabulary, table: TextTable) -> None:
-    """Refuse the first value out of range; a large one may have another unit."""
+    """Refuse the first value out of range; if it is large, suggest another unit."""
     for column, numbers in zip(rows.columns, rows.numbers, strict=True):
         values = numbers + column.begin_s
         spec, is_sigma = vocabulary.quantities[column.name], column.name in vocabulary.sigmas
@@ -220,13 +220,13 @@ def check_values(rows: Rows, vocabulary: Vocabulary, table: TextTable) -> None:
                     header, unit = table.layout.columns[column.index], unit_to_fill(spec.unit)
                     hint += f', or fill in {option_for(column.name, table.layout, header, unit)}'
             elif is_sigma:
-                limit, hint = 'not above 0', 'give the standard deviation, or take the column away'
+                limit, hint = 'not above 0', 'give the standard deviation, or remove the column'
             where = _place(table, rows.lines[row], column)
             raise OutOfRange(where, float(values[row]), spec.unit, limit, hint)
 
 
 def varying(table: TextTable, headers: Sequence[Header]) -> list[Header]:
-    """Return the columns that hold different cells in different rows."""
+    """Return the columns whose cells vary."""
     cells: dict[int, set[str]] = {each.at: set() for each in headers}
     for _, chunk in _chunks(table, [*cells]):
         for at, found in cells.items():

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Clocks: what told the time of each quantity, and whether several quantities share one.
+Clocks of quantities: source of their times, and whether quantities share a clock.
 
-The same rules hold for messages of a bag, columns of a table, and the windows of a twin.
+The rules hold for messages of a bag, columns of a table, and windows of a twin.
 
 """
 
@@ -19,31 +19,31 @@ from stickslip_ros.errors import OutOfRange, RecordingError, quoted
 from stickslip_ros.lab.readers.cells import TIME_DECIMALS, Rows
 
 STAMP, LOG = 'stamps of its messages', 'log times'
-"""Clocks of messages."""
+"""Kinds of clocks of messages."""
 APART_S = 1.0
-"""Largest distance of two readings of one clock: farther ones are of two clocks."""
+"""Largest difference within one clock, s; a larger difference means two clocks."""
 DRIFT = 1e-4  # largest difference of the rates of two clocks
-_DRIFT_MIN_S = 1e-3  # least drift between the ends of a recording that is told
+_DRIFT_MIN_S = 1e-3  # least drift over a recording that is reported
 _UNEVEN, _GAP = 0.2, 5.0
-"""Times are even if 80 % of the intervals are within 20 % of the median; so many are a gap."""
-_ALIKE = 1e-3  # share by which distances of printed times may differ
+"""Times are even if 80 % of the intervals are within 20 % of the median; a gap is 5 medians."""
+_TICK_ROUNDING = 1e-3  # largest relative difference of printed time steps
 
 
 class Clock(NamedTuple):
-    """What told the times of a quantity."""
+    """Source of the times of a quantity."""
 
     source: str  # topic and field, or quantities
     kind: str  # STAMP, LOG, or a column of times
     time_s: Array  # shape (n,)
-    ahead_s: Array | None = None  # of the log times, which all topics share, shape (n,)
+    ahead_s: Array | None = None  # times minus the log times, common to all topics, shape (n,)
 
 
 def check_clocks(clocks: Sequence[Clock], origin: object, remedy: str) -> list[str]:
     """
     Return a note for each gap, step back and drift; refuse clocks that are APART_S apart.
 
-    Messages are apart by what they are ahead of their log times, columns by the time between the
-    last row of one and the first of the other.
+    The distance of two topics is the difference of their leads over the log times; of two
+    columns, the time from the end of one to the start of the other.
 
     """
     notes = []
@@ -88,7 +88,7 @@ def check_clocks(clocks: Sequence[Clock], origin: object, remedy: str) -> list[s
 
 
 def are_even(time_s: Array) -> bool:
-    """Return whether times are those of samples at a rate, with some missing, or of corners."""
+    """Return whether times are samples at a rate, some missing, not corners of a curve."""
     apart_s = np.diff(time_s)
     typical_s = float(np.median(apart_s)) if len(apart_s) else 0.0
     if not typical_s > 0.0:
@@ -113,10 +113,10 @@ def _gaps_of(clock: Clock) -> list[str]:
 
 def spread_blocks(time_s: Array) -> tuple[Array, str]:
     """
-    Return times where many samples share one, as with simulated time, spread evenly; and a note.
+    Spread samples with equal times, as of simulated time, evenly; return the times and a note.
 
-    The samples of an instant fill the time up to the next one, as a clock says the last time that
-    it has reached. Fewer than half as many times as samples count as shared.
+    Samples of an instant fill the time to the next instant, since a clock shows the last tick
+    reached. Times count as shared if there are fewer than half as many as samples.
 
     """
     starts = np.flatnonzero(np.diff(time_s, prepend=-np.inf))
@@ -127,7 +127,7 @@ def spread_blocks(time_s: Array) -> tuple[Array, str]:
         return spread_s, note
     sizes = np.diff(np.append(starts, len(time_s)))
     steps_s = np.diff(time_s[starts]) / sizes[:-1]
-    steps_s = np.minimum(steps_s, 1.5 * np.median(steps_s))  # a pause stays a pause
+    steps_s = np.minimum(steps_s, 1.5 * np.median(steps_s))  # keep pauses
     step_of = np.repeat(np.append(steps_s, steps_s[-1]), sizes)
     place = np.arange(len(time_s)) - np.repeat(starts, sizes)
     note = f'{len(time_s)} samples have {len(starts)} times; they are spread evenly, '
@@ -138,10 +138,10 @@ def times_in_blocks(
     time_s: Array, rate_hz: float, origin: str, *, is_first: bool
 ) -> tuple[Array, str]:
     """
-    Return times of samples at a rate, whose blocks have one time each; and a note.
+    Return times of samples in blocks with one time each, by their rate; and a note.
 
-    That time is of the first sample, as of a stamp, or of the last one. Blocks follow each other;
-    a longer distance is that of lost ones. Raises OutOfRange if the blocks come at another rate.
+    A block's time is that of its first sample (a stamp) or of its last. Blocks are contiguous; a
+    longer distance means lost blocks. Raises OutOfRange if the blocks have another rate.
 
     """
     starts = np.flatnonzero(np.diff(time_s, prepend=-np.inf))
@@ -149,13 +149,13 @@ def times_in_blocks(
     lasts_s = (sizes[:-1] if is_first else sizes[1:]) / rate_hz
     share = np.diff(time_s[starts]) / lasts_s
     typical = float(np.median(share)) if len(share) else 1.0
-    blocks = np.maximum(np.rint(share / typical), 1.0)  # from one that came to the next
+    blocks = np.maximum(np.rint(share / typical), 1.0)  # 1 without a lost block
     counted_s = np.append(0.0, np.cumsum(blocks * lasts_s))
     off_s = time_s[starts] - counted_s
     if abs(typical - 1.0) > _UNEVEN or np.ptp(off_s) > np.max(lasts_s, initial=0.0):
-        seen_hz = rate_hz * counted_s[-1] / np.ptp(time_s)
-        limit = f'not that of its blocks of {np.median(sizes):g} samples, {seen_hz:.6g} Hz'
-        raise OutOfRange(f'rate of {origin}', rate_hz, 'Hz', limit, f'write at {seen_hz:.6g}Hz')
+        block_hz = rate_hz * counted_s[-1] / np.ptp(time_s)
+        limit = f'not the rate {block_hz:.6g} Hz of its blocks of {np.median(sizes):g} samples'
+        raise OutOfRange(f'rate of {origin}', rate_hz, 'Hz', limit, f'write at {block_hz:.6g}Hz')
     lost = f', {np.sum(blocks - 1.0):g} are lost' if np.any(blocks > 1.0) else ''
     begin_s = counted_s + np.median(off_s) - (0.0 if is_first else (sizes - 1) / rate_hz)
     place = np.arange(len(time_s)) - np.repeat(starts, sizes)
@@ -167,8 +167,8 @@ def joined_clocks(rows: Rows, origin: str, hint: str) -> tuple[dict[str, Array],
     """
     Return columns over all times, NaN where unknown, and notes on changed times.
 
-    Values belong to the clock, a column ``time_s``, before them. Raises OutOfRange, with the hint,
-    if the times of a quantity do not increase.
+    The clock of a column is the nearest column ``time_s`` before it. Raises OutOfRange, with the
+    hint, if the times of a quantity do not increase.
 
     """
     names, found = [each.name for each in rows.columns], dict[str, tuple[Array, Array]]()
@@ -200,7 +200,7 @@ def joined_clocks(rows: Rows, origin: str, hint: str) -> tuple[dict[str, Array],
 
 
 def over_all_times(found: Mapping[str, tuple[Array, Array]]) -> dict[str, Array]:
-    """Return times and values of quantities as columns over all times; NaN where unknown."""
+    """Return quantities (times, values) as columns over all times; NaN where unknown."""
     all_s = np.unique(np.concatenate([time_s for time_s, _ in found.values()]))
     columns = {'time_s': all_s, **{name: np.full(len(all_s), np.nan) for name in found}}
     for name, (time_s, values) in found.items():
@@ -209,13 +209,13 @@ def over_all_times(found: Mapping[str, tuple[Array, Array]]) -> dict[str, Array]
 
 
 def _spread(time_s: Array) -> tuple[Array, str]:
-    """Return the rows of equal ticks spread evenly, as a tick is the last time reached; a note."""
+    """Spread the rows of equal ticks evenly; return times and a note, '' if unchanged."""
     changes = np.flatnonzero(np.diff(time_s)) + 1
     sizes, ticks_s = np.diff(changes), np.diff(time_s)[changes - 1]
     ends = max([*changes[:1], *len(time_s) - changes[-1:]], default=0)
-    # A tick has a row more or less than another by rounding, two by ties.
+    # Rows per tick differ by one by rounding, by two with ties.
     is_even = len(sizes) > 1 < sizes.min() and np.ptp(sizes) <= 1 + (sizes.min() > 3)
-    if not is_even or ends > sizes.max() or np.ptp(ticks_s) > _ALIKE * ticks_s.min():
+    if not is_even or ends > sizes.max() or np.ptp(ticks_s) > _TICK_ROUNDING * ticks_s.min():
         return time_s, ''
     step_s = float(np.sum(ticks_s[1:]) / np.sum(sizes))
     rows_s = step_s * np.arange(len(time_s))

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Assignment of table columns to quantities, by name and unit or by the user."""
+"""Assign table columns to quantities, by name and unit or by the user."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -18,13 +18,13 @@ from stickslip_ros.lab.readers.units import factor_of, split_unit
 from stickslip_ros.lab.readers.vocabulary import CLOCK_QUANTITY, Vocabulary
 
 ROW = Header(-1, 'row number', 'row number', '')
-"""The column of row numbers, which no file has."""
+"""A virtual column of row numbers."""
 _NUMBERED = re.compile(r'#(\d+)')  # a column by its number, from 1
-_WIDE = re.compile(r'[-+]?\d{16,}')  # has more digits than a float
+_WIDE = re.compile(r'[-+]?\d{16,}')  # more digits than a float holds
 
 
 class Candidate(NamedTuple):
-    """A column and its unit, of the file or of the user."""
+    """A column and its unit, from the file or the user."""
 
     header: Header
     unit: str
@@ -37,13 +37,13 @@ Found = dict[str, list[Candidate]]  # by quantity
 class Column:
     """A recognised column of a table."""
 
-    name: str  # quantity; then header and unit in the file, and factor to SI
-    header: str
-    unit: str
-    factor: float
-    index: int  # its place in the table
-    first: float = 0.0  # its first number, in SI
-    begin: int = 0  # subtracted before whole numbers become floats, which have fewer digits
+    name: str  # quantity
+    header: str  # in the file
+    unit: str  # in the file
+    factor: float  # to SI
+    index: int  # place in the table
+    first: float = 0.0  # first number, SI
+    begin: int = 0  # subtracted from integers with more digits than a float holds
 
     @property
     def begin_s(self) -> float:
@@ -51,7 +51,7 @@ class Column:
 
 
 def plain(name: str) -> str:
-    """Return a name in lower case with one blank between words."""
+    """Return a name in lower case with single blanks between words."""
     return ' '.join(filter(None, re.split(r'[\s_-]+', name.strip().lower())))
 
 
@@ -61,8 +61,8 @@ def find_columns(
     """
     Return candidate columns of each quantity, and the other columns.
 
-    If the user names a measured quantity, only named ones are read. Several columns of times are
-    clocks, each of the columns behind it.
+    If the user names a measured quantity, only named columns are read. With several columns of
+    times, each is the clock of the columns after it.
 
     """
     layout = table.layout
@@ -89,7 +89,7 @@ def find_columns(
 
 
 def resolve_columns(found: Found, table: TextTable, vocabulary: Vocabulary) -> list[Column]:
-    """Return columns with units, one for each quantity but the time; refuse ambiguous ones."""
+    """Return columns with units, one per quantity, several for time; refuse ambiguous columns."""
     first = min(place.header.at for places in found.values() for place in places)
     for name, places in found.items():
         headers = [place.header for place in places]
@@ -109,7 +109,7 @@ def resolve_columns(found: Found, table: TextTable, vocabulary: Vocabulary) -> l
 
 
 def _are_clocks(headers: Sequence[Header], layout: TextLayout, first: int) -> bool:
-    """Return whether each column of times stands before values of its own."""
+    """Return whether each column of times precedes its own columns of values."""
     return headers[0].at == first and all(
         any(each.text for each in layout.columns[one.at + 1 : two.at])
         for one, two in pairwise(headers)
@@ -117,7 +117,7 @@ def _are_clocks(headers: Sequence[Header], layout: TextLayout, first: int) -> bo
 
 
 def _begin(clocks: Sequence[Candidate]) -> int:
-    """Return the whole number to subtract from times that have too many digits for a float."""
+    """Return an integer to subtract from times with too many digits for a float."""
     cell = clocks[0].header.cell
     if len({each.unit for each in clocks}) > 1:
         return 0
@@ -134,7 +134,7 @@ def nanoseconds(cell: str) -> int:
 
 
 def columns_named(layout: TextLayout, text: str) -> list[Candidate]:
-    """Return columns with a name, or that with this ``#number``, and their units."""
+    """Return columns with a name or ``#number``, and their units."""
     bare, unit = split_unit(text)
     bares = [each.name for each in layout.columns]
     texts = [each.text for each in layout.columns]
@@ -148,7 +148,7 @@ def columns_named(layout: TextLayout, text: str) -> list[Candidate]:
 
 
 def _named(table: TextTable, name: str, text: str, vocabulary: Vocabulary) -> list[Candidate]:
-    """Return the column and unit named by the user; several are clocks."""
+    """Return column and unit named by the user; several columns if they are clocks."""
     places = columns_named(table.layout, text)
     options = [to_fill(name, vocabulary.quantities[name].unit)]
     if not places:

@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Tables of spreadsheets and measuring programs, converted to CSV text."""
+"""Convert tables of spreadsheets and measuring programs to CSV text."""
 
 import csv
 import gzip
@@ -45,17 +45,17 @@ MATLAB_TYPES = {1: 'i1', 2: 'u1', 3: 'i2', 4: 'u2', 5: 'i4', 6: 'u4', 7: 'f4', 9
 MATLAB_TYPES |= {12: 'i8', 13: 'u8'}  # stored types, and their names in numpy
 INCREMENTS = {'wf_increment': 'wf_start_offset', 'tinterval': 'tstart', 'xinc': 'xorg'}
 INCREMENTS |= {'dt_s': 't0_s'}
-"""Numbers beside vectors: time between their samples, s, and of the first, in lower case."""
+"""Names of numbers with the time step, s, and the first time, s, of vectors; lower case."""
 Timed = Iterable[tuple[str, str, Any, tuple[float, float] | None]]
-"""Name, unit, numbers, and start and increment if known, of each column."""
+"""Name, unit, numbers, start and increment (if known) of each column."""
 
 
 def tables_in(path: 'Path | DataFrame', *, is_named: bool = False) -> Sources:
     """
     Yield origin and CSV text of each table, or the path of a text file; one table per sheet.
 
-    Vectors of each length are a table, if the user names columns. Raises RecordingError if
-    unreadable, too large, or with vectors of several lengths of which none is named.
+    If the user names columns, the vectors of each length are a table. Raises RecordingError for
+    unreadable or too large files, and for vectors of several lengths without a named column.
 
     """
     if not isinstance(path, Path):
@@ -83,7 +83,7 @@ def tables_in(path: 'Path | DataFrame', *, is_named: bool = False) -> Sources:
         raise RecordingError(path, problem, 'check the file, or save it as CSV') from None
     if len(tables) > 1 and not is_named:
         lengths = '; '.join(f'{", ".join(map(str, each))} of {len(each)}' for each in tables)
-        hint = 'name those of one length: --map time_s="NAME (s)" --map voltage_v="NAME (V)"'
+        hint = 'name vectors of one length: --map time_s="NAME (s)" --map voltage_v="NAME (V)"'
         raise RecordingError(path, f'has vectors of several lengths: {lengths}', hint)
     for each in tables:
         part = f', vectors of {len(each)}' if len(tables) > 1 else ''
@@ -91,7 +91,7 @@ def tables_in(path: 'Path | DataFrame', *, is_named: bool = False) -> Sources:
 
 
 def _csv(given: 'DataFrame') -> bytes:
-    """Return a frame, or columns, as text, with a named index as column."""
+    """Return a frame or columns as CSV text; a named index becomes a column."""
     from pandas import DataFrame
 
     try:
@@ -105,7 +105,7 @@ def _csv(given: 'DataFrame') -> bytes:
     for name in frame.select_dtypes('timedelta'):
         seconds = frame[name].dt.total_seconds()
         frame = frame.assign(**{str(name): seconds}).rename(columns={name: f'{name} (s)'})
-    is_named = frame.columns.inferred_type != 'integer'  # text is of type str from pandas 3 on
+    is_named = frame.columns.inferred_type != 'integer'  # pandas 3 has text of type str
     if not (is_named or isinstance(given, DataFrame)):
         hint = "write {'time_s': rows[:, 0], 'position_m': rows[:, 1]}"
         raise WrongKind('data', given, 'a table whose columns have names', hint)
@@ -127,15 +127,15 @@ def read_sheets(path: Path) -> Sources:
                     tags, size_bytes = tags + block.count(b'<'), size_bytes + len(block)
                     TABLE_BYTES.check(size_bytes, path)
                     TAGS.check(tags, path, stored_bytes)
-                    end = (end[-8:] + block).replace(b'\0', b'')  # of wide characters
-                    if b'<!DOCTYPE' in end:  # its entities unpack to any length
-                        raise ValueError(f'{part.filename} has a DOCTYPE, as no workbook needs')
+                    end = (end[-8:] + block).replace(b'\0', b'')  # may be UTF-16
+                    if b'<!DOCTYPE' in end:  # entities can expand to any length
+                        raise ValueError(f'{part.filename} has a DOCTYPE, unlike any workbook')
     with closing(openpyxl.load_workbook(path, read_only=True, data_only=True)) as book:
         cells = size_bytes = 0
         for sheet in book.worksheets:
             text = io.StringIO()
             writer = csv.writer(text, lineterminator='\n')
-            sheet.reset_dimensions()  # some programs write wrong ones
+            sheet.reset_dimensions()  # some programs write wrong dimensions
             for row in sheet.iter_rows(values_only=True):
                 cells += len(row) or EMPTY_ROW
                 NUMBERS_MOST.check(cells, path, stored_bytes)
@@ -147,7 +147,7 @@ def read_sheets(path: Path) -> Sources:
 
 
 def check_parquet(path: Path) -> Any:
-    """Return the metadata of a Parquet file whose size is within the limits."""
+    """Return the metadata of a Parquet file; refuse it above the size limits."""
     parquet = load_extra(f'a table {path.suffix}', 'pyarrow.parquet')
     metadata = parquet.read_metadata(path)
     NAMES_MOST.check(metadata.num_columns, path)
@@ -164,7 +164,7 @@ def read_parquet(path: Path) -> 'list[DataFrame]':
     import pandas as pd
 
     schema = (metadata.schema.column(at) for at in range(metadata.num_columns))
-    flat = [each for each in schema if each.path == each.name]  # no list within a column
+    flat = [each for each in schema if each.path == each.name]  # no nested columns
     return [pd.read_parquet(path, columns=[e.name for e in flat if 'BYTE' not in e.physical_type])]
 
 
@@ -172,7 +172,7 @@ def read_hdf5(path: Path) -> 'list[DataFrame]':
     """
     Return datasets, with units from attributes such as ``units`` or ``Unit``.
 
-    If two groups have datasets of one name, paths are names, and the times of a group come first.
+    If groups share a dataset's name, names are paths, and the times of a group come first.
 
     """
     h5py = load_extra(f'a table {path.suffix}', 'h5py')
@@ -208,7 +208,7 @@ def read_hdf5(path: Path) -> 'list[DataFrame]':
 
 
 def read_numpy(path: Path) -> 'list[DataFrame]':
-    """Return the vectors of an archive of numpy, or of an array with fields or columns."""
+    """Return the vectors of a numpy archive, or of an array with fields or columns."""
     stored_bytes = path.stat().st_size
     if path.suffix.lower() == '.npy':
         NUMBERS_MOST.check(stored_bytes // 8, path)
@@ -245,7 +245,7 @@ def read_matlab(path: Path) -> 'list[DataFrame]':
 
 
 def _matlab_vectors(path: Path, content: bytes, order: str) -> Columns:
-    """Yield real vectors of version 5, as scipy crashes on damaged files."""
+    """Yield real vectors of version 5; not by scipy, which crashes on damaged files."""
     room = TABLE_BYTES.most
     for count, (kind, data) in enumerate(_elements(content, order)):
         NAMES_MOST.check(count, path)
@@ -261,7 +261,7 @@ def _matlab_vectors(path: Path, content: bytes, order: str) -> Columns:
 
 
 def _matlab_matrix(data: bytes, order: str, field: str = '') -> Columns:
-    """Yield a vector or a number, or those in the fields of one struct."""
+    """Yield a vector or number, or the fields of a struct."""
     (_, flags), (_, sizes), (_, name), *parts = _elements(data, order)
     shape = np.frombuffer(sizes, f'{order}i4').tolist()
     [described, *_] = np.frombuffer(flags, f'{order}u4').tolist()
@@ -281,7 +281,7 @@ def _matlab_matrix(data: bytes, order: str, field: str = '') -> Columns:
 
 
 def _elements(content: bytes, order: str) -> Iterator[tuple[int, bytes]]:
-    """Yield type and content of successive elements; small ones lie in their header."""
+    """Yield type and content of successive elements; small content lies in the header."""
     at = 0
     while at < len(content):
         kind, size_bytes = struct.unpack_from(f'{order}II', content, at)
@@ -294,9 +294,9 @@ def _elements(content: bytes, order: str) -> Iterator[tuple[int, bytes]]:
 
 
 def read_tdms(path: Path) -> 'list[DataFrame]':
-    """Return the channels, each behind the times that its increment, offset and start make."""
+    """Return the channels, each after its times, from increment, offset and start."""
     nptdms = load_extra(f'a table {path.suffix}', 'nptdms')
-    nptdms.log.log_manager.set_level(logging.CRITICAL)  # it tells damages in many lines
+    nptdms.log.log_manager.set_level(logging.CRITICAL)  # it logs many lines on damage
     with nptdms.TdmsFile.open(path) as tdms:
         if tdms.file_status.incomplete_final_segment:
             raise ValueError('it was cut off')
@@ -316,9 +316,9 @@ def read_tdms(path: Path) -> 'list[DataFrame]':
     return _timed(path, columns)
 
 
-def _clock_of(told: Mapping[str, Any]) -> tuple[float, float] | None:
-    """Return start and increment, s, that numbers of known names tell; None without."""
-    lower = {name.lower(): np.ravel(value) for name, value in told.items()}
+def _clock_of(values: Mapping[str, Any]) -> tuple[float, float] | None:
+    """Return start and increment, s, from values with names in INCREMENTS, or None."""
+    lower = {name.lower(): np.ravel(value) for name, value in values.items()}
     known = {n: float(e[0]) for n, e in lower.items() if e.size == 1 and e.dtype.kind in 'fiu'}
     for step, start in INCREMENTS.items():
         if known.get(step, 0.0) > 0.0:
@@ -327,7 +327,7 @@ def _clock_of(told: Mapping[str, Any]) -> tuple[float, float] | None:
 
 
 def _counted(path: Path, columns: Columns) -> 'list[DataFrame]':
-    """Join vectors, with times if a number beside them is their increment."""
+    """Join vectors, with times if a number in the file is their increment."""
     listed = list(columns)
     clock = _clock_of({name: numbers for name, _, numbers in listed})
     vectors = [each for each in listed if np.size(each[2]) > 1]
@@ -337,7 +337,7 @@ def _counted(path: Path, columns: Columns) -> 'list[DataFrame]':
 
 
 def _timed(path: Path, columns: Timed) -> 'list[DataFrame]':
-    """Join columns, each behind the times of its clock."""
+    """Join columns, each after the times of its clock."""
     found, last = list[tuple[str, str, Any]](), None
     for *column, clock in columns:
         if clock and (*clock, len(column[2])) != last:
@@ -353,10 +353,10 @@ def _is_vector(shape: Sequence[int]) -> bool:
 
 def _joined(path: Path, columns: Columns, *, has_clocks: bool = False) -> 'list[DataFrame]':
     """
-    Join the vectors of each length to a table; refuse two of a name.
+    Join the vectors of each length to a table; refuse two vectors with one name.
 
-    With clocks, columns of times before their values, all are one table, with empty cells at the
-    end of shorter ones.
+    With clocks (columns of times before their values) all vectors are one table; shorter columns
+    end with empty cells.
 
     """
     import pandas as pd
@@ -365,7 +365,7 @@ def _joined(path: Path, columns: Columns, *, has_clocks: bool = False) -> 'list[
     for name, unit, values in columns:
         if _is_vector(np.shape(values)):
             flat, header = np.ravel(values), f'{name} ({unit})' if unit else name
-            # pandas 3 takes no name with bytes that are no UTF-8.
+            # pandas 3 refuses names that are no UTF-8.
             header = header.encode(errors='backslashreplace').decode()
             if header in names and not (has_clocks and unit == 's'):
                 raise ValueError(f'it has two vectors {header}; rename one')

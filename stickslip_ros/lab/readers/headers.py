@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Headers of instruments: a table of formats with their names, units and times."""
+"""Headers of instruments: a table of formats with names, units and times."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -13,22 +13,22 @@ from stickslip_ros.units import parse_quantity
 
 Cells = list[str]
 COMMENT = re.compile(r'\s*[#%]+\s*')
-_SAME = 0.01  # largest relative difference between a step of times and that of the header
+_SAME = 0.01  # largest relative difference of a time step from the header's
 
 
 class HeaderFormat(NamedTuple):
-    """Names of settings in the header of an instrument: the first cells of rows above."""
+    """Names of settings in an instrument's header: first cells of the rows above the table."""
 
     instrument: str
-    settings: str  # settings that are there, also with a value
-    names: str  # of columns; its own name stands above times; # is the number of a column, from 0
+    settings: str  # required settings, name or name=value
+    names: str  # setting with column names; # is the number of a column, from 0
     units: str
-    clock: str  # name of columns of times, or of numbers of rows
-    unit: str  # of times, or the setting with it, which has several words
+    clock: str  # name of columns of times, or of row numbers
+    unit: str  # unit of times, or the setting with the unit (several words)
     start: str
     step: str  # time between rows
-    absent: str  # name of a column that may have no cells
-    common: str  # settings that must be the same for all columns
+    absent: str  # column that may have a name but no cells
+    common: str  # settings that must be equal for all columns
 
 
 _TABLE = """
@@ -51,7 +51,7 @@ FORMATS = [HeaderFormat(*map(str.strip, row.split('|'))) for row in _TABLE.strip
 
 
 def settings_in(lines: Sequence[str], rows: Sequence[Cells]) -> dict[str, Cells]:
-    """Return the settings in lines, by name: rows, ``name = value``, names above numbers."""
+    """Return settings by name, from rows, ``name = value`` and names above numbers."""
     found: dict[str, Cells] = {}
     for line, row in zip(lines, rows, strict=True):
         for cell in [COMMENT.sub('', line, count=1)] if COMMENT.match(line) else row:
@@ -74,7 +74,7 @@ class _Settings(NamedTuple):
     decimal: str
 
     def values(self, key: str) -> list[str]:
-        """Return the different values of a setting."""
+        """Return the distinct values of a setting."""
         cells = (cell.strip().replace(self.decimal, '.') for cell in self.cells.get(key, [])[1:])
         return [each for each in dict.fromkeys(cells) if each.lower() not in {'', key}]
 
@@ -86,7 +86,7 @@ class _Settings(NamedTuple):
         return parse_quantity(self.first(key, '0'), 's') or 0.0
 
     def fit(self, form: HeaderFormat) -> bool:
-        """Return whether the settings of a format are there."""
+        """Return whether all settings of a format are present."""
         pairs = (each.partition('=') for each in form.settings.split(', '))
         return all(
             key in self.cells and (not value or value in map(str.lower, self.values(key)))
@@ -102,10 +102,10 @@ def read_header(
     where: str,
 ) -> tuple[Cells, Cells, float | None, float]:
     """
-    Return names, units, first time and time between rows, s, by the format of the settings.
+    Return names, units, first time and time step, s, by the format of the settings.
 
-    The first time is None if the header has none, the other 0 if there is a column of times.
-    ``rows`` are the first two.
+    The first time is None if the header has none; the step is 0 if there is a column of times.
+    ``rows`` are the first two rows.
 
     """
     names, units = map(list, header)
@@ -116,7 +116,7 @@ def read_header(
     for key in (*form.common.split(', '), form.start, form.step):
         if len(several := settings.values(key)) > 1:
             problem = f'has columns of different {key}: {", ".join(several)}'
-            raise RecordingError(where, problem, 'save them in a file each')
+            raise RecordingError(where, problem, 'save each in its own file')
     if form.names.endswith('#'):
         names = [settings.first(f'{form.names[:-1]}{at}') for at in range(len(rows[0]))]
     names = list(cells.get(form.names, names))
@@ -138,6 +138,6 @@ def read_header(
 
 
 def _have_step(rows: Sequence[Cells], at: int, decimal: str, step_s: float) -> bool:
-    """Return whether cells of the first two rows differ by a step."""
+    """Return whether the times in the first two rows differ by a step."""
     one, two = (parse_quantity(row[at].replace(decimal, '.'), '') for row in rows)
     return one is not None and two is not None and abs(two - one - step_s) <= _SAME * step_s

@@ -38,10 +38,10 @@ OVER_RANGE = re.compile(
     r'[-+]*\s*(∞|infinity|(over|under)[ -]?(range|flow|load)?|ovf|ovr|o\.?l\.?|burnout)|[-+]{3,}',
     re.IGNORECASE,
 )
-"""Cells in place of a number beyond the range of an instrument."""
-OVER_RANGE_NUMBER = 9.9e37  # numbers of instruments (SCPI) for such cells
+"""Cells for a number out of an instrument's range."""
+OVER_RANGE_NUMBER = 9.9e37  # same as a number (SCPI)
 BOMS = {codecs.BOM_UTF8: 'utf-8-sig', codecs.BOM_UTF16_LE: 'utf-16', codecs.BOM_UTF16_BE: 'utf-16'}
-MISSING = {*EMPTY, 'inf', '-inf'}  # cells that may replace a number, or be text
+MISSING = {*EMPTY, 'inf', '-inf'}  # cells for a missing number; may also be text
 WINDOWS = 'cp1252'
 _MARKED = re.compile(r'\[[^\[\]]*\]|\([^()]*\)')  # a unit in a row of units
 _LINE_END = re.compile('\r\n|\n|\r')
@@ -52,20 +52,20 @@ RECORD_LENGTH = 'record length'
 """First setting of an old Tektronix export: two columns of settings, time and signal."""
 SETTINGS_WIDTH = 3  # columns left of the time in such a file
 NUMBERING = ('no.', 'no', 'nr', 'number', 'sequence', '#', '1', '-')
-"""Cells of a row of units above numbers without a unit."""
+"""Cells in a row of units for columns without a unit."""
 Mask = tuple[bool | None, ...]
 
 
 class Header(NamedTuple):
-    """A column as its header names it."""
+    """Header of a column: place, text, name, unit, first and last cell."""
 
     at: int  # place of the column, from 0
-    text: str  # in the file
+    text: str  # text in the file
     name: str  # without the unit
     unit: str  # in the text or in a row of units; empty if unknown
-    cell: str = ''  # of the first row
-    kind: str = 'number'  # date, text or empty
-    last: str = ''  # cell of the last row
+    cell: str = ''  # cell in the first row
+    kind: str = 'number'  # or date, text, empty
+    last: str = ''  # cell in the last row
 
     @property
     def shown(self) -> str:
@@ -77,19 +77,19 @@ class Header(NamedTuple):
 class TextLayout:
     """The layout of a table."""
 
-    encoding: str  # as for pandas
+    encoding: str  # pandas' name
     delimiter: str
     decimal: str
     columns: tuple[Header, ...]
-    header: int  # its line, from 1; 0 without header
+    header: int  # line of the header, from 1; 0 without header
     first: int  # line of the first row
-    notes: tuple[str, ...]  # comment lines above
-    start_s: float | None = None  # of a header that gives times: added to them
-    step_s: float = 0.0  # between rows without a column of times
+    notes: tuple[str, ...]  # comment lines above the table
+    start_s: float | None = None  # first time in the header: added to the times
+    step_s: float = 0.0  # time step without a column of times
 
 
 class TextTable(NamedTuple):
-    """A table that is laid out."""
+    """A table with its layout."""
 
     source: 'Path | bytes | DataFrame'
     layout: TextLayout
@@ -146,7 +146,7 @@ def layout_of(source: Path | bytes, origin: str) -> TextLayout:
 def _parts(
     lines: Sequence[str], rows: Sequence[Cells], mask: Mask, delimiter: str, decimal: str
 ) -> tuple[int, int, tuple[Cells, Cells], dict[str, Cells]]:
-    """Return first row, header line, names with units, and settings, above or left of a table."""
+    """Return first row, header line, names with units, and settings above or left of a table."""
     if rows[0][0].strip().lower() == RECORD_LENGTH and len(rows[0]) > SETTINGS_WIDTH:
         settings = settings_in(lines, rows)
         channel = settings.get('source', ['', ''])[1]
@@ -156,7 +156,7 @@ def _parts(
 
 
 def _columns(names: Cells, units: Cells, rows: Sequence[Cells], last: Cells) -> tuple[Header, ...]:
-    """Return the columns, each with the kind of its cells; without names by number."""
+    """Return the columns with the kind of their cells; numbers replace missing names."""
     width = max(len(names), len(rows[0]))
     names = names or [str(number) for number in range(1, width + 1)]
     kinds = [_kind_of([row[at].strip() for row in rows if len(row) > at]) for at in range(width)]
@@ -167,14 +167,14 @@ def _columns(names: Cells, units: Cells, rows: Sequence[Cells], last: Cells) -> 
 def header_of(
     at: int, text: str, unit: str = '', cell: str = '', kind: str = 'number', last: str = ''
 ) -> Header:
-    """Return a column whose unit stands in its text, or else in a row of units."""
+    """Return the header of a column; its unit is in the text, else in a row of units."""
     name, own = split_unit(text.strip())
     own = 'ns' if kind == 'date' else own or unit.strip(' []()')
     return Header(at, text.strip(), name, own, cell.strip(), kind, last.strip())
 
 
 def _kind_of(cells: Sequence[str]) -> str:
-    """Return what most cells of a column are; a number may have either decimal sign."""
+    """Return the kind of most cells of a column; numbers may have either decimal sign."""
     kinds = Counter[str]()
     for cell in cells:
         is_number = [_mask([cell], decimal)[0] for decimal in NUMBER]
@@ -211,21 +211,21 @@ def _below(
         above = next((row for row in reversed(rows[: header - 1]) if len(_trimmed(row)) > 1), [])
         is_row = any(_mask(rows[header - 1], decimal)) and not any(_mask(above, decimal))
         if is_row and len(above) >= len(rows[first]) <= len(rows[header - 1]):
-            # The assumed header is a faulty row below the true header.
+            # The assumed header is a faulty row under the true header.
             first = header - 1
             header, names = _header(lines, rows, first, delimiter)
     return first, header, (names, [])
 
 
 def _is_row(cells: Mask, usual: Mask) -> bool:
-    """Return whether cells are numbers where those of the table usually are; some may lack."""
+    """Return whether cells are numbers in the usual columns; some may be missing."""
     begins = cells[0] is not False or usual[0] is not None
     pairs = zip_longest(cells, usual)
     return begins and any(cells) and all(None in pair or pair[0] == pair[1] for pair in pairs)
 
 
 def _are_units(names: Sequence[str], are_numbers: Mask) -> bool:
-    """Return whether names above numbers are a row of units: in brackets, or known ones."""
+    """Return whether names above numbers are units: known, or in brackets."""
     pairs = zip(names, are_numbers, strict=False)
     units = [unit for name, is_number in pairs if is_number and (unit := name.strip(' []()'))]
     units = [unit for unit in units if unit.lower() not in NUMBERING]
@@ -242,7 +242,7 @@ def to_number(cell: str, decimal: str) -> float:
 
 
 def _decode(head: bytes, origin: str) -> tuple[str, str]:
-    """Return encoding and text; not Unicode means Western Windows text."""
+    """Return encoding and text; text that is not Unicode counts as Windows-1252."""
     for encoding in [BOMS[bom] for bom in BOMS if head.startswith(bom)] or ['utf-8', WINDOWS]:
         try:
             text = codecs.getincrementaldecoder(encoding)().decode(head)
@@ -260,7 +260,7 @@ def _split(line: str, delimiter: str) -> Cells:
 
 
 def _mask(row: Sequence[str], decimal: str) -> Mask:
-    """Return which cells are numbers; None for possibly missing numbers."""
+    """Return whether each cell is a number; None if it may be a missing number."""
     number = NUMBER[decimal]
     return tuple(
         None
@@ -271,7 +271,7 @@ def _mask(row: Sequence[str], decimal: str) -> Mask:
 
 
 def _dialect(lines: Sequence[str]) -> tuple[str, str, list[Cells], Mask]:
-    """Return delimiter, decimal sign, cells and usual mask of the dialect with most numbers."""
+    """Return delimiter, decimal sign, cells and usual mask: the dialect with most numbers."""
     best: tuple[tuple[float, int], tuple[str, str, list[Cells], Mask]]
     best = ((0.0, 0), (',', '.', [[line] for line in lines], ()))
     for delimiter, decimal in DIALECTS:
@@ -298,7 +298,7 @@ def _dialect(lines: Sequence[str]) -> tuple[str, str, list[Cells], Mask]:
 def _header(
     lines: Sequence[str], rows: Sequence[Cells], first: int, delimiter: str
 ) -> tuple[int, Cells]:
-    """Return line and names of the header above a row; 0 and no names without header."""
+    """Return line and names of the header above a row; 0 and [] without header."""
     for at in reversed(range(first)):
         if not lines[at].strip(' \t,;'):
             continue

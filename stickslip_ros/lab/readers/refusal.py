@@ -1,7 +1,7 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Refusals that show the columns of a table, and an option to fill in."""
+"""Refusals that show the columns of a table and an option to fill in."""
 
 from collections.abc import Iterable
 
@@ -9,16 +9,16 @@ from stickslip_ros.errors import QUOTED, RecordingError, quoted
 from stickslip_ros.lab.readers.layout import Header, TextLayout, TextTable
 
 RATE = 'fill in the rate of rows that are evenly spaced in time, --rate ...kHz'
-_SHOWN = 60  # columns of a refusal
+_SHOWN = 60  # most columns in a refusal
 TITLES = ('#', 'name', 'unit', 'kind', 'first', 'last')
 _TYPED = {'m': 'nm', 'N': 'mN', 'kg': 'g', 'F': 'nF', 'm/s': 'mm/s', 'V/s': 'V/us'}
-"""Units of options to fill in, where it is not that of SI."""
+"""Units in options to fill in, if not the SI unit."""
 
 
 def unclear(
     table: TextTable, problem: str, options: Iterable[str], otherwise: str = ''
 ) -> RecordingError:
-    """Return a refusal that shows the columns and asks for options, or else for the remedy."""
+    """Return a refusal that shows the columns, and asks for options or another remedy."""
     columns = [each for each in table.layout.columns if each.text or each.cell]
     rows = [
         (f'#{e.at + 1}', e.name or e.text, e.unit or '-', e.kind, e.cell, e.last)
@@ -34,17 +34,17 @@ def unclear(
 
 
 def to_fill(name: str, si_unit: str) -> str:
-    """Return the option that gives a quantity a column, to be filled in."""
+    """Return a ``--map`` option for a quantity, with the column to fill in."""
     return f'--map {name}="... ({_TYPED.get(si_unit, si_unit)})"'
 
 
 def unit_to_fill(si_unit: str) -> str:
-    """Return a unit whose prefix is to be filled in."""
+    """Return a unit with the prefix to fill in."""
     return f'...{si_unit.removeprefix("k")}'
 
 
 def option_for(name: str, layout: TextLayout, header: Header, unit: str) -> str:
-    """Return the option that gives a column and its unit to a quantity; unclear ones by number."""
+    """Return the ``--map`` option for a column and unit; unclear columns by number."""
     names = [each.name.lower() for each in layout.columns]
     is_clear = header.name.replace(' ', '').isalnum() and len(header.name) <= QUOTED
     is_one = names.count(header.name.lower()) == 1

@@ -16,7 +16,7 @@ SI_UNITS = ('s', 'm', 'N', 'V', 'Hz')
 _SUFFIX = re.compile(
     r'(.*[^_\s])(?<!_per)[_\s]([kmuµμnp]?)(s|m|n|v|hz|g|f|m_per_s|v_per_s|n_per_m)', re.IGNORECASE
 )
-# Headers may have 60,000 equal characters: adjacent parts must not match the same ones.
+# Headers may have 60,000 equal characters: adjacent groups must not match equal characters.
 BRACKETED = re.compile(r'(.*\S|)\s*[\[(]([^\[\]()]*)[\])]\s*')
 WITHIN = re.compile(r'(.*\S|)\s*\bin\s+(\S+)\s*')
 SLASHED = re.compile(r'(.*\S)\s*/\s*([^\s/]+)\s*')
@@ -26,7 +26,7 @@ SCALED = re.compile(
 _WORDS = {'second': 's', 'sec': 's', 'meter': 'm', 'metre': 'm'}
 _WORDS |= {'newton': 'N', 'volt': 'V', 'hertz': 'Hz'}
 TIMES = ('ms', 'us', 'µs', 'μs', 'ns')
-"""Headers that are a unit, as are the words; a column s may be a way."""
+"""Headers that are only a unit, besides the words; a column s may be a distance."""
 BASES = {unit.lower(): unit for unit in SI_UNITS}
 BASES |= {'kg': 'kg', 'g': 'g', 'f': 'F', 'm_per_s': 'm/s', 'v_per_s': 'V/s', 'n_per_m': 'N/m'}
 
@@ -55,7 +55,7 @@ def factor_of(text: str, si_unit: str) -> float | None:
 
 
 def in_si(values: Array, factor: float) -> Array:
-    """Return numbers times a factor, shape (n,); a division by 1000 is exacter than 1e-3 times."""
+    """Return numbers times a factor, shape (n,); dividing by 1000 is exacter than times 1e-3."""
     divisor = float(round(1.0 / factor))
     return values / divisor if divisor * factor == 1.0 else values * factor
 

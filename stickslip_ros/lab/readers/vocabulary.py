@@ -1,25 +1,25 @@
 # Copyright 2026 The stickslip_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The vocabulary that a caller hands to the readers: quantities, their units, limits and names."""
+"""Vocabulary of the readers, given by the caller: quantities, units, limits, names."""
 
 from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from typing import Any
 
 CLOCK_QUANTITY = 'time_s'
-"""The quantity that is the clock of others."""
+"""The clock of the other quantities."""
 
 
 @dataclass(frozen=True)
 class Vocabulary:
     """Quantities that a table may hold."""
 
-    quantities: Mapping[str, Any]  # unit (SI), text, minimum and maximum of each
+    quantities: Mapping[str, Any]  # spec by name: unit (SI), text, minimum, maximum
     recognise: Callable[[str, str], str | None]  # quantity of a header's name and unit
-    conditions: Set[str]  # read even if the user names columns
-    sigmas: Mapping[str, str]  # uncertainties, and the quantity of each
-    needed: Mapping[str, Sequence[str]] = field(default_factory=dict)  # in a row, by quantity
+    conditions: Set[str]  # quantities read even if the user names columns
+    sigmas: Mapping[str, str]  # quantity by uncertainty
+    needed: Mapping[str, Sequence[str]] = field(default_factory=dict)  # settings by quantity
     words: Mapping[str, Callable[[str], str]] = field(default_factory=dict)  # words to numbers
 
     def of(self, name: str) -> str:

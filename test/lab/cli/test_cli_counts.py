@@ -293,7 +293,7 @@ def test_a_message_of_another_time_is_exported_and_told(
     expected = rows_of_table(late, '--readings')
     capsys.readouterr()
     rows = rows_of_table(path, '--readings')
-    assert 'some have probably a wrong time' in capsys.readouterr().out
+    assert 'some times are probably wrong' in capsys.readouterr().out
     assert len(rows) == len(expected) + len(times_ns)
     added_s = sorted((each - YEAR_NS) * 1e-9 for each in times_ns)
     for row in expected:
@@ -305,7 +305,8 @@ def test_a_message_of_another_time_is_exported_and_told(
         ('compare', str(late), str(path)),
     ):
         assert main(words) == 0
-        assert 'some have probably a wrong time' in ' '.join(capsys.readouterr().out.split())
+        shown = ' '.join(capsys.readouterr().out.split())
+        assert 'some times are probably wrong' in shown
 
 
 def test_a_trace_whose_blocks_are_logged_before_their_rows_loses_none_of_them_in_silence(

@@ -29,7 +29,7 @@ def test_info_of_a_file_without_parameters_does_not_invent_them(tmp_path: Path, 
     path = str(foreign_numbers(tmp_path / 'theirs.mcap', [(1, 0, 1.5)]))
     assert main(['info', path]) == 0
     shown = capsys.readouterr().out
-    assert 'parameters: unknown, as the file has no parameters.yaml' in shown
+    assert 'parameters: unknown, since the file has no parameters.yaml' in shown
     assert 'the stand of the paper' not in shown
     assert main(['info', path, '--json']) == 0
     assert json.loads(capsys.readouterr().out)['changed_parameters'] is None

@@ -247,7 +247,7 @@ def test_the_model_runs_at_the_frequency_and_parameters_of_the_table(tmp_path, s
     assert force.agreement.largest == 0.0
     assert [part.at['contact.friction'] for part in force.parts] == [0.2, 0.3]
     changed = stand.updated({'contact.friction': 0.25})
-    with pytest.raises(StickSlipError, match=r'contact\.friction is set, and a column of'):
+    with pytest.raises(StickSlipError, match=r'contact\.friction is set, but'):
         compare(tmp_path / 'sweep.csv', changed)
 
 

@@ -192,7 +192,7 @@ def test_who_knows_a_0_amplitude_and_a_ring_down_learns_friction_mass_and_dampin
         ({'ringing (kHz)': [9.1], 'decay (ms)': [0.2]}, 'there is no amplitude_m or voltage_v'),
         (
             {'stroke (nm)': [90.0], 'force (mN)': [9.0], '0-amplitude (nm)': [80.0]},
-            'has both zero_amplitude_m and numbers by amplitude; give it in a table of its own',
+            'has both zero_amplitude_m and numbers by amplitude; give it in a separate table',
         ),
     ],
 )

@@ -151,7 +151,7 @@ def test_a_rig_is_drawn_and_played_and_the_model_is_driven_by_what_drove_it(rig,
     told = 'was recorded by another program: it has no parameters.yaml and no commands; map its'
     assert told in capsys.readouterr().err
     assert main(['plot', str(rig)]) == 2
-    assert 'say by --map which topic is what' in capsys.readouterr().err
+    assert 'map its topics with --map' in capsys.readouterr().err
 
 
 def test_a_window_leaves_out_what_is_not_wanted(rig: Path, recorded_run: Run):

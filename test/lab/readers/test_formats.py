@@ -142,7 +142,7 @@ def test_types_that_matlab_does_not_have_crash_nothing(tmp_path: Path, stored: i
 def test_vectors_of_several_lengths_are_told(tmp_path: Path):
     path = tmp_path / 'run.mat'
     savemat(path, {'time_s': TIME_S, 'force_mN': FORCE_MN[1:]})
-    with pytest.raises(StickSlipError, match='lengths: time_s of 50; force_mN of 49; name those'):
+    with pytest.raises(StickSlipError, match='lengths: time_s of 50; force_mN of 49; name'):
         read_experiment(path)
 
 

@@ -65,7 +65,7 @@ def test_a_rate_counts_rows_and_sets_the_columns_of_times_aside():
         read(points, TableOptions(rate_hz=1e3))
     with pytest.raises(StickSlipError, match='--rate with --map time_s= is without effect'):
         read(text, TableOptions({'time_s': 'Time (s)'}, rate_hz=1e3))
-    with pytest.raises(StickSlipError, match=r'line 3: is empty, so that the times of the rows'):
+    with pytest.raises(StickSlipError, match=r'line 3: is empty, so the times of the rows'):
         read('voltage (V),a\n1,2\n\n3,4\n', TableOptions(rate_hz=1e3))
     for wrong in (0.0, -1.0, float('nan')):
         with pytest.raises(StickSlipError, match='--rate'):
@@ -110,7 +110,7 @@ def test_columns_that_began_apart_or_have_other_rates_are_not_joined(name: str):
         text = FILES['logger'][0].replace('09:00:00\nInt', '09:00:01\nInt')
     else:
         text = FILES['LabVIEW without times'][0].replace('\t1e-4\t1e-4', '\t1e-4\t2e-4')
-    with pytest.raises(StickSlipError, match=f'has columns of different {name}: .*; save them in'):
+    with pytest.raises(StickSlipError, match=f'has columns of different {name}: .*; save each in'):
         read(text)
 
 
@@ -213,7 +213,7 @@ def remedies(options: TableOptions, refusal: StickSlipError) -> list[TableOption
             '--rate': {'rate_hz': None},
         }
         return [replace(options, headers=headers, **without.get(away[1], {}))]
-    if 'leave --preload away' in message:
+    if 'leave out --preload' in message:
         return [replace(options, preloads_n=())]
     found = list[TableOptions]()
     for dots, filled in FILLED.items():

@@ -292,7 +292,7 @@ def test_a_sheet_has_typical_values_and_limits(tmp_path: Path):
     np.testing.assert_allclose(columns['moving_mass_sigma_kg'][2], 0.2 * 3e-3)
     np.testing.assert_allclose(columns['capacitance_f'], [nan, nan, nan, 2e-6])
     np.testing.assert_allclose(columns['capacitance_sigma_f'][3], 0.5e-6)
-    assert any('Slew rate (V/us): it has one limit only' in note for note in table.notes)
+    assert any('Slew rate (V/us): it has only one limit' in note for note in table.notes)
 
 
 @pytest.mark.parametrize('sign', [1, -1])

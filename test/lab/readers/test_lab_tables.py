@@ -191,7 +191,7 @@ def test_one_file_per_preload_becomes_one_table(tmp_path: Path):
     again = read_experiment(clean)
     assert again.columns['preload_n'].tolist() == [0.1] * 3
     assert again.columns['amplitude_m'].tolist() == points['amplitude_m'].tolist()
-    with pytest.raises(StickSlipError, match=r'names a preload, and --preload 0\.1 too; leave'):
+    with pytest.raises(StickSlipError, match=r'has a preload column and --preload 0\.1; leave'):
         read_experiment(clean, TableOptions(preloads_n=(0.1,)))
     other = written(tmp_path, 'c.csv', 'stroke_nm;step_nm\n60;1,5\n')
     with pytest.raises(StickSlipError, match=r'c\.csv: has no force_n, as another file has'):
@@ -298,7 +298,7 @@ def test_every_uncertainty_belongs_to_a_column():
         ),
         (
             'preload_n,amplitude_m,force_n,step_length_sigma_m\n1,6e-8,2,2\n',
-            "'step_length_sigma_m' is there without 'step_length_m'; add that one",
+            "has 'step_length_sigma_m' without 'step_length_m'; add a column",
         ),
         (
             f'{POINTS}1,6e-8,0,05\n',

@@ -108,7 +108,7 @@ def test_tolerances_with_a_sign_of_percent_are_read(tmp_path: Path):
 
 
 def test_a_sheet_beyond_the_first_bytes_is_refused(tmp_path: Path):
-    with pytest.raises(StickSlipError, match='longer than 65536 bytes; leave rows out'):
+    with pytest.raises(StickSlipError, match='longer than 65536 bytes; leave out rows'):
         read(tmp_path, SHEET + 'moving mass;3;g;5;\n' * 5000)
 
 
@@ -152,7 +152,7 @@ def test_the_preload_of_a_stand_holds_for_a_table_without_one(tmp_path: Path):
         ('voltage (V),direction,step (nm)\n60,0,9\n', "column direction: '0' is not up or down"),
         (
             'voltage (V),direction,frequency (Hz),step (nm)\n60,up,-500,179\n',
-            'or another column with its direction; state the direction of steps or speeds once',
+            'or two columns with a direction; state the direction of steps or speeds once',
         ),
         ('stroke (nm),direction,force (mN)\n6,up,1\n', 'has a direction, but no step or speed'),
         ('voltage (V),stroke (nm),step (nm)\n60,9,9\n', 'has both amplitude_m and voltage_v;'),
