@@ -206,7 +206,7 @@ def test_a_definition_whose_names_are_code_is_refused_and_runs_nothing(
     made = tmp_path / 'made'
     code = f'pkg/msg/T0((open({str(made)!r}, "w")) or object)'
     if not is_parsed:  # as by a rosbags that takes any name
-        types = {code: ([], get_types_from_msg('float64 x', TYPE)[TYPE][1])}
+        types: dict[str, Any] = {code: ([], get_types_from_msg('float64 x', TYPE)[TYPE][1])}
         monkeypatch.setattr('rosbags.typesys.get_types_from_msg', lambda *_: types)
     with pytest.raises(StickSlipError, match=r'definition .* cannot be read'):
         numbers_of(recorded(tmp_path / 'a.mcap', [LITTLE], 'float64 x', code).files, '/t', 'x')
