@@ -38,7 +38,7 @@ from stickslip_ros.lab.panel.curves import (
     table_of,
     table_within,
 )
-from stickslip_ros.lab.panel.settings import changed_values
+from stickslip_ros.lab.panel.settings import changed_values, in_shown_units
 from stickslip_ros.lab.panel.twin_view import TwinView
 from stickslip_ros.parameters import (
     SENSORS,
@@ -240,7 +240,8 @@ class Model:
     def take_event(self, event: Mapping[str, Any]) -> None:
         """Take the end of a command, and note it at its control."""
         with self._lock:
-            self._events.append(dict(event))
+            event = {**event, 'message': in_shown_units(event['message'])}
+            self._events.append(event)
             if event['command'] == 'position' and event['result'] not in SUCCESSES:
                 self._target_m = None  # refused, or given up
             words = [event['result'], *filter(None, [event['message']])]
@@ -294,7 +295,11 @@ class Model:
         with self._lock:
             self._notes_taken += 1
             place = control if control in CONTROLS else PANEL
-            note = {'text': text[:NOTE_MAX], 'bad': bad, 'number': self._notes_taken}
+            note = {
+                'text': in_shown_units(text)[:NOTE_MAX],
+                'bad': bad,
+                'number': self._notes_taken,
+            }
             self._notes[place] = note
 
     def state(self) -> dict[str, Any]:
