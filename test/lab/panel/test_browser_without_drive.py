@@ -283,7 +283,7 @@ def test_numbers_are_sent_in_si_units_and_what_becomes_of_them_stands_beside_the
     press(page, 'Step forwards')  # from the reading
     assert drive.wish() == command('position', 1.04e-6)
     drive.take_status(Status.CLOSED_LOOP)
-    drive.take_target(5e-7)
+    drive.take_sent('position', 5e-7)
     expect(target).to_have_text('target +500.0')
     press(page, 'Step backwards')
     assert drive.wish() == command('position', 4.6e-7)

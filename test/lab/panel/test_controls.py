@@ -57,7 +57,7 @@ def test_a_header_of_any_length_is_judged_at_once(filling: str):
         ('0,0\n10,100\n', "there is no time_s, and no voltage_v; columns of numbers: #1 '1'"),
         ('time,voltage\n0,0\n10,100\n', "has no unit for 'time', 'voltage'"),
         ('time (ms),voltage (V)\n0,0\n1,lots\n2,3\n3,4\n', "line 3, column voltage (V): 'lots'"),
-        ('\0\1\2', 'no rows of numbers'),
+        ('\0\1\2', 'is no text; save it'),
     ],
 )
 def test_what_leaves_something_to_guess_is_refused_without_options_that_a_page_has_not(
