@@ -18,8 +18,8 @@ from stickslip_ros.units import DISPLAY, display_unit, parse_quantity
 
 _NUMBER = r'(?<![\w.])-?\d+(?:\.\d+)?(?:e[-+]?\d+)?'
 _UNIT = '|'.join(sorted(DISPLAY, key=len, reverse=True))
-_IN_SI = re.compile(rf'((?:{_NUMBER} to )?{_NUMBER}|,) ({_UNIT})(?![\w/^]| [ms]\b)')
-"""A number, a range, or a comma, with an SI unit that the page does not show."""
+_IN_SI = re.compile(rf'((?:{_NUMBER} to )?{_NUMBER}|,(?= [^ ]+[;:])) ({_UNIT})(?![\w/^]| [ms]\b)')
+"""An SI unit that the page does not show, after a number, a range, or a comma."""
 
 
 def is_of_start(name: str) -> bool:

@@ -98,7 +98,7 @@ def test_text_in_the_place_of_a_number_is_refused_in_the_unit_of_its_field(
         ),
         ('closed loop: point.x, m; coarse', 'closed loop: point.x, nm; coarse'),
         ('2e-3 N, 0.02 m/s, 25 N s/m, 300 V, 3 um', '2 mN, 20000 um/s, 25 N s/m, 300 V, 3 um'),
-        ('mass m of the runner', 'mass m of the runner'),
+        ('mass m; in mN, N or kN', 'mass m; in mN, N or kN'),
     ],
 )
 def test_texts_of_the_drive_are_told_in_the_units_of_the_fields(told: str, shown: str):
