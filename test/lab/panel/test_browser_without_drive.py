@@ -305,6 +305,15 @@ def test_numbers_are_sent_in_si_units_and_what_becomes_of_them_stands_beside_the
     expect(note(page, 'steps')).to_have_text('DONE')
 
 
+def test_of_parameters_those_with_the_word_in_their_name_come_first(page: Page):
+    page.locator('#parameters summary').click()
+    page.get_by_label('Search parameters').fill('friction')
+    names = page.locator('.parameters label:visible').all_inner_texts()
+    named = ['friction' in each for each in names]
+    assert named == sorted(named, reverse=True)
+    assert not all(named)
+
+
 def test_services_and_states_are_switched_and_greyed_with_a_reason(drive: Told, page: Page):
     def wishes(button: Locator) -> Mapping[str, Any]:
         button.click()
