@@ -42,8 +42,7 @@ def in_shown_units(text: str) -> str:
 
     def shown(found: re.Match[str]) -> str:
         factor, unit = display_unit(found[2])
-        values = re.sub(_NUMBER, lambda each: f'{factor * float(each[0]):.12g}', found[1])
-        return f'{values} {unit}'
+        return re.sub(_NUMBER, lambda one: f'{factor * float(one[0]):.12g}', found[1]) + f' {unit}'
 
     return _IN_SI.sub(shown, text)
 
