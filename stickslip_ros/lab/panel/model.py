@@ -298,9 +298,8 @@ class Model:
     def settings(self) -> str:
         """Return the parameters of the drive as a file; empty if they are not known."""
         stand = self._present_stand()
-        return (
-            '' if stand is None else saved(stand, f'Parameters of {self.drive}, present preload.')
-        )
+        heading = f'Parameters of {self.drive}, present preload.'
+        return '' if stand is None else saved(stand, heading)
 
     def _present_stand(self) -> Parameters | None:
         """Return the parameters of the drive, with the preload of the last command."""
@@ -320,26 +319,21 @@ class Model:
         with self._lock:
             self._notes_taken += 1
             place = control if control in CONTROLS else PANEL
-            note = {
-                'text': in_shown_units(text)[:NOTE_MAX],
-                'bad': bad,
-                'number': self._notes_taken,
-            }
-            self._notes[place] = note
+            text = in_shown_units(text)[:NOTE_MAX]
+            self._notes[place] = {'text': text, 'bad': bad, 'number': self._notes_taken}
 
     def state(self) -> dict[str, Any]:
         """Return the slowly changing state for the page."""
         with self._lock:
             word, text = self.condition()
+            is_held = self._bits & Status.CLOSED_LOOP
             return {
                 'drive': self.drive,
                 'drives': sorted({self.drive, *self.drives}),
                 'lifecycle': self.lifecycle,
                 'condition': {'word': word, 'text': text},
                 'bits': self._bits,
-                'target_m': self._sent.get('position')
-                if self._bits & Status.CLOSED_LOOP
-                else None,
+                'target_m': self._sent.get('position') if is_held else None,
                 'events': list(self._events),
                 'parts': self._parts,
                 'parameters': self._parameters,
