@@ -27,17 +27,23 @@ TABLE, WALL = (20.0, 520.0), 500.0
 _CURVES, _LANES = (70.0, 560.0), ((375.0, 445.0), (465.0, 515.0))
 _RUNNER, _REACH, _STROKE, _DISC, _SMALL_DISC = 320.0, 84.0, 32.0, 28.0, 20.0
 """Limits: runner length, reach of a foot, stroke, contact radius above two and three lines."""
+_LEAST_M, _RUNNER_STROKES = 10e-9, 2.0
+"""Least motion that is magnified to a whole stroke, as noise is rest; limit of the runner's."""
 SECONDS = 8.0  # length of a film
 STYLE = """
-svg{--ink:#222;--faint:#667;--paper:#fff;--steel:#a9b4bf;--dark:#8795a3;--frame:#d5dae0}
+svg{--ink:#222;--faint:#667;--paper:#fff;--steel:#a9b4bf;--dark:#8795a3;--frame:#d5dae0;
+--runner:#009e73;--foot:#b87800;--slip:#b0568a}
 @media(prefers-color-scheme:dark){svg{--ink:#e8eaed;--faint:#a3acb8;--paper:#191d22;
---steel:#76838f;--dark:#5d6975;--frame:#3a414b}}
+--steel:#76838f;--dark:#5d6975;--frame:#3a414b;
+--runner:#2fc49b;--foot:#e69f00;--slip:#e08fbd}}
 text{fill:var(--ink);font:13px sans-serif}.faint{fill:var(--faint);font-size:12px}
 .end{text-anchor:end}.mid{text-anchor:middle}.line{fill:none;stroke:var(--ink);stroke-width:1.5}
 .edge{stroke:var(--ink);stroke-width:.7}.tick{fill:none;stroke:var(--ink);opacity:.5}
 .frame{fill:var(--frame)}.steel{fill:var(--steel)}.dark{fill:var(--dark)}
-.piezo{fill:#f2c14e}.ruby{fill:#c1272d}.stick{fill:#009e73}.slip{fill:#e69f00}.laser{fill:#6fae8f}
-.beam{stroke:#d00;stroke-width:2;stroke-dasharray:7 4}.curve{fill:none;stroke-width:1.6}"""
+.piezo{fill:#f2c14e}.ruby{fill:#c1272d}.stick{fill:var(--steel)}.slip{fill:var(--slip)}.laser{fill:#6fae8f}
+.beam{stroke:#d00;stroke-width:2;stroke-dasharray:7 4}.curve{fill:none;stroke-width:1.6}
+.runner{stroke:var(--runner)}.foot{stroke:var(--foot)}.one,.other{stroke:var(--slip)}
+.foot,.other{stroke-dasharray:5 3}"""
 TIP = """<defs><marker id="tip" viewBox="0 0 10 10" refX="9" refY="5" markerWidth="8"
  markerHeight="8" orient="auto"><path d="M0 0L10 5L0 10z" fill="context-stroke"/></marker>"""
 
@@ -112,7 +118,8 @@ def stand_svg(parameters: Parameters, film: Film | None = None) -> str:
     grid = max(2, math.ceil(feet / _ROWS)), _COLUMN if geometry.is_of_paper else _WIDE_COLUMN
     width = round(_CONTACTS + grid[0] * grid[1] + _MARGIN)
     if film is not None:
-        stroke = scale * float(np.ptp(film.feet_m, axis=1).max()) or 1.0
+        way_m = float(np.ptp(film.runner_m)) / _RUNNER_STROKES
+        stroke = scale * max(float(np.ptp(film.feet_m, axis=1).max()), way_m, _LEAST_M)
         times = 10.0 ** math.floor(math.log10(_STROKE / stroke))
         times *= max(each for each in (1.0, 2.0, 5.0) if each * times * stroke <= _STROKE)
         runner = times * scale * film.runner_m
@@ -294,22 +301,23 @@ def _curves(film: Film, feet: tuple[Foot, ...], *, is_shared: bool) -> Iterator[
     x = np.linspace(left, right, len(film.foot_m))
     ways = NM * np.stack((film.foot_m, film.runner_m))
     shares = 100.0 * film.slipping[[0, -1]]
-    named = {f'contact {feet[0].place}': '#d55e00', f'contact {feet[-1].place}': '#cc79a7'}
+    named = {f'contact {feet[0].place}': 'one', f'contact {feet[-1].place}': 'other'}
+    high = max(ways.max(), ways.min() + NM * _LEAST_M)
     lanes = (
-        (ways, {'foot': '#c1272d', 'runner': '#2a8fd0'}, 'nm', ways.min(), ways.max()),
+        (ways, {'foot': 'foot', 'runner': 'runner'}, 'nm', ways.min(), high),
         (shares, named, '% slips', 0.0, 100.0),
     )
     shown = zip(_LANES, lanes[: 1 + is_shared], strict=False)
     for (top, bottom), (rows, names, unit, low, high) in shown:
-        places = bottom - (rows - low) / max(high - low, 1e-9) * (bottom - top)
-        for at, (name, colour) in enumerate(names.items()):
+        places = bottom - (rows - low) / (high - low) * (bottom - top)
+        for at, (name, kind) in enumerate(names.items()):
             points = ' '.join(f'{_px(a)},{_px(b)}' for a, b in zip(x, places[at], strict=True))
-            yield f'<polyline class="curve" stroke="{colour}" points="{points}"/>'
+            yield f'<polyline class="curve {kind}" points="{points}"/>'
             y = _px(top + 10 + 20 * at)
-            yield f'<path class="curve" stroke="{colour}" d="M{right + 16} {y}h18"/>'
+            yield f'<path class="curve {kind}" d="M{right + 16} {y}h18"/>'
             yield _text(right + 40, top + 14 + 20 * at, name)
-        yield _text(left - 6, top + 5, f'{high:.0f}', 'faint end')
-        yield _text(left - 6, bottom + 4, f'{low:.0f}', 'faint end')
+        yield _text(left - 6, top + 5, f'{round(high)}', 'faint end')
+        yield _text(left - 6, bottom + 4, f'{round(low)}', 'faint end')
         yield _text(right + 40, top + 54, unit, 'faint')
         yield f'<path class="tick" d="M{left} {top}V{bottom}H{right}"/>'
     along = _animation('translate', np.array([0.0, right - left]))

@@ -17,6 +17,7 @@ from stickslip_ros.lab.measurements.measurement import TimeRun, measured
 from stickslip_ros.lab.measurements.vocabulary import OVER_TIME
 from stickslip_ros.lab.panel.model import FEET, HISTORY_SPANS_S, RANGE, SCOPE_CYCLES
 from stickslip_ros.lab.panel.settings import (
+    in_shown_units,
     is_of_start,
     read_setting,
     shown_value,
@@ -206,7 +207,7 @@ def _command(topic: Topic) -> Mapping[str, Any]:
     }
     return {
         'name': name,
-        'text': topic.text,
+        'text': in_shown_units(topic.text),
         **SPECIAL.get(name, Control())._asdict(),
         'step': _number(name, 'step m') if (name, 'step') in NUMBER_FIELDS else None,
         'numbers': [_number(name, each) for each in topic.numbers[: 1 if is_vector else None]],
@@ -228,7 +229,7 @@ def _parameter(name: str) -> dict[str, Any]:
     factor, unit = display_unit(spec.unit)
     return {
         'name': name,
-        'text': spec.text,
+        'text': in_shown_units(spec.text),
         'unit': unit,
         'factor': factor,
         'low': spec.minimum,

@@ -162,7 +162,9 @@ class Link:
         drive.subscribe('event', self._take_event)
         drive.subscribe('info', lambda _: self._ask_parameters())  # each activation
         drive.subscribe('diagnostics', self._take_diagnostics)
-        drive.subscribe('command/position', lambda sent: self.model.take_target(sent.point.x))
+        keep = self.model.take_sent
+        drive.subscribe('command/position', lambda sent: keep('position', sent.point.x))
+        drive.subscribe('command/preload', lambda sent: keep('preload', sent.data))
         while self._twin_topics:
             self._node.destroy_subscription(self._twin_topics.pop())
         for key, kind in _TWIN_TYPES.items():

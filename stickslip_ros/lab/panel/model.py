@@ -38,7 +38,7 @@ from stickslip_ros.lab.panel.curves import (
     table_of,
     table_within,
 )
-from stickslip_ros.lab.panel.settings import changed_values
+from stickslip_ros.lab.panel.settings import changed_values, in_shown_units
 from stickslip_ros.lab.panel.twin_view import TwinView
 from stickslip_ros.parameters import (
     SENSORS,
@@ -48,6 +48,7 @@ from stickslip_ros.parameters import (
     dump_yaml,
     specs,
 )
+from stickslip_ros.units import NS_PER_S
 
 EVENTS_SHOWN = 60
 FIGURE_S = 0.04  # time over which the large figures are averaged, s
@@ -187,7 +188,6 @@ class Model:
             self.drive = drive or self.drive
             self.lifecycle, self.is_there = '', False
             self._bits = 0
-            self._target_m: float | None = None
             self._events: deque[dict[str, Any]] = deque(maxlen=EVENTS_SHOWN)
             self._parts: dict[str, Any] = {}
             self._parameters: dict[str, Any] = {}
@@ -202,6 +202,11 @@ class Model:
         self._ring.clear()
         self._history.samples.clear()
         self._scope.clear()
+        self._sent: dict[str, float | None] = {}  # numbers of the commands not refused, SI
+        self._before: dict[str, float | None] = {}  # those of the commands before
+        self._noted: dict[str, int] = {}  # number of the newest command with a note, by name
+        self._preload_n: float | None = None  # that a command has set
+        self._zeroed_s = -math.inf
         self._heard_s, self._has_news = monotonic(), True
 
     def take_trace(self, block: Array, names: Sequence[str] = TRUTH) -> None:
@@ -240,16 +245,28 @@ class Model:
     def take_event(self, event: Mapping[str, Any]) -> None:
         """Take the end of a command, and note it at its control."""
         with self._lock:
-            self._events.append(dict(event))
-            if event['command'] == 'position' and event['result'] not in SUCCESSES:
-                self._target_m = None  # refused, or given up
-            words = [event['result'], *filter(None, [event['message']])]
-            self.note(event['command'], ': '.join(words), bad=event['result'] not in SUCCESSES)
+            event = {**event, 'message': in_shown_units(event['message'])}
+            self._events.append(event)
+            name, number, result = event['command'], event['number'], event['result']
+            is_bad = result not in SUCCESSES
+            if is_bad:
+                self._sent[name] = self._before.get(name)
+            elif name == 'preload' and result == 'DONE':
+                self._preload_n = self._sent.get(name)
+            elif name in {'zero_position', 'reset'}:
+                self._preload_n = self._preload_n if name == 'zero_position' else None
+                self._zeroed_s = event['time_ns'] / NS_PER_S
+            if 0 < number < self._noted.get(name, 0):
+                return  # the note is of a later command
+            self._noted[name] = number
+            words = [result, *filter(None, [event['message']])]
+            self.note(name, ': '.join(words), bad=is_bad)
 
-    def take_target(self, position_m: float) -> None:
-        """Take the commanded position, m."""
+    def take_sent(self, name: str, value: float) -> None:
+        """Take the number of a command, m or N, that may still be refused."""
         with self._lock:
-            self._target_m = position_m if math.isfinite(position_m) else None
+            self._before[name] = self._sent.get(name)
+            self._sent[name] = value if math.isfinite(value) else None
 
     def take_part(self, part: str, level: int, message: str, values: Mapping[str, str]) -> None:
         """Take the diagnostics of a part that the page shows."""
@@ -280,7 +297,15 @@ class Model:
 
     def settings(self) -> str:
         """Return the parameters of the drive as a file; empty if they are not known."""
-        return '' if self._stand is None else saved(self._stand, f'Parameters of {self.drive}.')
+        stand = self._present_stand()
+        heading = f'Parameters of {self.drive}, present preload.'
+        return '' if stand is None else saved(stand, heading)
+
+    def _present_stand(self) -> Parameters | None:
+        """Return the parameters of the drive, with the preload of the last command."""
+        if self._stand is None or self._preload_n is None:
+            return self._stand
+        return self._stand.updated({'stand.preload': self._preload_n})
 
     def take_pause(self, *, is_paused: bool) -> None:
         """Take the answer to a pause; the diagnostics follow later."""
@@ -294,20 +319,21 @@ class Model:
         with self._lock:
             self._notes_taken += 1
             place = control if control in CONTROLS else PANEL
-            note = {'text': text[:NOTE_MAX], 'bad': bad, 'number': self._notes_taken}
-            self._notes[place] = note
+            text = in_shown_units(text)[:NOTE_MAX]
+            self._notes[place] = {'text': text, 'bad': bad, 'number': self._notes_taken}
 
     def state(self) -> dict[str, Any]:
         """Return the slowly changing state for the page."""
         with self._lock:
             word, text = self.condition()
+            is_held = self._bits & Status.CLOSED_LOOP
             return {
                 'drive': self.drive,
                 'drives': sorted({self.drive, *self.drives}),
                 'lifecycle': self.lifecycle,
                 'condition': {'word': word, 'text': text},
                 'bits': self._bits,
-                'target_m': self._target_m if self._bits & Status.CLOSED_LOOP else None,
+                'target_m': self._sent.get('position') if is_held else None,
                 'events': list(self._events),
                 'parts': self._parts,
                 'parameters': self._parameters,
@@ -367,7 +393,8 @@ class Model:
     def drawing(self) -> str:
         """Return the stand in its last cycles as SVG; empty if it is not known."""
         with self._lock:
-            stand, samples = self._stand, self._ring.rows.copy()
+            stand, rows = self._present_stand(), self._ring.rows
+            samples = rows[rows[:, TIME] > self._zeroed_s].copy()
         return '' if stand is None else drawing_of(stand, samples)
 
     def table(self, plot: str, origin_s: float, start_s: float, end_s: float) -> str:

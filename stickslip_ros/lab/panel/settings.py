@@ -3,6 +3,7 @@
 
 """Parameters as the page shows them and people type them."""
 
+import re
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,7 +14,12 @@ from stickslip_ros.errors import StickSlipError, WrongKind
 from stickslip_ros.parameters import Parameters, load_yaml, spec_of
 from stickslip_ros.parameters.stages import stage_file
 from stickslip_ros.parameters.typed import with_point
-from stickslip_ros.units import display_unit, parse_quantity
+from stickslip_ros.units import DISPLAY, display_unit, parse_quantity
+
+_NUMBER = r'(?<![\w.])-?\d+(?:\.\d+)?(?:e[-+]?\d+)?'
+_UNIT = '|'.join(sorted(DISPLAY, key=len, reverse=True))
+_IN_SI = re.compile(rf'((?:{_NUMBER} to )?{_NUMBER}|,(?= [^ ]+[;:])) ({_UNIT})(?![\w/^]| [ms]\b)')
+"""An SI unit that the page does not show, after a number, a range, or a comma."""
 
 
 def is_of_start(name: str) -> bool:
@@ -29,6 +35,16 @@ def shown_value(value: Any, unit: str) -> str:
     if isinstance(value, float):
         return f'{display_unit(unit)[0] * value:.15g}'
     return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def in_shown_units(text: str) -> str:
+    """Return a text of the drive with its SI values in the displayed units of the fields."""
+
+    def shown(found: re.Match[str]) -> str:
+        factor, unit = display_unit(found[2])
+        return re.sub(_NUMBER, lambda one: f'{factor * float(one[0]):.12g}', found[1]) + f' {unit}'
+
+    return _IN_SI.sub(shown, text)
 
 
 def typed_value(name: str, text: str, unit: str) -> str:

@@ -139,3 +139,12 @@ def test_the_film_moves_feet_and_runner_by_the_factor_that_it_states():
     assert {each.attrib['dur'] for each in ET.fromstring(svg).iter() if 'dur' in each.attrib} == {
         f'{SECONDS:g}s'
     }
+
+
+def test_noise_looks_like_rest_and_a_jump_of_the_runner_stays_in_the_picture():
+    noise_m = 0.2e-9 * np.random.default_rng(1).standard_normal(round(8 * PERIOD_S * 50e3))
+    time_s, voltage_v, foot_m, _ = trace(8)
+    jump_m = np.where(time_s < 6.5e-3, 2e-3, 0.0)
+    for way_m, runner_m, limit in ((1e-6 * foot_m, noise_m, 5.0), (foot_m, jump_m, 70.0)):
+        svg = stand_svg(Parameters(), film_of(Parameters(), time_s, voltage_v, way_m, runner_m))
+        assert np.ptp(values_of(svg, "./s:g/s:animateTransform[@type='translate']")) < limit

@@ -283,7 +283,7 @@ def test_numbers_are_sent_in_si_units_and_what_becomes_of_them_stands_beside_the
     press(page, 'Step forwards')  # from the reading
     assert drive.wish() == command('position', 1.04e-6)
     drive.take_status(Status.CLOSED_LOOP)
-    drive.take_target(5e-7)
+    drive.take_sent('position', 5e-7)
     expect(target).to_have_text('target +500.0')
     press(page, 'Step backwards')
     assert drive.wish() == command('position', 4.6e-7)
@@ -303,6 +303,15 @@ def test_numbers_are_sent_in_si_units_and_what_becomes_of_them_stands_beside_the
     drive.end('steps', 2)
     expect(page.locator('#events p').first).to_contain_text('DONE, 5 steps')
     expect(note(page, 'steps')).to_have_text('DONE')
+
+
+def test_of_parameters_those_with_the_word_in_their_name_come_first(page: Page):
+    page.locator('#parameters summary').click()
+    page.get_by_label('Search parameters').fill('friction')
+    names = page.locator('.parameters label:visible').all_inner_texts()
+    named = ['friction' in each for each in names]
+    assert named == sorted(named, reverse=True)
+    assert not all(named)
 
 
 def test_services_and_states_are_switched_and_greyed_with_a_reason(drive: Told, page: Page):

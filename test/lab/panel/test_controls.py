@@ -14,7 +14,7 @@ from stickslip_ros.instrument.commands import COMMANDS
 from stickslip_ros.interface.requests import typed_numbers
 from stickslip_ros.interface.topics import COMMAND_TOPICS
 from stickslip_ros.lab.panel.controls import read_number, read_numbers, read_waveform
-from stickslip_ros.lab.panel.settings import read_setting
+from stickslip_ros.lab.panel.settings import in_shown_units, read_setting
 
 ROWS = [[0.0, 0.0], [0.01, 100.0], [0.02, 70.0]]
 LONG, QUICK_S = 60_000, 5.0
@@ -57,7 +57,7 @@ def test_a_header_of_any_length_is_judged_at_once(filling: str):
         ('0,0\n10,100\n', "there is no time_s, and no voltage_v; columns of numbers: #1 '1'"),
         ('time,voltage\n0,0\n10,100\n', "has no unit for 'time', 'voltage'"),
         ('time (ms),voltage (V)\n0,0\n1,lots\n2,3\n3,4\n', "line 3, column voltage (V): 'lots'"),
-        ('\0\1\2', 'no rows of numbers'),
+        ('\0\1\2', 'is no text; save it'),
     ],
 )
 def test_what_leaves_something_to_guess_is_refused_without_options_that_a_page_has_not(
@@ -87,6 +87,22 @@ def test_text_in_the_place_of_a_number_is_refused_in_the_unit_of_its_field(
     [topic] = [each for each in COMMAND_TOPICS if each.request == name]
     with pytest.raises(StickSlipError, match=f'^{problem}'):
         read_numbers(topic, values)
+
+
+@pytest.mark.parametrize(
+    ('told', 'shown'),
+    [
+        (
+            'x 0.009 m is outside -0.005 to 0.005 m;',
+            'x 9000000 nm is outside -5000000 to 5000000 nm;',
+        ),
+        ('closed loop: point.x, m; coarse', 'closed loop: point.x, nm; coarse'),
+        ('2e-3 N, 0.02 m/s, 25 N s/m, 300 V, 3 um', '2 mN, 20000 um/s, 25 N s/m, 300 V, 3 um'),
+        ('mass m; in mN, N or kN', 'mass m; in mN, N or kN'),
+    ],
+)
+def test_texts_of_the_drive_are_told_in_the_units_of_the_fields(told: str, shown: str):
+    assert in_shown_units(told) == shown
 
 
 @pytest.mark.parametrize(

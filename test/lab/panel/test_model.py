@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from test_curves import sawtooth_samples
 
 from stickslip_ros.errors import StickSlipError, WrongKind
 from stickslip_ros.instrument.commands import COMMANDS as COMMAND_ROWS
@@ -17,6 +18,7 @@ from stickslip_ros.instrument.reports import Status
 from stickslip_ros.interface.topics import SERVICES
 from stickslip_ros.lab.panel import model as panel_model
 from stickslip_ros.lab.panel.controls import NUMBER_FIELDS, read_parameter, sheet
+from stickslip_ros.lab.panel.curves import SAMPLE_COLUMNS
 from stickslip_ros.lab.panel.model import PANEL, RANGE, Model
 from stickslip_ros.lab.panel.settings import read_settings
 from stickslip_ros.parameters import Parameters, is_fault, spec_of, specs
@@ -95,16 +97,41 @@ def test_the_velocity_is_the_slope_of_the_position(model: Model, velocity_m_per_
 
 
 def test_a_target_is_told_as_long_as_closed_loop_goes_there(model: Model):
-    model.take_target(5e-7)
+    model.take_sent('position', 5e-7)
     assert model.state()['target_m'] is None
     model.take_status(Status.CLOSED_LOOP)
     assert model.state()['target_m'] == 5e-7
     model.take_event(an_event(command='position', result='ABORTED'))  # of the target before
     assert model.state()['target_m'] == 5e-7
-    model.take_event(an_event(command='position', result='INVALID_PARAMETER'))
+    model.take_sent('position', 9e-3)
+    refusal = an_event(command='position', result='INVALID_PARAMETER', number=3)
+    model.take_event(refusal | {'message': 'x 0.009 m is too far'})
+    model.take_event(an_event(command='position', number=2))  # of the first target
+    told = model.state()
+    assert told['target_m'] == 5e-7
+    assert told['notes']['position']['text'] == 'INVALID_PARAMETER: x 9000000 nm is too far'
+    model.take_sent('position', float('nan'))
     assert model.state()['target_m'] is None
-    model.take_target(float('nan'))
-    assert model.state()['target_m'] is None
+
+
+def test_a_preload_that_a_command_has_set_is_drawn_and_saved_until_a_reset(model: Model):
+    model.take_parameters(Parameters().flat())
+    assert '= 500 mN' in model.drawing()
+    for preload_n, result in ((0.25, 'DONE'), (9.0, 'INVALID_PARAMETER')):
+        model.take_sent('preload', preload_n)
+        model.take_event(an_event(command='preload', result=result))
+    assert '= 250 mN' in model.drawing()
+    assert 'preload: 0.25' in model.settings()
+    model.take_event(an_event(command='reset'))
+    assert '= 500 mN' in model.drawing()
+
+
+def test_a_film_does_not_reach_back_beyond_a_new_zero_of_position(model: Model):
+    model.take_parameters(Parameters().flat())
+    model.take_trace(sawtooth_samples(0.2, 100.0, 0.1), SAMPLE_COLUMNS)
+    assert 'magnified' in model.drawing()
+    model.take_event(an_event(command='zero_position', time_ns=290_000_000))
+    assert 'magnified' not in model.drawing()
 
 
 def test_what_was_before_a_new_start_of_time_is_forgotten(model: Model):

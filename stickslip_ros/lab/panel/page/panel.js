@@ -36,6 +36,7 @@ const twin = new Plot(byId("twin-window"), [
 const estimates = new Plot(byId("twin-history"), []);
 
 const FILM_MS = 8000, FRAME_MS = 100;
+const REDRAWN = ["MOVING", "PRELOADING"]; // bits after whose changes the stand is drawn anew
 
 let sheet = null, state = null, whole = null;
 
@@ -161,8 +162,13 @@ setInterval(() => {
 
 // --- now and then
 
+let redrawing = 0;
 function showState(told) {
-  if (!state || told.lifecycle !== state.lifecycle || told.drive !== state.drive) setTimeout(fetchDrawing, 500);
+  const changed = state ? told.bits ^ state.bits : 0, moves = sheet.bits.some((each) => REDRAWN.includes(each.name) && changed & each.bit);
+  if (!state || moves || told.lifecycle !== state.lifecycle || told.drive !== state.drive) {
+    clearTimeout(redrawing);
+    redrawing = setTimeout(fetchDrawing, 500);
+  }
   state = told;
   showCondition(state.condition.word, state.condition.text);
   sheet.bits.forEach((each, index) => {

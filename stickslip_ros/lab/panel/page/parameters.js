@@ -26,6 +26,7 @@ export function addParameters(card, { parameters, stages }) {
     const made = make("div"), label = make("label", name, text), about = make("small");
     const field = make(choices.length ? "select" : "input", "", text);
     field.append(...choices.map((each) => make("option", each)));
+    label.replaceChildren(...name.split(/(?<=[._])/).flatMap((part) => [part, make("wbr")])); // where it may break
     label.htmlFor = field.id = `parameter-${name}`;
     field.disabled = isFixed;
     field.autocomplete = "off";
@@ -61,7 +62,8 @@ export function addParameters(card, { parameters, stages }) {
     grey(discard, none);
     const words = search.value.toLowerCase().split(/\s+/);
     const isTop = (name) => waiting.has(name) || name in state.changed;
-    const sorted = [...rows.keys()].sort((one, other) => isTop(other) - isTop(one));
+    const isNamed = (name) => words.every((each) => name.includes(each));
+    const sorted = [...rows.keys()].sort((one, other) => isNamed(other) - isNamed(one) || isTop(other) - isTop(one));
     for (const { made, show, words: own } of rows.values()) {
       made.hidden = !words.every((each) => own.includes(each));
       show();
