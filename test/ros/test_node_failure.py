@@ -41,10 +41,10 @@ def hang():
     print('hangs', flush=True)
     spin(numpy.zeros(2, dtype=numpy.int64))
 
-def update(self, until_ns, requests=(), update=Bench.update):
-    if until_ns > 300_000_000:
+def update_blocks(self, blocks, update_blocks=Bench.update_blocks):
+    if self.time_ns >= 300_000_000:
         hang()
-    return update(self, until_ns, requests)
+    return update_blocks(self, blocks)
 
 def watch(self):
     writer = self._session.worker.writer
@@ -52,7 +52,7 @@ def watch(self):
         hang()
 
 if {where!r} == 'drive':
-    Bench.update, session.STOP_TIMEOUT_S = update, 0.1
+    Bench.update_blocks, session.STOP_TIMEOUT_S = update_blocks, 0.1
 else:
     StickSlipDrive._publish_diagnostics, signals.GRACE_S = watch, 0.5
 values = 'record.on_start:=true', 'record.flush_period:=0.1', 'record.directory:={folder}'
@@ -71,7 +71,7 @@ def test_a_failed_drive_is_told_and_its_node_goes_back_to_unconfigured(stand, er
     operator, reports = stand.operator, Reports(stand)
     path = operator.set_recording(wanted=True).message
     operator.spin_for(0.05)
-    stand.drive.session.bench.update = fail
+    stand.drive.session.bench.update_blocks = fail
     event = operator.wait_for_event('drive', 0)
     assert (event['number'], event['result'], event['message']) == (0, 'DRIVE_FAILED', WHY)
     part = reports.await_part('drive', lambda part: part.level == ERROR)
@@ -90,13 +90,13 @@ def test_a_failed_drive_is_told_and_its_node_goes_back_to_unconfigured(stand, er
 def test_a_block_that_takes_too_long_is_told_while_it_lasts(stand: Any, capfd):
     reports = Reports(stand)
     bench, may_go_on = stand.drive.session.bench, threading.Event()
-    update = bench.update
+    update_blocks = bench.update_blocks
 
     def wait(*arguments: Any) -> Any:
         may_go_on.wait()
-        return update(*arguments)
+        return update_blocks(*arguments)
 
-    bench.update = wait
+    bench.update_blocks = wait
     try:
         part = reports.await_part('drive', lambda part: part.level == ERROR)
         told = f'the block at {bench.time_ns * 1e-9:.9g} s has not ended in '

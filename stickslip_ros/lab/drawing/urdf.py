@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from xml.sax.saxutils import quoteattr
 
 from stickslip_ros.drive.build import friction_limit_n
-from stickslip_ros.errors import WrongKind
+from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.lab.drawing.geometry import DIAGONAL, geometry_of
 from stickslip_ros.parameters import Parameters, checked_arguments
 
@@ -20,35 +20,55 @@ _COLOURS = {
 }
 Place = tuple[float, float, float]
 ORIGIN: Place = (0.0, 0.0, 0.0)
+_AXES_RPY_RAD = ORIGIN, (0.0, 0.0, 0.5 * math.pi), (0.0, -0.5 * math.pi, 0.0)
+"""Turn of the stand along x, y, z relative to its carrier."""
 
 
 @checked_arguments
-def robot_description(parameters: Parameters) -> str:
+def robot_description(parameters: Parameters, *carried: Parameters) -> str:
     """
-    Return a stand as URDF.
+    Return stands as URDF, each mounted on the runner of the one before.
 
     Frames come from ``frame_id.*``, the moving joint is ``sim.joint_name`` (of ``joint_states``),
-    its speed limit that of stepping. Sizes are those of the drawing.
+    its speed limit that of stepping. Sizes are those of the drawing. The stands move along x, y
+    and z; the mounting is assumed.
 
     Parameters
     ----------
     parameters : Parameters
         The stand.
+    *carried : Parameters
+        One or two more stands, with their own frame and joint names.
 
     Raises
     ------
+    OutOfRange
+        Above three stands.
     WrongKind
         If a frame or joint name is repeated.
 
     """
-    names = [*vars(parameters.frame_id).values(), parameters.sim.joint_name]
+    stands = (parameters, *carried)
+    if len(stands) > len(_AXES_RPY_RAD):
+        limit = f'above the {len(_AXES_RPY_RAD)} axes'
+        raise OutOfRange('stands', len(stands), '', limit, 'draw fewer')
+    owned = ((*vars(each.frame_id).values(), each.sim.joint_name) for each in stands)
+    names = [name for each in owned for name in each]
     for name in names:
         if names.count(name) > 1:
             hint = 'set frame_id.* and sim.joint_name'
             raise WrongKind('frame or joint', name, 'the name of one alone', hint)
     colours = _COLOURS.items()
     parts = [f'<material name="{name}"><color rgba="{c}"/></material>' for name, c in colours]
-    inside = '\n'.join(f'  {each}' for each in (*parts, *_stand(parameters)))
+    before: Parameters | None = None
+    for stand, rpy_rad in zip(stands, _AXES_RPY_RAD, strict=False):
+        parts += _stand(stand)
+        if before is not None:
+            base, half_m = stand.frame_id.stage, 1.5 * geometry_of(stand).length_m
+            at = _at((0.0, 0.0, half_m), *rpy_rad)
+            parts.append(_joint(f'{base}_mount', 'fixed', before.frame_id.runner, base, at))
+        before = stand
+    inside = '\n'.join(f'  {each}' for each in parts)
     return f'<?xml version="1.0"?>\n<robot name="stickslip_stand">\n{inside}\n</robot>\n'
 
 
@@ -117,8 +137,9 @@ def _box(size_m: Place) -> str:
     return f'<box size="{_row(size_m)}"/>'
 
 
-def _at(place_m: Place, roll_rad: float = 0.0) -> str:
-    return f'<origin xyz="{_row(place_m)}" rpy="{_row((roll_rad, 0.0, 0.0))}"/>'
+def _at(place_m: Place, *rpy_rad: float) -> str:
+    turn = _row((*rpy_rad, 0.0, 0.0, 0.0)[:3])
+    return f'<origin xyz="{_row(place_m)}" rpy="{turn}"/>'
 
 
 def _row(values: tuple[float, ...]) -> str:

@@ -7,10 +7,11 @@ import math
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from stickslip_ros import Parameters, robot_description
 from stickslip_ros.drive.layout import contacts_of
-from stickslip_ros.errors import WrongKind
+from stickslip_ros.errors import OutOfRange, WrongKind
 
 parser = pytest.importorskip('urdf_parser_py.urdf', reason='pip install urdf-parser-py')
 
@@ -108,7 +109,27 @@ def test_the_speed_limit_is_that_of_the_feet_with_the_largest_gain():
     assert robot.joint_map['runner_joint'].limit.velocity == pytest.approx(2 * 160e-9 * 20e3)
 
 
-def test_a_name_of_two_things_is_refused():
-    stand = Parameters().updated({'frame_id.runner': 'stage_base'})
+def axis(name: str) -> Parameters:
+    frames = {f'frame_id.{each}': f'{name}/{each}' for each in ('stage', 'runner', 'load_cell')}
+    return Parameters().updated({**frames, 'sim.joint_name': f'{name}_joint'})
+
+
+def test_three_stands_on_each_other_move_along_x_y_and_z():
+    text = robot_description(*map(axis, 'xyz'))
+    robot = parser.URDF.from_xml_string(text.encode())
+    assert robot.get_root() == 'x/stage'
+    assert len(robot.joints) == len(robot.links) - 1
+    chain = [robot.joint_map[each] for each in robot.get_chain('x/stage', 'z/runner', links=False)]
+    turned, directions = Rotation.identity(), []
+    for joint in chain:
+        turned *= Rotation.from_euler('xyz', joint.origin.rpy if joint.origin else [0, 0, 0])
+        if joint.type == 'prismatic':
+            directions.append(turned.apply(joint.axis))
+    assert np.array(directions) == pytest.approx(np.eye(3), abs=1e-8)
+
+
+def test_stands_that_share_a_name_or_are_more_than_axes_are_refused():
     with pytest.raises(WrongKind, match="'stage_base' is not the name of one alone"):
-        robot_description(stand)
+        robot_description(Parameters(), Parameters())
+    with pytest.raises(OutOfRange, match='stands 4 is above the 3 axes'):
+        robot_description(*map(axis, 'uxyz'))
