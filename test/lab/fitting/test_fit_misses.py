@@ -85,7 +85,7 @@ def test_a_cyclic_error_of_the_sensor_is_named_with_its_fringe_and_solved_for(fr
     assert first_of(with_error(one, error_m)) == f'cyclic error of {1e9 * fringe_m:.4g} nm'
     found = fit(with_error(one, error_m), TWO, parameters=STAND, options=ALONE)
     assert_holds(found)
-    assert any(f'in each fringe of {1e9 * fringe_m:.4g} nm counts' in x for x in found.notes)
+    assert any(f'in each fringe of {1e9 * fringe_m:.4g} nm is ' in x for x in found.notes)
 
 
 def assert_holds(found: Fit) -> None:
