@@ -45,8 +45,9 @@ from stickslip_ros.units import NANO, with_unit
 MOVE_DELAYED, AMPLIFIER_ENABLED = int(Status.MOVE_DELAYED), int(Status.AMPLIFIER_ENABLED)
 _LOADED, _REFUSED = int(Status.LOADED), int(Status.REFUSED)
 _PRELOADING, _FAULT = int(Status.PRELOADING), int(Status.FAULT)
-_TIME_MAX_NS = 10**17
-"""Latest time of a checkpoint; with the system time as origin, later stamps still fit."""
+_NEVER_NS, _TIME_MAX_NS = -1, 10**17
+"""Before each time; latest time of a checkpoint: with the system time as origin, later stamps
+still fit."""
 
 
 def start_bench(parameters: Parameters) -> 'Bench':
@@ -144,8 +145,8 @@ class Bench:
         self._last_refused = False
         self._read: tuple[float | None, float | None] = (None, None)
         self._last_bits, self._last_status = 0, Status(0)
-        # Whether no update has told of the last request; until when nothing takes effect or ends.
-        self._has_news, self._calm_until_ns = True, 0
+        # Until then nothing takes effect or ends; never, until an update has told of a request.
+        self._calm_until_ns = _NEVER_NS
         self.apply_faults(self.faults)
 
     def __repr__(self) -> str:
@@ -265,7 +266,7 @@ class Bench:
         if self._preloading is not None and self.stand.is_preloaded:
             self._end_preloading(Result.DONE)
         events, self._events = tuple(self._events), []
-        self._calm_until_ns, self._has_news = until_ns, False
+        self._calm_until_ns = until_ns
         ramps = self.stand.ramps_since(first_cycle)
         return Output(readings, events, self.status, ramps)
 
@@ -297,7 +298,8 @@ class Bench:
         motion = self.motion
         if self._calm_until_ns >= end_ns:
             return True
-        if self._has_news or self._delayed or (motion.is_running and motion.may_end_early):
+        is_told = self._calm_until_ns >= self.time_ns
+        if not is_told or self._delayed or (motion.is_running and motion.may_end_early):
             return False
         if self._preloading is not None or self.stand.may_change:
             return False
@@ -317,7 +319,7 @@ class Bench:
 
     def accept(self, request: Request) -> None:
         """Carry out a request now; its event comes with the next update."""
-        self._calm_until_ns, self._has_news = self.time_ns, True
+        self._calm_until_ns = _NEVER_NS
         self._requests += 1
         delay_ns = to_nanoseconds(self.faults.command_delay)
         command = COMMANDS.get(request.name)
