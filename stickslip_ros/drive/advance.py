@@ -52,7 +52,7 @@ from stickslip_ros.drive.short_step import may_pass, pace_of, step
 from stickslip_ros.drive.travel import update_curves
 from stickslip_ros.drive.waveform import ramp_is_over, row_at
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.kernels.kernel import entry_point, kernel
+from stickslip_ros.kernels.kernel import entry_point, kernel, with_types_kept
 from stickslip_ros.kernels.record import Record
 
 RAMP_START, RAMP_MEAN, RAMP_END = 0, 1, 2
@@ -92,6 +92,7 @@ class VoltageHeld(StickSlipError):
     """The memory of delayed feet was full: the motion is right, but under a held voltage."""
 
 
+@with_types_kept
 @entry_point
 def observe_ideal(
     plants: Record,
@@ -101,11 +102,13 @@ def observe_ideal(
     sample_s: float,
     truth: Array,
     ramps: Array,
-) -> None:
+) -> bool:
     """Advance and sample like ``observe``, for a plain drive that ``takes_only_long_steps``."""
     _observe(one_lane(), ((plants, states, wave, load_n, sample_s, truth, ramps),), True)
+    return needs_check(states[0])
 
 
+@with_types_kept
 @entry_point
 def observe_long(
     plants: Record,
@@ -115,9 +118,10 @@ def observe_long(
     sample_s: float,
     truth: Array,
     ramps: Array,
-) -> None:
+) -> bool:
     """Advance and sample like ``observe_ideal``, also with a loss or a rival law."""
     _observe(one_lane(), ((plants, states, wave, load_n, sample_s, truth, ramps),), False)
+    return needs_check(states[0])
 
 
 @entry_point
@@ -189,6 +193,7 @@ def _next_stretch(lanes: Record, i: int, drive: tuple[Any, ...]) -> bool:
     return True
 
 
+@with_types_kept
 @entry_point
 def observe(
     plants: Record,
@@ -198,9 +203,11 @@ def observe(
     sample_s: float,
     truth: Array,
     ramps: Array,
-) -> None:
+) -> bool:
     """
     Advance by a sample time for each row of ``truth``, and fill its columns except the first.
+
+    Return whether the state ``needs_check``.
 
     Parameters
     ----------
@@ -236,7 +243,7 @@ def observe(
             if plant.delayed:
                 delay.end_stretch(plant, state, ahead.start_v, ahead.rate_v_per_s, stretch_s)
             if state.passes_left < 0:
-                return
+                return True
             if is_direct(plant):
                 fall_is_over = has_caught_up(plant, ahead, state.voltage_v, stretch_s)
             else:
@@ -244,6 +251,7 @@ def observe(
             advance_clock(wave, state, stretch_s, fall_is_over, ramps)
             remaining_s -= stretch_s
         _sample(plant, state, truth, i)
+    return needs_check(state)
 
 
 def observe_samples(
@@ -259,8 +267,8 @@ def observe_samples(
     observer = observe
     if takes_only_long_steps(plants, states):
         observer = observe_ideal if plants['plain'].item() else observe_long
-    observer(plants, states, wave, load_n, sample_s, truth, ramps)
-    check_motion(states, load_n)
+    if observer(plants, states, wave, load_n, sample_s, truth, ramps):
+        check_motion(states, load_n)
 
 
 def advance(
@@ -463,6 +471,13 @@ def allow_passes(plant: Record, state: Record, wave: Wave, duration_s: float) ->
         passes += PASSES_PER_ROW * (rows + plant.delayed * CORNERS)
         crossing_passes = PASSES_PER_CROSSING * crossings * CROSSING_S / plant.dt_s
         state.passes_left = int(min(passes, 1e15) + min(crossing_passes, CROSSING_PASSES_MAX))
+
+
+@kernel
+def needs_check(state: Record) -> bool:
+    """Return whether `check_motion` raises."""
+    is_finite = math.isfinite(state.position_m + state.velocity_m_per_s)
+    return bool(state.passes_left < 0 or not is_finite or state.history.is_full)
 
 
 def check_motion(states: Record, load_n: float) -> None:

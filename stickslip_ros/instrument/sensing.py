@@ -13,7 +13,7 @@ from stickslip_ros.instrument import sensors
 from stickslip_ros.instrument.reports import FIRST_READING, Readings
 from stickslip_ros.instrument.sensors.interferometer import Interferometer
 from stickslip_ros.instrument.sensors.reader import Reader
-from stickslip_ros.kernels.kernel import entry_point
+from stickslip_ros.kernels.kernel import entry_point, with_types_kept
 from stickslip_ros.parameters import SENSORS, FaultParameters, Parameters
 from stickslip_ros.units import NANO
 
@@ -27,6 +27,7 @@ CLASSES: dict[str, type[Reader]] = {
 """Class of each sensor, by its name: LoadCell of the module ``load_cell``."""
 
 
+@with_types_kept
 @entry_point
 def fill_times(trace: Array, start_ns: int, sample_ns: int) -> None:
     """Fill the first column of a trace with the times of its samples, s."""

@@ -166,6 +166,27 @@ def entry_point(function: Function) -> Function:
     return _compile(in_python(function), EntryPoint, OPTIONS)
 
 
+def with_types_kept(function: Function) -> Function:
+    """
+    Return an entry point that looks up the types of its arguments at the first call only.
+
+    The look-up takes most of a short call. Use it only where no later argument differs in type.
+
+    """
+    if CONFIG.DISABLE_JIT:
+        return function
+    dispatcher: Any = function
+    code: Callable[..., Any] | None = None
+
+    def call(*arguments: Any) -> Any:
+        nonlocal code
+        if code is None:
+            code = dispatcher.compile(tuple(map(dispatcher.typeof_pyval, arguments)))
+        return code(*arguments)
+
+    return cast('Function', call)
+
+
 def on_stack(of: RecordKind) -> Callable[[], Any]:
     """
     Return a function that gives a kernel a record of zeros on its stack.

@@ -119,10 +119,10 @@ class ReportingBench:
     """
     A bench whose requests and reports are packed once, for a file and for a publisher.
 
-    `publish` receives every packed message except requests that came over a topic. A `writer`
-    records the run from its start; a `bench` was restored and is continued. Stamps are the time
-    origin, which may be set before the first update, plus simulated time. Readings and
-    events without a file or a subscriber are not packed.
+    `publish` receives the messages of topics that are heard, except requests that came over a
+    topic. A `writer` records the run from its start; a `bench` was restored and is continued.
+    Stamps are the time origin, which may be set before the first update, plus simulated time.
+    Readings and events without a file or a subscriber are not packed.
 
     """
 
@@ -220,6 +220,7 @@ class ReportingBench:
 
     def _tell(self, *packed: Packed) -> None:
         for each in packed:
-            self._publish(each)
+            if self._is_heard(each.key):
+                self._publish(each)
         if self.writer is not None:
             self.writer.write(*packed)

@@ -100,11 +100,9 @@ class Connections:
                 self._node.destroy_lifecycle_publisher(entity)
 
     def publish(self, packed: Packed) -> None:
-        """Publish a packed message if it is heard and the state allows it."""
-        if not self.is_heard(packed.key):
-            return
-        publisher = self._offered[packed.key]
-        for _ in range(ATTEMPTS):
+        """Publish a packed message if its topic is offered and the state allows it."""
+        publisher = self._offered.get(packed.key)
+        for _ in range(ATTEMPTS if publisher else 0):
             try:
                 publisher.publish(packed.data)
             except RuntimeError:  # the base of RCLError

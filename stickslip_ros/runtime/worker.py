@@ -3,6 +3,7 @@
 
 """The work of a drive, block by block: orders, bench, topics and recording; no threads."""
 
+import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,10 +34,25 @@ class Callbacks:
     on_end: Callable[[Event], None] = lambda _: None  # how a command has ended
     on_failure: Callable[[], None] = lambda: None  # the drive itself has failed
     say: Callable[[str], None] = lambda _: None  # a line for the log, on any thread
-    is_heard: IsHeard = lambda _: True  # asked for each of the readings, and of the events
+    is_heard: IsHeard = lambda _: True  # asked for each topic, by its key
 
 
 NO_CALLBACKS = Callbacks()
+HEARD_S = 0.01
+"""Time after which the topics are asked anew whether they are heard."""
+
+
+class Heard(dict[str, bool]):
+    """Whether topics are heard, by key; each is asked once until this is cleared."""
+
+    def __init__(self, is_heard: IsHeard) -> None:
+        super().__init__()
+        self._is_heard = is_heard
+
+    def __missing__(self, key: str) -> bool:
+        """Ask."""
+        heard = self[key] = self._is_heard(key)
+        return heard
 
 
 class Worker(ReportingBench):
@@ -47,7 +63,8 @@ class Worker(ReportingBench):
         self._schedule = read_schedule(Path(path), parameters.feet) if path else FaultSchedule()
         bench = start_bench(parameters)
         self._schedule.due(bench.time_ns - 1)  # skips faults of the time before a checkpoint
-        super().__init__(parameters, publish, bench=bench, is_heard=callbacks.is_heard)
+        self._heard, self._asked_s = Heard(callbacks.is_heard), 0.0
+        super().__init__(parameters, publish, bench=bench, is_heard=self._heard.__getitem__)
         self._block_ns = parameters.block_ns
         self._keeps_clock = parameters.sim.publish_clock
         self.failed_writer: RunWriter | None = None  # ended by the disk, until another begins
@@ -73,7 +90,10 @@ class Worker(ReportingBench):
         It goes by at most so many blocks, by one if something may happen between them.
 
         """
-        now_ns = self.bench.time_ns
+        now_ns, now_s = self.bench.time_ns, time.monotonic()
+        if orders or now_s - self._asked_s > HEARD_S:
+            self._heard.clear()
+            self._asked_s = now_s
         self._carry_out(orders, self._schedule.due(now_ns))
         may_split = self.writer is not None and self.writer.splits
         if self._schedule.is_over and not may_split:
@@ -94,6 +114,7 @@ class Worker(ReportingBench):
             time_ns = output.readings.time_ns
             self._publish(Packed('clock', time_ns, pack_stamp(self.time_origin_ns + time_ns)))
         for event in output.events:
+            self._heard.pop('event', None)
             self._callbacks.on_end(event)
         self.report(output)
 

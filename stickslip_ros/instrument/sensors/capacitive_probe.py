@@ -11,10 +11,11 @@ Its stages are white noise, low-pass of the electronics, faults, and quantisatio
 from stickslip_ros.arrays import Array
 from stickslip_ros.instrument.sensors.reader import Reader
 from stickslip_ros.instrument.sensors.signal_chain import display_value, filter_value, sensor_kind
-from stickslip_ros.kernels.kernel import entry_point
+from stickslip_ros.kernels.kernel import entry_point, with_types_kept
 from stickslip_ros.kernels.record import Record
 
 
+@with_types_kept
 @entry_point
 def read_foot_positions(
     sensors: Record, trace: Array, sees: int, column: int, noise: Array

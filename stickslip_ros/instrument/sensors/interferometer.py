@@ -25,7 +25,7 @@ from stickslip_ros.instrument.sensors.signal_chain import (
     sensor_kind,
 )
 from stickslip_ros.instrument.state_tree import ANY_FLOAT, refusal
-from stickslip_ros.kernels.kernel import entry_point, kernel
+from stickslip_ros.kernels.kernel import entry_point, kernel, with_types_kept
 from stickslip_ros.kernels.record import FLAG, FLOAT, Record
 from stickslip_ros.parameters import InterferometerParameters
 
@@ -137,6 +137,7 @@ class Interferometer(
         return bits | super().status_bits
 
 
+@with_types_kept
 @entry_point
 def read_positions(
     sensors: Record,

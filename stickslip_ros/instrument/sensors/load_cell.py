@@ -26,11 +26,12 @@ from stickslip_ros.instrument.sensors.signal_chain import (
     loop_of,
     sensor_kind,
 )
-from stickslip_ros.kernels.kernel import entry_point
+from stickslip_ros.kernels.kernel import entry_point, with_types_kept
 from stickslip_ros.kernels.record import FLAG, FLOAT, Record
 from stickslip_ros.parameters import LoadCellParameters
 
 
+@with_types_kept
 @entry_point
 def read_forces(sensors: Record, trace: Array, sees: int, column: int, noise: Array) -> None:
     """Write the readings of a block, N, with unit noise, shape (samples,)."""
