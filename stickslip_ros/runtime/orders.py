@@ -29,6 +29,31 @@ LEAST_NUMBERS = 100
 _RANKS = {topic.request: rank for rank, topic in enumerate(COMMAND_TOPICS)}
 
 
+class Nobody(Future[Any]):
+    """Who sent an order and awaits no reply; it costs nothing to make and to answer."""
+
+    def __init__(self) -> None: ...
+
+    def set_running_or_notify_cancel(self) -> bool:
+        """Let the order be carried out."""
+        return True
+
+    def set_result(self, _: Any) -> None: ...
+
+    def set_exception(self, _: BaseException | None) -> None: ...
+
+    def done(self) -> bool:
+        """Return that no reply is due."""
+        return True
+
+    def cancel(self) -> bool:
+        """Return that the order cannot be withdrawn."""
+        return False
+
+
+NOBODY = Nobody()
+
+
 @dataclass
 class Order:
     """Something to do at a block."""

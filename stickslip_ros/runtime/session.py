@@ -19,7 +19,15 @@ from stickslip_ros.parameters import Parameters, to_nanoseconds
 from stickslip_ros.process.stopping import StillBusy
 from stickslip_ros.recording.run import Publish, RunWriter
 from stickslip_ros.recording.run_file import run_path
-from stickslip_ros.runtime.orders import AT_ONCE, NEXT_BLOCK, Grant, Order, Orders, TimeControl
+from stickslip_ros.runtime.orders import (
+    AT_ONCE,
+    NEXT_BLOCK,
+    NOBODY,
+    Grant,
+    Order,
+    Orders,
+    TimeControl,
+)
 from stickslip_ros.runtime.pacing import Pacer
 from stickslip_ros.runtime.remaining import RemainingKernels
 from stickslip_ros.runtime.worker import NO_CALLBACKS, Callbacks, Worker
@@ -188,7 +196,7 @@ class Session:
                 hint = 'advance simulated time first'
                 raise OutOfRange('numbers of commands', numbers, '', limit, hint)
             if request is not None:
-                self._queue(Order(NEXT_BLOCK, request=request))
+                self._queue(Order(NEXT_BLOCK, request=request, reply=NOBODY))
             self._changed.notify_all()
 
     def extend_grant(self, grant: Grant) -> None:

@@ -117,7 +117,7 @@ class Interferometer(
 
     def keep(self, block: Array) -> None:
         """Keep the readings of a block, the last of a trace."""
-        self._last_m = block[:, self.column].copy()
+        self._last_m = block[:, self.column]
 
     @property
     def position_m(self) -> float:
