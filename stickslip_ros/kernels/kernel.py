@@ -5,7 +5,7 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cache
+from functools import cache, wraps
 from typing import Any, TypeVar, cast
 
 import numba
@@ -178,6 +178,7 @@ def with_types_kept(function: Function) -> Function:
     dispatcher: Any = function
     code: Callable[..., Any] | None = None
 
+    @wraps(function)
     def call(*arguments: Any) -> Any:
         nonlocal code
         if code is None:

@@ -6,7 +6,7 @@
 import json
 import os
 import sys
-from collections import Counter
+from collections import Counter, defaultdict
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,8 @@ import pytest
 from bench_runs import MS
 from processes import run_process
 
-from stickslip_ros.instrument import compilation
+from stickslip_ros.drive import advance
+from stickslip_ros.instrument import compilation, sensing
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.compilation import (
@@ -24,10 +25,12 @@ from stickslip_ros.instrument.compilation import (
     progress_reporter,
 )
 from stickslip_ros.instrument.reports import Result
+from stickslip_ros.instrument.sensors import capacitive_probe, interferometer, load_cell
 from stickslip_ros.kernels import cache as kernel_cache
 from stickslip_ros.kernels.cache import Folders
 from stickslip_ros.kernels.kernel import compilation_reported, entry_point, kernel
-from stickslip_ros.parameters import Parameters, load_yaml
+from stickslip_ros.lab.runs.sawtooth_run import simulate
+from stickslip_ros.parameters import SENSORS, Parameters, load_yaml
 
 REALISTIC = Path(__file__).parents[2] / 'config/realistic.yaml'
 OWN_KERNELS = Path(__file__).with_name('kernels_of_stands.py')
@@ -59,6 +62,15 @@ REQUESTS = (
     Request('clear_faults'),
     Request('enable_amplifier', (0.0,)),
     Request('reset'),
+)
+TYPES_KEPT = (
+    (advance, 'observe_ideal'),
+    (advance, 'observe_long'),
+    (advance, 'observe'),
+    (sensing, 'fill_times'),
+    (interferometer, 'read_positions'),
+    (load_cell.LoadCell, 'KERNEL'),
+    (capacitive_probe.CapacitiveProbe, 'KERNEL'),
 )
 
 
@@ -103,6 +115,40 @@ def test_no_stand_compiles_anything_once_the_kernels_are_compiled(name, compiled
     # Coulomb's law has no feet of different force, and separate feet no such law; roughness that
     # travels keeps preload and friction.
     assert results[Result.INVALID_PARAMETER] <= {'coulomb': 1, 'travelling': 2}.get(name, 0)
+
+
+@pytest.fixture
+def signatures(monkeypatch) -> dict[str, set[Any]]:
+    """Note with which types each entry point is called whose types are kept."""
+    noted: dict[str, set[Any]] = defaultdict(set)
+
+    def noting(entry: Any) -> Any:
+        def call(*arguments: Any) -> Any:
+            types = map(entry.__wrapped__.typeof_pyval, arguments)
+            noted[entry.__name__].add(tuple(types))
+            return entry(*arguments)
+
+        return call
+
+    for owner, name in TYPES_KEPT:
+        entry = noting(getattr(owner, name))
+        is_class = isinstance(owner, type)
+        monkeypatch.setattr(owner, name, staticmethod(entry) if is_class else entry)
+    return noted
+
+
+def test_entry_points_with_kept_types_are_called_with_no_others(signatures, compiled_kernels):
+    every_sensor = {row.switch: True for row in SENSORS if row.switch}
+    for name in ('default', 'lugre', 'realistic'):
+        bench = Bench(parameters_of(name).updated(every_sensor))
+        for request in REQUESTS:
+            bench.update(bench.time_ns + MS, [request])
+        bench = Bench.restore(bench.save())
+        for _ in range(2):
+            bench.update_blocks(20)
+    simulate(voltage_v=20.0, steps=2, record=False)
+    assert len(signatures) == len(TYPES_KEPT)
+    assert {name: len(each) for name, each in signatures.items() if len(each) > 1} == {}
 
 
 def test_the_number_of_compiled_kernels_is_reported(monkeypatch):
