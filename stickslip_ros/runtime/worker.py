@@ -94,7 +94,8 @@ class Worker(ReportingBench):
         if orders or now_s - self._asked_s > HEARD_S:
             self._heard.clear()
             self._asked_s = now_s
-        self._carry_out(orders, self._schedule.due(now_ns))
+        if orders or self._seen_faults is None or not self._schedule.is_over:
+            self._carry_out(orders, self._schedule.due(now_ns))
         may_split = self.writer is not None and self.writer.splits
         if self._schedule.is_over and not may_split:
             outputs = self.bench.update_blocks(blocks)
