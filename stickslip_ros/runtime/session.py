@@ -333,6 +333,7 @@ class Session:
             if turn is Turn.SERVE:
                 self.worker.serve(self._due)
             elif turn is Turn.STEP:
+                self.worker.heard.clear()
                 self.worker.advance(self._due)
                 self._steps.popleft().set_result(None)
             else:

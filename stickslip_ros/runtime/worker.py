@@ -63,8 +63,9 @@ class Worker(ReportingBench):
         self._schedule = read_schedule(Path(path), parameters.feet) if path else FaultSchedule()
         bench = start_bench(parameters)
         self._schedule.due(bench.time_ns - 1)  # skips faults of the time before a checkpoint
-        self._heard, self._asked_s = Heard(callbacks.is_heard), 0.0
-        super().__init__(parameters, publish, bench=bench, is_heard=self._heard.__getitem__)
+        self.heard, self._asked_s = Heard(callbacks.is_heard), 0.0
+        self._is_held = parameters.sim.lockstep  # a client may subscribe between two blocks
+        super().__init__(parameters, publish, bench=bench, is_heard=self.heard.__getitem__)
         self._block_ns = parameters.block_ns
         self._keeps_clock = parameters.sim.publish_clock
         self.failed_writer: RunWriter | None = None  # ended by the disk, until another begins
@@ -91,8 +92,8 @@ class Worker(ReportingBench):
 
         """
         now_ns, now_s = self.bench.time_ns, time.monotonic()
-        if orders or now_s - self._asked_s > HEARD_S:
-            self._heard.clear()
+        if orders or self._is_held or now_s - self._asked_s > HEARD_S:
+            self.heard.clear()
             self._asked_s = now_s
         if orders or self._seen_faults is None or not self._schedule.is_over:
             self._carry_out(orders, self._schedule.due(now_ns))
@@ -115,7 +116,7 @@ class Worker(ReportingBench):
             time_ns = output.readings.time_ns
             self._publish(Packed('clock', time_ns, pack_stamp(self.time_origin_ns + time_ns)))
         for event in output.events:
-            self._heard.pop('event', None)
+            self.heard.pop('event', None)
             self._callbacks.on_end(event)
         self.report(output)
 
