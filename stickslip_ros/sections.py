@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Sequence
 from html import escape
 from typing import Any, NamedTuple
 
-from stickslip_ros.units import FACTORS, display_unit, unit_of
+from stickslip_ros.units import FACTORS, display_unit, in_digits, unit_of
 
 
 class Section(NamedTuple):
@@ -88,5 +88,4 @@ def _row(cells: Sequence[object], kind: str) -> str:
 
 
 def _text(cell: object) -> str:
-    text = f'{cell:.6g}' if isinstance(cell, float) else str('-' if cell is None else cell)
-    return escape(text).replace('\n', '<br>')
+    return escape('-' if cell is None else in_digits(cell)).replace('\n', '<br>')

@@ -93,10 +93,17 @@ def display_unit(unit: str) -> tuple[float, str]:
     return FACTORS.get(name, 1.0), name
 
 
+def in_digits(value: object) -> str:
+    """Return a value as people read it: floats, also of a list, have five significant digits."""
+    if isinstance(value, list | tuple):
+        return f'[{", ".join(map(in_digits, value))}]'
+    return f'{value:.5g}' if isinstance(value, float) else str(value)
+
+
 def with_unit(value: float, unit: str) -> str:
     """Return an SI value as text in its displayed unit."""
     factor, name = display_unit(unit)
-    return f'{factor * value:.5g} {name}'.rstrip()
+    return f'{in_digits(factor * value)} {name}'.rstrip()
 
 
 def power_of_ten(unit: str, si_unit: str) -> int | None:

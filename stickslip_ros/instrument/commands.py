@@ -269,8 +269,8 @@ def ramp_preload(bench: Instrument, accepted: Accepted) -> None:
 
 
 def stop(bench: Instrument, accepted: Accepted) -> Result:
-    """End the running move at the present voltage."""
-    bench.end_move(f'stopped by command {accepted.command.number}')
+    """End the running move at the present voltage; a tag is the reason."""
+    bench.end_move(accepted.command.tag or f'stopped by command {accepted.command.number}')
     return Result.DONE
 
 

@@ -50,11 +50,13 @@ def plot_verb(arguments: argparse.Namespace) -> Answer:
     header = 'quantity', 'samples', 'smallest', 'largest'
     parts = [Section(plot.title, rows, header, notes)]
     if isinstance(plot, RunPlot) and plot.events:
-        runs = (list(group) for _, group in groupby(plot.events, key=lambda each: each[1:]))
+        runs = (list(group) for _, group in groupby(plot.events, key=lambda each: each[1:3]))
         events = [
-            (f'{first.time_s:.6f} s', first.command, first.result, 1 + len(others))
+            (f'{first.time_s:.6f} s', *first[1:3], 1 + len(others), first.message)
             for first, *others in runs
         ]
-        parts.append(Section('events', events, ('first at', 'command', 'result', 'in a row')))
+        parts.append(
+            Section('events', events, ('first at', 'command', 'result', 'in a row', 'why'))
+        )
     content = {'picture': str(picture), **as_json(plot), 'notes': notes}
     return Answer(content, [*parts, f'picture {picture}'])

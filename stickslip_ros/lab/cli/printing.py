@@ -13,6 +13,7 @@ from typing import Any
 
 from stickslip_ros.errors import printable, shortened
 from stickslip_ros.sections import Section, as_json
+from stickslip_ros.units import in_digits
 
 CHECK_FAILED = 1
 """Exit status of a verb whose check failed."""
@@ -53,7 +54,7 @@ def print_json(content: Any) -> None:
 def _print_table(section: Section) -> None:
     """Print rows as a table: names and sentences to the left, numbers to the right."""
     header = [str(each) for each in section.header]
-    rows = [[shortened(str('-' if e is None else e)) for e in row] for row in section.rows]
+    rows = [[shortened('-' if e is None else in_digits(e)) for e in row] for row in section.rows]
     try:
         from rich import box, console, table, text  # noqa: PLC0415 - a robot has none
     except ImportError:

@@ -59,6 +59,7 @@ class Threshold:
     zero_amplitude_m: float | None
     saturation: float
     saturation_at_m: float
+    why: str = ''  # reason of a missing 0-amplitude
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,12 +160,18 @@ def threshold_of(amplitude_m: Array, force_n: Array) -> Threshold:
     largest_n = float(force_n[top])
     on_flank = (force_n >= FLANK[0] * largest_n) & (force_n <= FLANK[1] * largest_n)
     on_flank &= amplitude_m <= amplitude_m[top]
-    x_m, y_n, zero_m = amplitude_m[on_flank], force_n[on_flank], None
-    if largest_n > 0.0 and len(np.unique(x_m)) >= FLANK_POINTS_MIN:
+    x_m, y_n, zero_m, why = amplitude_m[on_flank], force_n[on_flank], None, ''
+    if largest_n <= 0.0:
+        why = 'no force above 0'
+    elif (count := len(np.unique(x_m))) < FLANK_POINTS_MIN:
+        share = ' to '.join(f'{100 * each:g}' for each in FLANK)
+        why = f'strokes with {share} % of the largest force: {count}; give {FLANK_POINTS_MIN}'
+    else:
         offsets_m = x_m - x_m.mean()
         slope = float(np.sum(offsets_m * y_n) / np.sum(offsets_m**2))
         zero_m = float(x_m.mean() - y_n.mean() / slope) if slope > 0.0 else None
-    return Threshold(zero_m, largest_n, float(amplitude_m[top]))
+        why = '' if slope > 0.0 else 'the force does not rise with the stroke'
+    return Threshold(zero_m, largest_n, float(amplitude_m[top]), why)
 
 
 def _is_constant(values: Array) -> bool:

@@ -12,8 +12,9 @@ import numpy as np
 from stickslip_ros.lab.comparison.result import ROUNDING, Compared, Comparison, Threshold
 from stickslip_ros.lab.measurements.measurement import Side
 from stickslip_ros.lab.measurements.words import quantity_words, setting_words
+from stickslip_ros.parameters import specs
 from stickslip_ros.sections import Section
-from stickslip_ros.units import MN, NM, display_unit, with_unit
+from stickslip_ros.units import MN, NM, display_unit, in_digits, with_unit
 
 _NONE = '–'
 _UNKNOWN = 'not in the file'
@@ -60,7 +61,7 @@ def sections(
     if a.notes or b.notes:
         sides.append(('notes', '\n'.join(a.notes), '\n'.join(b.notes)))
     yield Section('the two sides', sides, ('', f'A: {a.origin}', f'B: {b.origin}'))
-    differing = [(each.name, each.a, each.b) for each in comparison.differences]
+    differing = [(e.name, *_unlike(e.name, e.a, e.b)) for e in comparison.differences]
     header = ('name', 'A', 'B') if differing else ()
     notes = () if differing else (_SAME_SETTINGS,)
     yield Section('settings of A and B that differ', differing, header, notes)
@@ -134,10 +135,11 @@ def _numbers(quantity: Compared) -> Section:
 
 def _thresholds(pairs: Sequence[tuple[str, Threshold, Threshold]]) -> Iterator[Section]:
     """Yield the tables of thresholds of force curves."""
-    zeros, tops = [], []
+    zeros, tops, missing = list[Any](), list[Any](), list[str]()
     for name, a, b in pairs:
         zero_a_m, zero_b_m = a.zero_amplitude_m, b.zero_amplitude_m
         both = None if zero_a_m is None or zero_b_m is None else zero_b_m - zero_a_m
+        missing += [f'{name}, {s}: {each.why}' for s, each in (('A', a), ('B', b)) if each.why]
         zeros.append((name, *(_number(each, '.3f', NM) for each in (zero_a_m, zero_b_m, both))))
         cells = [
             cell
@@ -145,7 +147,7 @@ def _thresholds(pairs: Sequence[tuple[str, Threshold, Threshold]]) -> Iterator[S
             for cell in (f'{MN * each.saturation:.3f}', f'{NM * each.saturation_at_m:.5g}')
         ]
         tops.append((name, *cells, f'{MN * (b.saturation - a.saturation):.3f}'))
-    yield Section('0-amplitude (nm)', zeros, ('preload', 'A', 'B', 'B − A'))
+    yield Section('0-amplitude (nm)', zeros, ('preload', 'A', 'B', 'B − A'), missing)
     header = 'preload', 'A', 'at stroke (nm)', 'B', 'at stroke (nm)', 'B − A'
     yield Section('largest force (mN)', tops, header)
 
@@ -153,7 +155,20 @@ def _thresholds(pairs: Sequence[tuple[str, Threshold, Threshold]]) -> Iterator[S
 def _changed(side: Side) -> str:
     if side.changed is None:
         return _UNKNOWN
-    return '\n'.join(f'{name} = {value}' for name, value in side.changed.items()) or 'none'
+    return (
+        '\n'.join(f'{name} = {_set(name, each)}' for name, each in side.changed.items()) or 'none'
+    )
+
+
+def _set(name: str, value: object) -> str:
+    """Return the value of a parameter with its unit, or of another setting."""
+    return f'{in_digits(value)} {specs()[name].unit if name in specs() else ""}'.rstrip()
+
+
+def _unlike(name: str, *values: object) -> list[str]:
+    """Return different values with their unit, as short as they differ."""
+    shown = [_set(name, each) for each in values]
+    return [*map(str, values)] if len({*shown}) < len(values) else shown
 
 
 def _number(value: float | None, form: str, factor: float) -> str:

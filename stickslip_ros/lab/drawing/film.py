@@ -80,7 +80,7 @@ def slipping_shares(contacts: list[Presliding], ways_m: Array) -> Array:
 
 def steep_edges(voltage: Array) -> NDArray[np.intp]:
     """Return the last sample before each steep edge of a saw-tooth: falls, or rises backwards."""
-    low, high = float(voltage.min()), float(voltage.max())
+    low, high = float(np.fmin.reduce(voltage)), float(np.fmax.reduce(voltage))  # past gaps
     level = (voltage > low + HIGH * (high - low)).astype(np.int8)
     level -= voltage < low + LOW * (high - low)
     places = np.flatnonzero(level)

@@ -63,6 +63,7 @@ class LoggedEvent(NamedTuple):
     time_s: float
     command: str
     result: str
+    message: str
 
 
 def sections_of(recording: Recording) -> Iterator[Section]:
@@ -235,7 +236,7 @@ def events_within(recording: Recording, window: TimeWindow) -> list[LoggedEvent]
     for time_s, message in timed_messages(recording, 'event'):
         event = read_event(str(message))
         if event is not None and window.start_s <= time_s <= window.end_s:
-            found.append(LoggedEvent(time_s, event['command'], event['result']))
+            found.append(LoggedEvent(time_s, *(event[k] for k in LoggedEvent._fields[1:])))
     return found
 
 

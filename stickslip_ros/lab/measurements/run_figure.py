@@ -71,7 +71,7 @@ _STEPS = 4  # falls in the enlarged part
 BEFORE_PERIODS, AFTER_PERIODS = 1.2, 0.6
 """Periods shown before the first and after the last fall."""
 SLIP_SHARE = 0.1  # least step with slip at the fall, as a share of the stroke
-_DONE = Result.DONE.name
+_DONE, _ABORTED = Result.DONE.name, Result.ABORTED.name
 
 
 @dataclass(frozen=True)
@@ -312,7 +312,8 @@ def _draw_lanes(
     for event in failed:
         lane, time_s = lanes.index(event.command), event.time_s - zero_s
         axes.plot(time_s, lane, 'x', color=BLACK, markersize=5.0)
-        labels.append((lane, time_s, time_s, event.result))
+        why = event.message.partition(':')[0] if event.result == _ABORTED else ''
+        labels.append((lane, time_s, time_s, why or event.result))
     axes.set_yticks(range(len(lanes)), lanes, fontsize='small')
     axes.set_ylim(len(lanes) - 0.5, -0.5)
     axes.grid(visible=False, axis='y')

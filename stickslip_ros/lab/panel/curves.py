@@ -20,9 +20,11 @@ BINS = 600  # of a picture, of each of which the lowest and highest samples are 
 RECENT = (1 << 13, 1 << 15, 1 << 18)  # samples searched for falls, more if these hold too few
 KEPT = RECENT[-1]
 _JITTER_V, _JITTER = 1.0, 0.03
-"""A voltage rests if it changes by less than 1 V and 3 % of the last saw-tooth."""
+"""A voltage rests if it changes by less than 1 V and its noise, and 3 % of the last saw-tooth."""
+_NOISE = 12 / 1.65
+"""Widest range of noise, 12 standard deviations, per median of its second differences."""
 _MARGIN = 0.15  # share of a period shown before the first and after the last fall
-FREE_S = 0.02  # time that the scope shows without a period, s
+FREE_S, FREE_SAMPLES = 0.02, 50  # time, s, and samples that the scope shows without a period
 _SLACK_S = 1e-9  # rounding of times
 DRAWN_MAX = 1e38  # below the largest number of the curves
 HISTORY_BIN_S = 0.01
@@ -181,7 +183,7 @@ class Scope:
     def __init__(self) -> None:
         self._held: Picture | None = None
         self.samples: Array | None = None  # of the held picture
-        self._jitter_v = 0.0
+        self._swing_v = 0.0  # of the held picture
 
     def clear(self) -> None:
         """Drop the held picture."""
@@ -192,13 +194,17 @@ class Scope:
         if not len(samples):
             return None
         recent = samples[-RECENT[0] :, VOLTAGE]
-        if self._held is not None and np.ptp(recent) <= self._jitter_v:
+        noise_v = _noise_v(recent)
+        rests_v = min(_JITTER_V + noise_v, _JITTER * self._swing_v)
+        if self._held is not None and _range_v(recent) <= rests_v:
             return self._held
         for count in RECENT:
             part = samples[-count:]
             falls = steep_edges(part[:, VOLTAGE])
             if len(falls) > cycles + 1 or count >= len(samples):
                 break
+        if len(falls) and _range_v(part[:, VOLTAGE]) <= noise_v:
+            return _free(samples)
         return self._triggered(part, falls, cycles) or _free(samples)
 
     def _triggered(self, samples: Array, falls: NDArray[np.intp], cycles: int) -> Picture | None:
@@ -212,17 +218,29 @@ class Scope:
         end = min(len(samples), last + round(_MARGIN * period) + 1)
         self._held = _shown(samples, slice(begin, end), first)
         self.samples = samples[begin:end].copy()
-        swing_v = float(np.ptp(samples[begin:end, VOLTAGE]))
-        self._jitter_v = min(_JITTER_V, _JITTER * swing_v)
+        self._swing_v = _range_v(samples[begin:end, VOLTAGE])
         sample_s = (samples[last, TIME] - samples[first, TIME]) / max(1, last - first)
         self._held = self._held._replace(period_s=period * sample_s)
         return self._held
 
 
+def _range_v(voltage: Array) -> float:
+    """Return highest less lowest voltage, V, past gaps; NaN without a voltage."""
+    return float(np.fmax.reduce(voltage) - np.fmin.reduce(voltage))
+
+
+def _noise_v(voltage: Array) -> float:
+    """Return the widest range of the noise, V; straight ramps have none."""
+    steps = np.abs(np.diff(voltage, 2))
+    steps = steps[np.isfinite(steps)]
+    return _NOISE * float(np.median(steps)) if len(steps) else 0.0
+
+
 def _free(samples: Array) -> Picture:
     begin = int(np.searchsorted(samples[:, TIME], samples[-1, TIME] - FREE_S))
+    begin = max(0, min(begin, len(samples) - FREE_SAMPLES))
     picture = _shown(samples, slice(begin, len(samples)), len(samples) - 1)
-    return picture._replace(start_s=-FREE_S, end_s=0.0)
+    return picture._replace(start_s=min(picture.start_s, -FREE_S), end_s=0.0)
 
 
 def _shown(samples: Array, shown: slice, trigger: int) -> Picture:

@@ -157,14 +157,16 @@ class Link:
         """Return a client of a drive, and clear the model."""
         self.model.forget(name)
         drive = DriveClient(self._node, name)
+        keep = self.model.take_sent  # before the event that may refuse it
+        drive.subscribe(
+            'command/position', lambda sent: keep('position', sent.point.x, stamp_ns(sent))
+        )
+        drive.subscribe('command/preload', lambda sent: keep('preload', sent.data))
         drive.subscribe('trace', self._take_trace, raw=True, best_effort=True)
         drive.subscribe('status', lambda message: self.model.take_status(message.data))
         drive.subscribe('event', self._take_event)
         drive.subscribe('info', lambda _: self._ask_parameters())  # each activation
         drive.subscribe('diagnostics', self._take_diagnostics)
-        keep = self.model.take_sent
-        drive.subscribe('command/position', lambda sent: keep('position', sent.point.x))
-        drive.subscribe('command/preload', lambda sent: keep('preload', sent.data))
         while self._twin_topics:
             self._node.destroy_subscription(self._twin_topics.pop())
         for key, kind in _TWIN_TYPES.items():
@@ -192,6 +194,7 @@ class Link:
             if len(near) == 1 and near[0] != self.model.drive:
                 self._choose_drive({'drive': near[0]})
         self.model.is_there = self._services['get_state'].service_is_ready()
+        self.model.count_silence(_LOOK_S)
         self._ask_state()
         self._node.guard.begin_report()
 

@@ -5,13 +5,13 @@
 
 import json
 import math
+import re
 import struct
 from collections import deque
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from threading import RLock
-from time import monotonic
 from typing import Any, Protocol
 
 import numpy as np
@@ -53,7 +53,7 @@ from stickslip_ros.units import NS_PER_S
 EVENTS_SHOWN = 60
 FIGURE_S = 0.04  # time over which the large figures are averaged, s
 VELOCITY_S = 0.2  # time over which the slope of the position is the velocity, s
-SILENT_S = 1.5  # wall-clock time without a trace until the page reports it, s
+SILENT_S = 1.5  # time without a trace until the page reports it, s
 SCOPE_CYCLES, HISTORY_SPANS_S = (1, 2, 3, 5, 10), (2, 5, 10, 60)
 """Choices of cycles of the scope, and of seconds of the history."""
 ACTIVE = 'active'
@@ -71,6 +71,7 @@ CONTROLS = {
 }
 """Controls with a place for notes; PANEL takes all other notes."""
 NOTE_MAX = 1000  # characters
+SENT_KEPT = 100  # commands of a name, the newest
 SUCCESSES = {'DONE', 'ABORTED'}  # results of commands without an error
 
 
@@ -202,12 +203,11 @@ class Model:
         self._ring.clear()
         self._history.samples.clear()
         self._scope.clear()
-        self._sent: dict[str, float | None] = {}  # numbers of the commands not refused, SI
-        self._before: dict[str, float | None] = {}  # those of the commands before
+        self._sent: dict[str, deque[tuple[int, float]]] = {}  # not refused: stamp, ns; number, SI
         self._noted: dict[str, int] = {}  # number of the newest command with a note, by name
-        self._preload_n: float | None = None  # that a command has set
-        self._zeroed_s = -math.inf
-        self._heard_s, self._has_news = monotonic(), True
+        self._preload: tuple[int, float] | None = None  # that a command has set
+        self._zeroed_s, self._is_foreign = -math.inf, False
+        self._silent_s, self._has_news = 0.0, True
 
     def take_trace(self, block: Array, names: Sequence[str] = TRUTH) -> None:
         """Take a block of a trace with rising times; clear older samples if time restarts."""
@@ -227,7 +227,8 @@ class Model:
                 self._begin_anew()
             self._ring.append(samples)
             self._history.add_all(samples)
-            self._heard_s, self._has_news = monotonic(), True
+            self._silent_s, self._has_news = 0.0, True
+            self._is_foreign = not self.is_there
 
     def take_twin_reading(self, name: str, stamp_ns: int, value_m: float) -> None:
         with self._lock:
@@ -245,28 +246,45 @@ class Model:
     def take_event(self, event: Mapping[str, Any]) -> None:
         """Take the end of a command, and note it at its control."""
         with self._lock:
-            event = {**event, 'message': in_shown_units(event['message'])}
-            self._events.append(event)
             name, number, result = event['command'], event['number'], event['result']
             is_bad = result not in SUCCESSES
             if is_bad:
-                self._sent[name] = self._before.get(name)
+                self._drop_sent(event)
             elif name == 'preload' and result == 'DONE':
-                self._preload_n = self._sent.get(name)
+                self._preload = self._newest(name)
+            elif name == 'preload':
+                is_bad, event = True, {**event, 'message': f'stopped midway, {event["message"]}'}
             elif name in {'zero_position', 'reset'}:
-                self._preload_n = self._preload_n if name == 'zero_position' else None
+                self._preload = self._preload if name == 'zero_position' else None
                 self._zeroed_s = event['time_ns'] / NS_PER_S
+            event = {**event, 'message': in_shown_units(event['message'])}
+            self._events.append(event)
             if 0 < number < self._noted.get(name, 0):
                 return  # the note is of a later command
             self._noted[name] = number
             words = [result, *filter(None, [event['message']])]
             self.note(name, ': '.join(words), bad=is_bad)
 
-    def take_sent(self, name: str, value: float) -> None:
+    def take_sent(self, name: str, value: float, stamp_ns: int = 0) -> None:
         """Take the number of a command, m or N, that may still be refused."""
         with self._lock:
-            self._before[name] = self._sent.get(name)
-            self._sent[name] = value if math.isfinite(value) else None
+            self._sent.setdefault(name, deque(maxlen=SENT_KEPT)).append((stamp_ns, value))
+
+    def _newest(self, name: str) -> tuple[int, float] | None:
+        """Return stamp and number of the newest command that is not refused."""
+        return next(reversed(self._sent.get(name, ())), None)
+
+    def _drop_sent(self, refusal: Mapping[str, Any]) -> None:
+        """Drop the number of a refusal: that with its stamp or at its head, else the newest."""
+        name, stamp_ns = str(refusal['command']), refusal.get('sent_ns')
+        told, sent = re.split(' [mN] ', refusal['message'])[0], self._sent.get(name, deque())
+        own = [
+            e for e in sent if (e[0] == stamp_ns if stamp_ns else told.endswith(f' {e[1]:.6g}'))
+        ]
+        if own or (sent and not stamp_ns):
+            sent.remove(own[-1] if own else sent[-1])
+        if name == 'preload' and self._preload not in sent:
+            self._preload = self._preload and self._newest(name)
 
     def take_part(self, part: str, level: int, message: str, values: Mapping[str, str]) -> None:
         """Take the diagnostics of a part that the page shows."""
@@ -303,16 +321,16 @@ class Model:
 
     def _present_stand(self) -> Parameters | None:
         """Return the parameters of the drive, with the preload of the last command."""
-        if self._stand is None or self._preload_n is None:
+        if self._stand is None or self._preload is None:
             return self._stand
-        return self._stand.updated({'stand.preload': self._preload_n})
+        return self._stand.updated({'stand.preload': self._preload[1]})
 
     def take_pause(self, *, is_paused: bool) -> None:
         """Take the answer to a pause; the diagnostics follow later."""
         with self._lock:
             values = self._parts.get('time', {}).get('values', {})
             values['paused'] = str(is_paused).lower()
-            self._heard_s = monotonic()
+            self._silent_s = 0.0
 
     def note(self, control: str, text: str, *, bad: bool = False) -> None:
         """Keep a note for a control, else for the panel."""
@@ -326,14 +344,15 @@ class Model:
         """Return the slowly changing state for the page."""
         with self._lock:
             word, text = self.condition()
-            is_held = self._bits & Status.CLOSED_LOOP
+            _, target_m = self._newest('position') or (0, math.nan)
+            is_held = self._bits & Status.CLOSED_LOOP and math.isfinite(target_m)
             return {
                 'drive': self.drive,
                 'drives': sorted({self.drive, *self.drives}),
                 'lifecycle': self.lifecycle,
                 'condition': {'word': word, 'text': text},
                 'bits': self._bits,
-                'target_m': self._sent.get('position') if is_held else None,
+                'target_m': target_m if is_held else None,
                 'events': list(self._events),
                 'parts': self._parts,
                 'parameters': self._parameters,
@@ -348,24 +367,26 @@ class Model:
             return self._pace()
         if self.lifecycle:
             return self.lifecycle, f'the node is {self.lifecycle}: time stands still, no commands'
-        is_lost = len(self._ring.rows) > 0 and self._silent_s > SILENT_S
+        is_lost = len(self._ring.rows) > 0 and self._silent_s >= SILENT_S
         gone = f': no data for {self._silent_s:.0f} s, its process may be gone' * is_lost
+        if self._is_foreign and not (self.is_there or is_lost):
+            return 'foreign', f'data without a drive {self.drive}, as of a bag: no commands'
         if self.is_there:
             return 'silent', f'{self.drive} does not answer{gone}; waiting for it'
         seen = f' (seen: {", ".join(self.drives)})' if self.drives else ''
         return 'absent', f'no drive {self.drive} in this ROS domain{gone}; waiting for it{seen}'
 
-    @property
-    def _silent_s(self) -> float:
-        """Wall-clock time without data, s."""
-        return monotonic() - self._heard_s
+    def count_silence(self, time_s: float) -> None:
+        """Count a time without data; a panel that is held up itself does not count."""
+        with self._lock:
+            self._silent_s += time_s
 
     def _pace(self) -> tuple[str, str]:
         """Return the condition of an active drive."""
         time = self._parts.get('time', {'level': 0, 'message': '', 'values': {}})
         if time['values'].get('paused') == 'true':
             return 'paused', 'simulated time is held; commands wait for the next block'
-        if self._silent_s > SILENT_S:
+        if self._silent_s >= SILENT_S:
             why = 'the drive waits for grants, or is held up'
             return 'waiting', f'no data for {self._silent_s:.0f} s: {why}'
         if time['level'] >= _ERROR:

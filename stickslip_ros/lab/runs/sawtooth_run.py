@@ -333,8 +333,9 @@ def _drive(
         may_end = not wanted and done >= STEADY_STEPS_MIN and len(output.ramps)
         if may_end:
             logs = [np.concatenate(logs)]
-            if done >= STEADY_STEPS_MAX or is_steady(bench.plant, logs[0]):
-                requests = [Request('stop')]
+            if (steady := is_steady(bench.plant, logs[0])) or done >= STEADY_STEPS_MAX:
+                why = f'{"steady" if steady else "NOT steady"} after {done} steps'
+                requests = [Request('stop', tag=f'the run ended before the {request.name}: {why}')]
 
 
 def _read_off(plant: Record, ramps: Array, ledger: EnergyLedger, wave: Wave) -> dict[str, Any]:

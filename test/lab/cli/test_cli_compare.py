@@ -105,14 +105,23 @@ def test_the_report_tells_its_command(capsys: Any, example: Path):
     assert parsed == build_parser().parse_args(words)
 
 
+def test_a_missing_0_amplitude_has_its_reason_below_the_table(capsys: Any, example: Path):
+    head = 'preload (N),amplitude (nm),force (mN)'
+    Path('one.csv').write_text(f'{head}\n0.5,160,30\n')
+    assert main(['compare', 'one.csv', 'one.csv']) == 0
+    reason = 'strokes with 10 to 50 % of the largest force: 0; give 2'
+    assert f'0.5 N, A: {reason}\n0.5 N, B: {reason}\n' in capsys.readouterr().out
+
+
 def test_two_runs_say_what_differs(capsys: Any, example: Path):
-    for name, preload in (('one', '0.25'), ('two', '0.3')):
+    for name, preload, mass in (('one', '0.25', '0.003'), ('two', f'{1 / 3}', '0.0030000000001')):
         words = ('--preload', preload, '--voltage', '200', '--steps', '5', '-o', f'{name}.mcap')
-        assert main(['simulate', *words]) == 0
+        assert main(['simulate', *words, '--set', f'runner.mass={mass}']) == 0
     capsys.readouterr()
     assert main(['compare', 'one.mcap', 'two.mcap', '--align']) == 0
     out = capsys.readouterr().out
-    assert re.search(r'stand\.preload   0\.25 +0\.3\n', out)
+    assert re.search(r'stand\.preload   0\.25 N +0\.33333 N\n', out)
+    assert re.search(r'runner\.mass +0\.003 +0\.0030000000001\n', out)
     assert 'The times of B were shifted by' in out
     assert main(['compare', 'one.mcap', 'experiment.csv', 'model']) == 2
     told = capsys.readouterr().err

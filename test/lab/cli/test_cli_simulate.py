@@ -4,6 +4,7 @@
 """`stickslip simulate` and `stickslip info`: a run without ROS, and what its file says."""
 
 import json
+import re
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -89,6 +90,23 @@ def test_tables_are_printed_for_people(capsys: Any, tmp_path: Path):
     shown = capsys.readouterr().out
     assert '/position' in shown
     assert 'none' in shown
+    mass = ('--set', 'runner.mass=0.0006067006686656132')
+    assert main(['simulate', *AMPLITUDE, *mass, '--steps', '5', '-o', f'{tmp_path}/m.mcap']) == 0
+    assert main(['info', f'{tmp_path}/m.mcap']) == 0
+    assert re.search(r'runner\.mass +0\.0006067 +kg', capsys.readouterr().out)
+
+
+def test_a_run_that_ends_before_its_sawtooth_says_so(capsys: Any, tmp_path: Path):
+    file, picture = tmp_path / 'run.mcap', tmp_path / 'run.svg'
+    assert main(['simulate', *AMPLITUDE, '-o', str(file)]) == 0
+    capsys.readouterr()
+    assert main(['plot', str(file), '-o', str(picture)]) == 0
+    why = 'the run ended before the sawtooth'
+    table = ' '.join(capsys.readouterr().out.split())
+    assert re.search(rf'sawtooth ABORTED 1 {why}: steady after \d+ steps', table)
+    assert why in picture.read_text()
+    assert main(['replay', str(file)]) == 0
+    assert 'every message is identical' in capsys.readouterr().out
 
 
 @pytest.mark.parametrize('words', [(), (*AMPLITUDE, '--voltage', '300')])

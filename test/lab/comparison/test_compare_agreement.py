@@ -116,9 +116,16 @@ def test_the_flank_ends_at_half_of_the_largest_force_and_begins_at_a_tenth():
 
 
 @pytest.mark.parametrize(
-    'force_n', [[0.0, 0.0, 0.0], [0.0, 0.0, 0.1], [-0.1, -0.2, -0.3], [0.04, 0.03, 0.1]]
+    ('force_n', 'why'),
+    [
+        ([0.0, 0.0, 0.0], 'no force above 0'),
+        ([0.0, 0.0, 0.1], 'strokes with 10 to 50 % of the largest force: 0; give 2'),
+        ([0.0, 0.03, 0.1], 'strokes with 10 to 50 % of the largest force: 1; give 2'),
+        ([-0.1, -0.2, -0.3], 'no force above 0'),
+        ([0.04, 0.03, 0.1], 'the force does not rise with the stroke'),
+    ],
 )
-def test_without_a_rising_flank_there_is_no_0_amplitude(force_n):
+def test_without_a_rising_flank_there_is_no_0_amplitude_and_a_reason(force_n, why):
     told = threshold_of(np.array([1.0, 2.0, 3.0]) * NM, np.array(force_n))
-    assert told.zero_amplitude_m is None
+    assert (told.zero_amplitude_m, told.why) == (None, why)
     assert told.saturation == max(force_n)

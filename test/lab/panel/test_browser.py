@@ -41,6 +41,15 @@ PRESS = """(each) => {
     if (isFree) each.click();
     return isFree;
 }"""
+NOTE_WORDS = """() => {
+    const word = document.querySelector('#word');
+    window.words = [word.textContent];
+    new MutationObserver(() => window.words.push(word.textContent))
+        .observe(word, { childList: true });
+}"""
+SHOWS_TIME = '(time_s) => Number(document.querySelector("#time").textContent) > time_s'
+HELD_UP_S = 4.0
+"""Longer than the silences after which a page reports its drive."""
 ASKED = 'pressed'
 """Stands where the panel will note whether a command was sent."""
 
@@ -321,6 +330,22 @@ def test_waveforms_and_scripts_are_played_to_their_end_or_to_a_refusal(page: Pag
     page.keyboard.press('Escape')
     expect(told).to_have_text(re.compile('STOP|stopped'))
     expect(lamp(page, 'MOVING')).to_have_count(0)
+
+
+def test_a_panel_that_was_held_up_does_not_take_its_drive_for_silent(
+    stage: SimpleNamespace, page: Page, operate: Callable[[], Operator]
+):
+    expect(page.locator('#word')).to_have_text('running')
+    operator = operate()
+    operator.wait_for_drive()
+    page.evaluate(NOTE_WORDS)
+    stage.panel.send_signal(signal.SIGSTOP)
+    try:
+        operator.spin_for(HELD_UP_S)
+    finally:
+        stage.panel.send_signal(signal.SIGCONT)
+    page.wait_for_function(SHOWS_TIME, arg=1e-9 * operator.time_ns)
+    assert {*page.evaluate('words')} <= {'running', 'late'}
 
 
 def test_a_drive_that_is_killed_is_missed_until_it_is_back_and_a_panel_that_ends_too(

@@ -520,6 +520,14 @@ def test_a_picture_is_read_zoomed_frozen_compared_and_saved(drive: Told, page: P
     middle = re.compile(r'at(4\.[89]|5\.[012])\d* ms')  # of five cycles of 2 ms
     expect(page.locator('#scope .u-legend').first).to_contain_text(middle)
     expect(voltage).to_contain_text(re.compile(r'voltage \(V\)\d+\.\d'))
+    page.mouse.click(box['x'] + 0.5 * box['width'], box['y'] + 40)
+    page.mouse.move(box['x'] + 0.55 * box['width'], box['y'] + 40)
+    change = r'[−\d]+\.\d \(Δ [−\d]+\.\d\)'
+    both = re.compile(rf'\(Δ 0\.5\d\d ms\)runner \(nm\){change}foot \(nm\){change}')
+    expect(page.locator('#scope .u-legend').first).to_have_text(both)
+    expect(voltage).to_have_text(re.compile(rf'voltage \(V\){change}'))
+    over.dblclick()
+    expect(voltage).not_to_contain_text('Δ')
     freeze = page.locator('#scope-tools').get_by_role('button', name='Freeze')
     freeze.click()
     expect(freeze).to_have_attribute('aria-pressed', 'true')
@@ -567,6 +575,36 @@ def test_a_picture_is_read_zoomed_frozen_compared_and_saved(drive: Told, page: P
     assert not is_same(picture(), behind)  # frozen: only the reference is gone
     history = parse_experiment(saved('history', 'CSV'), 'history.csv').columns
     assert {'time_s', 'position_m', 'force_n'} <= {*history}
+
+
+def test_the_scope_of_foreign_data_names_the_next_step(drive: Told, page: Page):
+    trigger = page.locator('#trigger')
+    drive.rest()
+    expect(trigger).to_have_text('no falls: runs freely; send Sawtooth, Freeze holds it')
+    drive.is_there, drive.lifecycle = False, ''
+    drive.rest(voltage=np.nan)
+    expect(page.locator('#word')).to_have_text('foreign')
+    expect(page.locator('body')).to_have_class('fresh')
+    expect(trigger).to_have_text('no voltage: runs freely; Freeze holds it')
+    freeze = page.locator('#scope-tools').get_by_role('button', name='Freeze')
+    freeze.click()
+    axis = page.locator('#scope').screenshot()
+    drive.rest(voltage=np.nan, position=2e-6)
+    expect(page.locator('#position')).to_have_text('+2\u2009000.0')
+    assert page.locator('#scope').screenshot() == axis
+
+
+def test_numbers_are_shown_with_five_digits_and_kept_whole(drive: Told, page: Page):
+    drive.take_parameters({'runner.mass': 0.0006067006686656132, 'step.amplitude': 98.7654321})
+    expect(page.get_by_role('group', name='Steps')).to_contain_text('of 98.765 V, 1000 Hz')
+    page.locator('#parameters summary').click()
+    mass = page.locator('#parameter-runner\\.mass')
+    expect(mass).to_have_value('0.0006067')
+    mass.fill('1')
+    expect(page.locator('#parameters .waits')).to_contain_text('to apply; now 0.0006067;')
+    mass.fill('0.0006067')
+    expect(page.locator('#parameters .waits')).to_have_count(0)
+    assert drive.state()['changed']['runner.mass'] == '0.000606700668665613'
 
 
 def test_the_stand_moves_as_the_drive_does_and_a_twin_is_shown_below(drive: Told, page: Page):
@@ -740,6 +778,9 @@ def test_a_recording_is_played_on_the_same_scope(
         end_s = float(page.locator('#events time').first.inner_text().removesuffix(' s'))
         page.locator('#seek').fill(f'{end_s}')
         expect(page.locator('#trigger')).to_contain_text('1000 Hz')
+        page.locator('#seek').fill('0.0001')
+        expect(page.locator('#trigger')).to_contain_text('go to a saw-tooth on the time line')
+        page.locator('#seek').fill(f'{end_s}')
         expect(lamp(page, 'AMPLIFIER_ENABLED')).to_be_visible()
         assert page.locator('#speed').input_value() not in {'1', ''}
         page.locator('#seek').fill('0')

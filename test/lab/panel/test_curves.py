@@ -222,6 +222,32 @@ def test_what_trembles_at_rest_is_no_sawtooth_and_a_small_one_after_it_is(swing_
     assert scope.picture(np.concatenate([moving, small]), 3).period_s == pytest.approx(5e-3)
 
 
+@pytest.mark.parametrize('gap', [False, True])
+def test_the_noise_of_a_foreign_voltage_is_rest_and_no_sawtooth(gap: bool):
+    moving, scope = sawtooth_samples(0.5), Scope()
+    resting = sawtooth_samples(5.5, start_s=0.5)
+    resting[:, VOLTAGE] = 0.0
+    both = np.concatenate([moving, resting])
+    both[:, VOLTAGE] += 0.5 * np.random.default_rng(1).standard_normal(len(both))
+    both[len(moving) - 900 :: 7000, VOLTAGE] = np.nan if gap else 0.0
+    assert scope.picture(both[-RECENT[0] :], 3).period_s == 0.0
+    held = scope.picture(both[: len(moving)], 3)
+    assert held.period_s == pytest.approx(1e-3, rel=1e-3)
+    for end in (len(moving) + RECENT[0], len(both)):
+        assert scope.picture(both[:end][-RECENT[-1] :], 3).at_s == held.at_s
+    both[:, VOLTAGE] = np.nan
+    assert scope.picture(both, 3).period_s == 0.0
+
+
+def test_slow_samples_without_falls_are_a_curve_not_a_point():
+    samples = sawtooth_samples(0.02)
+    samples[:, 0] *= 5e3  # 10 Hz
+    samples[:, VOLTAGE] = np.nan
+    picture = Scope().picture(samples, 3)
+    assert len(picture.curves['runner'].x) == 50
+    assert picture.start_s == pytest.approx(-4.9)
+
+
 def test_nothing_gives_no_picture():
     assert Scope().picture(np.empty((0, 5)), 3) is None
     assert BinHistory().curves(1.0, 10.0) == {}

@@ -16,7 +16,6 @@ from stickslip_ros.errors import StickSlipError, WrongKind
 from stickslip_ros.instrument.commands import COMMANDS as COMMAND_ROWS
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.interface.topics import SERVICES
-from stickslip_ros.lab.panel import model as panel_model
 from stickslip_ros.lab.panel.controls import NUMBER_FIELDS, read_parameter, sheet
 from stickslip_ros.lab.panel.curves import SAMPLE_COLUMNS
 from stickslip_ros.lab.panel.model import PANEL, RANGE, Model
@@ -114,6 +113,43 @@ def test_a_target_is_told_as_long_as_closed_loop_goes_there(model: Model):
     assert model.state()['target_m'] is None
 
 
+@pytest.mark.parametrize('stamps_ns', [(0, 0, 0, 0), (1, 2, 3, 4)])
+def test_each_refusal_is_of_its_own_request_however_soon_the_next_one_comes(
+    model: Model, stamps_ns: tuple[int, ...]
+):
+    model.take_status(Status.CLOSED_LOOP)
+    for x_m, stamp_ns in zip((5e-7, 9e-3, 8e-3, 6e-7), stamps_ns, strict=True):
+        model.take_sent('position', x_m, stamp_ns)
+    for number, x_m in ((2, 9e-3), (3, 8e-3)):
+        refused = an_event(command='position', number=number, result='INVALID_PARAMETER')
+        stamp = {'sent_ns': stamps_ns[number - 1]} if stamps_ns[0] else {}
+        model.take_event(
+            refused | stamp | {'message': f'position x {x_m:g} m is outside 0 to 6e-07 m'}
+        )
+        assert model.state()['target_m'] == 6e-7
+    model.take_event(refused | {'message': 'the amplifier is off', 'sent_ns': stamps_ns[3]})
+    assert model.state()['target_m'] == 5e-7
+
+    model.take_parameters(Parameters().flat())
+    for preload_n in (0.25, 9.0, 8.0):
+        model.take_sent('preload', preload_n)
+    model.take_event(an_event(command='preload'))  # of the first
+    for preload_n in (9.0, 8.0):
+        refused = an_event(command='preload', result='INVALID_PARAMETER')
+        model.take_event(refused | {'message': f'preload {preload_n:g} N is above'})
+    assert '= 250 mN' in model.drawing()
+
+
+def test_a_preload_that_is_stopped_midway_is_shown_as_such(model: Model):
+    model.take_sent('preload', 0.9)
+    stopped = an_event(command='preload', result='ABORTED', message='reset by command 2')
+    model.take_event(stopped)
+    told = model.state()
+    text = 'ABORTED: stopped midway, reset by command 2'
+    assert told['notes']['preload'] == {'text': text, 'bad': True, 'number': 1}
+    assert told['events'][-1]['message'] == 'stopped midway, reset by command 2'
+
+
 def test_a_preload_that_a_command_has_set_is_drawn_and_saved_until_a_reset(model: Model):
     model.take_parameters(Parameters().flat())
     assert '= 500 mN' in model.drawing()
@@ -142,7 +178,7 @@ def test_what_was_before_a_new_start_of_time_is_forgotten(model: Model):
     assert curves['position'].shape[1] == 2
 
 
-def test_conditions_are_told_apart(model: Model, monkeypatch: pytest.MonkeyPatch):
+def test_conditions_are_told_apart(model: Model):
     def time(level: int, paused: str) -> None:
         model.take_part('time', level, 'real-time factor 0.5 instead of 1', {'paused': paused})
 
@@ -153,20 +189,24 @@ def test_conditions_are_told_apart(model: Model, monkeypatch: pytest.MonkeyPatch
     assert model.condition()[0] == 'paused'
     model.take_pause(is_paused=False)
     assert model.condition()[0] == 'running'
-    heard_s = model._heard_s
-    monkeypatch.setattr(panel_model, 'monotonic', lambda: heard_s + 2.2)
+    model.count_silence(2.2)
     why = 'the drive waits for grants, or is held up'
     assert model.condition() == ('waiting', f'no data for 2 s: {why}')
     model.lifecycle = 'inactive'
     assert model.condition()[0] == 'inactive'
     model.lifecycle = ''
-    monkeypatch.setattr(panel_model, 'monotonic', lambda: heard_s + 1.0)
+    model.take_trace(block(1.0))
+    model.count_silence(1.0)
     assert model.condition() == ('silent', f'{DRIVE} does not answer; waiting for it')
-    monkeypatch.setattr(panel_model, 'monotonic', lambda: heard_s + 2.2)
+    model.count_silence(1.2)
     gone = 'no data for 2 s, its process may be gone; waiting for it'
     assert model.condition() == ('silent', f'{DRIVE} does not answer: {gone}')
     model.is_there = False
     assert model.condition() == ('absent', f'no drive {DRIVE} in this ROS domain: {gone}')
+    model.take_trace(block(2.0))
+    assert model.condition()[0] == 'foreign'  # as of a bag that plays
+    model.count_silence(2.0)
+    assert model.condition()[0] == 'absent'
     model.forget()  # one that has not been heard yet
     absent = f'no drive {DRIVE} in this ROS domain; waiting for it'
     assert model.condition() == ('absent', absent)

@@ -4,7 +4,7 @@
 // Controls, made from what the server says of commands, services and faults.
 
 import {
-  button, DIRECTIONS, ends, grey, inRow, make, newest, note, numberField, refusal, resolved, whenPictureComes, whenStateComes,
+  button, DIRECTIONS, ends, grey, inDigits, inRow, make, newest, note, numberField, refusal, resolved, whenPictureComes, whenStateComes,
 } from "./fields.js";
 import { addParameters } from "./parameters.js";
 import { addScript, noteCommand } from "./script.js";
@@ -60,7 +60,7 @@ function group(name, text, needsDrive = true, about = "") {
   beside.className = "unit";
   legend.append(" ", beside);
   made.append(legend);
-  whenStateComes(() => { beside.textContent = about.replace(/{(.*?)}/g, (_, told) => resolved(told) ?? "–"); });
+  whenStateComes(() => { beside.textContent = about.replace(/{(.*?)}/g, (_, told) => inDigits(resolved(told) ?? "–")); });
   if (needsDrive) whenStateComes((state) => {
     if (made.disabled === !refusal(state)) made.querySelectorAll("button").forEach((each) => grey(each, refusal(state)));
     made.disabled = Boolean(refusal(state));
@@ -308,7 +308,7 @@ function liveField(name) {
     if (present === wished) wished = null;
     if (wished !== null && performance.now() < wishedAt + PATIENCE_MS) return;
     if (isSwitch) field.checked = present === "true";
-    else field.value = present;
+    else field.value = inDigits(present);
   });
   const made = make("div");
   made.className = "fields";

@@ -19,6 +19,9 @@ export function resolved(told) {
   return found === undefined ? null : told.startsWith("-") ? -found : found;
 }
 
+/** Return a value, or its text, with five significant digits of each number with a point. */
+export const inDigits = (told) => String(told).replace(/-?\d+\.\d+(e[-+]?\d+)?/g, (each) => Number(Number(each).toPrecision(5)));
+
 /** Return why no command is taken; nothing if one is. */
 export const refusal = (state) => (state.lifecycle === "active" ? "" : state.condition.text);
 

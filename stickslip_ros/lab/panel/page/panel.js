@@ -192,7 +192,7 @@ function showState(told) {
 
 function showCondition(word, text) {
   document.body.dataset.condition = word;
-  const isFresh = ["running", "paused", "late", "waiting", "recording"].includes(word);
+  const isFresh = ["running", "paused", "late", "waiting", "recording", "foreign"].includes(word);
   document.body.classList.toggle("fresh", isFresh);
   if (byId("word").textContent !== word) byId("word").textContent = word;
   if (byId("why").textContent !== text) byId("why").textContent = byId("condition").title = text;
@@ -215,7 +215,7 @@ function showEvents(events) {
     const steps = each.steps ? `, ${each.steps} steps` : "";
     const why = each.message ? `: ${each.message}` : "";
     line.append(make("time", `${when} s`), `${each.command} ${each.number} ${each.result}${steps}${why}`);
-    line.classList.toggle("bad", !["DONE", "ABORTED"].includes(each.result));
+    line.classList.toggle("bad", !["DONE", each.command === "preload" ? "" : "ABORTED"].includes(each.result));
     return line;
   }));
 }
@@ -266,7 +266,7 @@ function showFrame(data) {
   byId("time").textContent = head.time_s.toFixed(3);
   const length_s = -(curves.position?.x[0] ?? 0), span_s = sheet.spans_s.find((each) => each >= Math.min(length_s, head.span_s));
   history.draw(curves, -Math.min(span_s ?? head.span_s, head.span_s), 0, null, head.time_s);
-  showScope(head.scope, curves);
+  showScope(head.scope, curves, head.figures.voltage === null);
   if (whole) {
     overview.draw({ position: whole.curve }, whole.start_s, whole.end_s, head.time_s);
     if (document.activeElement !== byId("seek") || state.player.plays) byId("seek").value = head.time_s;
@@ -286,7 +286,7 @@ function signed(value, digits) {
   return `${isBelow ? "−" : "+"}${grouped(whole)}.${rest}`;
 }
 
-function showScope(told, curves) {
+function showScope(told, curves, isBlind) {
   if (!told) return;
   // Base: the place before the fall, from which runner and foot are shown.
   const relative = Object.fromEntries(["runner", "foot"].filter((name) => curves[name])
@@ -294,7 +294,13 @@ function showScope(told, curves) {
   scope.draw({ ...relative, voltage: curves.voltage }, told.start_s, told.end_s, told.period_s ? 0 : null, told.at_s);
   byId("trigger").textContent = told.period_s
     ? `fall at ${told.at_s.toFixed(4)} s, ${(1 / told.period_s).toPrecision(4)} Hz`
-    : "no falls: runs freely";
+    : `no ${isBlind ? "voltage" : "falls"}: runs freely; ${nextStep(isBlind)}Freeze holds it`;
+}
+
+/** Return what makes falls to trigger on: nothing if the page cannot. */
+function nextStep(isBlind) {
+  if (whole) return isBlind ? "open it with --map voltage_v=…, " : "go to a saw-tooth on the time line, ";
+  return state?.lifecycle === "active" && !isBlind ? "send Sawtooth, " : "";
 }
 
 function showTwin({ window: last, length_s, fits, start_s, end_s }, curves) {

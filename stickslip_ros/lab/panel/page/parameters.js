@@ -3,7 +3,7 @@
 
 // The card of all parameters, from their declarations; what somebody types waits here for Apply.
 
-import { button, ends, fileButton, grey, inRow, make, note, resolved, whenStateComes } from "./fields.js";
+import { button, ends, fileButton, grey, inDigits, inRow, make, note, resolved, whenStateComes } from "./fields.js";
 import { ask, wish } from "./socket.js";
 
 const NAME = "parameters", NOTE = "settings"; // of addresses; of the wish and its note
@@ -20,6 +20,7 @@ export function addParameters(card, { parameters, stages }) {
   list.className = "parameters";
   tell.className = "note";
   const present = (name) => state.changed[name] ?? parameters[name].default;
+  const seen = (name) => (parameters[name].kind === "str" ? present(name) : inDigits(present(name)));
 
   const row = (name) => {
     const { text, unit, factor, low, high, choices, source, default: usual, is_live: isLive, is_fixed: isFixed } = parameters[name];
@@ -35,12 +36,12 @@ export function addParameters(card, { parameters, stages }) {
     behind.className = "unit";
     made.append(label, field, behind, about);
     const show = () => {
-      const now = present(name), shown = waiting.get(name) ?? now;
+      const now = seen(name), shown = waiting.get(name) ?? now;
       if (field.value !== shown) field.value = shown;
       const top = resolved(high), isBound = low !== null && top !== null;
       const range = isBound ? `${ends(low * factor, top * factor)} ${unit}`.trim() : "";
       const how = isFixed ? "read at the start" : isLive ? "live" : "";
-      const before = waiting.has(name) ? `to apply; now ${now}` : "", from = `default: ${now === usual ? "" : `${usual}, `}${source}`;
+      const before = waiting.has(name) ? `to apply; now ${now}` : "", from = `default: ${present(name) === usual ? "" : `${usual}, `}${source}`;
       about.textContent = [before, from, range, how].filter(Boolean).join("; ");
       made.classList.toggle("waits", waiting.has(name));
     };
@@ -48,7 +49,7 @@ export function addParameters(card, { parameters, stages }) {
   };
 
   function keep(name, text) {
-    if (text === present(name)) waiting.delete(name);
+    if ([present(name), seen(name)].includes(text)) waiting.delete(name);
     else waiting.set(name, text);
     showAll();
   }

@@ -25,7 +25,7 @@ export class Plot {
   constructor(box, lanes) {
     this.box = box;
     this.isFrozen = false;
-    this.zoom = this.last = this.reference = this.table = null;
+    this.zoom = this.last = this.reference = this.table = this.from = null;
     this.plots = [];
     this.setLanes(lanes);
     new ResizeObserver(() => this.rebuild()).observe(box);
@@ -75,7 +75,7 @@ export class Plot {
     const style = getComputedStyle(this.box), colour = (name) => style.getPropertyValue(`--${name}`);
     const axis = { stroke: colour("faint"), font: FONT, ticks: { show: false } };
     const inTime = () => (this.last[2] - this.last[1] < 0.5 ? [1e3, "ms"] : [1, "s"]);
-    const value = (plot, y) => (y === null ? "" : label(y, (lane.high - lane.low) / 1000));
+    const value = (plot, y, at) => this.reading(plot, y, at, 1, (lane.high - lane.low) / 1000);
     return new uPlot({
       width: this.box.clientWidth,
       height: height + (isLast ? BOTTOM : 0),
@@ -98,16 +98,17 @@ export class Plot {
           values: (plot, places, ...[, , step]) => places.map((y) => label(y, step)) },
       ],
       series: [
-        { label: "at", value: (plot, x) => (x === null ? "" : `${label(x * inTime()[0], 1e-3)} ${inTime()[1]}`) },
+        { label: "at", value: (plot, x) => this.reading(plot, x, 0, inTime()[0], 1e-3, ` ${inTime()[1]}`) },
         ...lane.curves.map((each) => ({
           label: `${each.text} (${lane.unit})`, stroke: colour(each.colour), width: 1.6, dash: each.dash, pxAlign: 0,
           points: { show: false }, value,
         })),
       ],
       hooks: {
+        ready: [(plot) => { plot.over.onclick = () => this.measureFrom(plot.posToVal(plot.cursor.left, "x")); }],
         setSelect: [(plot) => this.zoomBy(plot)],
         drawAxes: [(plot) => this.drawReference(plot, lane, colour)],
-        draw: [(plot) => this.drawMark(plot, colour("faint"))],
+        draw: [(plot) => this.drawMark(plot, this.last[3], colour("faint")), (plot) => this.drawMark(plot, this.from, colour("ink"))],
       },
     }, null, this.box);
   }
@@ -123,7 +124,22 @@ export class Plot {
 
   zoomTo(ends) {
     this.zoom = ends;
+    if (!ends) this.from = null;
     this.redraw();
+  }
+
+  /** Have the cursor tell changes from a place, too. */
+  measureFrom(x) {
+    this.from = x;
+    this.redraw();
+  }
+
+  /** Return a value at the cursor, and its change from the place that was clicked. */
+  reading(plot, value, at, factor, step, unit = "") {
+    if (value == null) return "";
+    const from = this.from === null ? null : plot.data[at][plot.valToIdx(this.from)];
+    const change = from == null ? "" : ` (Δ ${label((value - from) * factor, step)}${unit})`;
+    return `${label(value * factor, step)}${unit}${change}`;
   }
 
   /** Keep the curves of now, each with its lowest and highest value, for reference; or forget those that are kept. */
@@ -155,8 +171,7 @@ export class Plot {
     pen.restore();
   }
 
-  drawMark({ ctx: pen, bbox, valToPos }, colour) {
-    const mark = this.last[3];
+  drawMark({ ctx: pen, bbox, valToPos }, mark, colour) {
     if (mark === null) return;
     const x = valToPos(mark, "x", true);
     if (x < bbox.left || x > bbox.left + bbox.width) return;
@@ -237,7 +252,7 @@ export function tools(plot, name, button) {
     reference.setAttribute("aria-pressed", plot.reference !== null);
   });
   reference.setAttribute("aria-pressed", false);
-  const freeze = button("Freeze", "Hold this picture; drag in it to zoom, double-click for all of it", () => {
+  const freeze = button("Freeze", "Hold this picture; drag in it to zoom, click to measure from there, double-click for all of it", () => {
     plot.isFrozen = !plot.isFrozen;
     plot.table = plot.isFrozen && plot.last ? plot.csv(name) : null; // later its samples are gone
     freeze.setAttribute("aria-pressed", plot.isFrozen);
