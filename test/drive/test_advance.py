@@ -9,7 +9,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from stickslip_ros.drive.advance import CROSSING_PASSES_MAX, PASSES_MIN, check_motion
+from stickslip_ros.drive.advance import PASSES_MIN, check_motion
 from stickslip_ros.drive.amplifier import follow, low_pass, time_to_settle, wanted
 from stickslip_ros.drive.build import plant_of
 from stickslip_ros.drive.records import ALL, CLOCK
@@ -88,8 +88,8 @@ def test_a_drive_whose_loops_stand_still_gives_up_and_says_where(drive):
     machine = drive()
     machine.plant.presliding_m = machine.plant.contacts[ALL].curve.limit_m = 1e-40
     resting = machine.start(level(0.0), [1e-9])
-    assert CROSSING_PASSES_MAX < resting.state.passes_left < 2.0 * CROSSING_PASSES_MAX
-    machine.plant.dt_s = 1e40  # allows no passes for crossings, which would take 11 s
+    assert 1e7 < resting.state.passes_left < 2e8  # 11 s of a processor
+    machine.plant.dt_s = 1e40  # allows no passes for crossings
     with pytest.raises(StickSlipError, match='time stands still'):
         machine.start(WAVE, [1e-4])
     assert machine.state.passes_left < 0
