@@ -29,6 +29,7 @@ CODES  := .venv-foreign
 LOCK   := requirements/$(DISTRO).txt
 TESTS  := requirements/$(DISTRO)-test.txt
 DOORS  := requirements/doors.txt
+COVERAGE := $(if $(findstring --cov,$(ARGS)),$(VENV)/coverage.stamp)
 
 PIP := -m pip --disable-pip-version-check --quiet
 
@@ -62,10 +63,10 @@ panel: $(VENV)/project.stamp ## a drive, its runner free, and its front panel in
 OF_ROS := test/interface test/lab/cli test/recording test/ros test/runtime test/test_launch_files.py
 PYTEST = $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder --max-worker-restart=0 --second-try
 
-test: $(VENV)/kernels.stamp $(VENV)/tests.stamp ## run the tests; ARGS='-k name' chooses, ARGS=--cov measures
+test: $(VENV)/kernels.stamp $(VENV)/tests.stamp $(COVERAGE) ## run the tests; ARGS='-k name' chooses, ARGS=--cov measures
 	$(PYTEST) -m 'not slow' $(ARGS)
 
-test-all: $(VENV)/kernels.stamp $(VENV)/doors.stamp ## the same with those that take minutes
+test-all: $(VENV)/kernels.stamp $(VENV)/doors.stamp $(COVERAGE) ## the same with those that take minutes
 	$(PYTEST) $(ARGS)
 
 test-ros: $(VENV)/kernels.stamp $(VENV)/doors.stamp ## run the tests that may differ between distributions
@@ -222,6 +223,10 @@ $(VENV)/tests.stamp: $(TESTS) $(VENV)/project.stamp
 
 $(VENV)/doors.stamp: $(DOORS) $(VENV)/tests.stamp
 	@echo "installing the clients of the doors, of $(DOORS)"
+	@$(install)
+	@touch $@
+
+$(VENV)/coverage.stamp: requirements/coverage.txt $(VENV)/tests.stamp
 	@$(install)
 	@touch $@
 

@@ -140,7 +140,6 @@ setup(
         'units': ['pint'],
         'test': [
             'pytest',
-            'pytest-cov',
             'pytest-timeout',
             'pytest-xdist',
             'argcomplete',

@@ -27,8 +27,10 @@ for distribution in jazzy kilted; do
     pin "requirements/$distribution-test.txt" setup.py requirements/build.in --constraint "$run" \
         --extra "$distribution" --extra "$distribution-test" --extra lab --extra test --extra lint "$@"
 done
-# What `make test-all` adds to the tests, for each distribution.
+# What `make test-all` adds to the tests, for each distribution, and what `ARGS=--cov` does.
 pin requirements/doors.txt setup.py requirements/build.in --extra doors \
+    --constraint requirements/jazzy-test.txt --constraint requirements/kilted-test.txt "$@"
+pin requirements/coverage.txt requirements/coverage.in \
     --constraint requirements/jazzy-test.txt --constraint requirements/kilted-test.txt "$@"
 # uv, then the build tools: every environment gets them first.
 pin requirements/uv.txt requirements/uv.in "$@"

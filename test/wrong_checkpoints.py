@@ -16,7 +16,9 @@ import signal
 import sys
 import zlib
 from array import array
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from copy import copy
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -84,6 +86,7 @@ ARRAYS = {
 """Kinds of the arrays by the ends of their places."""
 
 Content = dict[str, Any]
+Make = Callable[[], Any]
 
 
 def checkpoint_of(drive: str) -> bytes:
@@ -115,11 +118,17 @@ def with_content(data: bytes, content: object) -> bytes:
     return json.dumps(head).encode() + b'\n' + body
 
 
-def wrong_contents(content: Content) -> Iterator[tuple[str, Content]]:
-    """Yield contents with one other value, and what was changed; they share what is the same."""
+def wrong_contents(content: Content) -> Iterator[tuple[str, Make]]:
+    """Yield what one other value changes, and a function that makes the content with it."""
     for part in ('state', 'attached', 'parameters'):
-        for name, changed in _changed(part, content[part]):
-            yield f'{part}{name}', {**content, part: changed}
+        for name, make in _changed(part, content[part]):
+            yield f'{part}{name}', partial(_replaced, content, part, make)
+
+
+def _replaced(tree: Any, key: Any, make: Make) -> Any:
+    changed = tree.copy()
+    changed[key] = make()
+    return changed
 
 
 def with_value(data: bytes, place: str, value: Any) -> bytes:
@@ -146,28 +155,32 @@ def _with_field(text: str, offset: int, form: Any, value: Any) -> str:
     return base64.b64encode(changed).decode()
 
 
-def _changed(place: str, tree: Any) -> Iterator[tuple[str, Any]]:
+def _changed(place: str, tree: Any) -> Iterator[tuple[str, Make]]:
     for end, kind in ARRAYS.items():
         if isinstance(tree, str) and f'.{place}'.endswith(f'.{end}'):
             yield from _changed_array(tree, without_gaps(np.dtype(kind)))
     for value in SINGLES:
-        yield f' = {value!r:.20}', value
+        yield f' = {value!r:.20}', partial(copy, value)
     if isinstance(tree, dict):
-        yield ' + one', {**tree, 'one': 0}
+        yield ' + one', partial(dict, tree, one=0)
         for name, each in tree.items():
-            yield f'.{name} left out', {k: v for k, v in tree.items() if k != name}
-            changed = _changed(f'{place}.{name}', each)
-            yield from ((f'.{name}{told}', {**tree, name: value}) for told, value in changed)
+            yield f'.{name} left out', partial(_without, tree, name)
+            for told, make in _changed(f'{place}.{name}', each):
+                yield f'.{name}{told}', partial(_replaced, tree, name, make)
     elif isinstance(tree, list):
         for i, each in enumerate(tree):
-            for told, value in _changed(place, each):
-                yield f'[{i}]{told}', [*tree[:i], value, *tree[i + 1 :]]
+            for told, make in _changed(place, each):
+                yield f'[{i}]{told}', partial(_replaced, tree, i, make)
 
 
-def _changed_array(text: str, kind: Any) -> Iterator[tuple[str, str]]:
+def _without(tree: Content, name: str) -> Content:
+    return {key: value for key, value in tree.items() if key != name}
+
+
+def _changed_array(text: str, kind: Any) -> Iterator[tuple[str, Make]]:
     data = base64.b64decode(text)
-    yield ' is cut', base64.b64encode(data[:-8]).decode()
-    yield ' is longer', base64.b64encode(data + bytes(8)).decode()
+    yield ' is cut', lambda: base64.b64encode(data[:-8]).decode()
+    yield ' is longer', lambda: base64.b64encode(data + bytes(8)).decode()
     for told, offset, form, limit in _fields('', kind, 0):
         values: tuple[Any, ...] = FLOATS
         if form == np.bool_:
@@ -175,7 +188,7 @@ def _changed_array(text: str, kind: Any) -> Iterator[tuple[str, str]]:
         elif form == np.int64:
             values = (0, -1, limit, limit + 1, 2**31, 2**63 - 1)
         for value in values if offset < len(data) else ():
-            yield f'{told} = {value!r}', _with_field(text, offset, form, value)
+            yield f'{told} = {value!r}', partial(_with_field, text, offset, form, value)
 
 
 def _fields(name: str, kind: Any, offset: int) -> Iterator[tuple[str, int, Any, int]]:
@@ -236,13 +249,13 @@ def main() -> None:
     data = checkpoint_of(drive)
     assert outcome_of(data) == 'ran'
     content = content_of(data)
-    for number, (told, changed) in enumerate(wrong_contents(content)):
+    for number, (told, make) in enumerate(wrong_contents(content)):
         if number < first or (number - first) % every:
             continue
         print(number, drive, told, flush=True)
         signal.setitimer(signal.ITIMER_PROF, HANGS_S)
         try:
-            print(f'  {outcome_of(with_content(data, changed))}', flush=True)
+            print(f'  {outcome_of(with_content(data, make()))}', flush=True)
         except Exception as error:  # noqa: BLE001 - what a file must not cause
             print(f'{number} {drive} {told} FAILED: {error!r}', flush=True)
     print('done')

@@ -4,6 +4,7 @@
 """The line of the runner and the windows on it: waves added up one by one, and sorted heights."""
 
 from dataclasses import replace
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -38,10 +39,16 @@ def heights_m(track, foot, place):
     return profile.heights_m - profile.heights_m[0]
 
 
+@cache
+def drive_of(stand):
+    """Return constants and state of a drive, whose curves no earlier place of it changes."""
+    plants = plant_of(stand)
+    return plants, state_at_rest(plants, stand.stand.preload)
+
+
 def plant_at(stand, place):
     """Return a plant with its windows at a place, in springs."""
-    plants = plant_of(stand)
-    states = state_at_rest(plants, stand.stand.preload)
+    plants, states = drive_of(stand)
     states['contacts']['window_m'] = place * lines_of(stand.contact).spacing_m
     take_ledger(plants, states)
     return plants[0]

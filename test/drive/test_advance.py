@@ -87,6 +87,9 @@ def test_behind_a_fine_converter_too(resolution_v, excess, input_v):
 def test_a_drive_whose_loops_stand_still_gives_up_and_says_where(drive):
     machine = drive()
     machine.plant.presliding_m = machine.plant.contacts[ALL].curve.limit_m = 1e-40
+    resting = machine.start(level(0.0), [1e-9])
+    assert 1e7 < resting.state.passes_left < 2e8  # 11 s of a processor
+    machine.plant.dt_s = 1e40  # allows no passes for crossings
     with pytest.raises(StickSlipError, match='time stands still'):
         machine.start(WAVE, [1e-4])
     assert machine.state.passes_left < 0

@@ -236,7 +236,7 @@ def test_a_recording_of_a_drive_that_is_played_gives_the_fits_of_the_drive_to_th
 ):
     stand = start_drive({**STAND, 'sim.lockstep': True, 'sim.publish_clock': False})
     operator = stand.operator
-    twin = start_twin(operator, {'twin.period': 0.2})
+    twin = start_twin(operator, {'twin.period': 0.2, 'twin.free': 'actuator.gain'})
     listener = Listener(operator, twin)
 
     def hears_all(publishers: Any, count: int) -> bool:

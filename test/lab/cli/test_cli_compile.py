@@ -108,7 +108,7 @@ def test_after_that_nothing_is_compiled(words, run, files, all_kept):
 @pytest.mark.slow
 def test_what_is_missing_is_compiled_and_counted(run, environment, files, all_kept):
     before = files()
-    [lost] = [file for file in before if '.advance.observe-' in file.name]
+    [lost] = [file for file in before if '.sensing.fill_times-' in file.name]
     lost.unlink()
     done = run('compile')
     assert done.returncode == 0

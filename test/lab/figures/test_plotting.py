@@ -160,8 +160,10 @@ def test_no_words_of_a_column_lie_over_others_or_are_cut(recorded_run, table, na
     check_words(figure)
 
 
-@pytest.mark.parametrize('start_s', [5e-3, 12.345, 3600.0])
-@pytest.mark.parametrize('frequency_hz', [170.0, 1e3, 9.1e3])
+@pytest.mark.parametrize(
+    ('start_s', 'frequency_hz'),
+    [(12.345, 1e3), *itertools.product((5e-3, 3600.0), (170.0, 9.1e3))],
+)
 def test_no_words_of_a_run_with_an_enlarged_cycle_lie_over_others(start_s, frequency_hz):
     phase = np.arange(0.0, 25.0, 0.02)
     time_s = start_s + phase / frequency_hz

@@ -53,22 +53,20 @@ def test_the_parameter_that_changes_is_named_at_the_second_look(which: int):
     assert found == [None, which]
 
 
-def test_a_change_of_no_single_parameter_is_told_as_something_else():
+@pytest.mark.parametrize(
+    ('errors', 'told'),
+    [
+        ([12.0, -12.0, 0.0], ELSE),
+        ([-7.0, 100.0, 5.0], 1),  # others are fitted a little off
+    ],
+)
+def test_a_large_change_is_named_and_that_of_no_single_parameter_is_something_else(errors, told):
     watch = Watch(PERIOD_S, 1.0)
     for _ in range(3):
         watch.changed(LookEstimate(np.zeros(3), COVARIANCE))
-    step = 12.0 * np.sqrt(np.diag(COVARIANCE)) * np.array([1.0, -1.0, 0.0])
+    step = np.sqrt(np.diag(COVARIANCE)) * np.array(errors)
     found = [watch.changed(LookEstimate(step, COVARIANCE)) for _ in range(2)]
-    assert found == [None, ELSE]
-
-
-def test_a_large_change_is_named_though_others_are_fitted_a_little_off():
-    watch = Watch(PERIOD_S, 1.0)
-    for _ in range(3):
-        watch.changed(LookEstimate(np.zeros(3), COVARIANCE))
-    step = np.sqrt(np.diag(COVARIANCE)) * np.array([-7.0, 100.0, 5.0])
-    found = [watch.changed(LookEstimate(step, COVARIANCE)) for _ in range(2)]
-    assert found == [None, 1]
+    assert found == [None, told]
 
 
 def test_one_look_that_is_off_raises_nothing():
