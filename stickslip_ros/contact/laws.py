@@ -9,80 +9,88 @@ EPM (Dupont, Hayward, Armstrong, Altpeter 2002). CEIM (Edeler 2011) is missing b
 equations are not publicly available.
 
 z is the deflection of the bristles, v the sliding velocity, g(v) = [Fc + (Fs - Fc)
-exp(-(v/vs)^2)]/sigma0. If v and the coefficient of z are constant in a step,
-z' = v (1 - alpha z sgn(v)/g) has the solution z -> z_ss + (z - z_ss) exp(-alpha |v| dt/g). This
-exact solution is used, so stiff bristles cannot make a step unstable; EPM's alpha changes with z.
+exp(-(v/vs)^2)]/sigma0. If v is constant in a step, z/g follows from the way |du|/g alone. Its lag
+behind steady sliding falls by exp(-|du|/g): it is 1 - z sgn(v)/g, in EPM a tabulated function of
+that, and 1 where EPM's bristles are elastic. This exact solution is used, so stiff bristles cannot
+make a step unstable.
 
 """
 
 import math
+from functools import lru_cache
 
+import numpy as np
+
+from stickslip_ros.arrays import Array
 from stickslip_ros.kernels.kernel import kernel
-from stickslip_ros.kernels.record import COUNT, FLOAT, Record, kind
+from stickslip_ros.kernels.record import COUNT, FLAG, FLOAT, Record, kind
 from stickslip_ros.parameters import LAWS
 
 MDR, COULOMB, DAHL, LUGRE, EPM = range(len(LAWS))
 SHORT_WAY = 0.25
-"""Longest way of bristles, relative to g, for which Pade's fraction replaces the exponential: that
-costs more than the rest of a law."""
+"""Longest way of bristles, relative to g, for which Pade's fraction replaces the exponential, to
+6e-10: that costs more than the rest of a law."""
+EPM_CELLS, _FINE = 4096, 16
+"""Cells of EPM's table, with an error of 4e-8 of g, and nodes per cell from which it is made."""
 
 LAW = kind(
     number=COUNT,  # MDR, COULOMB, DAHL, LUGRE or EPM
     bristle_n_per_m=FLOAT,  # sigma0, stiffness of the bristles
+    depends_on_rate=FLAG,  # Whether friction depends on velocity
     bristle_n_s_per_m=FLOAT,  # sigma1, damping of the bristles
     viscous_n_s_per_m=FLOAT,  # sigma2, viscous friction
     static_ratio=FLOAT,  # Fs/Fc, static over Coulomb friction, >= 1
     stribeck_m_per_s=FLOAT,  # vs, Stribeck velocity
     breakaway_ratio=FLOAT,  # z_ba/z_ss of EPM, in [0, 1): bristles deflected less are elastic
+    bents=(FLOAT, (EPM_CELLS + 1,)),  # z/g of EPM beyond z_ba, at equal distances of the lag
 )
 """Constants of a friction law."""
 
 
 @kernel
-def steady_deflection(law: Record, coulomb_n: float, v_m_per_s: float) -> float:
-    """Return g(v) = |z_ss|, the deflection of steady sliding, m."""
-    if law.number == DAHL or law.static_ratio <= 1.0:
-        return coulomb_n / law.bristle_n_per_m
-    ratio = v_m_per_s / law.stribeck_m_per_s
-    stribeck = (law.static_ratio - 1.0) * math.exp(-ratio * ratio)
-    return coulomb_n * (1.0 + stribeck) / law.bristle_n_per_m
-
-
-@kernel
-def plastic_share(law: Record, bent: float) -> float:
-    """Return alpha at z sgn(v)/g: 0 if bristles are elastic, 1 if they slide; 1 except in EPM."""
+def bristles_towards(
+    law: Record, coulomb_n: float, z_m: float, v_m_per_s: float
+) -> tuple[float, float, float, float]:
+    """Return g(v) sgn(v), m, and for bristles there z sgn(v)/g, its lag, and dz/du."""
+    steady_m = math.copysign(coulomb_n / law.bristle_n_per_m, v_m_per_s)
+    if law.number != DAHL and law.static_ratio > 1.0:
+        ratio = v_m_per_s / law.stribeck_m_per_s
+        steady_m *= 1.0 + (law.static_ratio - 1.0) * math.exp(-ratio * ratio)
+    bent = z_m / steady_m
     if law.number != EPM:
-        return 1.0
-    place = (bent - law.breakaway_ratio) * (1.0 / (1.0 - law.breakaway_ratio))
-    if not 0.0 < place < 1.0:
-        return 1.0 if place > 0.0 else 0.0
-    return 0.5 - 0.5 * math.cos(math.pi * place)
+        return steady_m, bent, 1.0 - bent, 1.0 - bent
+    if bent < law.breakaway_ratio:
+        return steady_m, bent, 1.0, 1.0
+    cell = min(max(int(np.searchsorted(law.bents, bent)), 1), EPM_CELLS) - 1
+    rise = law.bents[cell + 1] - law.bents[cell]
+    lag = 1.0 - (cell + (bent - law.bents[cell]) / rise) / EPM_CELLS
+    return steady_m, bent, lag, lag * rise * EPM_CELLS
 
 
 @kernel
-def bend(law: Record, bent: float) -> float:
-    """Return dz/du at z sgn(v)/g, 1 - alpha z sgn(v)/g."""
-    return 1.0 - plastic_share(law, bent) * bent
-
-
-@kernel
-def follow_plastic_share(law: Record, bent: float, way: float) -> tuple[float, float]:
-    """Return EPM's z sgn(v)/g after a way |du|/g, and its middle above the chord; Runge-Kutta."""
-    first = bend(law, bent)
-    second = bend(law, bent + 0.5 * way * first)
-    third = bend(law, bent + 0.5 * way * second)
-    last = bend(law, bent + way * third)
-    after = bent + way * (first + 2.0 * (second + third) + last) / 6.0
-    return min(after, max(1.0, bent)), way * (first - last) / 8.0
-
-
-@kernel
-def decay_over(way: float) -> float:
-    """Return exp(-way) of a way >= 0; for short ways by Pade's fraction, to 6e-10."""
-    if way > SHORT_WAY:
-        return math.exp(-way)
-    even, odd = 120.0 + 12.0 * way * way, way * (60.0 + way * way)
-    return (even - odd) / (even + odd)
+def follow(
+    law: Record, bent: float, lag: float, rate: float, way: float
+) -> tuple[float, float, float, float]:
+    """Return z sgn(v)/g, lag, dz/du and loss per sigma0 g^2 after a way |du|/g >= 0."""
+    if law.number == EPM:
+        start = max(bent, law.breakaway_ratio)
+        way, bent = way - (start - bent), start
+        if way <= 0.0:
+            return start + way, 1.0, 1.0, 0.0
+    odd = way * (60.0 + way * way)
+    settled = 2.0 * odd / (120.0 + 12.0 * (way * way) + odd)
+    rise = lag * (settled if way < SHORT_WAY else 1.0 - math.exp(-way))
+    lag -= rise
+    last = lag
+    if law.number == EPM:
+        place = (1.0 - lag) * EPM_CELLS
+        cell = min(max(int(place), 0), EPM_CELLS - 1)
+        slope = law.bents[cell + 1] - law.bents[cell]
+        rise = law.bents[cell] + (place - cell) * slope - bent
+        last *= slope * EPM_CELLS
+    # The trapezoidal rule, corrected by the slopes at both ends.
+    lost = (bent + 0.5 * rise) * (way - rise) + way * way * (rate - last) / 12.0
+    return bent + rise, lag, last, lost
 
 
 @kernel
@@ -98,22 +106,22 @@ def deflect(
     """
     if du_m == 0.0:
         return z_m, law.bristle_n_per_m * z_m, 0.0
-    per_s = 1.0 / dt_s
-    v_m_per_s = du_m * per_s
-    sense, steady_m = math.copysign(1.0, du_m), steady_deflection(law, coulomb_n, v_m_per_s)
-    per_m = 1.0 / steady_m
-    bent, way = sense * (per_m * z_m), per_m * abs(du_m)
-    if law.number == EPM and way < 1.0:
-        after, bow = follow_plastic_share(law, bent, way)
-    else:  # Dahl and LuGre; in EPM the drive takes no such steps
-        decay = decay_over(0.5 * way)
-        after = 1.0 + (bent - 1.0) * decay * decay
-        bow = 1.0 + (bent - 1.0) * decay - 0.5 * (bent + after)
-    after_m = sense * (steady_m * after)
+    v_m_per_s = du_m / dt_s
+    steady_m, bent, lag, rate = bristles_towards(law, coulomb_n, z_m, v_m_per_s)
+    after, _, _, lost = follow(law, bent, lag, rate, du_m / steady_m)
     damping_n = law.viscous_n_s_per_m * v_m_per_s
     if law.number != DAHL:
-        damping_n += law.bristle_n_s_per_m * per_s * (after_m - z_m)
-    middle_n = 0.5 * law.bristle_n_per_m * (z_m + after_m)
-    lost_j = middle_n * (du_m - (after_m - z_m)) + damping_n * du_m
-    lost_j += 2.0 / 3.0 * law.bristle_n_per_m * (steady_m * bow) * abs(du_m)  # Simpson's rule
-    return after_m, law.bristle_n_per_m * after_m + damping_n, lost_j
+        damping_n += law.bristle_n_s_per_m * ((steady_m * after - z_m) / dt_s)
+    lost_j = law.bristle_n_per_m * (steady_m * steady_m) * lost + damping_n * du_m
+    return steady_m * after, law.bristle_n_per_m * (steady_m * after) + damping_n, lost_j
+
+
+@lru_cache(maxsize=8)
+def plastic_bents(breakaway_ratio: float) -> Array:
+    """Return ``bents`` of EPM: log(lag) is integrated, less that of a straight dz/du."""
+    plastic, places = 1.0 - breakaway_ratio, np.linspace(0.0, 1.0, EPM_CELLS * _FINE + 1)
+    bents, left = breakaway_ratio + plastic * places, 1.0 - places
+    pull = bents * (0.5 * np.pi * np.sinc(0.5 * left)) ** 2  # (1 - alpha) z/g per left^2
+    terms = pull / (plastic + pull * left)
+    grown = np.append(0.0, np.cumsum(terms[1:] + terms[:-1]) / (2 * EPM_CELLS * _FINE))
+    return np.interp(places[::_FINE], 1.0 - left * np.exp(grown), bents)

@@ -16,7 +16,7 @@ friction limit.
 import math
 
 from stickslip_ros.contact.ageing import AGEING
-from stickslip_ros.contact.laws import COULOMB, LAW, MDR, bend, deflect, steady_deflection
+from stickslip_ros.contact.laws import COULOMB, LAW, MDR, bristles_towards, deflect
 from stickslip_ros.contact.memory import (
     MEMORY,
     U,
@@ -123,8 +123,7 @@ def answer_towards(contact: Record, state: Record, direction: float) -> float:
     """Return the present stiffness of springs or bristles in a direction, N/m."""
     if contact.law.number != MDR:
         limit_n = friction_limit(contact.bank, state.preload_n)
-        steady_m = math.copysign(steady_deflection(contact.law, limit_n, direction), direction)
-        rate = bend(contact.law, state.bristle_m / steady_m)
+        _, _, _, rate = bristles_towards(contact.law, limit_n, state.bristle_m, direction)
         return contact.law.bristle_n_per_m * max(rate, 0.0)
     if direction * state.memory.sense >= 0.0:
         return state.answered_n_per_m

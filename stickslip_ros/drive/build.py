@@ -11,7 +11,7 @@ import numpy as np
 
 from stickslip_ros.contact.ageing import AGEING
 from stickslip_ros.contact.hemisphere import lines_of
-from stickslip_ros.contact.laws import COULOMB, LAW, MDR
+from stickslip_ros.contact.laws import COULOMB, EPM, LAW, MDR, plastic_bents
 from stickslip_ros.contact.mdr import Presliding
 from stickslip_ros.contact.reaction import CONTACT, relax
 from stickslip_ros.contact.springs import SPRINGS_IN_ALL, Group, bank_of_rows, spring_bank
@@ -167,8 +167,7 @@ def _set_longest_step(plant: Record, parameters: Parameters) -> None:
         longest_s *= TRAVEL_MARGIN
     plant['dt_s'] = min(parameters.sim.dt, longest_s)
     law = plant.contacts[ALL].law
-    depends_on_rate = law.static_ratio > 1.0 or law.bristle_n_s_per_m + law.viscous_n_s_per_m
-    if law.number > COULOMB and depends_on_rate:
+    if law.number > COULOMB and law.depends_on_rate:
         plant['dt_s'] /= LAW_REFINEMENT
     plant['loss_s'] = loss_of(parameters, plant)
     rise_m = plant['gain_m_per_v'] * plant['amplifier']['resolution_v']
@@ -408,11 +407,13 @@ def _law_of(number: int, law: FrictionLawParameters, contacts: Sequence[Preslidi
         LAW,
         number=number,
         bristle_n_per_m=law.bristle_stiffness or stick_n_per_m,
+        depends_on_rate=law.static_ratio > 1.0 or law.bristle_damping + law.viscous > 0.0,
         bristle_n_s_per_m=law.bristle_damping,
         viscous_n_s_per_m=law.viscous,
         static_ratio=law.static_ratio,
         stribeck_m_per_s=law.stribeck_velocity,
         breakaway_ratio=law.breakaway_ratio,
+        bents=plastic_bents(law.breakaway_ratio) if number == EPM else 0.0,
     )
 
 

@@ -21,9 +21,10 @@ points are evaluated lane by lane. Each drive gets the same bits as alone.
 import math
 from typing import Any
 
-from stickslip_ros.contact.laws import MDR
+from stickslip_ros.contact.laws import MDR, bristles_towards, follow
 from stickslip_ros.contact.memory import Branch, branch_towards, force_ahead, move, stiffness_on
-from stickslip_ros.contact.reaction import answer_towards, react_by_law
+from stickslip_ros.contact.reaction import react_by_law
+from stickslip_ros.contact.springs import friction_limit
 from stickslip_ros.drive.amplifier import clamp
 from stickslip_ros.drive.oscillator import SIXTH, propagator
 from stickslip_ros.drive.records import ALL
@@ -73,6 +74,8 @@ FLOATS = (
     'missed_middle missed_by_walls '
     # Force of contacts that lose energy, at the start
     'start_n '
+    # Rival law: g sgn(v), its inverse (0 if it changes in a step), z sgn(v)/g, lag, dz/du
+    'steady_m per_m bent lag rate '
 )
 
 
@@ -88,15 +91,11 @@ one_lane, all_lanes = on_stack(lanes_kind(1)), on_stack(lanes_kind(LANES))
 @kernel
 def enter_lane(lanes: Record, i: int, plant: Record, state: Record, load_n: float) -> None:
     """Copy a drive into a lane, between two stretches."""
-    gamma = plant.damping_n_s_per_m * plant.per_kg
     lanes.runs[i], lanes.walled[i] = 1, plant.walls.exist
     lanes.per_kg[i], lanes.damping_n_s_per_m[i] = plant.per_kg, plant.damping_n_s_per_m
-    lanes.loss_s[i] = plant.loss_s
-    lanes.gamma[i], lanes.cell_n_per_m[i], lanes.load_n[i] = (
-        gamma,
-        plant.cell_n_per_m,
-        load_n + plant.load_n,
-    )
+    lanes.loss_s[i], lanes.per_m[i] = plant.loss_s, 0.0
+    lanes.gamma[i] = plant.damping_n_s_per_m * plant.per_kg
+    lanes.cell_n_per_m[i], lanes.load_n[i] = plant.cell_n_per_m, load_n + plant.load_n
     lanes.gain_m_per_v[i], lanes.rest_v[i] = plant.gain_m_per_v, plant.rest_v
     lanes.foot_m[i], lanes.position_m[i] = state.foot_m, state.position_m
     lanes.velocity_m_per_s[i], lanes.contact_n[i] = state.velocity_m_per_s, state.contact_n
@@ -210,7 +209,7 @@ def find_branch(lanes: Record, i: int, plant: Record, state: Record, plain: bool
         lanes.tangent[i] = stiffness_on(contact.curve, ahead, lanes.u_m[i])
     else:
         ahead = Branch(memory.u_m, memory.force_n, memory.sense, 1.0, 1.0, math.inf)
-        lanes.tangent[i] = answer_towards(contact, state.contacts[ALL], direction)
+        find_bristles(lanes, i, contact, state.contacts[ALL], direction)
     lanes.origin_m[i], lanes.force_n[i] = ahead.origin_m, ahead.force_n
     lanes.sense[i], lanes.reach_m[i] = ahead.sense, ahead.reach_m
     lanes.fold[i], lanes.unfold[i] = ahead.fold, ahead.unfold
@@ -222,6 +221,34 @@ def find_branch(lanes: Record, i: int, plant: Record, state: Record, plain: bool
     if plant.walls.exist:
         state.position_m, state.velocity_m_per_s = lanes.position_m[i], lanes.velocity_m_per_s[i]
         lanes.held_n_per_m[i] = holding_stiffness(plant, state, lanes.speeding[i], lanes.h_s[i])
+
+
+@kernel
+def find_bristles(lanes: Record, i: int, contact: Record, own: Record, direction: float) -> None:
+    """Store the tangent of a rival law in a direction, and its bristles if they turn."""
+    if not lanes.per_m[i] * direction > 0.0:
+        limit_n = friction_limit(contact.bank, own.preload_n)
+        ahead = bristles_towards(contact.law, limit_n, own.bristle_m, direction)
+        lanes.steady_m[i], lanes.bent[i], lanes.lag[i], lanes.rate[i] = ahead
+        changes = contact.law.depends_on_rate or own.preload_n != contact.preload_n
+        lanes.per_m[i] = 0.0 if changes else 1.0 / lanes.steady_m[i]
+    lanes.tangent[i] = contact.law.bristle_n_per_m * max(lanes.rate[i], 0.0)
+
+
+@kernel
+def bend_bristles(lanes: Record, i: int, contact: Record, own: Record, u_m: float) -> None:
+    """Move a contact of a rival law by half a step."""
+    law, memory, steady_m = contact.law, own.memory, lanes.steady_m[i]
+    way = lanes.per_m[i] * (u_m - memory.u_m)
+    if way > 0.0:
+        after = follow(law, lanes.bent[i], lanes.lag[i], lanes.rate[i], way)
+        lanes.bent[i], lanes.lag[i], lanes.rate[i], lost = after
+        own.bristle_m = steady_m * lanes.bent[i]
+        memory.u_m, memory.force_n = u_m, law.bristle_n_per_m * steady_m * lanes.bent[i]
+        memory.lost_j += law.bristle_n_per_m * steady_m * steady_m * lost
+    else:
+        lanes.per_m[i] = 0.0
+        react_by_law(contact, own, u_m, 0.5 * lanes.h_s[i], 0.0)
 
 
 @kernel
@@ -271,7 +298,7 @@ def swing(lanes: Record, drives: Any, plain: bool) -> None:
                 branch = _branch(lanes, i)
                 lanes.middle_n[i] = force_ahead(contact.curve, own.memory, branch, middle_m)
             else:
-                react_by_law(contact, own, middle_m, 0.5 * lanes.h_s[i], 0.0)
+                bend_bristles(lanes, i, contact, own, middle_m)
                 lanes.middle_n[i] = own.memory.force_n
             if not plain and plant.loss_s > 0.0:
                 _lose_in_middle(lanes, i)
@@ -311,7 +338,7 @@ def arrive(lanes: Record, drives: Any, plain: bool) -> None:
             if plain or contact.law.number == MDR:
                 move(contact.curve, memory, end_m)
             else:
-                react_by_law(contact, own, end_m, 0.5 * lanes.h_s[i], 0.0)
+                bend_bristles(lanes, i, contact, own, end_m)
                 state.preload_n = own.preload_n
             lanes.u_m[i], lanes.end_n[i] = memory.u_m, memory.force_n
             if not plain and plant.loss_s > 0.0:

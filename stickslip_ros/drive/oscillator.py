@@ -10,17 +10,8 @@ from stickslip_ros.kernels.record import FLOAT, Record, kind
 
 SIXTH = 1.0 / 6.0
 # 1/(n (n-1)) of the power series, because multiplication is many times faster than division.
-C3, C4, C5, C6, C7, C8, C9, C10, C11 = (
-    1.0 / 6.0,
-    1.0 / 4.0,
-    1.0 / 20.0,
-    1.0 / 30.0,
-    1.0 / 42.0,
-    1.0 / 56.0,
-    1.0 / 72.0,
-    1.0 / 90.0,
-    1.0 / 110.0,
-)
+C3, C4, C5, C6 = 1.0 / 6.0, 1.0 / 4.0, 1.0 / 20.0, 1.0 / 30.0
+C7, C8, C9, C10, C11 = 1.0 / 42.0, 1.0 / 56.0, 1.0 / 72.0, 1.0 / 90.0, 1.0 / 110.0
 
 
 class Propagator(NamedTuple):

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.contact.laws import LAW, LUGRE, deflect
+from stickslip_ros.contact.laws import LAW, LUGRE, deflect, plastic_bents
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.kernels.kernel import entry_point
@@ -44,6 +44,7 @@ def plain_law(number: int, **damping: float) -> Record:
         'static_ratio': 1.0,
         'stribeck_m_per_s': STRIBECK_M_PER_S,
         'breakaway_ratio': BREAKAWAY,
+        'bents': plastic_bents(BREAKAWAY),
     }
     return record(LAW, number=number, **(constants | damping))
 
