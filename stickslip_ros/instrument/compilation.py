@@ -11,7 +11,7 @@ from stickslip_ros.instrument.commands import FAULT, LIVE, Request
 from stickslip_ros.kernels.cache import NotKept, cache_folders, cache_problem, only_loads
 from stickslip_ros.parameters import SENSORS, Parameters
 
-KERNELS = 212 + 3 * len(SENSORS)
+KERNELS = 213 + 3 * len(SENSORS)
 """Kernels that ``compile_kernels`` compiles, with at least loop, low-pass and display of each
 sensor."""
 RUNS_KERNELS = 27  # further kernels of offline runs
