@@ -299,8 +299,8 @@ MUTATIONS = (
     ),
     Mutation(
         'feet: guides count as driven', 'drive/layout.py',
-        'for each in parameters.feet.groups if each.gain)',
-        'for each in parameters.feet.groups)',
+        'for each in kinds if each.gain)',
+        'for each in kinds)',
     ),
     Mutation(
         'feet: tolerance of the gains twice', 'drive/layout.py',

@@ -127,11 +127,15 @@ def _table(
 @entry_point
 def _read_off(totals: Array, table: Array, lowest: int, pieces: int, roots: Array) -> None:
     """Fill in the roots of all totals from 2^lowest on, from a table."""
+    octave, start, per_start = -1, 0.0, 1.0
     for i in range(len(totals)):
-        half_share, octave = math.frexp(totals[i])
-        octave -= 1 + lowest
+        # The last octave mostly fits again: totals come in order, and `frexp` is a call.
+        if not start <= totals[i] < 2.0 * start:
+            octave = math.frexp(totals[i])[1] - 1
+            start, per_start = math.ldexp(1.0, octave), math.ldexp(1.0, -octave)
+            octave -= lowest
         if totals[i] > 0.0 and octave >= 0:
-            share = pieces * (2.0 * half_share - 1.0)
+            share = pieces * (totals[i] * per_start - 1.0)
             piece = int(share)
             coefficients, place = table[pieces * octave + piece], 2.0 * (share - piece) - 1.0
             root = coefficients[DEGREE]

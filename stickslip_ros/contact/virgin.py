@@ -47,9 +47,9 @@ CURVE = kind(
 """Virgin curve of one Prandtl-Ishlinskii operator, tabulated."""
 
 
-def tabulate(contacts: Sequence[Presliding]) -> Record:
+def tabulate(contacts: Sequence[Presliding], curves: Record = None) -> Record:
     """
-    Return the virgin curve of contacts that share one displacement, at constant normal forces.
+    Return the virgin curve, in ``curves`` if given, of contacts that share one displacement.
 
     The node stiffnesses are the exact 2 G* c of the contacts. The first cell is linear, with its
     exact mean stiffness. The table is scaled, by less than TABLE_ERROR, so that the force of full
@@ -57,7 +57,7 @@ def tabulate(contacts: Sequence[Presliding]) -> Record:
 
     """
     whole, _, scale, cell_m = _stiffnesses(contacts)
-    return _assemble(whole, scale, cell_m)
+    return _assemble(whole, scale, cell_m, curves)
 
 
 def tabulate_each(contacts: Sequence[Presliding]) -> list[Record]:
@@ -83,7 +83,8 @@ def _stiffnesses(contacts: Sequence[Presliding]) -> tuple[Array, dict[int, Array
 
     """
     limit_m = max(contact.max_displacement_m for contact in contacts)
-    each = {id(contact): _stiffness(contact, limit_m) for contact in contacts}
+    own = {id(contact): contact for contact in contacts}.items()
+    each = {key: _stiffness(contact, limit_m) for key, contact in own}
     whole = np.zeros(CELLS)
     for key, count in Counter(map(id, contacts)).items():
         whole += count * each[key]
@@ -98,9 +99,11 @@ def _stiffness(contact: Presliding, limit_m: float) -> Array:
     return contact.tangential_stiffness(limit_m * CELL_STARTS)
 
 
-def _assemble(stiffness: Array, scale: float, width_m: float) -> Record:
+def _assemble(stiffness: Array, scale: float, width_m: float, curves: Record = None) -> Record:
     """Return the curve of the scaled stiffness, N/m, at nodes with a spacing of ``width_m``."""
-    curves = records(CURVE, cells_per_m=1.0 / width_m, core_m=width_m, limit_m=width_m * CELLS)
+    curves = records(CURVE) if curves is None else curves
+    ends = 1.0 / width_m, width_m, width_m * CELLS
+    curves['cells_per_m'], curves['core_m'], curves['limit_m'] = ends
     _fill(stiffness, scale, width_m, curves)
     return curves[0]
 

@@ -13,7 +13,7 @@ from stickslip_ros.contact.ageing import AGEING
 from stickslip_ros.contact.hemisphere import lines_of
 from stickslip_ros.contact.laws import COULOMB, EPM, LAW, MDR, plastic_bents
 from stickslip_ros.contact.mdr import Presliding
-from stickslip_ros.contact.reaction import CONTACT, relax
+from stickslip_ros.contact.reaction import CONTACT, CONTACT_STATE, relax
 from stickslip_ros.contact.springs import SPRINGS_IN_ALL, Group, bank_of_rows, spring_bank
 from stickslip_ros.contact.travel import NO_PLACE
 from stickslip_ros.contact.virgin import tabulate, tabulate_each
@@ -351,15 +351,16 @@ def _kept_contact(
     """Return the constants of ``all_contacts``; the last few are kept."""
     contacts = layout.contacts_at(contact, feet, stand.preload, weight_n)
     largest_n = max(stand.preload_limit, stand.preload, stand.preload_end)
-    return record(
+    kept = records(
         CONTACT,
-        curve=tabulate(contacts),
         bank=_kept_bank(contact, feet, weight_n, largest_n, None),
         law=_law_of(LAWS.index(contact.law), law, contacts),
         ageing=ageing_of(contact),
         preload_n=stand.preload,
         preload_n_per_s=stand.preload_rate,
     )
+    tabulate(contacts, kept['curve'])
+    return kept[0]
 
 
 @lru_cache(maxsize=MODELS_KEPT)
@@ -509,7 +510,7 @@ def _set_curves(plant: Record, parameters: Parameters) -> None:
     """Tabulate the virgin curves of all contacts at the wanted preload."""
     preload_n, weight_n = float(plant.contacts[ALL].preload_n), layout.weight_of(parameters)
     contacts = layout.contacts_at(parameters.contact, parameters.feet, preload_n, weight_n)
-    plant.contacts[ALL].curve = tabulate(contacts)
+    tabulate(contacts, plant['contacts'][:1]['curve'])
     plant.presliding_m = _range_of(contacts)
     plant.track.laid = NO_PLACE
     if not plant.separate:
@@ -558,11 +559,15 @@ def set_preload(plants: Record, parameters: Parameters, preload_n: float) -> Non
     _set_longest_step(plant, parameters)
 
 
-def state_at_rest(plants: Record, preload_n: float) -> Record:
+def state_at_rest(plants: Record, preload_n: float, ended: Record = None) -> Record:
     """Return the state of a drive at rest with relaxed contacts, an array of one STATE."""
-    states = records(
-        STATE, passes_left=PASSES_MIN, preload_n=preload_n, voltage_v=plants['rest_v']
-    )
+    if ended is not None:  # of a drive whose feet moved as one: the fields of others are untouched
+        content, at = ended.view(np.uint8), STATE.fields
+        content[: at['history'][1]] = 0
+        content[at['late'][1] : at['contacts'][1] + CONTACT_STATE.itemsize] = 0
+        content[at['starts_n'][1] :] = 0
+    rest_v = plants['rest_v'].item()
+    states = records(STATE, ended, passes_left=PASSES_MIN, preload_n=preload_n, voltage_v=rest_v)
     relax(states['contacts'], preload_n)
     ageing = plants[0].contacts[ALL].ageing
     if ageing.on:

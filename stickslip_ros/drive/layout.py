@@ -27,7 +27,7 @@ from stickslip_ros.parameters import ContactParameters, FeetParameters, FootGrou
 FEET_STREAM = 40
 """Number of the random stream of the gains; sensors have others."""
 KINDS_KEPT = 64
-"""Number of contacts of another radius or material that are kept for the next drive."""
+"""Number of layouts, solved contacts, and contacts of another radius or material that are kept."""
 STANDARD_GRAVITY_M_PER_S2 = 9.80665
 NO_LAW_OF_SHARES = "refused under Coulomb's law, which does not define how bodies share a load"
 
@@ -43,17 +43,19 @@ COMMON_MOTION = FeetMotion(1.0, 0.0)
 """All feet move at once and equally, as in the paper."""
 
 
-def kinds_of(contact: ContactParameters, feet: FeetParameters) -> list[FootGroup]:
+@lru_cache(maxsize=KINDS_KEPT)
+def kinds_of(contact: ContactParameters, feet: FeetParameters) -> tuple[FootGroup, ...]:
     """Join equal neighbouring feet to one kind; on rough lines each foot is a kind."""
     if contact.profile == 'rough_line':
-        return [each._replace(feet=1) for each in feet.groups for _ in range(each.feet)]
+        return tuple(each._replace(feet=1) for each in feet.groups for _ in range(each.feet))
     kinds = groupby(feet.groups, key=lambda each: each._replace(feet=0))
-    return [kind._replace(feet=sum(each.feet for each in groups)) for kind, groups in kinds]
+    return tuple(kind._replace(feet=sum(each.feet for each in own)) for kind, own in kinds)
 
 
 def driven_feet(parameters: Parameters) -> int:
     """Return the number of feet that are not guides."""
-    return sum(each.feet for each in parameters.feet.groups if each.gain)
+    kinds = kinds_of(parameters.contact, parameters.feet)
+    return sum(each.feet for each in kinds if each.gain)
 
 
 def motions_of(parameters: Parameters) -> dict[FeetMotion, list[int]]:
@@ -123,22 +125,23 @@ def _contact_of(contact: ContactParameters, each: FootGroup) -> ContactParameter
     return replace(contact, radius=radius_m, young_sphere=young_pa)
 
 
-def contacts_of(parameters: Parameters) -> list[Presliding]:
+def contacts_of(parameters: Parameters) -> tuple[Presliding, ...]:
     """Return the contact of each foot, in the order of the groups, under its normal force."""
     weight_n = weight_of(parameters)
     return contacts_at(parameters.contact, parameters.feet, parameters.stand.preload, weight_n)
 
 
+@lru_cache(maxsize=KINDS_KEPT)
 def contacts_at(
     contact: ContactParameters, feet: FeetParameters, preload_n: float, weight_n: float
-) -> list[Presliding]:
+) -> tuple[Presliding, ...]:
     """Return the contact of each foot at a preload and a weight of the runner, N."""
     contacts: list[Presliding] = []
     for group in groups_of(contact, feet, weight_n):
         normal_n = group.share * preload_n + group.weight_n
         solved = solve_presliding(group.profile, group.elasticity, group.friction, normal_n)
         contacts += [solved] * group.contacts
-    return contacts
+    return tuple(contacts)
 
 
 def stiffest_share(parameters: Parameters) -> float:

@@ -126,7 +126,8 @@ def check_repetition(parameters: Parameters, wave: Array, cycles: int) -> None:
 
 def check_corners(parameters: Parameters, wave: Wave) -> Wave:
     """Return a wave; refuse more corners than feet with a delay can remember."""
-    delay_s = max((each.delay_s for each in parameters.feet.groups if each.gain), default=0.0)
+    feet = parameters.feet
+    delay_s = max((s for s, gain in zip(feet.delay, feet.gain, strict=True) if gain), default=0.0)
     if not delay_s:
         return wave
     step_v, most = parameters.amplifier.resolution, CORNERS // 2

@@ -10,6 +10,7 @@ place. Its fields are attributes in Python, with or without numba.
 """
 
 import mmap
+from operator import itemgetter
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -29,34 +30,31 @@ FieldType: TypeAlias = Any
 class _Fields(np.void):
     """An element of a structured array with fields as attributes; faster than np.record."""
 
-    def __getattr__(self, name: str) -> Any:
-        try:
-            return self[name]
-        except ValueError:
-            raise AttributeError(name) from None
-
     def __setattr__(self, name: str, value: Any) -> None:
         self[name] = value
 
 
 def kind(**fields: FieldType) -> RecordKind:
     """Return the type of records with these fields, each aligned."""
-    return np.dtype((_Fields, np.dtype(list(fields.items()), align=True)))
+    names = {name: property(itemgetter(name)) for name in fields}
+    element = type('Fields', (_Fields,), names)
+    return np.dtype((element, np.dtype(list(fields.items()), align=True)))
 
 
-def records(of: RecordKind, **values: Any) -> Any:
+def records(of: RecordKind, made: Record = None, /, **values: Any) -> Any:
     """
-    Return an array of one record with some fields; the others are 0.
+    Return an array of one record with some fields; the others are 0, or as in ``made``.
 
     numba finds its type faster than that of a record.
 
     """
-    if of.itemsize > LARGE:  # fresh pages are zeros that cost no time until they are touched
-        made: Any = np.frombuffer(mmap.mmap(-1, of.itemsize, **_PRIVATE), of)
-    else:
+    if made is None and of.itemsize > LARGE:  # fresh pages are zeros, free until touched
+        made = np.frombuffer(mmap.mmap(-1, of.itemsize, **_PRIVATE), of)
+    elif made is None:
         made = np.zeros(1, of)
+    one = made[0]  # numpy copies a record into a record at once, but into an array by its fields
     for name, value in values.items():
-        made[name] = value
+        one[name] = value
     return made
 
 

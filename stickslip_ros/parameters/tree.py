@@ -115,7 +115,7 @@ class Parameters(NotebookView, Checked):
 
     def check_travel(self, name: str, x_m: float) -> None:
         """Refuse a place of the runner outside TRAVEL."""
-        low_m, high_m = (getattr(self.stand, each.partition('.')[2]) for each in TRAVEL)
+        low_m, high_m = self.stand.travel_min, self.stand.travel_max
         if not low_m <= x_m <= high_m:
             limit = f'outside the travel, {low_m:g} to {high_m:g} m'
             hint = f'stay inside, or move {" and ".join(TRAVEL)}'

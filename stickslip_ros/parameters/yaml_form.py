@@ -37,15 +37,15 @@ _BASE: Any = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
 
 def format_value(value: Scalar | tuple[Scalar, ...]) -> str:
     """Format a value for YAML 1.1 and ROS: a float keeps its decimal point and all digits."""
+    if isinstance(value, float):  # most values
+        if 'e' not in (text := repr(value)):
+            return text
+        mantissa, e, exponent = text.partition('e')
+        return (mantissa if '.' in mantissa else f'{mantissa}.0') + e + exponent
     if isinstance(value, tuple):
         return f'[{", ".join(map(format_value, value))}]'
-    if isinstance(value, bool):
+    if isinstance(value, int):  # or a bool
         return str(value).lower()
-    if isinstance(value, float):
-        mantissa, e, exponent = repr(value).partition('e')
-        return (mantissa if '.' in mantissa else f'{mantissa}.0') + e + exponent
-    if isinstance(value, int):
-        return str(value)
     if value.isprintable():
         return "'" + value.replace("'", "''") + "'"
     return json.dumps(value)  # in double quotes, with escapes

@@ -166,6 +166,15 @@ def _parameters_file(parameters: Parameters) -> bytes:
     return dump_yaml(parameters, 'Parameters of the recorded run; SI units.').encode()
 
 
+@lru_cache(maxsize=STANDS_KEPT)
+def _topics_record(channels: tuple[tuple[str, Channel], ...]) -> dict[str, str]:
+    """Return name and quality of service of each topic, as in the file; cached: do not change."""
+    return {
+        name_in_file(key): json.dumps({'topic': channel.topic, **vars(channel.qos)})
+        for key, channel in channels
+    }
+
+
 def open_recorder(
     path: Path, parameters: Parameters, channels: Mapping[str, Channel], time_origin_ns: int = 0
 ) -> 'Recorder':
@@ -182,10 +191,6 @@ def open_recorder(
         TIME_ORIGIN: str(time_origin_ns),
         'wall_start': datetime.now(timezone.utc).strftime(WALL_TIME),
     }
-    topics = {
-        name_in_file(key): json.dumps({'topic': channel.topic, **vars(channel.qos)})
-        for key, channel in channels.items()
-    }
     experiment = {}
     if parameters.record.experiment:
         content = read_bytes(Path(parameters.record.experiment), 'check record.experiment')
@@ -199,6 +204,7 @@ def open_recorder(
             limit = f'below record.{least_name} {least:g} {unit}'
             hint = f'raise it, lower record.{least_name}, or give 0 to never split'
             raise OutOfRange(f'record.{name}', value, unit, limit, hint)
+    topics = {TOPICS_RECORD: _topics_record(tuple(channels.items()))} if NOTES in channels else {}
     in_parts = record.split_size > 0 or record.split_duration > 0.0
     if record.keep_parts and not in_parts:
         limit = 'not possible for a run in one part'
@@ -207,7 +213,7 @@ def open_recorder(
     return Recorder(
         path,
         channels,
-        metadata={RUN_RECORD: run, **({TOPICS_RECORD: topics} if NOTES in channels else {})},
+        metadata={RUN_RECORD: run, **topics},
         attachments={
             PARAMETERS_FILE: ('application/yaml', _parameters_file(parameters)),
             **experiment,

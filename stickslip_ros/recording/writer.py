@@ -30,6 +30,7 @@ COMPRESSIONS: Final[Mapping[str, Callable[[], Callable[[bytes], bytes]]]] = {
     'none': lambda: bytes,
 }
 _MESSAGE: Final = struct.Struct(RECORD_HEAD.format + MESSAGE_HEAD.format.strip('<'))
+_LENGTH: Final = struct.Struct('<I')
 _MESSAGE_CODE: Final = int(Opcode.MESSAGE)  # an int packs faster than the enum
 
 Attachments = Mapping[str, tuple[str, bytes]]  # media type and bytes of each attachment
@@ -54,12 +55,12 @@ def _record(opcode: Opcode, *fields: bytes) -> bytes:
     return RECORD_HEAD.pack(opcode, len(content)) + content
 
 
-def _sized(content: bytes) -> bytes:
-    return _pack('I', len(content)) + content
+def _sized(*contents: bytes) -> bytes:
+    return b''.join([part for each in contents for part in (_LENGTH.pack(len(each)), each)])
 
 
 def _texts(*texts: str) -> bytes:
-    return b''.join([_sized(each.encode()) for each in texts])
+    return _sized(*map(str.encode, texts))
 
 
 def _table(entries: Mapping[str, str]) -> bytes:

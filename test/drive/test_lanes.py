@@ -10,6 +10,7 @@ from stickslip_ros.drive import advance as advance_module
 from stickslip_ros.drive.advance import LANES_MIN, observe_all, observe_samples
 from stickslip_ros.drive.build import plant_of, start_clock, state_at_rest
 from stickslip_ros.drive.long_step import LANES
+from stickslip_ros.drive.records import ALL
 from stickslip_ros.drive.waveform import sawtooth, table
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.parameters import Parameters
@@ -92,3 +93,16 @@ def test_a_drive_that_fails_is_refused_among_others():
     together[3][1]['velocity_m_per_s'] = np.nan
     with pytest.raises(StickSlipError, match=r'time stands still|no longer finite'):
         observe_all(together)
+
+
+@pytest.mark.parametrize(('changes', 'wave', 'load_n'), DRIVES)
+def test_the_memory_of_an_ended_drive_gives_the_bits_of_fresh_memory(changes, wave, load_n):
+    plants, states, *rest = made(changes, wave, load_n)
+    preload_n = float(plants[0].contacts[ALL].preload_n)
+    fresh = bits(states)
+    observe_samples(plants, states, *rest)
+    assert bits(states) != fresh
+    again = state_at_rest(plants, preload_n, states)
+    start_clock(again)
+    assert again is states
+    assert bits(again) == fresh

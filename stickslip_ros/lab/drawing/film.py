@@ -55,7 +55,7 @@ def film_of(
     return Film(last - first, *moved, slipping[:, -FRAMES:])
 
 
-def slipping_shares(contacts: list[Presliding], ways_m: Array) -> Array:
+def slipping_shares(contacts: tuple[Presliding, ...], ways_m: Array) -> Array:
     """
     Return the slipping share of each contact area, shape (contacts, n).
 

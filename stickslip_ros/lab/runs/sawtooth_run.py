@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from stickslip_ros.arrays import Array
 from stickslip_ros.contact.laws import COULOMB, MDR
 from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN, RAMP_START
-from stickslip_ros.drive.build import change_preload, start_clock, state_at_rest
+from stickslip_ros.drive.build import change_preload, start_clock
 from stickslip_ros.drive.ledger import EnergyLedger, take_ledger
 from stickslip_ros.drive.records import ALL, Wave
 from stickslip_ros.drive.runner import cell_force
@@ -33,7 +33,7 @@ from stickslip_ros.kernels.record import Record
 from stickslip_ros.lab.measurements.recorded_run import Run
 from stickslip_ros.lab.measurements.run_result import DriveRun, SawtoothRun
 from stickslip_ros.lab.runs.batch import Progress
-from stickslip_ros.lab.runs.courses import Course, cycles_of, run_course, shared_plant
+from stickslip_ros.lab.runs.courses import Course, cycles_of, drive_at_rest, give_back, run_course
 from stickslip_ros.parameters import (
     STROKE_SPEC,
     Parameters,
@@ -120,8 +120,7 @@ def drive_course(
     parameters = start_on_wave(parameters, wave)
     if steps < 0:
         raise OutOfRange('steps', steps, '', 'below 0', 'give a number, or 0 for the steady state')
-    plants = shared_plant(parameters)
-    states = state_at_rest(plants, parameters.stand.preload)
+    plants, states = drive_at_rest(parameters)
     if parameters.stand.preload_end:
         change_preload(plants, states, parameters, parameters.stand.preload_end)
     start_clock(states)
@@ -137,13 +136,15 @@ def drive_course(
         done += cycles
         before_j, ledger = ledger.contact_lost_j, take_ledger(plants, states)
         loss_j = (ledger.contact_lost_j - before_j) / cycles
-    return DriveRun(
+    run = DriveRun(
         preload_n=float(states['preload_n'].item()),
         amplitude_m=amplitude_m,
         frequency_hz=frequency_hz,
         energy_loss_per_step_j=loss_j,
         **_read_off(plants[0], np.concatenate(logs), ledger, wave),
     )
+    give_back(plants, states, parameters)
+    return run
 
 
 @checked_arguments
@@ -291,7 +292,8 @@ def start_on_wave(parameters: Parameters, wave: Wave) -> Parameters:
     Then a run backwards, which starts at the upper end, is the mirror image of a run forwards.
 
     """
-    if not isinstance(parameters.amplifier.voltage_initial, ReplaceableDefault):
+    initial_v = parameters.amplifier.voltage_initial
+    if initial_v == wave.start_v or not isinstance(initial_v, ReplaceableDefault):
         return parameters
     return parameters.updated({'amplifier.voltage_initial': wave.start_v})
 
@@ -397,12 +399,13 @@ def scatter_of(steps_m: Array) -> tuple[float, float]:
     """Return standard deviation and correlation length of successive steps, m."""
     if len(steps_m) < 2:
         return 0.0, 0.0
-    mean_m, scatter_m = float(np.mean(steps_m)), float(np.std(steps_m))
+    apart_m = steps_m - (mean_m := float(np.mean(steps_m)))
+    scatter_m = math.sqrt(np.mean(apart_m * apart_m))
     if scatter_m <= STEADY_ROUNDING * abs(mean_m):
         return scatter_m, 0.0
     # By Fourier transform, as direct sums take quadratic time.
     length = 1 << (2 * len(steps_m) - 1).bit_length()  # no wrap-around
-    power_m2 = np.abs(np.fft.rfft(steps_m - mean_m, length)) ** 2
+    power_m2 = np.abs(np.fft.rfft(apart_m, length)) ** 2
     products = np.fft.irfft(power_m2, length)[: len(steps_m)]
     correlation = products / products[0]
     lag = int(np.argmax(correlation < 1.0 / math.e))  # the sum is 0, so some are below

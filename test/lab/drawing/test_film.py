@@ -33,7 +33,7 @@ def way(*places: float) -> np.ndarray:
     return np.concatenate([np.linspace(a, b, 400) for a, b in zip(ends, places, strict=False)])
 
 
-def alike(contacts: list[Presliding], *places: float) -> np.ndarray:
+def alike(contacts: tuple[Presliding, ...], *places: float) -> np.ndarray:
     """Return the same way for each contact."""
     return np.tile(way(*places), (len(contacts), 1))
 
