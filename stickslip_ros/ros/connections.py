@@ -102,7 +102,9 @@ class Connections:
     def publish(self, packed: Packed) -> None:
         """Publish a packed message if its topic is offered and the state allows it."""
         publisher = self._offered.get(packed.key)
-        for _ in range(ATTEMPTS if publisher else 0):
+        if publisher is None:
+            return
+        for _ in range(ATTEMPTS):
             try:
                 publisher.publish(packed.data)
             except RuntimeError:  # the base of RCLError
