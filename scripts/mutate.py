@@ -114,8 +114,8 @@ MUTATIONS = (
     ),
     Mutation(
         'damping ignored in long steps only', 'drive/long_step.py',
-        'gamma = plant.damping_n_s_per_m * plant.per_kg',
-        'gamma = 0.0 * plant.per_kg',
+        'lanes.gamma[i] = plant.damping_n_s_per_m * plant.per_kg',
+        'lanes.gamma[i] = 0.0 * plant.per_kg',
     ),
     Mutation(
         'external load: a sign', 'drive/long_step.py',

@@ -52,7 +52,7 @@ EDDY_ROW = """\
 """
 FIRM = """\
     if law.number == FIRM:
-        return 2.0 * coulomb_n / law.bristle_n_per_m
+        steady_m *= 2.0
 """
 RECIPES = {
     'parameter': [
@@ -66,7 +66,7 @@ RECIPES = {
     'friction law': [
         ('parameters/physics_groups.py', ')\n"""The contact model and', ", 'firm'"),
         ('contact/laws.py', ' = range(len(LAWS))', ', FIRM'),
-        ('contact/laws.py', '    if law.number == DAHL or law.static', FIRM),
+        ('contact/laws.py', '    if law.number != DAHL and law.static', FIRM),
     ],
     'topic that is published': [
         ('interface/topics.py', '    Topic(TRACE,', STROKE),

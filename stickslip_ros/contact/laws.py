@@ -61,14 +61,17 @@ def bristles_towards(
         return steady_m, bent, 1.0 - bent, 1.0 - bent
     if bent < law.breakaway_ratio:
         return steady_m, bent, 1.0, 1.0
-    cell = min(max(int(np.searchsorted(law.bents, bent)), 1), EPM_CELLS) - 1
+    cell, end = 0, EPM_CELLS
+    while end - cell > 1:
+        middle = (cell + end) // 2
+        cell, end = (middle, end) if law.bents[middle] < bent else (cell, middle)
     rise = law.bents[cell + 1] - law.bents[cell]
     lag = 1.0 - (cell + (bent - law.bents[cell]) / rise) / EPM_CELLS
     return steady_m, bent, lag, lag * rise * EPM_CELLS
 
 
 @kernel
-def follow(
+def bristles_after(
     law: Record, bent: float, lag: float, rate: float, way: float
 ) -> tuple[float, float, float, float]:
     """Return z sgn(v)/g, lag, dz/du and loss per sigma0 g^2 after a way |du|/g >= 0."""
@@ -108,7 +111,7 @@ def deflect(
         return z_m, law.bristle_n_per_m * z_m, 0.0
     v_m_per_s = du_m / dt_s
     steady_m, bent, lag, rate = bristles_towards(law, coulomb_n, z_m, v_m_per_s)
-    after, _, _, lost = follow(law, bent, lag, rate, du_m / steady_m)
+    after, _, _, lost = bristles_after(law, bent, lag, rate, du_m / steady_m)
     damping_n = law.viscous_n_s_per_m * v_m_per_s
     if law.number != DAHL:
         damping_n += law.bristle_n_s_per_m * ((steady_m * after - z_m) / dt_s)

@@ -21,7 +21,7 @@ points are evaluated lane by lane. Each drive gets the same bits as alone.
 import math
 from typing import Any
 
-from stickslip_ros.contact.laws import MDR, bristles_towards, follow
+from stickslip_ros.contact.laws import MDR, bristles_after, bristles_towards
 from stickslip_ros.contact.memory import Branch, branch_towards, force_ahead, move, stiffness_on
 from stickslip_ros.contact.reaction import react_by_law
 from stickslip_ros.contact.springs import friction_limit
@@ -241,7 +241,7 @@ def bend_bristles(lanes: Record, i: int, contact: Record, own: Record, u_m: floa
     law, memory, steady_m = contact.law, own.memory, lanes.steady_m[i]
     way = lanes.per_m[i] * (u_m - memory.u_m)
     if way > 0.0:
-        after = follow(law, lanes.bent[i], lanes.lag[i], lanes.rate[i], way)
+        after = bristles_after(law, lanes.bent[i], lanes.lag[i], lanes.rate[i], way)
         lanes.bent[i], lanes.lag[i], lanes.rate[i], lost = after
         own.bristle_m = steady_m * lanes.bent[i]
         memory.u_m, memory.force_n = u_m, law.bristle_n_per_m * steady_m * lanes.bent[i]
