@@ -112,7 +112,8 @@ class Worker(ReportingBench):
 
     def _publish_output(self, output: Output) -> None:
         """Publish time, ends of commands and readings."""
-        if self._keeps_clock:  # before the readings: who gets one then has its time
+        # Before the readings: who gets one then has its time.
+        if self._keeps_clock and self.heard['clock']:
             time_ns = output.readings.time_ns
             self._publish(Packed('clock', time_ns, pack_stamp(self.time_origin_ns + time_ns)))
         for event in output.events:
