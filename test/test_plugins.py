@@ -143,7 +143,7 @@ def test_that_sleeps():
 
 
 @pytest.mark.parametrize('words', [(), XDIST], ids=['alone', 'xdist'])
-@pytest.mark.parametrize(('budget', 'status'), [('0.5', 1), ('600', 0)])
+@pytest.mark.parametrize(('budget', 'status'), [('0.01', 1), ('600', 0)])
 def test_the_work_of_a_child_counts_towards_the_budget_and_a_wait_does_not(
     tmp_path: Path, words: tuple[str, ...], budget: str, status: int
 ):
@@ -159,3 +159,5 @@ def test_the_work_of_a_child_counts_towards_the_budget_and_a_wait_does_not(
     assert spent['test_that_works_in_a_child'] >= 0.6
     assert spent.get('test_that_sleeps', 0.0) < 0.5
     assert spent['collecting'] > 0.0
+    (total_s,) = re.findall(r'^ +([\d.]+) in all of a budget of ', done.stdout, re.MULTILINE)
+    assert float(total_s) == pytest.approx(sum(spent.values()), abs=0.5)
