@@ -97,7 +97,7 @@ def parts_for(
     check_table_path(folder / 'part.parquet')
     if fresh:
         which = SweepParts(sweep, folder, count).path(number).name if count else SWEEP_PARTS
-        for file in (*folder.glob(which), *folder.glob(f'.{which}.journal')):
+        for file in (*folder.glob(which), *folder.glob(f'.{which}.*')):
             file.unlink()
     files, digest = sorted(folder.glob(SWEEP_PARTS)), sweep.digest()
     for file in files:
@@ -140,6 +140,9 @@ def run_parts(
     if missing := [number for number in numbers if not parts.path(number).exists()]:
         hint = 'name a folder that this machine shares with all workers'
         raise RecordingError(parts.folder, f'lacks {len(missing)} parts that were written', hint)
+    if all(parts.path(number).exists() for number in range(1, parts.count + 1)):
+        for unfinished in parts.folder.glob(f'.{SWEEP_PARTS}.*'):  # of workers that were killed
+            unfinished.unlink(missing_ok=True)
     return len(numbers) - len(todo)
 
 

@@ -55,6 +55,7 @@ def test_parts_made_one_by_one_and_the_rest_are_the_table_of_one_thread_for_ever
     )
     assert main(['compare', str(folder), 'model']) == 2
     assert 'has 1 of 3 parts of a sweep; run the same sweep again' in capsys.readouterr().err
+    (folder / '.part-1-of-3.parquet.0badcafe.part').write_text('of a worker that was killed')
     assert sweep(folder, *SHORT) == 0
     assert 'taken from the folder        1' in capsys.readouterr().out
     assert names(folder) == [f'part-{number}-of-3.parquet' for number in (1, 2, 3)]
