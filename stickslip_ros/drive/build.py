@@ -79,9 +79,11 @@ MODELS_KEPT = 64
 """Contact models kept for the next drive; a sweep over amplitudes needs one for each preload."""
 
 
-def plant_of(parameters: Parameters) -> Record:
+def plant_of(parameters: Parameters, ended: Record = None) -> Record:
     """
     Return the constants of a drive, an array of one record of PLANT.
+
+    It may take the memory of an ended one whose feet moved as one on roughness at rest.
 
     Raises OutOfRange if frame, load button, stacks or feet that move differently are set under
     Coulomb's law, which does not define how contacts share a load; if the frame is not heavier
@@ -90,8 +92,11 @@ def plant_of(parameters: Parameters) -> Record:
     """
     _refuse_under_coulomb(parameters)
     attached = parameters.load_cell.contact == 'attached'
+    if ended is not None:  # the contact of all feet is overwritten, those of others are untouched
+        ended.view(np.uint8)[: PLANT.fields['contacts'][1]] = 0
     plants = records(
         PLANT,
+        ended,
         mass_kg=parameters.runner.mass,
         per_kg=1.0 / parameters.runner.mass,
         damping_n_s_per_m=parameters.runner.damping,
