@@ -181,7 +181,7 @@ def _set_longest_step(plant: Record, parameters: Parameters) -> None:
         unseen_s = 0.0
     else:
         unseen_s = TREAD_CYCLES / resonance_hz if resonance_hz else math.inf
-    plant['tread_s'] = np.clip(unseen_s, plant['dt_s'] / TREADS_PER_STEP, plant['dt_s'])
+    plant['tread_s'] = min(max(unseen_s, plant['dt_s'] / TREADS_PER_STEP), plant['dt_s'])
 
 
 def longest_step_s(parameters: Parameters, contact: Record, cell_n_per_m: float) -> float:
@@ -358,6 +358,7 @@ def _kept_contact(
     largest_n = max(stand.preload_limit, stand.preload, stand.preload_end)
     kept = records(
         CONTACT,
+        np.empty(1, CONTACT),  # every field follows
         bank=_kept_bank(contact, feet, weight_n, largest_n, None),
         law=_law_of(LAWS.index(contact.law), law, contacts),
         ageing=ageing_of(contact),
