@@ -4,8 +4,10 @@
 """Build the records of the drive from parameters."""
 
 import math
+from collections import deque
 from collections.abc import Sequence
 from functools import lru_cache
+from weakref import finalize
 
 import numpy as np
 
@@ -26,6 +28,7 @@ from stickslip_ros.drive.division import (
     lost_before_division,
     switch_all_to_springs,
 )
+from stickslip_ros.drive.long_step import LANES
 from stickslip_ros.drive.piezo import rest_piezo
 from stickslip_ros.drive.records import (
     ALL,
@@ -77,13 +80,12 @@ delays: 4e-6), near the 0-amplitude by 3e-5 (2e-5; 2e-5)."""
 TREADS_KEPT = 8
 MODELS_KEPT = 64
 """Contact models kept for the next drive; a sweep over amplitudes needs one for each preload."""
+_ended = deque[Record](maxlen=LANES)  # memory of plants: fresh pages take 0.1 ms
 
 
-def plant_of(parameters: Parameters, ended: Record = None) -> Record:
+def plant_of(parameters: Parameters) -> Record:
     """
     Return the constants of a drive, an array of one record of PLANT.
-
-    It may take the memory of an ended one whose feet moved as one on roughness at rest.
 
     Raises OutOfRange if frame, load button, stacks or feet that move differently are set under
     Coulomb's law, which does not define how contacts share a load; if the frame is not heavier
@@ -92,11 +94,9 @@ def plant_of(parameters: Parameters, ended: Record = None) -> Record:
     """
     _refuse_under_coulomb(parameters)
     attached = parameters.load_cell.contact == 'attached'
-    if ended is not None:  # the contact of all feet is overwritten, those of others are untouched
-        ended.view(np.uint8)[: PLANT.fields['contacts'][1]] = 0
     plants = records(
         PLANT,
-        ended,
+        _empty_plant(parameters),
         mass_kg=parameters.runner.mass,
         per_kg=1.0 / parameters.runner.mass,
         damping_n_s_per_m=parameters.runner.damping,
@@ -133,6 +133,25 @@ def plant_of(parameters: Parameters, ended: Record = None) -> Record:
     _set_longest_step(plant, parameters)
     set_ideal(plant)
     return plants
+
+
+def _empty_plant(parameters: Parameters) -> Record:
+    """Return a plant whose fields are 0 or follow; its memory is taken again when it is gone."""
+    try:  # another thread may take the last one
+        plants = _ended.pop()
+    except IndexError:
+        plants = records(PLANT)
+    if not parameters.contact.travel:  # the track is then untouched
+        memory = np.frombuffer(plants.base, PLANT)
+        finalize(plants, _keep_memory, memory).atexit = False
+    return plants
+
+
+def _keep_memory(memory: Record) -> None:
+    """Keep the memory of a plant that is gone, unless its feet were separate contacts."""
+    if not memory['separate'].item():
+        memory.view(np.uint8)[: PLANT.fields['contacts'][1]] = 0
+        _ended.append(memory)
 
 
 def _refuse_under_coulomb(parameters: Parameters) -> None:

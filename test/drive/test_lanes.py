@@ -106,15 +106,3 @@ def test_the_memory_of_an_ended_drive_gives_the_bits_of_fresh_memory(changes, wa
     start_clock(again)
     assert again is states
     assert bits(again) == fresh
-
-
-@pytest.mark.parametrize('changes', [{}, WALLS, {'contact.law': 'epm'}])
-def test_the_memory_of_an_ended_plant_gives_the_bits_of_fresh_memory(changes):
-    stand = Parameters().updated(changes)
-    ended = plant_of(
-        Parameters().updated({'contact.loss_factor': 0.1, 'runner.mass': 5e-3, 'stand.load': 0.1})
-    )
-    ended['stuck'], ended['dead'], ended['plain'] = True, 3, True
-    assert bits(ended) != bits(plant_of(stand))
-    assert plant_of(stand, ended) is ended
-    assert bits(ended) == bits(plant_of(stand))
