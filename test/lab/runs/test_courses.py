@@ -22,4 +22,5 @@ def test_cycles_come_in_the_order_of_time_whatever_number_went_before():
         start_clock(states)
         each = [run_course(cycles_of(plants, states, wave, cycles)) for cycles in counts]
         parts.append(np.concatenate(each))
-    np.testing.assert_allclose(*parts, rtol=ROUNDING)
+    whole, joined = parts
+    np.testing.assert_allclose(joined, whole, rtol=ROUNDING)

@@ -543,7 +543,7 @@ def test_a_waveform_has_a_frequency_above_0(frequency_hz: float):
 def test_only_a_file_that_outlives_the_run_is_synced_to_the_disk(
     record, is_synced, stand, tmp_path, monkeypatch
 ):
-    synced = []
+    synced = list[int]()
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(os, 'fsync', synced.append)
     run = simulate(stand, amplitude_m=130e-9, steps=2, record=record)
