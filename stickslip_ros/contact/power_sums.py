@@ -46,14 +46,15 @@ def solve_power_sum(
     """
     totals = np.array(total, dtype=float)  # a copy: numba has another type for read-only arrays
     pieces = math.ceil(PIECES / min(1.0, *exponents))
-    if totals.size <= OCTAVES * pieces * len(_NODES) or not 0.0 < totals.max() < math.inf:
+    many = totals.size > OCTAVES * pieces * len(_NODES)
+    if not many or not 0.0 < (largest := totals.max()) < math.inf:
         return _by_newton(totals, prefactors, exponents)
-    _, octave = math.frexp(totals.max())
+    _, octave = math.frexp(largest)
     lowest = octave - OCTAVES
     flat, roots = totals.ravel(), np.zeros(totals.size)
-    _read_off(flat, _table(prefactors, exponents, pieces, octave), lowest, pieces, roots)
-    below = (flat > 0.0) & (flat < 2.0**lowest)
-    if below.any():
+    table = _table(prefactors, exponents, pieces, octave)
+    if _read_off(flat, table, lowest, pieces, roots):
+        below = (flat > 0.0) & (flat < 2.0**lowest)
         roots[below] = solve_power_sum(flat[below], prefactors, exponents)
     return roots.reshape(totals.shape)
 
@@ -62,16 +63,16 @@ def _by_newton(
     totals: Array, prefactors: tuple[float, ...], exponents: tuple[float, ...]
 ) -> Array:
     roots = np.zeros(totals.size)
-    terms = np.array([*zip(prefactors, exponents, strict=True)])
-    _iterate(totals.ravel(), terms, LOG_X, _log_sums(prefactors, exponents), roots)
+    terms, log_sums = _terms_of(prefactors, exponents)
+    _iterate(totals.ravel(), terms, LOG_X, log_sums, roots)
     return roots.reshape(totals.shape)
 
 
 @lru_cache(maxsize=64)
-def _log_sums(prefactors: tuple[float, ...], exponents: tuple[float, ...]) -> Array:
-    """Return the logarithm of a sum of powers at LOG_X, read-only."""
-    terms = zip(prefactors, exponents, strict=True)
-    return reduce(np.logaddexp, [np.log(q) + n * LOG_X for q, n in terms])
+def _terms_of(prefactors: tuple[float, ...], exponents: tuple[float, ...]) -> tuple[Array, Array]:
+    """Return rows of prefactor and exponent, and the logarithm of the sum at LOG_X, read-only."""
+    terms = np.array([*zip(prefactors, exponents, strict=True)])
+    return terms, reduce(np.logaddexp, [np.log(q) + n * LOG_X for q, n in terms])
 
 
 @entry_point
@@ -125,9 +126,9 @@ def _table(
 
 
 @entry_point
-def _read_off(totals: Array, table: Array, lowest: int, pieces: int, roots: Array) -> None:
-    """Fill in the roots of all totals from 2^lowest on, from a table."""
-    octave, start, per_start = -1, 0.0, 1.0
+def _read_off(totals: Array, table: Array, lowest: int, pieces: int, roots: Array) -> bool:
+    """Fill in the roots of all totals from 2^lowest on; return whether some lie below."""
+    octave, start, per_start, some_below = -1, 0.0, 1.0, False
     for i in range(len(totals)):
         # The last octave mostly fits again: totals come in order, and `frexp` is a call.
         if not start <= totals[i] < 2.0 * start:
@@ -142,3 +143,6 @@ def _read_off(totals: Array, table: Array, lowest: int, pieces: int, roots: Arra
             for k in range(DEGREE - 1, -1, -1):
                 root = coefficients[k] + place * root
             roots[i] = root
+        elif totals[i] > 0.0:
+            some_below = True
+    return some_below

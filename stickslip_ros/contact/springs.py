@@ -18,7 +18,7 @@ slip is exactly mu F_n.
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -50,6 +50,7 @@ CLASSES_KEPT = 32
 """Groups whose classes are kept for the next drive; they fit any preload up to the largest."""
 
 
+@cache
 def bank_kind(springs: int) -> RecordKind:
     """Return the type of a bank with room for a number of springs."""
     per_spring = (FLOAT, (springs,))
@@ -151,36 +152,23 @@ def bank_of_rows(
     ``slips`` are friction and compliance of each group.
 
     """
-    groups, springs = heights_m.shape
-    room = max(groups * springs, SPRINGS_IN_ALL)
-
-    def flat(rows: Array) -> Array:
-        return np.pad(rows.ravel(), (0, room - rows.size))
-
-    def of_groups(values: Sequence[float] | Array) -> Array:
-        return np.pad(np.asarray(values), (0, GROUPS_MAX - groups))
-
-    firsts = np.full(GROUPS_MAX + 1, groups * springs)
-    firsts[:groups] = springs * np.arange(groups)
-    return record(
-        bank_kind(room),
-        groups=groups,
-        first=firsts,
-        heights_m=flat(heights_m),
-        limit_n_per_m=flat(limit_n_per_m),
-        shear_n_per_m=flat(shear_n_per_m),
-        per_shear_m_per_n=flat(
-            np.divide(
-                1.0, shear_n_per_m, out=np.zeros_like(shear_n_per_m), where=shear_n_per_m > 0.0
-            )
-        ),
-        area_n=flat(area_n),
-        slope_n_per_m=flat(slope_n_per_m),
-        shares=of_groups(shares),
-        weights_n=of_groups(weights_n),
-        friction=of_groups(slips[0]),
-        compliance=of_groups(slips[1]),
-    )
+    (groups, springs), size = heights_m.shape, heights_m.size
+    bank = record(bank_kind(max(size, SPRINGS_IN_ALL)), groups=groups, first=size)
+    bank.first[:groups] = springs * np.arange(groups)
+    per_spring = {
+        'heights_m': heights_m,
+        'limit_n_per_m': limit_n_per_m,
+        'shear_n_per_m': shear_n_per_m,
+        'area_n': area_n,
+        'slope_n_per_m': slope_n_per_m,
+    }
+    for name, rows in per_spring.items():
+        bank[name][:size] = rows.ravel()
+    stiff = bank.shear_n_per_m > 0.0
+    np.divide(1.0, bank.shear_n_per_m, out=bank.per_shear_m_per_n, where=stiff)
+    bank.shares[:groups], bank.weights_n[:groups] = shares, weights_n
+    bank.friction[:groups], bank.compliance[:groups] = slips
+    return bank
 
 
 @lru_cache(maxsize=CLASSES_KEPT)

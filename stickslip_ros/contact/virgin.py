@@ -12,7 +12,6 @@ physically admissible friction law: it cannot create energy.
 
 """
 
-from collections import Counter
 from collections.abc import Sequence
 from functools import lru_cache
 
@@ -83,11 +82,12 @@ def _stiffnesses(contacts: Sequence[Presliding]) -> tuple[Array, dict[int, Array
 
     """
     limit_m = max(contact.max_displacement_m for contact in contacts)
-    own = {id(contact): contact for contact in contacts}.items()
+    keys = [id(contact) for contact in contacts]
+    own = dict(zip(keys, contacts, strict=True)).items()
     each = {key: _stiffness(contact, limit_m) for key, contact in own}
     whole = np.zeros(CELLS)
-    for key, count in Counter(map(id, contacts)).items():
-        whole += count * each[key]
+    for key, stiffness in each.items():
+        whole += keys.count(key) * stiffness
     cell_m = limit_m / CELLS
     full_slip_n = sum(contact.max_force_n for contact in contacts)
     return whole, each, full_slip_n / (_sum(whole) * cell_m), cell_m

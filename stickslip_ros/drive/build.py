@@ -4,8 +4,10 @@
 """Build the records of the drive from parameters."""
 
 import math
+from collections import deque
 from collections.abc import Sequence
 from functools import lru_cache
+from weakref import finalize
 
 import numpy as np
 
@@ -26,6 +28,7 @@ from stickslip_ros.drive.division import (
     lost_before_division,
     switch_all_to_springs,
 )
+from stickslip_ros.drive.long_step import LANES
 from stickslip_ros.drive.piezo import rest_piezo
 from stickslip_ros.drive.records import (
     ALL,
@@ -77,6 +80,7 @@ delays: 4e-6), near the 0-amplitude by 3e-5 (2e-5; 2e-5)."""
 TREADS_KEPT = 8
 MODELS_KEPT = 64
 """Contact models kept for the next drive; a sweep over amplitudes needs one for each preload."""
+_ended = deque[Record](maxlen=LANES)  # memory of plants: fresh pages take 0.1 ms
 
 
 def plant_of(parameters: Parameters) -> Record:
@@ -92,6 +96,7 @@ def plant_of(parameters: Parameters) -> Record:
     attached = parameters.load_cell.contact == 'attached'
     plants = records(
         PLANT,
+        _empty_plant(parameters),
         mass_kg=parameters.runner.mass,
         per_kg=1.0 / parameters.runner.mass,
         damping_n_s_per_m=parameters.runner.damping,
@@ -128,6 +133,25 @@ def plant_of(parameters: Parameters) -> Record:
     _set_longest_step(plant, parameters)
     set_ideal(plant)
     return plants
+
+
+def _empty_plant(parameters: Parameters) -> Record:
+    """Return a plant whose fields are 0 or follow; its memory is taken again when it is gone."""
+    try:  # another thread may take the last one
+        plants = _ended.pop()
+    except IndexError:
+        plants = records(PLANT)
+    if not parameters.contact.travel:  # the track is then untouched
+        memory = np.frombuffer(plants.base, PLANT)
+        finalize(plants, _keep_memory, memory).atexit = False
+    return plants
+
+
+def _keep_memory(memory: Record) -> None:
+    """Keep the memory of a plant that is gone, unless its feet were separate contacts."""
+    if not memory['separate'].item():
+        memory.view(np.uint8)[: PLANT.fields['contacts'][1]] = 0
+        _ended.append(memory)
 
 
 def _refuse_under_coulomb(parameters: Parameters) -> None:
@@ -176,7 +200,7 @@ def _set_longest_step(plant: Record, parameters: Parameters) -> None:
         unseen_s = 0.0
     else:
         unseen_s = TREAD_CYCLES / resonance_hz if resonance_hz else math.inf
-    plant['tread_s'] = np.clip(unseen_s, plant['dt_s'] / TREADS_PER_STEP, plant['dt_s'])
+    plant['tread_s'] = min(max(unseen_s, plant['dt_s'] / TREADS_PER_STEP), plant['dt_s'])
 
 
 def longest_step_s(parameters: Parameters, contact: Record, cell_n_per_m: float) -> float:
@@ -353,6 +377,7 @@ def _kept_contact(
     largest_n = max(stand.preload_limit, stand.preload, stand.preload_end)
     kept = records(
         CONTACT,
+        np.empty(1, CONTACT),  # every field follows
         bank=_kept_bank(contact, feet, weight_n, largest_n, None),
         law=_law_of(LAWS.index(contact.law), law, contacts),
         ageing=ageing_of(contact),

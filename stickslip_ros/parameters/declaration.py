@@ -81,13 +81,15 @@ class Spec:
             raise OutOfRange(name, converted, '', 'not one of the choices', f'use {allowed}')
         if isinstance(converted, bool | str):
             return converted
-        hint = unit_meant(converted, self.unit, self.minimum, self.maximum)
-        if self.minimum is not None and converted < self.minimum:
-            limit = f'below the minimum {self.minimum:g} {self.unit}'.rstrip()
-            raise OutOfRange(name, converted, self.unit, limit, self.below + hint)
-        if self.maximum is not None and converted > self.maximum:
-            limit = f'above the maximum {self.maximum:g} {self.unit}'.rstrip()
-            raise OutOfRange(name, converted, self.unit, limit, f'lower it{hint}')
+        low, high = self.minimum, self.maximum
+        if low is not None and converted < low:
+            limit = f'below the minimum {low:g} {self.unit}'.rstrip()
+            hint = self.below + unit_meant(converted, self.unit, low, high)
+            raise OutOfRange(name, converted, self.unit, limit, hint)
+        if high is not None and converted > high:
+            limit = f'above the maximum {high:g} {self.unit}'.rstrip()
+            hint = 'lower it' + unit_meant(converted, self.unit, low, high)
+            raise OutOfRange(name, converted, self.unit, limit, hint)
         if 0.0 < converted < self.least:
             limit = f'between 0 and {self.least:g} {self.unit}'.rstrip()
             raise OutOfRange(name, converted, self.unit, limit, 'raise it, or set it to 0')

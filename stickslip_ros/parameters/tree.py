@@ -6,6 +6,7 @@
 import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from itertools import compress
 from operator import attrgetter
 from typing import Any, ClassVar, TypeAlias
@@ -59,7 +60,8 @@ _PAPER: tuple[str, ...] = 'none', 'the stand of the paper'
 @checked_arguments
 @dataclass(frozen=True, kw_only=True)
 @with_fields(
-    {each.name: (each.group, field(default_factory=each.group)) for each in SENSORS}, 'trace'
+    {each.name: (each.group, field(default_factory=cache(each.group))) for each in SENSORS},
+    'trace',
 )
 class Parameters(NotebookView, Checked):
     """All parameters, in groups; ``Parameters()`` is the test stand of the paper."""
@@ -68,25 +70,28 @@ class Parameters(NotebookView, Checked):
     autostart: bool = switch(
         True, 'configure and activate the node without a manager', fixed=True, resumable=True
     )
-    sim: SimParameters = field(default_factory=SimParameters)
-    contact: ContactParameters = field(default_factory=ContactParameters)
-    friction_law: FrictionLawParameters = field(default_factory=FrictionLawParameters)
-    stand: StandParameters = field(default_factory=StandParameters)
-    feet: FeetParameters = field(default_factory=FeetParameters)
-    frame: FrameParameters = field(default_factory=FrameParameters)
-    runner: RunnerParameters = field(default_factory=RunnerParameters)
-    amplifier: AmplifierParameters = field(default_factory=AmplifierParameters)
-    actuator: ActuatorParameters = field(default_factory=ActuatorParameters)
-    step: StepParameters = field(default_factory=StepParameters)
-    jog: JogParameters = field(default_factory=JogParameters)
-    closed_loop: ClosedLoopParameters = field(default_factory=ClosedLoopParameters)
-    limits: LimitsParameters = field(default_factory=LimitsParameters)
-    load_cell: LoadCellParameters = field(default_factory=LoadCellParameters)
-    interferometer: InterferometerParameters = field(default_factory=InterferometerParameters)
-    trace: TraceParameters = field(default_factory=TraceParameters)
-    frame_id: FrameIdParameters = field(default_factory=FrameIdParameters)
-    record: RecordParameters = field(default_factory=RecordParameters)
-    fault: FaultParameters = field(default_factory=FaultParameters)
+    # Each default group is made once: equal keys of caches are then mostly the same object.
+    sim: SimParameters = field(default_factory=cache(SimParameters))
+    contact: ContactParameters = field(default_factory=cache(ContactParameters))
+    friction_law: FrictionLawParameters = field(default_factory=cache(FrictionLawParameters))
+    stand: StandParameters = field(default_factory=cache(StandParameters))
+    feet: FeetParameters = field(default_factory=cache(FeetParameters))
+    frame: FrameParameters = field(default_factory=cache(FrameParameters))
+    runner: RunnerParameters = field(default_factory=cache(RunnerParameters))
+    amplifier: AmplifierParameters = field(default_factory=cache(AmplifierParameters))
+    actuator: ActuatorParameters = field(default_factory=cache(ActuatorParameters))
+    step: StepParameters = field(default_factory=cache(StepParameters))
+    jog: JogParameters = field(default_factory=cache(JogParameters))
+    closed_loop: ClosedLoopParameters = field(default_factory=cache(ClosedLoopParameters))
+    limits: LimitsParameters = field(default_factory=cache(LimitsParameters))
+    load_cell: LoadCellParameters = field(default_factory=cache(LoadCellParameters))
+    interferometer: InterferometerParameters = field(
+        default_factory=cache(InterferometerParameters)
+    )
+    trace: TraceParameters = field(default_factory=cache(TraceParameters))
+    frame_id: FrameIdParameters = field(default_factory=cache(FrameIdParameters))
+    record: RecordParameters = field(default_factory=cache(RecordParameters))
+    fault: FaultParameters = field(default_factory=cache(FaultParameters))
 
     @classmethod
     def group(cls) -> str:

@@ -25,6 +25,7 @@ class FileForm:
     in_parts: bool = False  # whether a run can have several files
     keep_parts: int = 0  # number of parts kept; 0 keeps all
     bag: bool = False  # whether to make a directory with metadata.yaml, as rosbag2 does
+    synced: bool = True  # whether it survives a power failure; a temporary file need not
 
 
 @dataclass(frozen=True)

@@ -34,10 +34,11 @@ class Recorder:
     If the queue is full, a message is dropped and counted, unless its topic is ``kept``.
 
     Equal messages in equal order give equal messages in the file; chunk boundaries may differ.
-    Messages older than the flush period are on the disk, even if the process is killed or the
-    power fails; ``stickslip recover`` then makes a whole file of them. A recorder that is not
-    closed is closed when the interpreter ends. Raises RecordingError if the file exists, cannot
-    be written, or a topic is named twice; UnknownName if a type or the compression is unknown.
+    Messages older than the flush period are on the disk, even if the process is killed or, in a
+    ``synced`` form, the power fails; ``stickslip recover`` then makes a whole file of them. A
+    recorder that is not closed is closed when the interpreter ends. Raises RecordingError if the
+    file exists, cannot be written, or a topic is named twice; UnknownName if a type or the
+    compression is unknown.
 
     """
 

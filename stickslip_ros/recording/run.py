@@ -48,6 +48,7 @@ class RunWriter:
         wait: bool = False,
         channels: Mapping[str, Channel] | None = None,
         time_origin_ns: int = 0,
+        synced: bool = True,
     ) -> None:
         channels = recorded_channels(parameters) if channels is None else channels
         self.waits = wait
@@ -58,7 +59,7 @@ class RunWriter:
         self._record = parameters.record
         self._split_ns = to_nanoseconds(parameters.record.split_duration)
         self._part_start_ns = self._part_bytes = 0
-        self.recorder = open_recorder(path, parameters, channels, time_origin_ns)
+        self.recorder = open_recorder(path, parameters, channels, time_origin_ns, synced=synced)
 
     def begin(self, time_ns: int, status: Status, checkpoint: bytes = b'') -> None:
         """Start the recording: write the latched topics, and the state if it is not rest."""

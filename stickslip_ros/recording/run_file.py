@@ -176,7 +176,12 @@ def _topics_record(channels: tuple[tuple[str, Channel], ...]) -> dict[str, str]:
 
 
 def open_recorder(
-    path: Path, parameters: Parameters, channels: Mapping[str, Channel], time_origin_ns: int = 0
+    path: Path,
+    parameters: Parameters,
+    channels: Mapping[str, Channel],
+    time_origin_ns: int = 0,
+    *,
+    synced: bool = True,
 ) -> 'Recorder':
     """Start the recording of a run with its parameters and channels."""
     mcap = load_extra('a recording', 'mcap')
@@ -225,6 +230,7 @@ def open_recorder(
             in_parts=in_parts,
             keep_parts=record.keep_parts,
             bag=record.format == 'bag',
+            synced=synced,
         ),
         queue_length=parameters.record.queue_length,
         kept={topic.key for topic in TOPICS if not topic.pace},

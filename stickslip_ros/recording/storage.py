@@ -58,7 +58,7 @@ class McapFile(McapWriter):
                 problem, hint = 'it exists and is not overwritten', 'choose another name'
             raise RecordingError(path, problem, hint) from error
         try:
-            self._made = os.fstat(self._stream.fileno())
+            self._made, self._is_synced = os.fstat(self._stream.fileno()), form.synced
             super().__init__(self._stream, channels, form)
             self.attach(attachments)
             self.describe(metadata)
@@ -74,7 +74,7 @@ class McapFile(McapWriter):
         with suppress(OSError):  # some file systems cannot sync a folder
             folder = os.open(path.parent, os.O_RDONLY)
             try:
-                os.fsync(folder)
+                self._sync_disk(folder)
             finally:
                 os.close(folder)
 
@@ -95,9 +95,13 @@ class McapFile(McapWriter):
         with suppress(OSError):
             self._stream.close()
 
+    def _sync_disk(self, handle: int) -> None:
+        if self._is_synced:
+            os.fsync(handle)
+
     def _sync(self) -> None:
         self._stream.flush()
-        os.fsync(self._stream.fileno())
+        self._sync_disk(self._stream.fileno())
         try:
             is_there = os.path.samestat(self.path.lstat(), self._made)
         except OSError:

@@ -10,10 +10,12 @@ import pytest
 from scipy import signal
 from sensor_setups import HEALTHY, RATE_HZ, ROUNDING, SENSORS, SIGMAS, Sensor, sensor_with
 
+from stickslip_ros.instrument.sensors.reader import Noise
 from stickslip_ros.parameters import Parameters
 
 SAMPLES = 2**18
 SEGMENT = 1024
+AHEAD = 700  # random numbers taken after a place
 DENSITY = {'interferometer': 1e-12, 'load_cell': 1e-6}
 AVERAGES = 2 ** np.arange(0, 13, 2)
 """Samples that are averaged for the Allan deviation; 64 averages are left of the longest."""
@@ -142,3 +144,13 @@ def test_without_further_errors_the_bytes_are_those_of_the_first_version(name, s
     truth = {'interferometer': 1e-6, 'load_cell': 0.2}[name] * np.sin(np.arange(3000) / 70.0)
     expected = _old_readings(parameters, name, stream, truth)
     assert Sensor(name, parameters).readings(truth, HEALTHY).tobytes() == expected.tobytes()
+
+
+@pytest.mark.parametrize('counts', [[1], [512, 1], [200] * 60, [3000, 7, 5000]])
+def test_random_numbers_go_on_from_a_place_however_they_were_taken(counts):
+    noise, again = Noise((7, 1)), Noise((7, 1))
+    expected = np.random.default_rng((7, 1)).standard_normal(sum(counts) + AHEAD)
+    taken = np.concatenate([noise.take(count) for count in counts])
+    again.recall({'place': noise.place})
+    for each in (noise, again):
+        assert np.array_equal(np.concatenate((taken, each.take(AHEAD))), expected)

@@ -5,6 +5,7 @@
 
 import math
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -14,8 +15,13 @@ from stickslip_ros.instrument.sensors.signal_chain import CONDITIONS, low_pass_g
 from stickslip_ros.kernels.record import Record, RecordKind, records
 from stickslip_ros.parameters import SENSORS, TRUTH, FaultParameters, Parameters, Sensor
 
-NUMBERS_AT_ONCE = 4096
-"""Random numbers that are drawn at once."""
+NUMBERS_FIRST, NUMBERS_AT_ONCE = 512, 4096
+"""Random numbers that are drawn at first, and later twice as many each time up to a limit."""
+
+
+@lru_cache(maxsize=16)
+def _sequence_of(seed: tuple[int, ...]) -> np.random.SeedSequence:
+    return np.random.SeedSequence(seed)
 
 
 class Noise:
@@ -24,7 +30,7 @@ class Noise:
     REMEMBERED: ClassVar[Mapping[str, Any]] = {'place': range(1 << 128)}
 
     def __init__(self, seed: tuple[int, ...]) -> None:
-        self._source = np.random.default_rng(seed)
+        self._source = np.random.default_rng(_sequence_of(seed))
         self._block_state = self._source.bit_generator.state
         self._numbers: Array = np.empty(0)
         self._used = self._leftover = 0
@@ -47,7 +53,8 @@ class Noise:
         if self._used + count > len(self._numbers):
             self._block_state = self._source.bit_generator.state
             self._leftover = len(self._numbers) - self._used
-            more = self._source.standard_normal(max(count, NUMBERS_AT_ONCE))
+            many = min(2 * len(self._numbers) or NUMBERS_FIRST, NUMBERS_AT_ONCE)
+            more = self._source.standard_normal(max(count, many))
             self._numbers = np.concatenate((self._numbers[self._used :], more))
             self._used = 0
         self._used += count

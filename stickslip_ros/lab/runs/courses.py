@@ -107,4 +107,5 @@ def cycles_of(
     while int(states['clock']['cycle'].item()) < first + cycles:
         yield plants, states, wave, load_n, time_s, truth, log
         time_s = ROUNDING_S
-    return np.concatenate((log[first % cycles :], log[: first % cycles]))
+    oldest = first % cycles
+    return np.concatenate((log[oldest:], log[:oldest])) if oldest else log

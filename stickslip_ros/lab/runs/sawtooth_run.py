@@ -221,7 +221,9 @@ def simulate(
     try:
         with (
             progress_of(progress, 'steps') as show,
-            RunWriter(file, stand, wait=True) if file else nullcontext() as writer,
+            RunWriter(file, stand, wait=True, synced=not folder)
+            if file
+            else nullcontext() as writer,
         ):
             run = ReportingBench(stand, writer=writer, bench=bench) if writer else bench
             ramps, start_s = _drive(

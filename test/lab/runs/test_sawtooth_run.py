@@ -5,6 +5,7 @@
 
 import dataclasses
 import math
+import os
 import pickle
 from pathlib import Path
 from typing import Any
@@ -536,3 +537,15 @@ def test_the_times_of_a_waveform_hold_where_no_frequency_is_given():
 def test_a_waveform_has_a_frequency_above_0(frequency_hz: float):
     with pytest.raises(StickSlipError, match=r'not above 0; turn the wave|finite number'):
         ran(Parameters(), waveform=np.array(((0.0, 0.0), (1e-3, 0.0))), frequency_hz=frequency_hz)
+
+
+@pytest.mark.parametrize(('record', 'is_synced'), [('run.mcap', True), (True, False)])
+def test_only_a_file_that_outlives_the_run_is_synced_to_the_disk(
+    record, is_synced, stand, tmp_path, monkeypatch
+):
+    synced = list[int]()
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(os, 'fsync', synced.append)
+    run = simulate(stand, amplitude_m=130e-9, steps=2, record=record)
+    assert any(run.recording.messages())
+    assert bool(synced) == is_synced
