@@ -377,7 +377,6 @@ def _kept_contact(
     largest_n = max(stand.preload_limit, stand.preload, stand.preload_end)
     kept = records(
         CONTACT,
-        np.empty(1, CONTACT),  # every field follows
         bank=_kept_bank(contact, feet, weight_n, largest_n, None),
         law=_law_of(LAWS.index(contact.law), law, contacts),
         ageing=ageing_of(contact),
