@@ -10,6 +10,7 @@ import re
 import subprocess
 import sys
 from collections import defaultdict
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -185,10 +186,16 @@ def names_of(statement: ast.stmt) -> list[str]:
     return [each.id for each in flat if isinstance(each, ast.Name)]
 
 
+@cache
+def tree_of(path: Path) -> ast.Module:
+    """Return the syntax tree of a module."""
+    return ast.parse(path.read_text(encoding='utf-8'))
+
+
 def test_one_public_name_has_one_meaning():
     places = defaultdict(set)
     for path in sorted((ROOT / NAME).rglob('*.py')):
-        tree = ast.parse(path.read_text(encoding='utf-8'))
+        tree = tree_of(path)
         inner = [node.name for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
         for name in [*inner, *(each for line in tree.body for each in names_of(line))]:
             if not name.startswith('_'):
@@ -205,7 +212,7 @@ def test_no_module_imports_itself_through_others_not_even_late():
     }
     imported = {module: set[str]() for module in paths}
     for module, path in paths.items():
-        for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
+        for node in ast.walk(tree_of(path)):
             if isinstance(node, ast.ImportFrom):
                 inside = {f'{node.module}.{each.name}' for each in node.names} & paths.keys()
                 imported[module] |= inside or {str(node.module)}
@@ -218,7 +225,7 @@ def test_no_module_imports_itself_through_others_not_even_late():
 def test_no_function_has_more_than_eight_parameters():
     long, places = list[str](), (ROOT / NAME, ROOT / 'test' / 'evidence')
     for path in sorted(each for place in places for each in place.rglob('*.py')):
-        for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
+        for node in ast.walk(tree_of(path)):
             if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
                 given = node.args
                 names = [each.arg for each in (*given.posonlyargs, *given.args, *given.kwonlyargs)]

@@ -71,7 +71,7 @@ def run_tests(folder: Path, *words: str, **files: str) -> tuple[int, list[str]]:
     return done.returncode, done.stdout.splitlines()
 
 
-XDIST = ('-p', 'xdist', '-n', '2', '--dist', 'loadfile')
+XDIST = ('-p', 'xdist', '-n', '1', '--dist', 'loadfile')
 
 
 def test_what_passes_then_is_named_before_the_closing_line_of_a_green_run(tmp_path: Path):
@@ -132,7 +132,7 @@ def test_that_fails_once(number):
 WORKS = """
 import subprocess, sys, time
 
-WORK = 'import time\\nwhile time.process_time() < 0.6: pass'
+WORK = 'import time\\nwhile time.process_time() < 0.3: pass'
 
 def test_that_works_in_a_child():
     subprocess.run([sys.executable, '-c', WORK])
@@ -142,10 +142,11 @@ def test_that_sleeps():
 """
 
 
-@pytest.mark.parametrize('words', [(), XDIST], ids=['alone', 'xdist'])
-@pytest.mark.parametrize(('budget', 'status'), [('0.01', 1), ('600', 0)])
+@pytest.mark.parametrize(
+    ('budget', 'status', 'words'), [('0.01', 1, ()), ('0.01', 1, XDIST), ('600', 0, XDIST)]
+)
 def test_the_work_of_a_child_counts_towards_the_budget_and_a_wait_does_not(
-    tmp_path: Path, words: tuple[str, ...], budget: str, status: int
+    tmp_path: Path, budget: str, status: int, words: tuple[str, ...]
 ):
     (tmp_path / 'test_works.py').write_text(WORKS)
     (tmp_path / 'pytest.ini').write_text('[pytest]')
@@ -156,8 +157,8 @@ def test_the_work_of_a_child_counts_towards_the_budget_and_a_wait_does_not(
     assert ('ABOVE BUDGET' in done.stdout) == bool(status)
     rows = re.findall(r'^ +([\d.]+) (?:test_works.py::)?(\w+)$', done.stdout, re.MULTILINE)
     spent = {name: float(seconds) for seconds, name in rows}
-    assert spent['test_that_works_in_a_child'] >= 0.6
-    assert spent.get('test_that_sleeps', 0.0) < 0.5
+    assert spent['test_that_works_in_a_child'] >= 0.3
+    assert spent.get('test_that_sleeps', 0.0) < 0.3
     assert spent['collecting'] > 0.0
     (total_s,) = re.findall(r'^ +([\d.]+) in all of a budget of ', done.stdout, re.MULTILINE)
     assert float(total_s) == pytest.approx(sum(spent.values()), abs=0.5)

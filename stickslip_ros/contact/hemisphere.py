@@ -66,9 +66,13 @@ def elasticity_of(contact: ContactParameters) -> Elasticity:
 
 
 @lru_cache(maxsize=PROFILES_KEPT)
-def profile_of(contact: ContactParameters, index: int = 0) -> Profile:
+def profile_of(
+    contact: ContactParameters, index: int = 0, feet: tuple[ContactParameters, ...] = ()
+) -> Profile:
     """
     Return the profile that ``contact.profile`` names; the seed of a rough line adds ``index``.
+
+    ``feet`` are those of `lines_of`, for travelling roughness.
 
     Raises OutOfRange if the grid of a rough line does not resolve its cut-offs.
 
@@ -79,7 +83,7 @@ def profile_of(contact: ContactParameters, index: int = 0) -> Profile:
         if contact.travel:
             from stickslip_ros.contact.travel import window_profile  # noqa: PLC0415 - numba
 
-            return window_profile(lines_of(contact), index)
+            return window_profile(lines_of(contact, feet), index)
         seed = contact.line_seed + index
         return rough_line_profile(
             spectrum_of(contact), contact.radius, contact.line_length, contact.line_points, seed

@@ -16,11 +16,9 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.contact.hemisphere import elasticity_of, lines_of, profile_of
+from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
 from stickslip_ros.contact.mdr import Presliding, solve_presliding
-from stickslip_ros.contact.profile import Profile
 from stickslip_ros.contact.springs import Group
-from stickslip_ros.contact.travel import window_profile
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import ContactParameters, FeetParameters, FootGroup, Parameters
 
@@ -101,7 +99,7 @@ def groups_of(
     groups, each_contact = list[Group](), contacts_of_kinds(contact, feet)
     for i, (each, own) in enumerate(zip(kinds_of(contact, feet), each_contact, strict=True)):
         if contact.travel:
-            profile: Profile = window_profile(lines_of(contact, each_contact), i)
+            profile = profile_of(contact, i, each_contact)
         else:
             profile = profile_of(own, i if contact.profile == 'rough_line' else 0)
         friction = each.friction or contact.friction

@@ -25,7 +25,7 @@ from stickslip_ros.recording.run import ReportingBench, RunWriter
 
 COMMANDS = 12
 BLOCKS_BETWEEN = 3
-RESTORED_EVERY = 4
+RESTORED_EVERY = 8
 """Commands after which the second run of a case goes on with a bench restored from bytes."""
 PASSES_PER_S = 2e8
 """Passes of the loops over time that a simulated second may take."""

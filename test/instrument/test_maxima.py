@@ -38,8 +38,8 @@ LONGEST = WALKER.updated({'feet.delay': (0.0, 0.01, 0.02, 0.03, 0.04, 0.05)})
 DEALT = 'heavy', 'walker', 'clamp', 'longest', 'rod', 'realistic', 'three_balls'
 """Stands for which a pair takes longest: each pair runs on one of them, and on each of the others;
 of each command four or five."""
-BLOCK_S = 5e-4
-"""Time for each command of a pair: 500 rows of the densest waveform."""
+BLOCK_S = 2e-4
+"""Time for each command of a pair: 200 rows of the densest waveform."""
 CONVERTER = {'amplifier.resolution': 0.05, 'amplifier.bandwidth': 2e4}
 DENSE_S = 1e-8
 """Time between rows that all lie within one delay."""
@@ -56,7 +56,7 @@ def zigzag(parameters: Parameters, rows: int, step_s: float, cycles: int = 1) ->
 
 
 def largest_commands(parameters: Parameters) -> Iterator[Request]:
-    """Give each command with its largest numbers, and shorter ones that are accepted."""
+    """Give each command with its largest numbers, shorter ones, and one beyond its limit."""
     amplifier, stand = parameters.amplifier, parameters.stand
     range_v = amplifier.voltage_max - amplifier.voltage_min
     fastest_hz = FALL_SHARE_MAX * slew_of(parameters) / range_v
@@ -75,6 +75,7 @@ def largest_commands(parameters: Parameters) -> Iterator[Request]:
     yield Request('trajectory', (0.1, 0.1 * fastest_steps_m_per_s(parameters), 0.0, 0.0))
     yield from (push(each) for each in (stand.load_limit, -stand.load_limit))
     yield from (Request('preload', (each,)) for each in (stand.preload_limit, 1e-3))
+    yield Request('preload', (1.001 * stand.preload_limit,))  # is refused
     yield from (Request('enable_amplifier', (each,)) for each in (0.0, 1.0))
     yield from map(Request, ('stop', 'reset', 'zero_position', 'tare_force', 'clear_faults'))
     yield Request('fault', settings=(('fault.dead_foot', 1), ('fault.missed_steps', 1.0)))

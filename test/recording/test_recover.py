@@ -7,8 +7,10 @@ import dataclasses
 import json
 import re
 from collections.abc import Callable, Iterator
+from functools import cache
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
@@ -126,6 +128,13 @@ def test_a_cut_in_any_record_saves_every_chunk_before_it(whole: Path, place: Pat
     assert seen >= set(Opcode) - {Opcode.HEADER, Opcode.MESSAGE}
 
 
+@cache
+def contents_of(path: Path) -> tuple[bytes, list[Row], list[Any], list[Any]]:
+    """Return the bytes of a whole file, its rows, chunks and records."""
+    content = path.read_bytes()
+    return content, rows_of(path), chunks_of(content), [*records_of(content)]
+
+
 @settings(derandomize=True, deadline=None, max_examples=200)
 @given(data=st.data())
 def test_flipped_bits_lose_their_chunk_and_change_nothing(files: dict, place: Path, data):
@@ -137,8 +146,8 @@ def test_flipped_bits_lose_their_chunk_and_change_nothing(files: dict, place: Pa
 
     """
     whole = files[data.draw(st.sampled_from(COMPRESSIONS))]
-    content, expected = bytearray(whole.read_bytes()), rows_of(whole)
-    chunks, records = chunks_of(bytes(content)), [*records_of(bytes(content))]
+    undamaged, expected, chunks, records = contents_of(whole)
+    content = bytearray(undamaged)
     hits = data.draw(st.lists(st.integers(0, len(content) - 1), min_size=1, max_size=3))
     for hit in hits:
         content[hit] ^= data.draw(st.integers(1, 255))

@@ -33,7 +33,7 @@ from stickslip_ros.ros.guard import GuardedNode
 from stickslip_ros.ros.node import StickSlipDrive
 from stickslip_ros.testing.operator import Operator
 
-MESSAGES, NO_MESSAGES, LOOK_EVERY = 500, 50, 10
+MESSAGES, NO_MESSAGES, LOOK_EVERY = 200, 50, 10
 OF_ANOTHER_NODE = {'testing/operator.py', 'testing/lockstep.py'}
 """Nodes of tests, whose errors belong to the test."""
 MAP = 'voltage_v=/rig/amplifier.data, position_m=/rig/joints.position[0] (nm), '

@@ -7,7 +7,7 @@ import json
 import os
 import shutil
 import sys
-from pathlib import Path
+from functools import cache
 from typing import Any
 
 import pytest
@@ -51,20 +51,22 @@ print(json.dumps({'said': said, 'ended': ended, 'compiled': len(compiled), 'stat
 """
 
 
-@pytest.fixture
-def run(tmp_path: Path, compiled_kernels: None) -> Any:
-    """Give a function that runs a drive whose disk lacks an entry point, or lacks none."""
+@pytest.fixture(scope='module')
+def run(tmp_path_factory: pytest.TempPathFactory, compiled_kernels: None) -> Any:
+    """Give a function that runs a drive, once, whose disk lacks an entry point, or lacks none."""
     folder = cache_folders().write
     assert folder is not None
-    shutil.copytree(folder, tmp_path / folder.name)
 
+    @cache
     def run(mode: str, *, lacks: bool) -> Any:
+        disk = tmp_path_factory.mktemp('disk')
+        shutil.copytree(folder, disk / folder.name)
         if lacks:
-            files = [*(tmp_path / folder.name).glob(MISSING)]
+            files = [*(disk / folder.name).glob(MISSING)]
             assert files
             for file in files:  # also those of other Pythons
                 file.unlink()
-        environment = {**os.environ, 'NUMBA_CACHE_DIR': str(tmp_path)}
+        environment = {**os.environ, 'NUMBA_CACHE_DIR': str(disk)}
         command = [sys.executable, '-c', RUN, mode]
         return json.loads(run_process(command, env=environment, check=True).stdout)
 

@@ -80,16 +80,17 @@ def asked_output(arguments: argparse.Namespace) -> Path:
 
 def chosen_look(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return style and width of the figures; refuse an unknown style or kind of picture."""
-    # a slow import
-    from stickslip_ros.lab.figures.plotting import check_picture, style_of  # noqa: PLC0415
-
-    width_m = arguments.width
+    width_m, figure = arguments.width, getattr(arguments, 'figure', None)
     if width_m is not None and width_m >= 1.0:
         hint = f'write {width_m:g}mm for millimetres'
         raise OutOfRange('--width', width_m, 'm', 'wider than a page', hint)
     look = {'style': arguments.style, 'width_mm': None if width_m is None else 1e3 * width_m}
-    style_of(**look)
-    if getattr(arguments, 'figure', None) is not None:
-        check_picture(arguments.figure)
-        prepare_output(arguments.figure)
+    if any(each is not None for each in (width_m, figure)) or arguments.style:
+        # a slow import
+        from stickslip_ros.lab.figures.plotting import check_picture, style_of  # noqa: PLC0415
+
+        style_of(**look)
+        if figure is not None:
+            check_picture(figure)
+            prepare_output(figure)
     return look

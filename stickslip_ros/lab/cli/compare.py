@@ -13,7 +13,6 @@ from stickslip_ros.lab.cli.experiment import shown_tables
 from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.comparison.by_amplitude import MODEL
 from stickslip_ros.lab.comparison.compare import CompareOptions, compare
-from stickslip_ros.lab.figures import plotting
 from stickslip_ros.lab.runs.bands import BAND_DRAWS
 
 SECONDS_MAX = 1e12
@@ -37,7 +36,9 @@ def compare_verb(arguments: argparse.Namespace) -> Answer:
     if arguments.output is not None:
         comparison.save(arguments.output, shlex.join(['stickslip', *arguments.words]))
     if arguments.figure is not None:
-        plotting.save_figure(comparison.plot(**look), arguments.figure)
+        from stickslip_ros.lab.figures.plotting import save_figure  # noqa: PLC0415 - takes long
+
+        save_figure(comparison.plot(**look), arguments.figure)
     files = {'report': arguments.output, 'figure': arguments.figure}
     written = (f'{name} {path}' for name, path in files.items() if path is not None)
     return Answer(comparison.to_json(), [*comparison.sections(), *written])

@@ -10,8 +10,6 @@ from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.lab.cli.chosen import chosen_for, chosen_look, chosen_parameters
 from stickslip_ros.lab.cli.experiment import shown_tables
 from stickslip_ros.lab.cli.printing import CHECK_FAILED, Answer
-from stickslip_ros.lab.figures.plotting import looking, save_figure
-from stickslip_ros.lab.fitting.figure import draw_fit
 from stickslip_ros.lab.fitting.fit import FitOptions, fit
 from stickslip_ros.lab.fitting.free import Free
 from stickslip_ros.lab.fitting.report import as_object, check_output, write_fit
@@ -40,6 +38,10 @@ def fit_verb(arguments: argparse.Namespace) -> Answer:
         write_fit(path, fitted, content, origin, shlex.join(['stickslip', *arguments.words]))
     files = [*arguments.output]
     if arguments.figure:
+        # slow imports
+        from stickslip_ros.lab.figures.plotting import looking, save_figure  # noqa: PLC0415
+        from stickslip_ros.lab.fitting.figure import draw_fit  # noqa: PLC0415
+
         with shown_progress('drawing', quiet=arguments.json), looking(**look):
             save_figure(draw_fit(fitted), arguments.figure)
         files.append(arguments.figure)

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import signal
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.lab.comparison.result import Alignment
@@ -177,6 +176,8 @@ def refined_shift(
 
 def coefficients(a: Array, b: Array) -> Array:
     """Return Pearson's coefficient over the overlap for each lag of B, from 1 - len(b) on."""
+    from scipy import signal  # noqa: PLC0415 - a slow import
+
     a, b = a / np.std(a), b / np.std(b)
     first, last, count = overlaps(len(a), len(b))
     lags = np.arange(1 - len(b), len(a))

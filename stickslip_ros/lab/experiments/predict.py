@@ -11,7 +11,6 @@ from types import SimpleNamespace
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
-from scipy import optimize, signal
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.build import plant_of, start_clock, state_at_rest
@@ -173,6 +172,8 @@ def _ring_down_course(stand: Parameters, step: VoltageStep, load_n: float) -> Co
 
 def ring_down(time_s: Array, position_m: Array) -> RingDown:
     """Fit a damped cosine, an offset and a drift to positions at even times, shape (n,)."""
+    from scipy import optimize  # noqa: PLC0415 - a slow import
+
     since_s, sample_s = time_s - time_s[0], float(time_s[1] - time_s[0])
 
     def missed(place: Array) -> Array:
@@ -245,8 +246,7 @@ def low_passed(samples: Array, slow_s: float) -> Array:
         return samples
     kept, share = math.exp(-SAMPLE_S / slow_s), -math.expm1(-SAMPLE_S / slow_s) * slow_s / SAMPLE_S
     weights = (1.0 - share, share - kept)  # exact for straight lines between the samples
-    behind = signal.lfilter(weights, (1.0, -kept), samples - samples[0])
-    return np.asarray(behind + samples[0])
+    return _filtered(weights, kept, samples)
 
 
 def low_passed_readings(samples: Array, time_s: Array, slow_s: float) -> Array:
@@ -270,8 +270,15 @@ def low_passed_readings(samples: Array, time_s: Array, slow_s: float) -> Array:
 
 def low_passed_in_steps(readings: Array, gain: float) -> Array:
     """Return even readings y' = y + gain (x - y), from rest at the first reading."""
-    behind = signal.lfilter((gain,), (1.0, gain - 1.0), readings - readings[0])
-    return np.asarray(behind + readings[0])
+    return _filtered((gain,), 1.0 - gain, readings)
+
+
+def _filtered(weights: Sequence[float], kept: float, samples: Array) -> Array:
+    """Return samples behind a recursive filter, from rest at the first sample."""
+    from scipy import signal  # noqa: PLC0415 - a slow import
+
+    behind = signal.lfilter(weights, (1.0, -kept), samples - samples[0])
+    return np.asarray(behind + samples[0])
 
 
 def at_times(samples: Array, time_s: Array) -> tuple[Array, Array, Array]:

@@ -14,7 +14,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import RecordingError
@@ -110,7 +110,7 @@ def lateness_of(observed: Readout, voltage: Voltage) -> Lateness:
     best = int(np.argmax(np.where(np.abs(lags - lags[least]) <= around, energy, -np.inf)))
     near = np.add.outer(places, np.arange(-around, around + 1))
     others = float(np.mean(np.isin(places + lags[best], near)))  # 1 at lag 0
-    chance = len(lags) * float(chi2.sf(energy[best] / JERK_CORRELATION, after / JERK_CORRELATION))
+    chance = len(lags) * float(chdtrc(after / JERK_CORRELATION, energy[best] / JERK_CORRELATION))
     is_better = energy[best] > _CLEAR * energy[np.abs(lags) <= around].max()
     is_clear = after >= RUNG_MIN and others < ENOUGH_FALLS and chance < CHANCE_MAX and is_better
     return Lateness(float(lags[best] * sample_s), bool(is_clear))

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy import optimize
-from scipy.stats import chi2, norm
+from scipy.special import chdtrc, ndtr
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.budget import load_json
@@ -205,7 +205,7 @@ class FitResult:
         dof = self.uncertainty.dof
         if self.problem.is_estimated or not dof:
             return None
-        return float(chi2.sf(self.chi_square, dof))
+        return float(chdtrc(dof, self.chi_square))
 
     @cached_property
     def reasons(self) -> tuple[str, ...]:
@@ -261,7 +261,7 @@ class FitResult:
         """
         moves = [self._moved(each)[1] for each in self.missing]
         pairs = list(zip(self.missing, moves, strict=True))
-        missing = sum(each.chance * norm.cdf(by - QUANTILE_95) for each, by in pairs)
+        missing = sum(each.chance * ndtr(by - QUANTILE_95) for each, by in pairs)
         return next((each for each, by in pairs if by > 1.0), None) if missing > 0.5 else None
 
     def _moved(self, one: Missing) -> tuple[str, float]:

@@ -18,7 +18,6 @@ from functools import partial
 
 import numpy as np
 from scipy import optimize
-from scipy.stats import qmc
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import StickSlipError
@@ -191,7 +190,11 @@ def _tried(
 ) -> list[tuple[Problem, Array]]:
     """Return the start and places of a Latin hypercube, each with its best sensors."""
     reach = 1.0 if problem.has_traces else PRIOR  # e-folds of logarithmic coordinates
-    shares = qmc.LatinHypercube(d=len(problem.free), seed=1).random(count)
+    shares = np.empty((0, len(problem.free)))
+    if count:
+        from scipy.stats import qmc  # noqa: PLC0415 - a slow import
+
+        shares = qmc.LatinHypercube(d=len(problem.free), seed=1).random(count)
 
     def suited(place: Array) -> tuple[float, Problem, Array]:
         rows = [(CERTAIN_FACTOR * _missed(one, place), one, place) for one in variants]

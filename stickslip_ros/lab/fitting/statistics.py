@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize
-from scipy.stats import norm, t
+from scipy.special import ndtr, ndtri, stdtrit
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.lab.fitting.assumed import (
@@ -114,8 +114,8 @@ class Uncertainty:
         apart = np.divide(moves, errors, out=np.zeros_like(moves), where=known)
 
         def excess(half_width: float, each: Array) -> float:
-            ends = norm.sf(half_width - each) + norm.sf(half_width + each)
-            none = (1.0 - self.chances.sum()) * 2.0 * norm.sf(half_width)
+            ends = ndtr(each - half_width) + ndtr(-half_width - each)
+            none = (1.0 - self.chances.sum()) * 2.0 * ndtr(-half_width)
             return float(none + self.chances @ ends) - (1.0 - LEVEL)
 
         farthest = QUANTILE_95 + np.max(np.abs(apart), axis=0, initial=0.0)
@@ -259,7 +259,7 @@ def uncertainty(
         chi_square=chi_square,
         dof=dof,
         variance_scale=scale,
-        quantile=float(t.ppf(upper, dof) if problem.is_bare else norm.ppf(upper)),
+        quantile=float(stdtrit(dof, upper) if problem.is_bare else ndtri(upper)),
         shown_z=_shown(problem, slopes, information, scale),
         recorded_z=_spread(information[:known, :known], slopes.active, free),
         alone_z=np.sqrt(np.diag(_spread(vague, slopes.active, free))),

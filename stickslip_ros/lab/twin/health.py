@@ -6,7 +6,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.lab.experiments.sensor_clock import LATE_MIN_S
@@ -117,7 +117,7 @@ def _chi(fit: FitResult) -> float:
 
 def _limit(fit: FitResult) -> float:
     """Return the largest chi-square per reading of a model that explains the motion."""
-    return max(_MISSED_MOST, float(chi2.isf(1e-6, fit.readings)) / fit.readings)
+    return max(_MISSED_MOST, float(chdtri(fit.readings, 1e-6)) / fit.readings)
 
 
 def _misfit_text(fit: FitResult) -> str:
