@@ -95,15 +95,36 @@ def predict_all(
 
     """
     pairs = [(stand.updated(dict(one.settings)), one) for stand in stands for one in experiments]
-    runs: list[Simulation] = [
-        (there, one.drive, one.load_on(there), one.lasts_s) for there, one in pairs
-    ]
+    results = _run_all(pairs, pool, progress)
+    found = (
+        [_look(result, there, each) for each in one.observed]
+        for result, (there, one) in zip(results, pairs, strict=True)
+    )
+    return [[next(found) for _ in experiments] for _ in stands]
+
+
+def perfect_samples(stand: Parameters, experiment: Experiment) -> Array:
+    """Return a sample of the first quantity of a voltage per SAMPLE_S, as it truly is."""
+    there = stand.updated(dict(experiment.settings))
+    [trace] = _run_all([(there, experiment)])
+    return _samples_of(trace, experiment.observed[0])
+
+
+def _run_all(
+    pairs: Sequence[tuple[Parameters, Experiment]],
+    pool: Pool | None = None,
+    progress: Progress | None = None,
+) -> list[Any]:
+    """Return a trace or numbers for each pair of a stand and an experiment."""
     for there, one in pairs:
         if there.load_cell.contact == 'absent' and any(
             x.quantity == 'force_n' for x in one.observed
         ):
             limit, hint = 'without the measured force', 'set load_cell.contact=attached'
             raise OutOfRange('load_cell.contact', 'absent', '', limit, hint)
+    runs: list[Simulation] = [
+        (there, one.drive, one.load_on(there), one.lasts_s) for there, one in pairs
+    ]
     # each run has a list for its result, empty until the run has been made
     kept = {
         run: (_traces_kept if isinstance(run[1], Voltage) else _numbers_kept)(*run) for run in runs
@@ -112,14 +133,10 @@ def predict_all(
     if pool is None:
         made = run_in_lanes(map(_course, new))
     else:
-        made = run_courses(_course, new, bundle_for(stands[0]), pool=pool, progress=progress)
+        made = run_courses(_course, new, bundle_for(pairs[0][0]), pool=pool, progress=progress)
     for run, result in zip(new, made, strict=True):
         kept[run].append(result)
-    found = (
-        [_look(kept[run][0], there, each) for each in one.observed]
-        for run, (there, one) in zip(runs, pairs, strict=True)
-    )
-    return [[next(found) for _ in experiments] for _ in stands]
+    return [kept[run][0] for run in runs]
 
 
 @lru_cache(maxsize=4096)
@@ -228,7 +245,7 @@ def _look(result: Any, stand: Parameters, observed: Readout) -> Prediction:
         number = np.array([value])
         none = np.empty(0)
         return Prediction(number, none, none, getattr(result, 'steady', True))
-    true = result[:, _COLUMNS[observed.quantity]]
+    true = _samples_of(result, observed)
     slow_s = observed.sensor.slow_s
     samples = low_passed(true, slow_s)
     time_s = observed.time_s - observed.sensor.late_s
@@ -238,6 +255,11 @@ def _look(result: Any, stand: Parameters, observed: Readout) -> Prediction:
     curvature = at_times(low_passed(samples, slow_s), time_s)[2]
     otherwise = partial(low_passed_readings, true, time_s, slow_s)
     return Prediction(values, rate, curvature, otherwise=otherwise)
+
+
+def _samples_of(trace: Array, observed: Readout) -> Array:
+    """Return the samples of a quantity in a trace, without the sensor."""
+    return trace[:, _COLUMNS[observed.quantity]]
 
 
 def low_passed(samples: Array, slow_s: float) -> Array:
@@ -263,7 +285,7 @@ def low_passed_readings(samples: Array, time_s: Array, slow_s: float) -> Array:
     steps = np.rint(np.clip(apart_s / period_s, 1.0, settled)).astype(np.intp)
     places = np.concatenate(([0], np.cumsum(steps)))
     due_s = np.interp(np.arange(places[-1] + 1), places, time_s)
-    readings = at_times(samples, due_s)[0]
+    readings = values_at(samples, due_s)
     behind = low_passed_in_steps(readings, -math.expm1(-period_s / slow_s))
     return np.asarray(behind[places])
 
@@ -288,17 +310,27 @@ def at_times(samples: Array, time_s: Array) -> tuple[Array, Array, Array]:
     The curve is constant before the first and after the last sample.
 
     """
+    values, u, first, second, third = _cubics(samples, time_s)
+    is_inside = (time_s >= 0.0) & (time_s <= (len(samples) - 1) * SAMPLE_S)
+    rate = np.where(is_inside, first + u * (2.0 * second + 3.0 * u * third), 0.0)
+    curvature = np.where(is_inside, 2.0 * second + 6.0 * u * third, 0.0)
+    return values, rate / SAMPLE_S, curvature / SAMPLE_S**2
+
+
+def values_at(samples: Array, time_s: Array) -> Array:
+    """Return the values of ``at_times`` without their derivatives."""
+    return _cubics(samples, time_s)[0]
+
+
+def _cubics(samples: Array, time_s: Array) -> tuple[Array, ...]:
+    """Return values at times, and place and powers of the cubics there, each of shape (n,)."""
     last = len(samples) - 1
     place = np.clip(time_s / SAMPLE_S, 0.0, last)
     left = np.clip(place.astype(np.intp), 1, last - 2)
     u = place - left
-    before, here, after, beyond = (samples[left + k] for k in (-1, 0, 1, 2))
+    before, here, after, beyond = (samples.take(left + k) for k in (-1, 0, 1, 2))
     # Lagrange's cubic through u = -1, 0, 1, 2, by powers of u.
     first = after - before / 3.0 - here / 2.0 - beyond / 6.0
     second = (before + after) / 2.0 - here
     third = (beyond - before) / 6.0 + (here - after) / 2.0
-    is_inside = (time_s >= 0.0) & (time_s <= last * SAMPLE_S)
-    rate = np.where(is_inside, first + u * (2.0 * second + 3.0 * u * third), 0.0)
-    curvature = np.where(is_inside, 2.0 * second + 6.0 * u * third, 0.0)
-    values = here + u * (first + u * (second + u * third))
-    return values, rate / SAMPLE_S, curvature / SAMPLE_S**2
+    return here + u * (first + u * (second + u * third)), u, first, second, third

@@ -19,7 +19,7 @@ from scipy.special import chdtrc
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.lab.experiments.experiment import Experiment, Readout, Voltage
-from stickslip_ros.lab.experiments.predict import predict
+from stickslip_ros.lab.experiments.predict import low_passed, perfect_samples, values_at
 from stickslip_ros.lab.experiments.sensor import lone_outliers, rounding_of
 from stickslip_ros.parameters import Parameters
 
@@ -138,17 +138,19 @@ def sensor_near(
 
     """
     observed = experiment.observed[0]
-
-    def missed(late_s: float, as_slow_s: float) -> float:
-        one = replace(experiment, observed=(observed.sensed(late_s=late_s, slow_s=as_slow_s),))
-        [[model]] = predict(stand, [one])
-        return float(np.sum(np.diff(model.values - observed.values) ** 2))
+    samples = perfect_samples(stand, replace(experiment, observed=(observed,)))
 
     def best(as_slow_s: float) -> tuple[float, float]:
+        behind = low_passed(samples, as_slow_s)
+
+        def missed(late_s: float) -> float:
+            values = values_at(behind, observed.time_s - late_s)
+            return float(np.sum(np.diff(values - observed.values) ** 2))
+
         middles_s, ends = {rough_s, 0.0}, list[tuple[float, float]]()
         for step_s in _STEPS_S:
             tried_s = np.add.outer(sorted(middles_s), step_s * np.arange(-10, 11)).ravel().tolist()
-            ends.append(min((missed(each_s, as_slow_s), each_s) for each_s in tried_s))
+            ends.append(min((missed(each_s), each_s) for each_s in tried_s))
             middles_s = {ends[-1][1]}
         return ends[-1]
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.records import FOOT, TIME, VOLTAGE
-from stickslip_ros.errors import StickSlipError, WrongKind
+from stickslip_ros.errors import MESSAGE, StickSlipError, WrongKind
 from stickslip_ros.instrument.commands import COMMANDS
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.interface.requests import INT32_MAX
@@ -337,7 +337,7 @@ class Model:
         with self._lock:
             self._notes_taken += 1
             place = control if control in CONTROLS else PANEL
-            text = in_shown_units(text)[:NOTE_MAX]
+            text = in_shown_units(text[:MESSAGE])[:NOTE_MAX]  # a foreign text may be long
             self._notes[place] = {'text': text, 'bad': bad, 'number': self._notes_taken}
 
     def state(self) -> dict[str, Any]:

@@ -177,10 +177,10 @@ def _kind_of(cells: Sequence[str]) -> str:
     """Return the kind of most cells of a column; numbers may have either decimal sign."""
     kinds = Counter[str]()
     for cell in cells:
-        is_number = [_mask([cell], decimal)[0] for decimal in NUMBER]
-        if None not in is_number:
+        is_number = _is_number(cell, '.')
+        if is_number is not None:
             kind = 'date' if DATE.fullmatch(cell) else 'text'
-            kinds['number' if True in is_number else kind] += 1
+            kinds['number' if is_number or _is_number(cell, ',') else kind] += 1
     return max(kinds, key=lambda kind: (kinds[kind], kind == 'number'), default='empty')
 
 
@@ -261,21 +261,28 @@ def _split(line: str, delimiter: str) -> Cells:
 
 def _mask(row: Sequence[str], decimal: str) -> Mask:
     """Return whether each cell is a number; None if it may be a missing number."""
-    number = NUMBER[decimal]
-    return tuple(
-        None
-        if text.lower() in MISSING or OVER_RANGE.fullmatch(text)
-        else bool(number.fullmatch(text.rstrip(' %')))
-        for text in map(str.strip, row)
-    )
+    return tuple([_is_number(text.strip(), decimal) for text in row])
+
+
+def _is_number(text: str, decimal: str) -> bool | None:
+    if text[:1].isdigit() or not (text.lower() in MISSING or OVER_RANGE.fullmatch(text)):
+        return bool(NUMBER[decimal].fullmatch(text.rstrip(' %')))
+    return None
 
 
 def _dialect(lines: Sequence[str]) -> tuple[str, str, list[Cells], Mask]:
     """Return delimiter, decimal sign, cells and usual mask: the dialect with most numbers."""
     best: tuple[tuple[float, int], tuple[str, str, list[Cells], Mask]]
     best = ((0.0, 0), (',', '.', [[line] for line in lines], ()))
+    split, of_a_column = dict[str, list[Cells]](), set[str]()
     for delimiter, decimal in DIALECTS:
-        rows = [_split(line, delimiter) for line in lines]
+        if delimiter not in split:
+            split[delimiter] = [_split(line, delimiter) for line in lines]
+        rows = split[delimiter]
+        if max(map(len, rows)) == 1:  # the delimiter is absent, as another one may have been
+            if decimal in of_a_column:
+                continue
+            of_a_column.add(decimal)
         counts = Counter(_mask(row, decimal) for row in rows)
         masks = {each: count for each, count in counts.items() if any(each) and len(each) > 1}
         if counts[True,] > len(lines) // 2:  # one column

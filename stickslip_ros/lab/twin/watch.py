@@ -70,7 +70,7 @@ class Watch:
         """Return the limit of T for a number of coordinates."""
         chance = min(self.alarms_per_day * self.period_s / _DAY_S, 0.5) / count
         freedom = count * (_TRUST + self._counted)
-        return float(fdtri(1, freedom, 1.0 - chance))
+        return float(fdtri(1, freedom, 1.0 - chance))  # quantile of F
 
     def scores(self, look: LookEstimate) -> tuple[Array, float, float]:
         """Return T of each coordinate, T of all together, and the factor applied to both."""

@@ -5,6 +5,7 @@
 
 import dataclasses
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -98,9 +99,9 @@ def with_forces(
 
 
 def noisy_points(
-    truth: Parameters, seed: int, *, known: bool = True, sigma_n: float = SIGMA_N
+    truth: Parameters, seed: int, *, known: bool = True, sigma_n: float = SIGMA_N, **steps: Any
 ) -> list[Experiment]:
-    """Give the forces of a stand with noise."""
-    points = exact_points(truth, known=known)
+    """Give the forces of a stand with noise, perhaps after told steps."""
+    points = exact_points(truth, known=known, **steps)
     noise_n = sigma_n * np.random.default_rng(seed).standard_normal(len(points))
     return with_forces(points, forces_n(points) + noise_n, sigma_n if known else None)

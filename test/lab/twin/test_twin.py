@@ -25,12 +25,12 @@ from stickslip_ros.lab.twin.window import Window, Windows
 from stickslip_ros.parameters import Parameters
 
 STAND = Parameters().updated({'runner.damping': 20.0})
-SETTINGS = TwinParameters(window=0.05)
-ROWS = voltage((300.0, 500.0, 50), rest_s=0.0)
+SETTINGS = TwinParameters(window=0.03)
+ROWS = voltage((300.0, 500.0, 40), rest_s=0.0)
 RATE_HZ, MONITOR_HZ = 19.3e3, 5170.0  # at a multiple of the steps each cycle looks the same
 
 SLOW = pytest.mark.slow
-NAMES, WINDOWS = ('voltage_v', 'position_m'), 3
+NAMES, WINDOWS = ('voltage_v', 'position_m'), 2
 OFF = 0.006
 """Share by which estimates may be off beside a drive of this package, as its page says: the
 low-pass of the drive's sensor is one of samples, that of a fit is one in time."""
@@ -47,7 +47,7 @@ def seen(rig: Rig, number: int) -> Window:
         'voltage_v': (monitor_s - 0.05, voltage_v),
         'position_m': (time_s - 0.05, position_m),
     }
-    return Window(start_ns, start_ns + 50_000_000, samples)
+    return Window(start_ns, start_ns + 30_000_000, samples)
 
 
 @pytest.fixture(scope='module')
@@ -61,7 +61,7 @@ def begun() -> tuple[Twin, Doctor]:
 
 def test_the_twin_steps_as_the_rig_does_and_its_residual_is_noise():
     look = Twin(STAND, SETTINGS).look(seen(Rig(), 1))
-    assert look.steps in (23, 24)  # by where the monitor sees the first begin
+    assert look.steps in (13, 14)  # by where the monitor sees the first begin
     assert look.step_twin_m == pytest.approx(look.step_rig_m, rel=2e-3, abs=0.0)
     assert look.shown[0].rms < 2.0 * Rig().noise_m
 
@@ -124,7 +124,7 @@ def test_a_clock_that_drifts_is_followed_from_window_to_window():
 def test_a_window_with_readings_only_before_it_or_a_part_of_the_voltage_is_refused(quantity: str):
     window = seen(Rig(), 1)
     time_s, values = window.samples[quantity]
-    early = time_s < (0.03 if quantity == 'voltage_v' else 0.0)
+    early = time_s < (0.02 if quantity == 'voltage_v' else 0.0)
     window.samples[quantity] = time_s[early], values[early]
     with pytest.raises(StickSlipError, match='set its clock, or raise'):
         Twin(STAND, SETTINGS).look(window)
@@ -142,7 +142,7 @@ def test_another_preload_is_told_as_no_change_of_a_single_parameter(begun: tuple
 @pytest.mark.parametrize('damping', [0.0, 20.0])
 def test_fits_beside_a_drive_like_the_twin_are_off_by_no_more_than_is_stated(damping: float):
     stand = Parameters().updated({'runner.damping': damping, 'load_cell.contact': 'absent'})
-    windows, twin, bench = Windows(NAMES, 0.2, 0.05), Twin(stand, TwinParameters()), Bench(stand)
+    windows, twin, bench = Windows(NAMES, 0.03, 0.05), Twin(stand, SETTINGS), Bench(stand)
     bench.update(stand.block_ns, [Request('sawtooth', (300.0, 500.0, 0.0))])
     found = list[Fit]()
     while len(found) < WINDOWS:
