@@ -150,7 +150,9 @@ def _empty_plant(parameters: Parameters) -> Record:
 def _keep_memory(memory: Record) -> None:
     """Keep the memory of a plant that is gone, unless its feet were separate contacts."""
     if not memory['separate'].item():
-        memory.view(np.uint8)[: PLANT.fields['contacts'][1]] = 0
+        track, track_at = PLANT.fields['track'][:2]
+        used = memory.view(np.uint8)
+        used[: PLANT.fields['contacts'][1]] = used[track_at + track.itemsize :] = 0
         _ended.append(memory)
 
 
@@ -536,7 +538,8 @@ def _set_curves(plant: Record, parameters: Parameters) -> None:
     contacts = layout.contacts_at(parameters.contact, parameters.feet, preload_n, weight_n)
     tabulate(contacts, plant['contacts'][:1]['curve'])
     plant.presliding_m = _range_of(contacts)
-    plant.track.laid = NO_PLACE
+    if parameters.contact.travel:
+        plant.track.laid = NO_PLACE
     if not plant.separate:
         return
     motions = layout.motions_of(parameters)

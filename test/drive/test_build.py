@@ -8,7 +8,7 @@ import gc
 import pytest
 
 from stickslip_ros.drive import build
-from stickslip_ros.drive.build import plant_of, separate_feet
+from stickslip_ros.drive.build import plant_of, separate_feet, set_preload
 from stickslip_ros.drive.records import PLANT
 from stickslip_ros.parameters import Parameters
 
@@ -52,6 +52,7 @@ def test_a_plant_in_the_memory_of_an_ended_one_has_the_bits_of_fresh_memory(fres
         plants = plant_of(Parameters().updated({'contact.loss_factor': 0.1, 'stand.load': 0.1}))
         plants['stuck'], plants['dead'], plants['plain'] = True, 3, True
         plants['ratios'] = 2.0
+        set_preload(plants, Parameters(), 0.2)
         place = address_of(plants)
         del plants
         again = plant_of(Parameters().updated(changes))

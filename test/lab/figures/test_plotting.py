@@ -208,7 +208,7 @@ def test_a_figure_has_its_size_and_letters_that_journals_take(recorded_run: Run,
 
 def test_a_style_is_typed_and_what_is_none_is_refused(recorded_run, table, tmp_path, capsys):
     picture = tmp_path / 'a.svg'
-    widths_pt = []
+    widths_pt = list[float]()
     own = tmp_path / 'own.mplstyle'
     own.write_text('figure.figsize: 4, 3', encoding='utf-8')
     for words in (

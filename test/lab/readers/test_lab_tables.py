@@ -6,7 +6,6 @@
 import sys
 from pathlib import Path
 
-import header_files
 import pytest
 
 from stickslip_ros.errors import StickSlipError
@@ -227,13 +226,9 @@ def test_the_page_names_every_word_and_quotes_what_is_asked(tmp_path: Path, monk
         assert f'`{column}`' in page
         assert [name for name in names if name not in plain and name not in ALIKE] == []
     monkeypatch.chdir(tmp_path)
-    Path('tek0001.csv').write_text(header_files.TEKTRONIX)
     written(tmp_path, 'force.csv', 'preload_n,amplitude,force\n1,60,2\n')
     with pytest.raises(StickSlipError) as refusal:
         read_experiment(Path('force.csv'))
-    assert f'\n{refusal.value}\n' in page
-    with pytest.raises(StickSlipError) as refusal:
-        read_experiment(Path('tek0001.csv'), kind=OVER_TIME, measured=('voltage_v', 'foot_m'))
     assert f'\n{refusal.value}\n' in page
 
 
