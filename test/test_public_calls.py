@@ -166,7 +166,8 @@ def test_every_result_with_a_plot_returns_a_figure_that_only_its_user_shows():
     assert classes == {type(each).__name__ for each in results} - {'DataFrame'}
     figures = [each.plot() for each in results]
     assert {type(each) for each in figures} == {StyledFigure}
-    assert figures[0]._repr_png_().startswith(b'\x89PNG')  # in a notebook
+    for each in figures:
+        assert each._repr_png_().startswith(b'\x89PNG')  # in a notebook
     assert not plt.get_fignums()
 
 

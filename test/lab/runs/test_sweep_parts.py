@@ -111,6 +111,9 @@ def test_a_million_runs_need_a_folder_and_a_part_holds_at_most_a_table(tmp_path,
 def test_fresh_makes_the_parts_of_another_sweep_anew(tmp_path, one_table):
     folder = tmp_path / 'folder'
     assert sweep(folder, *AXES, '--steps', '10', '--part', '1/2') == 0
+    (folder / '.part-1-of-2.parquet.0badcafe.part').write_text('of a worker that was killed')
+    assert sweep(folder, *SHORT, '--part', '1/2', '--fresh') == 0
+    assert names(folder) == ['part-1-of-2.parquet']
     assert sweep(folder, *SHORT, '--fresh') == 0
     assert names(folder) == ['part-1-of-1.parquet']
     pd.testing.assert_frame_equal(pd.read_parquet(folder), one_table, check_exact=True)
